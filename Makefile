@@ -1,0 +1,66 @@
+# Needs make and Python 3.11 or newer; everything else is installed into .venv.
+
+PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.14 python3 python; do \
+	$$python -c 'import ensurepip, sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$python && break; done)
+
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test deep check format lock clean
+
+help:
+	@echo "make demo    render the gallery into out/"
+	@echo "make test    the fast test suite"
+	@echo "make deep    the long test suite"
+	@echo "make check   formatting, lint, types, layers"
+	@echo "make format  let ruff format and fix"
+	@echo "make lock    take the newest development packages"
+	@echo "make clean   remove everything that make made"
+
+demo: $(READY)
+	$(BIN)/python examples/gallery.py
+	@echo "The pictures are in $(CURDIR)/out"
+
+test: $(READY)
+	$(BIN)/python -m pytest
+
+deep: $(READY)
+	$(BIN)/python -m pytest -m "deep or not deep"
+
+check: $(READY)
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(READY)
+	$(BIN)/ruff format
+	$(BIN)/ruff check --fix
+
+# One installation serves every target; the stamp keeps it until its inputs change.
+$(READY): pyproject.toml requirements-dev.lock
+	@test -n "$(PYTHON)" || { echo "Conicoid needs Python 3.11 or newer with its venv module (Debian: apt-get install python3-venv);" \
+		"none was found. Set PYTHON=/path/to/python if it is elsewhere." >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Conicoid needs Python 3.11 or newer;" \
+		"$(PYTHON) is `$(PYTHON) --version`." >&2; exit 1; }
+	@echo "Installing into $(VENV) ..."
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(PIP) install --constraint requirements-dev.lock --upgrade pip hatchling
+	@$(PIP) install --constraint requirements-dev.lock --no-build-isolation --editable . --group dev
+	@touch $@
+
+lock:
+	rm -rf $(VENV)/lock
+	$(PYTHON) -m venv $(VENV)/lock
+	$(VENV)/lock/bin/python -m pip install --quiet --upgrade pip hatchling
+	$(VENV)/lock/bin/python -m pip install --quiet --no-build-isolation --editable . --group dev
+	{ echo "# Exact versions for development, made by \`make lock\`."; \
+		$(VENV)/lock/bin/python -m pip freeze --all --exclude-editable --exclude setuptools; } > requirements-dev.lock
+	rm -rf $(VENV)/lock
+
+clean:
+	rm -rf $(VENV) out dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,119 @@
+"""Exact ray tracing of quadric solids: spheres, cylinders, cones, all quadrics, and their Boolean combinations.
+
+    import conicoid as co
+
+    scene = co.Scene([co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)])
+    hits = scene.first_hit((0.7, 0, 5), (0, 0, -1))
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+# Public name -> module that defines it. Loaded on first use, so that importing the package is quick.
+_SHAPES = {
+    "Box": "box", "Cone": "cone", "Cylinder": "cylinder", "CylinderPatch": "cylinder_patch", "Disc": "disc",
+    "DoubleCone": "double_cone", "Ellipsoid": "ellipsoid", "EllipticCone": "elliptic_cone",
+    "EllipticCylinder": "elliptic_cylinder", "EllipticParaboloid": "elliptic_paraboloid", "HalfSpace": "half_space",
+    "HyperbolicCylinder": "hyperbolic_cylinder", "HyperbolicParaboloid": "hyperbolic_paraboloid",
+    "OneSheetHyperboloid": "one_sheet_hyperboloid", "ParabolicCylinder": "parabolic_cylinder", "Plane": "plane",
+    "Polygon": "polygon", "Polyhedron": "polyhedron", "Quadric": "quadric", "Sphere": "sphere", "Spheres": "spheres",
+    "Triangle": "triangle", "TwoSheetHyperboloid": "two_sheet_hyperboloid",
+    "Union": "region", "Intersection": "region", "Difference": "region", "Complement": "region",
+    "Shape": "base", "Solid": "base", "Sheet": "base", "Body": "body",
+    "Material": "material", "matte": "material", "phong": "material", "blinn_phong": "material", "lacquer": "material",
+    "mirror": "material", "glass": "material", "metal": "material",
+    "AIR": "material", "WATER": "material", "GLASS": "material", "VACUUM": "material", "Checker": "checker",
+    "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light", "Sky": "background",
+}  # fmt: skip
+_HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
+    "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
+    "Rays": ".trace.rays", "Hits": ".trace.hits", "Spans": ".trace.spans", "Crossings": ".trace.spans",
+    "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".trace.threads",
+    "load": ".formats.scene_file", "save": ".formats.scene_file", "SceneFileError": ".formats.errors",
+    "warmup": ".warmup",
+}  # fmt: skip
+
+__all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
+
+if TYPE_CHECKING:
+    from .formats.errors import SceneFileError as SceneFileError
+    from .formats.scene_file import load as load
+    from .formats.scene_file import save as save
+    from .image import Image as Image
+    from .render.camera import Camera as Camera
+    from .render.camera import OrthographicCamera as OrthographicCamera
+    from .scene import Scene as Scene
+    from .shading.optics import reflect as reflect
+    from .shading.optics import refract as refract
+    from .shapes.background import Sky as Sky
+    from .shapes.base import Shape as Shape
+    from .shapes.base import Sheet as Sheet
+    from .shapes.base import Solid as Solid
+    from .shapes.body import Body as Body
+    from .shapes.box import Box as Box
+    from .shapes.checker import Checker as Checker
+    from .shapes.cone import Cone as Cone
+    from .shapes.cylinder import Cylinder as Cylinder
+    from .shapes.cylinder_patch import CylinderPatch as CylinderPatch
+    from .shapes.disc import Disc as Disc
+    from .shapes.double_cone import DoubleCone as DoubleCone
+    from .shapes.ellipsoid import Ellipsoid as Ellipsoid
+    from .shapes.elliptic_cone import EllipticCone as EllipticCone
+    from .shapes.elliptic_cylinder import EllipticCylinder as EllipticCylinder
+    from .shapes.elliptic_paraboloid import EllipticParaboloid as EllipticParaboloid
+    from .shapes.half_space import HalfSpace as HalfSpace
+    from .shapes.hyperbolic_cylinder import HyperbolicCylinder as HyperbolicCylinder
+    from .shapes.hyperbolic_paraboloid import HyperbolicParaboloid as HyperbolicParaboloid
+    from .shapes.light import AmbientLight as AmbientLight
+    from .shapes.light import DirectionalLight as DirectionalLight
+    from .shapes.light import PointLight as PointLight
+    from .shapes.light import SpotLight as SpotLight
+    from .shapes.material import AIR as AIR
+    from .shapes.material import GLASS as GLASS
+    from .shapes.material import VACUUM as VACUUM
+    from .shapes.material import WATER as WATER
+    from .shapes.material import Material as Material
+    from .shapes.material import blinn_phong as blinn_phong
+    from .shapes.material import glass as glass
+    from .shapes.material import lacquer as lacquer
+    from .shapes.material import matte as matte
+    from .shapes.material import metal as metal
+    from .shapes.material import mirror as mirror
+    from .shapes.material import phong as phong
+    from .shapes.one_sheet_hyperboloid import OneSheetHyperboloid as OneSheetHyperboloid
+    from .shapes.parabolic_cylinder import ParabolicCylinder as ParabolicCylinder
+    from .shapes.plane import Plane as Plane
+    from .shapes.polygon import Polygon as Polygon
+    from .shapes.polyhedron import Polyhedron as Polyhedron
+    from .shapes.quadric import Quadric as Quadric
+    from .shapes.region import Complement as Complement
+    from .shapes.region import Difference as Difference
+    from .shapes.region import Intersection as Intersection
+    from .shapes.region import Union as Union
+    from .shapes.sphere import Sphere as Sphere
+    from .shapes.spheres import Spheres as Spheres
+    from .shapes.triangle import Triangle as Triangle
+    from .shapes.two_sheet_hyperboloid import TwoSheetHyperboloid as TwoSheetHyperboloid
+    from .trace.hits import Hits as Hits
+    from .trace.rays import Rays as Rays
+    from .trace.spans import Crossings as Crossings
+    from .trace.spans import Spans as Spans
+    from .trace.threads import set_threads as set_threads
+    from .warmup import warmup as warmup
+
+
+def __getattr__(name: str) -> Any:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'conicoid' has no attribute {name!r}")
+    value = getattr(importlib.import_module(home, __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

@@ -1,0 +1,51 @@
+"""What is wrong with a scene file: every problem with its line, reported in one go."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike, fspath
+
+SHOWN = 20
+
+
+@dataclass(frozen=True, order=True)
+class Problem:
+    """One mistake. `line` and `column` count from 1; 0 stands for the file as a whole."""
+
+    line: int
+    column: int
+    where: str
+    message: str
+
+
+class SceneFileError(ValueError):
+    """A scene file that cannot be used. `problems` holds them all, in the order of the file."""
+
+    def __init__(self, path: str | PathLike[str], problems: Iterable[Problem]) -> None:
+        self.path = fspath(path)
+        self.problems = tuple(sorted(set(problems)))
+        super().__init__(self.path, self.problems)
+
+    def __str__(self) -> str:
+        lines = [self._line(problem) for problem in self.problems[:SHOWN]]
+        rest = len(self.problems) - SHOWN
+        if rest > 0:
+            lines.append(f"{self.path}: and {rest} more problem{'s' if rest > 1 else ''}")
+        return "\n".join(lines)
+
+    def _line(self, problem: Problem) -> str:
+        place = f":{problem.line}:{problem.column}" if problem.line else ""
+        where = f"{problem.where}: " if problem.where else ""
+        return f"{self.path}{place}: {where}{problem.message}"
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """A suggestion in brackets, or the list of what exists where that is short; empty otherwise."""
+    names = list(known)
+    folded = {item.casefold(): item for item in names}
+    close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=0.6)
+    if close:
+        return f" (did you mean {folded[close[0]]!r}?)"
+    return f" (known: {', '.join(sorted(names))})" if 0 < len(names) <= 16 else ""

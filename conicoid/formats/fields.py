@@ -1,0 +1,206 @@
+"""Type hints of a dataclass or function -> what its arguments look like in a scene file.
+
+Nothing is declared twice: the fields of a shape, a material or a light, with their types and
+defaults, are all that reading, writing and the schema need.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import types
+import typing
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from ..shapes import REGISTRY, Shape
+from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text
+from .reading import BAD, Reader
+from .nodes import Listing, Node, Table
+
+REQUIRED = inspect.Parameter.empty
+NUMBERS = OneOf((Number(), Several(OneOf((Number(), Several(Number()))))))
+
+
+@dataclass(frozen=True)
+class Field:
+    """One argument: its kind, and its default or `REQUIRED`."""
+
+    kind: Kind
+    default: Any
+
+    @property
+    def required(self) -> bool:
+        return self.default is REQUIRED
+
+
+class Arguments(Kind):
+    """The arguments of a class or function as a mapping; `read` calls it."""
+
+    def __init__(self, make: Callable[..., Any]) -> None:
+        self.make = make
+        self.phrase = f"the fields of {make.__name__}"
+
+    @property
+    def fields(self) -> dict[str, Field]:
+        return fields_of(self.make)
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        where = f"{where}: {self.make.__name__}" if where else self.make.__name__
+        required = [name for name, field in self.fields.items() if field.required]
+        entries = reader.entries(node, where, self.fields, required)
+        present = node.entries if isinstance(node, Table) else {}
+        values = {
+            name: field.kind.read(present[name], reader, f"{where}: {name}")
+            for name, field in self.fields.items()
+            if name in present
+        }
+        if not isinstance(entries, dict) or any(value is BAD for value in values.values()):
+            return BAD
+        return reader.made(node, where, lambda: self.make(**values))
+
+    def schema(self) -> Schema:
+        properties = {name: field.kind.schema() for name, field in self.fields.items()}
+        required = [name for name, field in self.fields.items() if field.required]
+        result: Schema = {"type": "object" if required else ["object", "null"], "properties": properties}
+        if required:
+            result["required"] = required
+        return result | {"additionalProperties": False}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, Table)
+
+
+class Tagged(Kind):
+    """``{Name: {arguments}}``, the name being that of one of several classes or functions."""
+
+    def __init__(self, makers: Mapping[str, Callable[..., Any]], what: str) -> None:
+        self.makers = dict(makers)
+        self.what = what
+        self.phrase = f"a {what} such as {{{next(iter(makers), '')}: {{...}}}}"
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        entry = reader.only_entry(node)
+        if entry is None:
+            return reader.expected(node, where, self.phrase)
+        name, key, value = entry
+        if name not in self.makers:
+            return reader.unknown(key, where, self.what, name, self.makers)
+        return Arguments(self.makers[name]).read(value, reader, where)
+
+    def schema(self) -> Schema:
+        return {"anyOf": [tagged(name, Arguments(make).schema(), make) for name, make in self.makers.items()]}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, Table)
+
+
+class ShapeKind(Kind):
+    """A shape of a given class, below it or above all: solid, sheet, or any."""
+
+    def __init__(self, base: type[Shape]) -> None:
+        self.base = base
+        if base.__name__ in REGISTRY:
+            self.phrase = f"a {base.__name__}, {{{base.__name__}: {{...}}}}"
+        else:
+            self.phrase = f"a {base.__name__.lower()} such as {{{'Disc' if base.__name__ == 'Sheet' else 'Sphere'}: {{...}}}}"
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        return reader.shape(node, where, self.base)
+
+    def schema(self) -> Schema:
+        name = self.base.__name__
+        if name not in REGISTRY:
+            return {"$ref": f"#/$defs/{name.lower()}"}
+        return {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"$ref": "#/$defs/reference"}]}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, Table)
+
+
+class Anything(Kind):
+    """Numbers, texts, lists and mappings, for fields whose type says nothing."""
+
+    phrase = "a value"
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        if isinstance(node, Listing):
+            return Several(self).read(node, reader, where)
+        if isinstance(node, Table):
+            return Named(self).read(node, reader, where)
+        for kind in (Flag(), Integer(), Text()):
+            if kind.fits(node):
+                return kind.read(node, reader, where)
+        return Maybe(Number()).read(node, reader, where)
+
+    def schema(self) -> Schema:
+        return {}
+
+    def fits(self, node: Node) -> bool:
+        return True
+
+
+def tagged(name: str, arguments: Schema, make: Callable[..., Any]) -> Schema:
+    """Schema of ``{name: arguments}``, described by the first paragraph of the docstring."""
+    text = " ".join((inspect.getdoc(make) or name).split("\n\n")[0].split())
+    return {
+        "type": "object",
+        "description": text,
+        "properties": {name: arguments},
+        "required": [name],
+        "additionalProperties": False,
+    }
+
+
+@cache
+def fields_of(make: Callable[..., Any]) -> dict[str, Field]:
+    """The arguments of a class or function by name; a shape's motion is not among them."""
+    source = make if dataclasses.is_dataclass(make) else getattr(make, "__init__", make) if isinstance(make, type) else make
+    hints = get_type_hints(source, localns=dict(REGISTRY))
+    parameters = inspect.signature(make).parameters
+    return {
+        name: Field(kind_of(hints.get(name, Any)), parameter.default)
+        for name, parameter in parameters.items()
+        if name != "motion" or not (isinstance(make, type) and issubclass(make, Shape))
+    }
+
+
+def kind_of(hint: Any) -> Kind:
+    """The kind that a type hint asks for."""
+    simple = {float: Number, int: Integer, bool: Flag, str: Text}
+    if isinstance(hint, type) and hint in simple:
+        return simple[hint]()
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType):
+        return _alternatives(arguments)
+    if origin is Literal:
+        return Choice(arguments)
+    if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
+        return Several(kind_of(arguments[0]))
+    if origin is tuple and len(set(arguments)) == 1:
+        return Fixed(kind_of(arguments[0]), len(arguments))
+    if isinstance(origin, type) and issubclass(origin, np.ndarray):
+        return NUMBERS
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return Named(kind_of(arguments[1]))
+    if isinstance(origin, type) and issubclass(origin, Sequence):
+        return Several(kind_of(arguments[0]))
+    if isinstance(hint, type) and issubclass(hint, Shape):
+        return ShapeKind(hint)
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        return Tagged({hint.__name__: hint}, hint.__name__)
+    return Anything()
+
+
+def _alternatives(hints: tuple[Any, ...]) -> Kind:
+    rest = [hint for hint in hints if hint is not type(None)]
+    records = {hint.__name__: hint for hint in rest if dataclasses.is_dataclass(hint) and not issubclass(hint, Shape)}
+    kinds = [kind_of(hint) for hint in rest if getattr(hint, "__name__", None) not in records]
+    if records:
+        kinds.append(Tagged(typing.cast("Mapping[str, Callable[..., Any]]", records), " or ".join(records)))
+    kind = kinds[0] if len(kinds) == 1 else OneOf(tuple(kinds))
+    return Maybe(kind) if len(rest) < len(hints) else kind

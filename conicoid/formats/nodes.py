@@ -1,0 +1,137 @@
+"""The tree that a scene file is read into, and what its plain words mean.
+
+Meanings follow the core schema of YAML 1.2 (section 10.3): `no` is a text and `1e-9` a number, unlike
+in YAML 1.1. They are looked up when a value is asked for, so that a message can show the word as it
+was written.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+
+@dataclass(slots=True, eq=False)
+class Scalar:
+    """One word. `plain` ones may mean a number, a truth value or null; quoted ones are texts."""
+
+    line: int
+    column: int
+    text: str
+    plain: bool
+    size: int = 1
+
+
+@dataclass(slots=True, eq=False)
+class Listing:
+    """A sequence. `size` counts all nodes below, with aliases expanded."""
+
+    line: int
+    column: int
+    items: list[Node] = field(default_factory=list)
+    size: int = 1
+
+
+@dataclass(slots=True, eq=False)
+class Table:
+    """A mapping with texts as keys, in the order of the file."""
+
+    line: int
+    column: int
+    entries: dict[str, Node] = field(default_factory=dict)
+    keys: dict[str, Scalar] = field(default_factory=dict)
+    size: int = 1
+
+
+Node: TypeAlias = Scalar | Listing | Table
+
+
+_NULL = re.compile(r"null|Null|NULL|~|")
+_TRUE = re.compile(r"true|True|TRUE")
+_FALSE = re.compile(r"false|False|FALSE")
+_INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
+_INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)")
+_NAN = re.compile(r"\.(?:nan|NaN|NAN)")
+
+
+def is_null(node: Node) -> bool:
+    return isinstance(node, Scalar) and node.plain and _NULL.fullmatch(node.text) is not None
+
+
+def truth(node: Node) -> bool | None:
+    """True or false, or None for anything else."""
+    if not isinstance(node, Scalar) or not node.plain:
+        return None
+    if _TRUE.fullmatch(node.text):
+        return True
+    return False if _FALSE.fullmatch(node.text) else None
+
+
+def number(node: Node) -> float | None:
+    """A plain number as the nearest float (±inf and NaN as written), or None for anything else.
+
+    OverflowError where a number as written is beyond the range of float64, or so small that it would turn into 0.
+    """
+    if not isinstance(node, Scalar) or not node.plain or len(node.text) > 1000:
+        return None
+    text = node.text
+    if _FLOAT.fullmatch(text):
+        value = float(text)
+        if math.isinf(value) or (value == 0 and re.search("[1-9]", re.split("[eE]", text, maxsplit=1)[0])):
+            raise OverflowError(text)
+        return value
+    if _INTEGER.fullmatch(text):
+        return float(int(text, 0))
+    if match := _INFINITE.fullmatch(text):
+        return -math.inf if match.group(1) == "-" else math.inf
+    return math.nan if _NAN.fullmatch(text) else None
+
+
+def integer(node: Node) -> int | None:
+    """A plain integer of at most 18 digits, or None for anything else."""
+    if isinstance(node, Scalar) and node.plain and len(node.text) <= 19 and _INTEGER.fullmatch(node.text):
+        return int(node.text.lstrip("+"), 0 if "x" in node.text or "o" in node.text else 10)
+    return None
+
+
+def is_text(node: Node) -> bool:
+    """A quoted word, or a plain one that is not a number, a truth value or null."""
+    if not isinstance(node, Scalar):
+        return False
+    if not node.plain:
+        return True
+    meanings = (_NULL, _TRUE, _FALSE, _INTEGER, _FLOAT, _INFINITE, _NAN)
+    return not any(meaning.fullmatch(node.text) for meaning in meanings)
+
+
+def shortened(text: str, width: int = 60) -> str:
+    return text if len(text) <= width else text[: width - 3] + "..."
+
+
+def shown(node: Node) -> str:
+    """The value as found, on one line, shortened."""
+    return shortened("".join(_pieces(node, 64)))
+
+
+def _pieces(node: Node, budget: int) -> Iterator[str]:
+    if isinstance(node, Scalar):
+        text = shortened(node.text)
+        yield ("nothing" if not text else text) if is_null(node) or not is_text(node) else repr(text)
+    elif budget <= 1:
+        yield "..."
+    elif isinstance(node, Listing):
+        yield "["
+        for i, item in enumerate(node.items[:budget]):
+            yield ", " if i else ""
+            yield from _pieces(item, budget // 4)
+        yield "]"
+    else:
+        yield "{"
+        for i, (key, item) in enumerate(list(node.entries.items())[:budget]):
+            yield f"{', ' if i else ''}{shortened(key)}: "
+            yield from _pieces(item, budget // 4)
+        yield "}"

@@ -1,0 +1,138 @@
+"""A scene as numbers, texts, lists and mappings: what a scene file says, before it is written."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..shapes import Shape
+from ..shapes.body import Body
+from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
+from ..shapes.spheres import Spheres
+from .fields import fields_of
+from .kinds import Several
+from .shape_nodes import MAX_LEVELS, operand_field, parts_of
+
+INLINE_SPHERES = 100
+
+Identity: TypeAlias = tuple[Any, ...]
+
+KeepSpheres = Callable[[Spheres], str]
+"""Writes the balls to a file and returns its name."""
+
+
+class ShapeWriter:
+    """Turns shapes into data. A Boolean used more than once, moved or not, is written once, under a name."""
+
+    def __init__(self, shapes: Iterable[Shape], keep_spheres: KeepSpheres) -> None:
+        self.keep_spheres = keep_spheres
+        self.named: dict[str, Any] = {}
+        self.names: dict[Identity, str] = {}
+        self.uses: Counter[Identity] = Counter()
+        for shape in shapes:
+            self._count(shape, 1)
+
+    def _count(self, shape: Shape, level: int) -> None:
+        if level > MAX_LEVELS:
+            owner = type(shape).__name__
+            raise ValueError(f"{owner}: a scene file holds shapes of at most {MAX_LEVELS} levels, this one has more")
+        self.uses[identity(shape)] += 1
+        if self.uses[identity(shape)] == 1:
+            for part in parts_of(shape):
+                self._count(part, level + 1)
+
+    def data(self, shape: Shape) -> Any:
+        """``{ClassName: fields, move: steps}``, or a reference to a shape that is used again."""
+        move = {"move": steps(shape.motion)} if shape.motion.steps else {}
+        key = identity(shape)
+        if self.uses[key] < 2 or not parts_of(shape):
+            return {type(shape).__name__: self._fields(shape)} | move
+        if key not in self.names:
+            written = {type(shape).__name__: self._fields(shape)}
+            self.names[key] = f"shape {len(self.named) + 1}"
+            self.named[self.names[key]] = written
+        return {"shape": self.names[key]} | move if move else self.names[key]
+
+    def _fields(self, shape: Shape) -> Any:
+        if isinstance(shape, Spheres):
+            return self._spheres(shape)
+        kind = operand_field(type(shape))
+        if kind is None:
+            return self.record(shape)
+        operands = [self.data(part) for part in parts_of(shape)]
+        return operands if isinstance(kind, Several) else operands[0]
+
+    def _spheres(self, spheres: Spheres) -> dict[str, Any]:
+        if len(spheres) > INLINE_SPHERES:
+            return {"file": self.keep_spheres(spheres)}
+        return {"centers": spheres.centers.tolist(), "radii": spheres.radii.tolist()}
+
+    def record(self, item: Any) -> dict[str, Any]:
+        """The arguments that rebuild a dataclass, those at their defaults left out."""
+        values = {name: (getattr(item, name), field) for name, field in fields_of(type(item)).items()}
+        return {
+            name: self.value(value)
+            for name, (value, field) in values.items()
+            if field.required or repr(value) != repr(field.default)
+        }
+
+    def value(self, value: Any) -> Any:
+        """Any field: shapes and records by their class name, arrays and tuples as lists."""
+        if isinstance(value, Shape):
+            return self.data(value)
+        if dataclasses.is_dataclass(value):
+            return {type(value).__name__: self.record(value)}
+        if isinstance(value, np.ndarray):
+            return value.tolist()
+        if isinstance(value, Mapping):
+            return {str(key): self.value(item) for key, item in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [self.value(item) for item in value]
+        return value
+
+
+def identity(shape: Shape) -> Identity:
+    """What is the same for a shape and its moved copies: its class and the very objects it is made of."""
+    values = [getattr(shape, name) for name in fields_of(type(shape))]
+    if not parts_of(shape):
+        return type(shape), id(shape)
+    return type(shape), *(repr(value) if isinstance(value, str) else _ids(value) for value in values)
+
+
+def _ids(value: Any) -> Any:
+    return tuple(map(id, value)) if isinstance(value, tuple) else id(value)
+
+
+def body_data(body: Body, writer: ShapeWriter, material: Any) -> dict[str, Any]:
+    """One entry of `bodies`; a motion stands beside the shape, not in it."""
+    data: dict[str, Any] = {"name": body.name} if body.name is not None else {}
+    shape = writer.data(body.shape)
+    if isinstance(shape, dict):
+        move = shape.pop("move", None)
+        shape = shape.get("shape", shape)
+        data |= {"shape": shape} | ({"move": move} if move else {})
+    else:
+        data["shape"] = shape
+    return data | ({"material": material} if material is not None else {})
+
+
+def steps(motion: Motion) -> list[Any]:
+    """The steps of a motion as a user would write them."""
+    return [_step(step) for step in motion.steps]
+
+
+def _step(step: Any) -> dict[str, Any]:
+    if isinstance(step, Translate):
+        return {"translate": list(step.offset)}
+    if isinstance(step, Rotate):
+        return {"rotate": {"axis": list(step.axis), "degrees": step.degrees}}
+    if isinstance(step, Scale):
+        x, y, z = step.factors
+        return {"scale": x if repr(x) == repr(y) == repr(z) else [x, y, z]}
+    if isinstance(step, Transform):
+        return {"transform": [list(row) for row in step.matrix]}
+    raise TypeError(f"a scene file has no step for {type(step).__name__}")

@@ -1,0 +1,250 @@
+"""Scene files: YAML 1.2, of which JSON is a part. See docs/files.md for what they say.
+
+`read` and `write` speak of the parts of a scene; the scene itself is put together above this layer.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from ..shapes.background import Background
+from ..shapes.body import Body
+from ..shapes.light import LIGHTS
+from ..shapes.material import CONSTRUCTORS, Material
+from ..shapes.spheres import Spheres
+from .atomic import write_text
+from .data_files import save_array
+from .errors import Problem, SceneFileError
+from .fields import Arguments, Tagged, kind_of
+from .kinds import Integer, Kind, Maybe, Schema, Several, Text
+from .nodes import Listing, Node, Scalar, Table, is_null, is_text, shortened
+from .plain import ShapeWriter, body_data
+from .reading import BAD, Bad, Reader
+from .scene_text import read_text
+from .shape_nodes import ShapeReader
+from .yaml_parser import Unreadable, parse
+from .yaml_writer import dump
+
+VERSION = 1
+SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "bodies")
+BODY = ("name", "shape", "move", "material")
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a scene file holds."""
+
+    bodies: tuple[Body, ...]
+    lights: tuple[Any, ...] = ()
+    camera: Any = None
+    background: Any = None
+
+
+class SceneLike(Protocol):
+    """What can be written: a scene, or its parts."""
+
+    @property
+    def bodies(self) -> Sequence[Body]: ...
+    @property
+    def lights(self) -> Sequence[Any]: ...
+    @property
+    def camera(self) -> Any: ...
+    @property
+    def background(self) -> Any: ...
+
+
+class CameraKind(Kind):
+    """The fields of a `Camera`, or ``{ClassName: fields}`` for any camera."""
+
+    phrase = "the fields of a camera, or a mapping such as {OrthographicCamera: {...}}"
+
+    def __init__(self) -> None:
+        from ..render.camera import CAMERAS
+
+        self.cameras = CAMERAS
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        entry = reader.only_entry(node)
+        if entry is not None and entry[0] not in Arguments(self.cameras["Camera"]).fields:
+            return Tagged(self.cameras, "camera").read(node, reader, where)
+        if not isinstance(node, Table):
+            return reader.expected(node, where, self.phrase)
+        return Arguments(self.cameras["Camera"]).read(node, reader, where)
+
+    def schema(self) -> Schema:
+        tagged = Tagged(self.cameras, "camera").schema()["anyOf"]
+        return {"anyOf": [Arguments(self.cameras["Camera"]).schema(), *tagged]}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, Table)
+
+
+def light_kind() -> Kind:
+    return Several(Tagged(LIGHTS, "light"))
+
+
+def material_kind() -> Tagged:
+    return Tagged({**CONSTRUCTORS, "Material": Material}, "material")
+
+
+def background_kind() -> Kind:
+    return kind_of(Background | None)
+
+
+def read(path: str | os.PathLike[str]) -> Parts:
+    """The parts of the scene in a file. Raises SceneFileError with every mistake found."""
+    text = read_text(path)
+    try:
+        root, problems = parse(text)
+    except Unreadable as error:
+        raise SceneFileError(path, [error.problem]) from None
+    if root is None or is_null(root):
+        raise SceneFileError(path, [*problems, Problem(0, 0, "", "is empty, a scene file has at least `bodies`")])
+    reader = Reader(Path(path).parent)
+    reader.problems.extend(problems)
+    parts = _SceneReader(reader).read(root)
+    if reader.problems:
+        raise SceneFileError(path, reader.problems)
+    return parts
+
+
+class _SceneReader:
+    """Reads the sections of one file; on mistakes it goes on, and what it returns is not used."""
+
+    def __init__(self, reader: Reader) -> None:
+        self.reader = reader
+        self.materials: dict[str, Any] = {}
+        self.body_names: dict[str, int] = {}
+
+    def read(self, root: Node) -> Parts:
+        if not isinstance(root, Table):
+            self.reader.expected(root, "scene", f"a mapping with {', '.join(SECTIONS)}")
+            return Parts(())
+        self.reader.entries(root, "scene", SECTIONS, ("bodies",))
+        given = {name: node for name, node in root.entries.items() if not is_null(node) or name == "background"}
+        self._version(given.get("conicoid"))
+        camera = CameraKind().read(given["camera"], self.reader, "camera") if "camera" in given else None
+        lights = light_kind().read(given["lights"], self.reader, "lights") if "lights" in given else ()
+        background = (
+            background_kind().read(given["background"], self.reader, "background") if "background" in given else None
+        )
+        self._read_materials(given.get("materials"))
+        shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"))
+        shapes.read_named()
+        bodies = self._bodies(given.get("bodies"), shapes)
+        return Parts(bodies, () if lights is BAD else lights, camera, background)
+
+    def _version(self, node: Node | None) -> None:
+        if node is not None and Integer().read(node, self.reader, "conicoid") not in (VERSION, BAD):
+            self.reader.expected(node, "conicoid", f"{VERSION}, the version of the format that this program reads")
+
+    def _named(self, node: Node | None, where: str) -> dict[str, Node]:
+        """A section of named things."""
+        if node is None:
+            return {}
+        if not isinstance(node, Table):
+            self.reader.expected(node, where, "a mapping from names to " + where)
+            return {}
+        for name, key in node.keys.items():
+            if not name or not is_text(key):
+                self.reader.report(key, where, f"a name must be a text, got {shortened(name) or 'nothing'} (quote it)")
+        return node.entries
+
+    def _read_materials(self, node: Node | None) -> None:
+        kind = material_kind()
+        for name, item in self._named(node, "materials").items():
+            self.materials[name] = kind.read(item, self.reader, f'material "{shortened(name)}"')
+
+    def _bodies(self, node: Node | None, shapes: ShapeReader) -> tuple[Body, ...]:
+        if node is None:
+            return ()
+        if not isinstance(node, Listing):
+            self.reader.expected(node, "bodies", "a list of bodies, each with a shape")
+            return ()
+        bodies = [self._body(item, f"bodies[{i}]", shapes) for i, item in enumerate(node.items)]
+        return tuple(body for body in bodies if isinstance(body, Body))
+
+    def _body(self, node: Node, where: str, shapes: ShapeReader) -> Body | Bad:
+        name = node.entries.get("name") if isinstance(node, Table) else None
+        if isinstance(name, Scalar) and is_text(name):
+            where = f'body "{shortened(name.text)}"'
+        self.reader.entries(node, where, BODY, ("shape",))
+        if not isinstance(node, Table) or "shape" not in node.entries:
+            return BAD
+        entries = node.entries
+        named = None if name is None or is_null(name) else self._name(name, where)
+        shape = shapes.moved(shapes.read(entries["shape"], where), entries.get("move"), where)
+        material = self._material(entries["material"], f"{where}: material") if "material" in entries else None
+        if shape is BAD or material is BAD or named is BAD:
+            return BAD
+        if isinstance(shapes.check_size(entries["shape"], where, shape), Bad):
+            return BAD
+        return self.reader.made(node, where, lambda: Body(shape, material, named))
+
+    def _name(self, node: Node, where: str) -> Any:
+        name = Text().read(node, self.reader, f"{where}: name")
+        if name is not BAD:
+            if name in self.body_names:
+                line = self.body_names[name]
+                return self.reader.report(node, where, f"name {shortened(name)!r} is taken by the body in line {line}")
+            self.body_names[name] = node.line
+        return name
+
+    def _material(self, node: Node, where: str) -> Any:
+        if is_null(node):
+            return None
+        if isinstance(node, Scalar) and is_text(node):
+            if node.text in self.materials:
+                return self.materials[node.text]
+            return self.reader.unknown(node, where, "material", node.text, self.materials)
+        return material_kind().read(node, self.reader, where)
+
+
+def write(scene: SceneLike, path: str | os.PathLike[str]) -> None:
+    """Write a scene so that reading gives an equal one: floats to the last bit, steps of motions as they were asked for.
+
+    More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after both. Files appear
+    whole or not at all. Raises OSError where they cannot be written.
+    """
+    final = Path(path)
+    bulk: list[Spheres] = []
+
+    def keep(spheres: Spheres) -> str:
+        bulk.append(spheres)
+        return f"{final.stem}-spheres-{len(bulk)}.npy"
+
+    text = dump(scene_data(scene, keep))
+    for number, spheres in enumerate(bulk, start=1):
+        import numpy as np
+
+        table = np.column_stack((spheres.centers, spheres.radii))
+        save_array(final.with_name(f"{final.stem}-spheres-{number}.npy"), table)
+    write_text(final, text)
+
+
+def scene_data(scene: SceneLike, keep: Any) -> dict[str, Any]:
+    """The sections of a scene file, those that say nothing left out."""
+    writer = ShapeWriter([body.shape for body in scene.bodies], keep)
+    materials: dict[Any, str] = {}
+    for body in scene.bodies:
+        if body.material is not None:
+            materials.setdefault(repr(body.material), f"material {len(materials) + 1}")
+    bodies = [
+        body_data(body, writer, None if body.material is None else materials[repr(body.material)]) for body in scene.bodies
+    ]
+    records = {repr(body.material): body.material for body in scene.bodies if body.material is not None}
+    sections: dict[str, Any] = {"conicoid": VERSION}
+    if scene.camera is not None:
+        tagged = writer.value(scene.camera)
+        sections["camera"] = tagged.get("Camera", tagged)
+    if scene.background is not None:
+        sections["background"] = writer.value(scene.background)
+    sections |= {"lights": [writer.value(light) for light in scene.lights]} if scene.lights else {}
+    sections |= {"materials": {name: writer.value(records[key]) for key, name in materials.items()}} if materials else {}
+    sections |= {"shapes": writer.named} if writer.named else {}
+    return sections | {"bodies": bodies}
+

@@ -1,0 +1,108 @@
+"""The JSON Schema of scene files, for editors: made from the classes, so that it cannot grow stale."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..shapes import REGISTRY, Shape, Sheet, Solid
+from ..shapes.spheres import Spheres
+from .fields import Arguments, tagged
+from .kinds import Fixed, Number, Schema, Several
+from .scene_file import VERSION, CameraKind, background_kind, light_kind, material_kind
+from .shape_nodes import VECTOR, operand_field
+
+STEPS: dict[str, Schema] = {
+    "translate": VECTOR.schema(),
+    "rotate": {
+        "type": "object",
+        "properties": {"axis": VECTOR.schema(), "degrees": {"type": "number"}},
+        "required": ["axis", "degrees"],
+        "additionalProperties": False,
+    },
+    "scale": {"anyOf": [{"type": "number"}, VECTOR.schema()]},
+    "transform": Fixed(Fixed(Number(), 4), 4).schema(),
+}
+
+
+def scene_schema() -> dict[str, Any]:
+    """The schema of a whole file (draft 2020-12)."""
+    move = {"type": "array", "items": {"anyOf": [_single(name, step) for name, step in STEPS.items()]}}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Conicoid scene",
+        "type": "object",
+        "properties": {
+            "conicoid": {"const": VERSION, "description": "Version of the format."},
+            "camera": {"anyOf": [CameraKind().schema(), {"type": "null"}]},
+            "background": background_kind().schema(),
+            "lights": {"anyOf": [light_kind().schema(), {"type": "null"}]},
+            "materials": _by_name({"$ref": "#/$defs/material"}),
+            "shapes": _by_name({"$ref": "#/$defs/shape"}),
+            "bodies": {"type": ["array", "null"], "items": {"$ref": "#/$defs/body"}},
+        },
+        "required": ["bodies"],
+        "additionalProperties": False,
+        "$defs": {
+            "move": move | {"description": "Steps about the world's origin, first to last."},
+            "material": material_kind().schema(),
+            "body": _body(),
+            "reference": {
+                "description": "The name of a shape under `shapes`, alone or with a move.",
+                "anyOf": [{"type": "string", "minLength": 1}, _with_move(_single("shape", {"$ref": "#/$defs/shape"}))],
+            },
+            "shape": _shapes(Shape),
+            "solid": _shapes(Solid),
+            "sheet": _shapes(Sheet),
+        }
+        | {name: _with_move(tagged(name, _arguments(cls), cls)) for name, cls in REGISTRY.items()},
+    }
+
+
+def _body() -> Schema:
+    return {
+        "type": "object",
+        "properties": {
+            "name": {"type": ["string", "null"], "minLength": 1},
+            "shape": {"$ref": "#/$defs/shape"},
+            "move": {"$ref": "#/$defs/move"},
+            "material": {"anyOf": [{"type": ["string", "null"]}, {"$ref": "#/$defs/material"}]},
+        },
+        "required": ["shape"],
+        "additionalProperties": False,
+    }
+
+
+def _shapes(base: type[Shape]) -> Schema:
+    names = [name for name, cls in REGISTRY.items() if issubclass(cls, base)]
+    return {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in ("reference", *names)]}
+
+
+def _arguments(cls: type[Shape]) -> Schema:
+    if issubclass(cls, Spheres):
+        radii = {"anyOf": [{"type": "number"}, Several(Number()).schema()]}
+        inline = {"centers": Several(VECTOR).schema(), "radii": radii}
+        text = "A .npy or .csv file beside the scene with columns x, y, z, radius."
+        return {
+            "anyOf": [
+                {"type": "object", "properties": inline, "required": list(inline), "additionalProperties": False},
+                _single("file", {"type": "string", "description": text}),
+            ]
+        }
+    kind = operand_field(cls)
+    if kind is None:
+        return Arguments(cls).schema()
+    return kind.schema() | ({"minItems": 1} if isinstance(kind, Several) else {})
+
+
+def _with_move(schema: Schema) -> Schema:
+    return schema | {"properties": schema["properties"] | {"move": {"$ref": "#/$defs/move"}}}
+
+
+def _single(name: str, value: Schema) -> Schema:
+    return {"type": "object", "properties": {name: value}, "required": [name], "additionalProperties": False}
+
+
+def _by_name(value: Schema) -> Schema:
+    return {"type": ["object", "null"], "additionalProperties": value}
+
+

@@ -1,0 +1,210 @@
+"""Shapes in a scene file: ``{ClassName: {fields}, move: [...]}``, Booleans of them, and references.
+
+    {Sphere: {radius: 2}, move: [{translate: [0, 0, 1]}]}
+    {Difference: [{Box: {}}, {Sphere: {radius: 1.2}}]}
+    wheel                                   # a name under `shapes`
+    {shape: wheel, move: [{scale: 2}]}
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..shapes import REGISTRY, Shape
+from ..shapes.spheres import Spheres
+from .data_files import beside, read_table
+from .fields import Arguments, ShapeKind, fields_of
+from .kinds import Fixed, Kind, Number, OneOf, Several, Text
+from .reading import BAD, Bad, Reader
+from .nodes import Listing, Node, Scalar, Table, is_text
+
+MAX_LEVELS = 100
+MAX_PRIMITIVES = 1_000_000
+SPHERE_COLUMNS = ("x", "y", "z", "radius")
+
+VECTOR = Fixed(Number(), 3)
+MOVES: dict[str, Kind] = {
+    "translate": VECTOR,
+    "scale": OneOf((Number(), VECTOR)),
+    "transform": Fixed(Fixed(Number(), 4), 4),
+}
+
+
+class ShapeReader:
+    """Reads shapes of one scene; knows the named ones and how large each is, fully written out."""
+
+    def __init__(self, reader: Reader, named: dict[str, Node]) -> None:
+        self.reader = reader
+        self.named = named
+        self.built: dict[str, Shape | Bad] = {}
+        self.open: list[str] = []
+        self.level = 0
+        self.sizes: dict[int, tuple[Shape, int, int]] = {}  # by id: the shape (kept alive), primitives, levels
+        reader.shape = self.read
+
+    def read_named(self) -> None:
+        """Read all named shapes, used or not."""
+        for name in self.named:
+            self._resolve(name)
+
+    def read(self, node: Node, where: str, base: type = Shape) -> Any:
+        """The shape at a node, or BAD after a report; it must be of class `base`."""
+        if self.level >= MAX_LEVELS:
+            return self.reader.report(node, where, f"shapes are nested deeper than {MAX_LEVELS} levels")
+        self.level += 1
+        try:
+            shape = self._reference(node, where) if is_text(node) else self._written(node, where)
+        finally:
+            self.level -= 1
+        if shape is BAD or isinstance(shape, base):
+            return shape
+        found = f"{type(shape).__name__}, a {'sheet' if shape.is_sheet else 'solid'}"
+        return self.reader.report(node, where, f"must be {ShapeKind(base).phrase}, got {found}")
+
+    def check_size(self, node: Node, where: str, shape: Shape) -> Shape | Bad:
+        """Refuse what references would blow up to more primitives or levels than any scene needs."""
+        _, primitives, levels = self._size(shape)
+        if primitives > MAX_PRIMITIVES:
+            return self.reader.report(node, where, f"has more than {MAX_PRIMITIVES:,} primitives, references written out")
+        if levels > MAX_LEVELS:
+            return self.reader.report(node, where, f"is nested deeper than {MAX_LEVELS} levels, references written out")
+        return shape
+
+    def _size(self, shape: Shape) -> tuple[Shape, int, int]:
+        if id(shape) not in self.sizes:
+            parts = [self._size(part) for part in parts_of(shape)]
+            primitives = sum(part[1] for part in parts) or 1
+            self.sizes[id(shape)] = (shape, primitives, 1 + max((part[2] for part in parts), default=0))
+        return self.sizes[id(shape)]
+
+    def _reference(self, node: Node, where: str) -> Any:
+        name = node.text if isinstance(node, Scalar) else ""
+        if name in self.named:
+            if name in self.open:
+                circle = " → ".join([*self.open[self.open.index(name) :], name])
+                return self.reader.report(node, where, f"shapes refer to each other in a circle: {circle}")
+            return self._resolve(name)
+        if name in REGISTRY:
+            return self.reader.report(node, where, f"must be a mapping, {{{name}: {{...}}}}, got the bare word {name!r}")
+        return self.reader.unknown(node, where, "shape", name, self.named)
+
+    def _resolve(self, name: str) -> Shape | Bad:
+        if name not in self.built:
+            self.open.append(name)
+            node, where = self.named[name], f'shape "{name}"'
+            shape = self.read(node, where)
+            self.built[name] = shape if isinstance(shape, Bad) else self.check_size(node, where, shape)
+            self.open.pop()
+        return self.built[name]
+
+    def _written(self, node: Node, where: str) -> Any:
+        if not isinstance(node, Table):
+            example = "a shape, a mapping such as {Sphere: {radius: 1}}, or the name of one under `shapes`"
+            return self.reader.expected(node, where, example)
+        heads = [key for key in node.entries if key != "move"]
+        if len(heads) != 1:
+            found = f"{len(heads)}: {', '.join(heads[:4])}" if heads else "none"
+            return self.reader.report(node, where, f"must have one shape as its key (and `move` beside it), got {found}")
+        shape = self._head(node.keys[heads[0]], node.entries[heads[0]], where)
+        return self.moved(shape, node.entries.get("move"), where)
+
+    def _head(self, key: Scalar, value: Node, where: str) -> Any:
+        if key.text == "shape":
+            return self.read(value, where)
+        if key.text not in REGISTRY:
+            return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
+        cls = REGISTRY[key.text]
+        if issubclass(cls, Spheres):
+            return self._spheres(value, f"{where}: Spheres")
+        if (field := operand_field(cls)) is None:
+            return Arguments(cls).read(value, self.reader, where)
+        where = f"{where}: {cls.__name__}"
+        operands = self._operands(value, where, isinstance(field, Several))
+        return operands if operands is BAD else self.reader.made(value, where, lambda: cls(operands))  # type: ignore[call-arg]
+
+    def _operands(self, value: Node, where: str, several: bool) -> Any:
+        if not several:
+            return self.read(value, where)
+        if not isinstance(value, Listing) or not value.items:
+            return self.reader.expected(value, where, "a list of at least one solid")
+        shapes = []
+        for i, item in enumerate(value.items):
+            shapes.append(self.read(item, f"{where}[{i}]"))
+        return BAD if BAD in shapes else tuple(shapes)
+
+    def _spheres(self, value: Node, where: str) -> Any:
+        entries = self.reader.entries(value, where, ("centers", "radii", "file"))
+        if isinstance(entries, Bad):
+            return BAD
+        if set(entries) not in ({"centers", "radii"}, {"file"}):
+            return self.reader.report(value, where, "either centers and radii, or file, must be given")
+        if "file" in entries:
+            return self._spheres_file(entries["file"], where)
+        numbers = Several(Number())
+        centers = Several(VECTOR).read(entries["centers"], self.reader, f"{where}: centers")
+        radii = OneOf((Number(), numbers)).read(entries["radii"], self.reader, f"{where}: radii")
+        if centers is BAD or radii is BAD:
+            return BAD
+        return self.reader.made(value, where, lambda: Spheres(np.array(centers).reshape(-1, 3), radii))
+
+    def _spheres_file(self, node: Node, where: str) -> Any:
+        name = Text().read(node, self.reader, f"{where}: file")
+        if name is BAD:
+            return BAD
+
+        def load() -> Spheres:
+            table = read_table(beside(self.reader.folder, name), 4, SPHERE_COLUMNS)
+            return Spheres(table[:, :3], table[:, 3])
+
+        return self.reader.made(node, f"{where}: file", load)
+
+    def moved(self, shape: Any, moves: Node | None, where: str) -> Any:
+        """The shape after the steps of a `move` list; mistakes are reported for a BAD shape too."""
+        if moves is None:
+            return shape
+        where = f"{where}: move"
+        if not isinstance(moves, Listing):
+            return self.reader.expected(moves, where, "a list of steps such as [{translate: [0, 0, 1]}]")
+        for i, step in enumerate(moves.items):
+            shape = self._step(shape, step, f"{where}[{i}]")
+        return shape
+
+    def _step(self, shape: Any, step: Node, where: str) -> Any:
+        entry = self.reader.only_entry(step)
+        verbs = ("translate", "rotate", "scale", "transform")
+        if entry is None:
+            return self.reader.expected(step, where, f"one of {', '.join(verbs)}, such as {{translate: [0, 0, 1]}}")
+        verb, key, value = entry
+        if verb not in verbs:
+            return self.reader.unknown(key, where, "step", verb, verbs)
+        where = f"{where}: {verb}"
+        arguments = self._rotation(value, where) if verb == "rotate" else (MOVES[verb].read(value, self.reader, where),)
+        if shape is BAD or BAD in arguments:
+            return BAD
+        return self.reader.made(value, where, lambda: getattr(shape, verb)(*arguments))
+
+    def _rotation(self, value: Node, where: str) -> tuple[Any, ...]:
+        entries = self.reader.entries(value, where, ("axis", "degrees"), ("axis", "degrees"))
+        if isinstance(entries, Bad):
+            return (BAD,)
+        axis = VECTOR.read(entries["axis"], self.reader, f"{where}: axis")
+        return axis, Number().read(entries["degrees"], self.reader, f"{where}: degrees")
+
+
+def operand_field(cls: type[Shape]) -> Kind | None:
+    """The kind of a class's only field if that holds shapes: Booleans take them without naming the field."""
+    kinds = [field.kind for field in fields_of(cls).values()]
+    inner = kinds[0].item if len(kinds) == 1 and isinstance(kinds[0], Several) else kinds[0] if kinds else None
+    return kinds[0] if len(kinds) == 1 and isinstance(inner, ShapeKind) else None
+
+
+def parts_of(shape: Shape) -> list[Shape]:
+    """The shapes that a shape's fields hold."""
+    held = [getattr(shape, name) for name in fields_of(type(shape))]
+    flat = [item for value in held for item in (value if isinstance(value, tuple) else (value,))]
+    return [item for item in flat if isinstance(item, Shape)]
+
+
+

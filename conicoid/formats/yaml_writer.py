@@ -1,0 +1,111 @@
+"""Numbers, texts, lists and mappings -> YAML that people like to read and that loses no bit.
+
+What fits on a line stands on one line, the rest one item a line. Floats are the shortest decimals
+that read back exactly; every word is written so that YAML 1.1 and 1.2 readers agree on it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+WIDTH = 110
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(?:[ .-][A-Za-z0-9_]+)*")
+_MEANINGFUL = {"null", "true", "false", "yes", "no", "on", "off", "y", "n", "inf", "nan"}
+
+
+def dump(data: dict[str, Any]) -> str:
+    """A document with one section per key, an empty line before each list or mapping."""
+    text = ""
+    for key, value in data.items():
+        simple = not isinstance(value, (list, dict))
+        text += ("\n" if text and not simple else "") + "\n".join(_entry(word(key), value, "", top=True)) + "\n"
+    return text
+
+
+def _entry(key: str, value: Any, indent: str, top: bool = False) -> Iterator[str]:
+    """`key: value`, on a line of its own if it fits and is not a section of the document."""
+    inline = inlined(value, WIDTH - len(indent) - len(key) - 2)
+    if inline is not None and not (top and isinstance(value, (list, dict)) and value and _is_section(value)):
+        yield f"{indent}{key}: {inline}"
+    else:
+        yield f"{indent}{key}:"
+        yield from _block(value, indent + "  ")
+
+
+def _is_section(value: Any) -> bool:
+    items = value.values() if isinstance(value, dict) else value
+    return any(isinstance(item, (list, dict)) for item in items)
+
+
+def _block(value: Any, indent: str) -> Iterator[str]:
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from _entry(word(key), item, indent)
+        return
+    for item in value:
+        inline = inlined(item, WIDTH - len(indent) - 2)
+        if inline is not None and not (isinstance(item, dict) and "name" in item):
+            yield f"{indent}- {inline}"
+            continue
+        first, *rest = _block(item, indent + "  ")
+        yield f"{indent}- {first.lstrip()}"
+        yield from rest
+
+
+def inlined(value: Any, room: int) -> str | None:
+    """The value on one line, or None if it takes more than `room` characters."""
+    if isinstance(value, dict):
+        return _joined("{", "}", (((f"{word(key)}: ", item)) for key, item in value.items()), room)
+    if isinstance(value, (list, tuple)):
+        return _joined("[", "]", ((("", item)) for item in value), room)
+    text = scalar(value)
+    return text if len(text) <= room or not isinstance(value, (list, dict)) else None
+
+
+def _joined(opening: str, closing: str, parts: Iterator[tuple[str, Any]], room: int) -> str | None:
+    room -= 2
+    texts: list[str] = []
+    for key, item in parts:
+        text = inlined(item, room - len(key))
+        room -= len(key) + len(text or "") + 2
+        if text is None or room < -2:
+            return None
+        texts.append(key + text)
+    return opening + ", ".join(texts) + closing
+
+
+def scalar(value: Any) -> str:
+    """One word: null, a truth value, a number or a text."""
+    if value is None:
+        return "null"
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, (float, np.floating)):
+        return number(float(value))
+    return word(str(value))
+
+
+def number(value: float) -> str:
+    """The shortest decimal that reads back as `value`, with a point before an exponent, as YAML 1.1 wants."""
+    if math.isinf(value):
+        return ".inf" if value > 0 else "-.inf"
+    if value.is_integer() and abs(value) < 1e15 and math.copysign(1.0, value) * value >= 0 and repr(value) != "-0.0":
+        return str(int(value))
+    text = repr(value)
+    mantissa, mark, exponent = text.partition("e")
+    return f"{mantissa}.0e{exponent}" if mark and "." not in mantissa else text
+
+
+def word(text: str) -> str:
+    """A text, in quotes where it could be taken for something else."""
+    if _WORD.fullmatch(text) and text.lower() not in _MEANINGFUL:
+        return text
+    return json.dumps(text, ensure_ascii=not text.isprintable())

@@ -1,0 +1,1 @@
+"""Compiled mathematics on floats and tuples. Knows no objects, allocates nothing, raises nothing."""

@@ -1,0 +1,125 @@
+"""A cell on a ray: at most two spans, each end with the face it lies on.
+
+A face is told by its slot: a plane's row in the table of planes, `QUADRIC_SLOT`, or `NO_SLOT` for
+an end at infinity.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+from ..jit import helper, inline
+from .plane import plane_on_ray
+from .quadric import Roots, quadric_roots, sphere_roots
+from .tables import QUADRIC, SPHERE, Geometry, Ray
+
+QUADRIC_SLOT, NO_SLOT = -1, -2
+
+Spans: TypeAlias = tuple[int, float, float, int, int, float, float, int, int]
+"""count, then t_in, t_out, slot_in, slot_out of each"""
+
+
+@inline
+def load_plane(geometry: Geometry, row: int) -> tuple[float, ...]:
+    t = geometry.planes
+    return t[row, 0], t[row, 1], t[row, 2], t[row, 3], t[row, 4], t[row, 5], t[row, 6]
+
+
+@inline
+def load_sphere(geometry: Geometry, row: int) -> tuple[float, float, float, float]:
+    t = geometry.spheres
+    return t[row, 0], t[row, 1], t[row, 2], t[row, 3]
+
+
+@inline
+def load_quadric(geometry: Geometry, row: int) -> tuple[float, ...]:
+    t = geometry.quadrics
+    return (
+        t[row, 0], t[row, 1], t[row, 2], t[row, 3], t[row, 4], t[row, 5], t[row, 6], t[row, 7], t[row, 8], t[row, 9],
+        t[row, 10], t[row, 11], t[row, 12], t[row, 13], t[row, 14], t[row, 15], t[row, 16], t[row, 17], t[row, 18],
+    )  # fmt: skip
+
+
+@inline
+def plane_crossing(geometry: Geometry, surface: int, ray: Ray) -> tuple[float, float, float]:
+    """(t, height, rate): where the ray crosses a plane; t = 0 on the plane it starts on."""
+    ox, oy, oz, dx, dy, dz, _, _, start = ray
+    plane = load_plane(geometry, geometry.surface_row[surface])
+    height, rate = plane_on_ray(plane, ox, oy, oz, dx, dy, dz)
+    height = 0.0 if surface == start else height
+    return -height / rate, height, rate
+
+
+@helper
+def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Roots:
+    """Crossings with a sphere or general quadric."""
+    ox, oy, oz, dx, dy, dz, _, _, start = ray
+    row = geometry.surface_row[surface]
+    if geometry.surface_kind[surface] == SPHERE:
+        return sphere_roots(load_sphere(geometry, row), ox, oy, oz, dx, dy, dz, inverse, surface == start)
+    return quadric_roots(load_quadric(geometry, row), ox, oy, oz, dx, dy, dz, inverse, surface == start)
+
+
+@inline
+def slab_span(geometry: Geometry, cell: int, ray: Ray) -> tuple[float, float, int, int]:
+    """The span inside all planes of a cell; t_in >= t_out where there is none.
+
+    A ray within a plane counts as if the plane stood an infinitesimal further along its normal.
+    """
+    t_in, t_out, slot_in, slot_out = -math.inf, math.inf, NO_SLOT, NO_SLOT
+    for slot in range(geometry.cell_first[cell], geometry.cell_first[cell + 1]):
+        t, height, rate = plane_crossing(geometry, geometry.plane_surface[slot], ray)
+        side = geometry.plane_side[slot]
+        if rate == 0.0:
+            if (height <= 0.0) != (side > 0):
+                return math.inf, -math.inf, NO_SLOT, NO_SLOT
+        elif (rate < 0.0) == (side > 0):
+            if t > t_in:
+                t_in, slot_in = t, slot
+        elif t < t_out:
+            t_out, slot_out = t, slot
+    return t_in, t_out, slot_in, slot_out
+
+
+@helper
+def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans:
+    """The spans of a ray inside a cell, in order; contacts of zero length are none."""
+    t_in, t_out, slot_in, slot_out = slab_span(geometry, cell, ray)
+    second = (math.inf, -math.inf, NO_SLOT, NO_SLOT)
+    if not t_in < t_out:
+        return 0, t_in, t_out, slot_in, slot_out, *second
+    quadric = geometry.cell_quadric[cell]
+    if quadric < 0:
+        return 1, t_in, t_out, slot_in, slot_out, *second
+    low, high, outside, crosses = curved_roots(geometry, quadric, ray, inverse)
+    outside = outside != (geometry.cell_side[cell] < 0)
+    if not crosses:
+        return (1 if outside else 0), t_in, t_out, slot_in, slot_out, *second
+    if not outside:
+        in_slot = QUADRIC_SLOT if low >= t_in else slot_in
+        out_slot = QUADRIC_SLOT if high <= t_out else slot_out
+        t_in, t_out = max(low, t_in), min(high, t_out)
+        return (1 if t_in < t_out else 0), t_in, t_out, in_slot, out_slot, *second
+    # Outside of ]low, high[: what is left of it and what is right of it
+    out_slot = QUADRIC_SLOT if low <= t_out else slot_out
+    in_slot = QUADRIC_SLOT if high >= t_in else slot_in
+    first_out, second_in = min(low, t_out), max(high, t_in)
+    if second_in < t_out:
+        if t_in < first_out:
+            return 2, t_in, first_out, slot_in, out_slot, second_in, t_out, in_slot, slot_out
+        return 1, second_in, t_out, in_slot, slot_out, *second
+    return (1 if t_in < first_out else 0), t_in, first_out, slot_in, out_slot, *second
+
+
+@inline
+def slot_face(geometry: Geometry, cell: int, slot: int) -> tuple[int, int, int]:
+    """(surface, face number, side) of a slot; side +1 where the surface's gradient points out of the cell."""
+    if slot == QUADRIC_SLOT:
+        return geometry.cell_quadric[cell], geometry.cell_face[cell], int(geometry.cell_side[cell])
+    return geometry.plane_surface[slot], geometry.plane_face[slot], int(geometry.plane_side[slot])
+
+
+@inline
+def is_curved(geometry: Geometry, surface: int) -> bool:
+    return geometry.surface_kind[surface] == SPHERE or geometry.surface_kind[surface] == QUADRIC

@@ -1,0 +1,38 @@
+"""A plane on a ray."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from ..jit import inline
+from .errorfree import accurate_dot, two_difference
+from .vectors import dot
+
+Plane: TypeAlias = tuple[float, float, float, float, float, float, float]
+
+_OBLIQUE = 1.0 / 32.0
+
+
+@inline
+def plane_on_ray(
+    plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
+) -> tuple[float, float]:
+    """(height, rate): the plane's value n·x - offset along the ray is height + rate t.
+
+    `plane` = (normal, height of the anchor over the plane, anchor). The origin is taken relative
+    to the anchor in two floats. Where the terms of one of the dot products cancel, it is
+    done again in twice the precision, so that t = -height / rate keeps its digits for grazing rays.
+    """
+    nx, ny, nz, over, ax, ay, az = plane
+    px, ex = two_difference(ox, ax)
+    py, ey = two_difference(oy, ay)
+    pz, ez = two_difference(oz, az)
+    rate = dot(nx, ny, nz, dx, dy, dz)
+    height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
+    size = abs(nx * dx) + abs(ny * dy) + abs(nz * dz)
+    reach = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
+    if abs(rate) < _OBLIQUE * size or abs(height) < _OBLIQUE * reach:
+        rate = accurate_dot(nx, ny, nz, dx, dy, dz, 0.0, 0.0)
+        height = accurate_dot(nx, ny, nz, px, py, pz, over, dot(nx, ny, nz, ex, ey, ez))
+    return height, rate
+

@@ -1,0 +1,77 @@
+"""The arrays that kernels read: a scene, lowered. Everything refers to everything else by number."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Ints: TypeAlias = npt.NDArray[np.int32]
+Signs: TypeAlias = npt.NDArray[np.int8]
+
+# Kinds of surface
+PLANE, SPHERE, QUADRIC = 0, 1, 2
+# Kinds of entry (a leaf of the scene's tree)
+BALL, CELL, REGION, SHEET, POLYGON = 0, 1, 2, 3, 4
+
+Ray: TypeAlias = tuple[float, float, float, float, float, float, float, float, int]
+"""origin (3), direction (3), t_min, t_max, id of the surface the ray starts on or -1"""
+
+
+class Geometry(NamedTuple):
+    """Surfaces, cells, programs, sheets, entries and their tree. Row counts in brackets."""
+
+    # Surfaces: each distinct one once. [surfaces]
+    surface_kind: Signs
+    surface_row: Ints  # row in the table of its kind
+    planes: Floats  # [planes, 7] normal, height of the anchor over the plane, anchor
+    spheres: Floats  # [spheres, 4] center, radius
+    quadrics: Floats  # [quadrics, 19] anchor, rows, squares, linear, constant
+
+    # Cells: at most one quadric, and planes. [cells]
+    cell_quadric: Ints  # surface or -1
+    cell_side: Signs  # +1: inside where the quadric is <= 0; -1: where >= 0
+    cell_face: Ints  # face number of the quadric
+    cell_first: Ints  # [cells + 1] first plane
+    plane_surface: Ints  # [planes of cells]
+    plane_side: Signs  # +1: inside where n·x <= offset; -1: where >=
+    plane_face: Ints
+
+    # Programs: Boolean trees as counting gates. [programs + 1] first leaf and first gate; gate 0 of each is its root
+    program_leaf: Ints
+    program_gate: Ints
+    leaf_cell: Ints  # [leaves]
+    leaf_gate: Ints  # the gate it feeds
+    leaf_negated: Signs  # 1: feeds the complement
+    leaf_sense: Signs  # +1, or -1 under an odd number of complements: which way its faces look
+    leaf_bounds: Floats  # [leaves, 6] low, high; infinite where unbounded
+    gate_parent: Ints  # [gates] -1 for a root
+    gate_need: Ints  # true when at least so many inputs are
+    gate_negated: Signs  # 1: feeds the complement of its value
+    gate_start: Ints  # true inputs while every leaf is outside
+
+    # Sheets. [sheets]
+    sheet_surface: Ints
+    sheet_program: Ints  # what clips it, or -1
+    sheet_side: Signs  # +1: its normal is the gradient
+    sheet_one_sided: Signs
+    polygon_surface: Ints  # [polygons] its plane
+    polygon_side: Signs  # +1: its normal is the plane's
+    polygon_first: Ints  # [polygons + 1] first vertex
+    polygon_program: Ints
+    vertices: Floats  # [vertices, 3]
+
+    # Entries: what the tree holds, at most one a body. [entries]
+    entry_kind: Signs
+    entry_index: Ints  # surface, cell, program, sheet or polygon
+    entry_body: Ints
+    body_face: Ints  # [bodies] first face row, -1: a ball with the sphere's own uv
+    face_uv: Floats  # [faces, 13] 1 for angular, then 3 x 4 matrix from world coordinates
+
+    # Tree over the bounded entries, 8 wide
+    node_boxes: Floats  # [nodes, 6, 8] low xyz, high xyz
+    node_children: Ints  # [nodes, 8] 0 empty; > 0 node; < 0 leaf -(first << 4 | count) - 1
+    tree_order: Ints  # entries in leaf order
+    unbounded: Ints  # entries that no box holds

@@ -1,0 +1,78 @@
+"""A picture that one can look at and save."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .colormap import COLORMAPS, mapped
+
+Pixels = npt.NDArray[np.float32]
+
+
+class Image:
+    """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
+
+    array: any real numbers; rows from top to bottom.
+    colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness) or "grey".
+    vmin, vmax: the numbers at the two ends of the map; by default the least and the greatest finite one.
+    Numbers that are not finite are shown in pale grey.
+
+    `pixels` (height, width, 3) float32 is what is seen, `values` the array as it was given.
+    Shows itself in a notebook. Raises ValueError for other shapes, for an unknown map and for vmin > vmax.
+    """
+
+    def __init__(
+        self, array: Any, *, colormap: str = "dusk", vmin: float | None = None, vmax: float | None = None
+    ) -> None:
+        values = np.array(array)
+        if values.dtype.kind not in "fiub":
+            raise ValueError(f"Image: array must hold real numbers, got {values.dtype}")
+        if values.size == 0 or not (values.ndim == 2 or (values.ndim == 3 and values.shape[2] == 3)):
+            raise ValueError(f"Image: array must have shape (height, width, 3) or (height, width), got {values.shape}")
+        if colormap not in COLORMAPS:
+            raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {colormap!r}")
+        self.values = values
+        self.pixels: Pixels = np.asarray(
+            values if values.ndim == 3 else mapped(values, colormap, vmin, vmax), dtype=np.float32
+        )
+        self.values.setflags(write=False)
+        self.pixels.setflags(write=False)
+
+    @property
+    def width(self) -> int:
+        return self.pixels.shape[1]
+
+    @property
+    def height(self) -> int:
+        return self.pixels.shape[0]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Save as .png (sRGB, 8 bits) or .exr (linear floats; the numbers themselves if there is one per pixel).
+
+        The file is replaced only when it is complete. Raises ValueError for any other suffix,
+        FileNotFoundError if the folder does not exist.
+        """
+        suffix = Path(path).suffix.lower()
+        if suffix == ".png":
+            from .formats.png import write_png
+
+            write_png(path, self.pixels)
+        elif suffix == ".exr":
+            from .formats.exr import write_exr
+
+            write_exr(path, self.values)
+        else:
+            raise ValueError(f"Image: pictures are saved as .png or .exr, got {os.fspath(path)!r}")
+
+    def _repr_png_(self) -> bytes:
+        from .formats.png import png_bytes
+
+        return png_bytes(self.pixels)
+
+    def __repr__(self) -> str:
+        return f"<Image {self.width} x {self.height}>"

@@ -1,0 +1,45 @@
+"""Rays still to be followed, with their weight in the picture: recursion without recursion."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry.tables import Floats
+from ..jit import inline
+
+FAINT = 2.0**-12
+"""A ray that adds less than this share of what it meets is not followed."""
+
+NO_SURFACE = np.int64(-1)
+"""Start of a ray that lies on no surface."""
+
+
+class Stack(NamedTuple):
+    """One row a ray."""
+
+    floats: Floats  # origin (3), unit direction (3), weight rgb (3)
+    numbers: npt.NDArray[np.int64]  # the surface it starts on, how many turns it has made, the medium it starts in
+
+
+@inline
+def new_stack(depth: int) -> Stack:
+    """A stack for rays of at most `depth` turns: each level leaves at most one ray waiting."""
+    return Stack(np.empty((depth + 2, 9)), np.empty((depth + 2, 3), np.int64))
+
+
+@inline
+def push(
+    stack: Stack, size: int, x: float, y: float, z: float, dx: float, dy: float, dz: float,
+    r: float, g: float, b: float, start: int, turns: int, medium: int,
+) -> int:  # fmt: skip
+    """Add a ray unless it is too faint to matter; returns the new size."""
+    if max(r, max(g, b)) < FAINT:
+        return size
+    row = stack.floats[size]
+    row[0], row[1], row[2], row[3], row[4], row[5] = x, y, z, dx, dy, dz
+    row[6], row[7], row[8] = r, g, b
+    stack.numbers[size, 0], stack.numbers[size, 1], stack.numbers[size, 2] = start, turns, medium
+    return size + 1

@@ -1,0 +1,126 @@
+"""Shapes to flat arrays: the only bridge between objects and kernels.
+
+Motions are baked here, in exact arithmetic, and every number is rounded once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints
+from ..shapes.base import PrimitiveSheet, Shape, Sheet, Solid
+from ..shapes.body import Body
+from ..shapes.cells import All, Cell, Face, PolygonSheet, SurfaceSheet, Tree
+from ..shapes.motion import STILL, Motion
+from ..shapes.region import ClippedSheet
+from ..shapes.spheres import Spheres
+from ..shapes.surface import QuadricSurface
+from ..shapes.vector import FloatArray
+from .assembly import Assembly, Entries, geometry_arrays
+from .trees import Faces, negation, world_tree
+
+
+@dataclass(frozen=True)
+class Lowered:
+    """A scene as arrays. `geometry` is what kernels take first."""
+
+    geometry: Geometry
+    boxes: Floats  # (entries, 6) low, high
+    frames: Floats  # (bodies with a frame, 3, 4) world to own coordinates
+    body_frame: Ints  # (bodies,) row in frames, -1: relative to the ball's center
+    body_item: Ints  # (bodies,) which entry of the scene's list a body comes from
+    body_count: int
+    low: FloatArray
+    high: FloatArray
+
+
+def lower(bodies: Sequence[Body]) -> Lowered:
+    """Flat arrays for a list of bodies; a `Spheres` entry takes one number for each ball."""
+    assembly, entries = Assembly(), Entries()
+    frames: list[Floats] = []
+    body_frame, body_item = [], []
+    for item, body in enumerate(bodies):
+        before = entries.body_count
+        if isinstance(body.shape, Spheres):
+            _add_spheres(assembly, entries, body.shape)
+            frame = np.full(len(body.shape), -1, np.int32)
+        else:
+            _add_shape(assembly, entries, body.shape)
+            frame = np.array([len(frames)], np.int32)
+            frames.append(own_frame(body.shape).inverse_matrix[:3])
+        body_frame.append(frame)
+        body_item.append(np.full(entries.body_count - before, item, np.int32))
+    geometry, boxes = geometry_arrays(assembly, entries)
+    low, high = _extent(boxes)
+    return Lowered(
+        geometry,
+        boxes,
+        np.array(frames).reshape(-1, 3, 4),
+        np.concatenate([np.zeros(0, np.int32), *body_frame]),
+        np.concatenate([np.zeros(0, np.int32), *body_item]),
+        entries.body_count,
+        low,
+        high,
+    )
+
+
+def own_frame(shape: Shape) -> Motion:
+    """The motion from the frame of `hits.local_point` to the world."""
+    return own_frame(shape.base).then(shape.motion) if isinstance(shape, ClippedSheet) else shape.under()
+
+
+def _extent(boxes: Floats) -> tuple[FloatArray, FloatArray]:
+    full = boxes[(boxes[:, :3] <= boxes[:, 3:]).all(axis=1)]
+    return full[:, :3].min(axis=0, initial=np.inf), full[:, 3:].max(axis=0, initial=-np.inf)
+
+
+def _add_shape(assembly: Assembly, entries: Entries, shape: Shape) -> None:
+    faces = Faces()
+    if isinstance(shape, Solid):
+        tree = world_tree(shape, STILL, faces)
+        if isinstance(tree, Cell):
+            kind, index = CELL, assembly.cell(tree)
+        else:
+            kind, index = REGION, assembly.program(tree, faces.bounds)
+    elif isinstance(shape, Sheet):
+        sheet, clip = _world_sheet(shape, STILL, faces)
+        kind, index = assembly.sheet(sheet, -1 if clip is None else assembly.program(clip, {}))
+    else:
+        raise TypeError(f"{type(shape).__name__} is neither a solid nor a sheet")
+    entries.add(kind, index, shape.bounds, faces.rows)
+
+
+def _world_sheet(sheet: Any, outer: Motion, faces: Faces) -> tuple[SurfaceSheet | PolygonSheet, Tree | None]:
+    """The sheet itself, in the world, and everything that clips it."""
+    if isinstance(sheet, ClippedSheet):
+        motion = sheet.motion.then(outer)
+        base, clip = _world_sheet(sheet.base, motion, faces)
+        cut = world_tree(sheet.solid, motion, Faces())
+        cut = cut if sheet.keep == "inside" else negation(cut)
+        return base, cut if clip is None else All((clip, cut))
+    if not isinstance(sheet, PrimitiveSheet):
+        raise TypeError(f"{type(sheet).__name__} is not a sheet that can be traced")
+    result = sheet.sheet(sheet.under(outer))
+    faces.put(0, result.uv, np.eye(4))
+    return result, getattr(result, "clip", None)
+
+
+def _add_spheres(assembly: Assembly, entries: Entries, shape: Spheres) -> None:
+    """Balls straight from arrays; ellipsoids where a motion is no similarity."""
+    centers, linear, factor = shape.placed(STILL)
+    reach = shape.radii[:, None] * np.sqrt((linear**2).sum(axis=1))
+    boxes = np.concatenate([np.nextafter(centers - reach, -np.inf), np.nextafter(centers + reach, np.inf)], axis=1)
+    if factor is not None:
+        numbers = assembly.surfaces.add_balls(np.column_stack([centers, shape.radii * factor]))
+        entries.add_many(BALL, numbers, boxes, -1)
+        return
+    rows = tuple(tuple(float(x) for x in row) for row in np.linalg.inv(linear))
+    cells = []
+    for center, radius in zip(centers.tolist(), shape.radii.tolist(), strict=True):
+        surface = QuadricSurface((1.0, 1.0, 1.0), constant=radius * radius, rows=rows, anchor=tuple(center))  # type: ignore[arg-type]
+        cells.append(assembly.cell(Cell((Face(surface, 0),))))
+    entries.add_many(CELL, np.array(cells, np.int32), boxes, -1)

@@ -1,0 +1,214 @@
+"""Cells, programs, sheets and entries, collected in lists and turned into arrays once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Geometry, Ints, Signs
+from ..shapes.cells import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
+from ..shapes.surface import PlaneSurface
+from ..shapes.vector import Box
+from .surfaces import SurfaceArrays, SurfaceTable
+
+UNBOUNDED = np.array([-math.inf] * 3 + [math.inf] * 3)
+LeafBounds = dict[int, Floats]
+
+
+@dataclass
+class Assembly:
+    """Growing lists, one per column of `Geometry`. Surfaces stand in them by temporary number."""
+
+    surfaces: SurfaceTable = field(default_factory=SurfaceTable)
+    # (quadric or None, side, face) and its planes (surface, side, face)
+    cells: list[tuple[int | None, int, int]] = field(default_factory=list)
+    cell_first: list[int] = field(default_factory=lambda: [0])
+    planes: list[tuple[int, int, int]] = field(default_factory=list)
+    program_leaf: list[int] = field(default_factory=lambda: [0])
+    program_gate: list[int] = field(default_factory=lambda: [0])
+    leaves: list[tuple[int, int, int, int]] = field(default_factory=list)
+    leaf_bounds: list[Floats] = field(default_factory=list)
+    gates: list[tuple[int, int, int, int]] = field(default_factory=list)
+    sheets: list[tuple[int, int, int, int]] = field(default_factory=list)
+    polygons: list[tuple[int, int]] = field(default_factory=list)
+    polygon_first: list[int] = field(default_factory=lambda: [0])
+    vertices: list[Floats] = field(default_factory=list)
+
+    def cell(self, cell: Cell) -> int:
+        quadric, side, number = None, 1, -1
+        for face in cell.faces:
+            surface = self.surfaces.add(face.surface)
+            if isinstance(face.surface, PlaneSurface):
+                self.planes.append((surface, face.inside, face.number))
+            elif quadric is None:
+                quadric, side, number = surface, face.inside, face.number
+            else:
+                raise ValueError("a cell holds at most one quadric: combine two cells instead")
+        self.cells.append((quadric, side, number))
+        self.cell_first.append(len(self.planes))
+        return len(self.cells) - 1
+
+    def program(self, tree: Tree, bounds: LeafBounds) -> int:
+        """Gates for a Boolean tree, parents before children; `bounds` as in `Faces`."""
+        negated = isinstance(tree, Not)
+        inner = tree.part if isinstance(tree, Not) else tree
+        parts = (inner,) if isinstance(inner, Cell) else getattr(inner, "parts", ())
+        need = len(parts) if isinstance(inner, (All, Cell)) else 1
+        self._gate(parts, need, -1, int(negated), -1 if negated else 1, bounds)
+        self.program_leaf.append(len(self.leaves))
+        self.program_gate.append(len(self.gates))
+        return len(self.program_leaf) - 2
+
+    def _gate(
+        self, parts: tuple[Tree, ...], need: int, parent: int, negated: int, sense: int, bounds: LeafBounds
+    ) -> None:
+        gate = len(self.gates)
+        self.gates.append((parent, need, negated, 0))
+        true_at_start = 0
+        for part in parts:
+            turned = isinstance(part, Not)
+            inner = part.part if isinstance(part, Not) else part
+            its_sense = -sense if turned else sense
+            if isinstance(inner, Cell):
+                self.leaves.append((self.cell(inner), gate, int(turned), its_sense))
+                self.leaf_bounds.append(bounds.get(id(inner), UNBOUNDED))
+                true_at_start += turned
+                continue
+            child = len(self.gates)
+            inputs = getattr(inner, "parts", ())
+            self._gate(inputs, len(inputs) if isinstance(inner, All) else 1, gate, int(turned), its_sense, bounds)
+            _, child_need, _, child_start = self.gates[child]
+            true_at_start += (child_start >= child_need) != turned
+        self.gates[gate] = (parent, need, negated, true_at_start)
+
+    def sheet(self, sheet: SurfaceSheet | PolygonSheet, program: int) -> tuple[int, int]:
+        """(kind of entry, index)"""
+        if isinstance(sheet, SurfaceSheet):
+            self.sheets.append((self.surfaces.add(sheet.surface), program, sheet.side, int(sheet.one_sided)))
+            return SHEET, len(self.sheets) - 1
+        self.polygons.append((self.surfaces.add(sheet.plane), program))
+        self.vertices.append(np.asarray(sheet.vertices, dtype=np.float64))
+        self.polygon_first.append(self.polygon_first[-1] + len(sheet.vertices))
+        return POLYGON, len(self.polygons) - 1
+
+
+@dataclass
+class Entries:
+    """The leaves of the scene's tree, in order of their bodies, and what bodies need besides."""
+
+    kinds: list[Signs] = field(default_factory=list)
+    indices: list[Ints] = field(default_factory=list)
+    bodies: list[Ints] = field(default_factory=list)
+    boxes: list[Floats] = field(default_factory=list)
+    body_face: list[Ints] = field(default_factory=list)
+    faces: list[Floats] = field(default_factory=list)
+    face_count: int = 0
+    body_count: int = 0
+
+    def add(self, kind: int, index: int, box: Box, faces: list[Floats]) -> None:
+        """One body with its faces' uv maps."""
+        self.add_many(kind, np.array([index], np.int32), np.concatenate(box)[None, :], self.face_count)
+        self.faces.extend(faces)
+        self.face_count += len(faces)
+
+    def add_many(self, kind: int, indices: Ints, boxes: Floats, first_face: int) -> None:
+        count = len(indices)
+        self.kinds.append(np.full(count, kind, np.int8))
+        self.indices.append(indices)
+        self.bodies.append(np.arange(self.body_count, self.body_count + count, dtype=np.int32))
+        self.boxes.append(boxes)
+        self.body_face.append(np.full(count, first_face, np.int32))
+        self.body_count += count
+
+
+def geometry_arrays(assembly: Assembly, entries: Entries) -> tuple[Geometry, Floats]:
+    """The finished arrays (without a tree) and the entries' boxes (n, 6)."""
+    table = assembly.surfaces.finish()
+    single = len(assembly.surfaces.kinds)
+
+    def resolve(temporary: list[int]) -> tuple[Ints, Signs]:
+        numbers = np.array(temporary, dtype=np.int64)
+        at = np.where(numbers >= 0, numbers, single - 1 - numbers)
+        return table.ids[at].astype(np.int32), table.senses[at]
+
+    cell_quadric, cell_sense = resolve([q if q is not None else 0 for q, _, _ in assembly.cells])
+    cell_side = np.array([s for _, s, _ in assembly.cells], np.int8) * cell_sense
+    cell_quadric[[q is None for q, _, _ in assembly.cells]] = -1
+    plane_surface, plane_sense = resolve([p for p, _, _ in assembly.planes])
+    sheet_surface, sheet_sense = resolve([s for s, _, _, _ in assembly.sheets])
+    polygon_surface, polygon_sense = resolve([p for p, _ in assembly.polygons])
+    leaf_cells = [leaf[0] for leaf in assembly.leaves]
+    geometry = Geometry(
+        surface_kind=table.kind,
+        surface_row=table.row,
+        planes=table.planes,
+        spheres=table.spheres,
+        quadrics=table.quadrics,
+        cell_quadric=cell_quadric,
+        cell_side=cell_side,
+        cell_face=_column(assembly.cells, 2),
+        cell_first=np.array(assembly.cell_first, np.int32),
+        plane_surface=plane_surface,
+        plane_side=np.array([s for _, s, _ in assembly.planes], np.int8) * plane_sense,
+        plane_face=_column(assembly.planes, 2),
+        program_leaf=np.array(assembly.program_leaf, np.int32),
+        program_gate=np.array(assembly.program_gate, np.int32),
+        leaf_cell=np.array(leaf_cells, np.int32),
+        leaf_gate=_column(assembly.leaves, 1),
+        leaf_negated=_column(assembly.leaves, 2).astype(np.int8),
+        leaf_sense=_column(assembly.leaves, 3).astype(np.int8),
+        leaf_bounds=np.array(assembly.leaf_bounds, dtype=np.float64).reshape(-1, 6),
+        gate_parent=_column(assembly.gates, 0),
+        gate_need=_column(assembly.gates, 1),
+        gate_negated=_column(assembly.gates, 2).astype(np.int8),
+        gate_start=_column(assembly.gates, 3),
+        sheet_surface=sheet_surface,
+        sheet_program=_column(assembly.sheets, 1),
+        sheet_side=np.array([s for _, _, s, _ in assembly.sheets], np.int8) * sheet_sense,
+        sheet_one_sided=_column(assembly.sheets, 3).astype(np.int8),
+        polygon_surface=polygon_surface,
+        polygon_side=polygon_sense,
+        polygon_first=np.array(assembly.polygon_first, np.int32),
+        polygon_program=_column(assembly.polygons, 1),
+        vertices=np.concatenate([np.zeros((0, 3)), *assembly.vertices]),
+        entry_kind=_joined(entries.kinds, np.int8),
+        entry_index=_joined(entries.indices, np.int32),
+        entry_body=_joined(entries.bodies, np.int32),
+        body_face=_joined(entries.body_face, np.int32),
+        face_uv=np.array(entries.faces, dtype=np.float64).reshape(-1, 13),
+        node_boxes=np.zeros((0, 6, 8)),
+        node_children=np.zeros((0, 8), np.int32),
+        tree_order=np.zeros(0, np.int32),
+        unbounded=np.zeros(0, np.int32),
+    )
+    boxes = np.concatenate([np.zeros((0, 6)), *entries.boxes])
+    return _balls_direct(geometry, table, single), boxes
+
+
+def _balls_direct(geometry: Geometry, table: SurfaceArrays, single: int) -> Geometry:
+    """Cells that are nothing but a sphere become balls, which are traced without their cell."""
+    kind, index = geometry.entry_kind.copy(), geometry.entry_index.copy()
+    bulk = kind == BALL
+    index[bulk] = table.ids[single - 1 - index[bulk].astype(np.int64)]
+    plane_counts = np.diff(geometry.cell_first)
+    cells = np.where(kind == CELL, index, 0)
+    if len(geometry.cell_quadric):
+        quadric = geometry.cell_quadric[cells]
+        sphere = (quadric >= 0) & (geometry.surface_kind[np.maximum(quadric, 0)] == SPHERE)
+        ball = (kind == CELL) & sphere & (plane_counts[cells] == 0) & (geometry.cell_side[cells] > 0)
+        ball &= geometry.cell_face[cells] == 0
+        kind[ball], index[ball] = BALL, quadric[ball]
+    return geometry._replace(entry_kind=kind, entry_index=index)
+
+
+def _column(rows: list[tuple[int, ...]] | list[tuple[int, int]], column: int) -> Ints:
+    return np.array([row[column] for row in rows], dtype=np.int32)
+
+
+def _joined(parts: list[Ints] | list[Signs], dtype: type[np.int8] | type[np.int32]) -> Ints:
+    return np.concatenate([np.zeros(0, dtype), *parts])
+
+
+__all__ = ["Assembly", "Entries", "REGION", "geometry_arrays"]

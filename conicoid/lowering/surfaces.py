@@ -1,0 +1,239 @@
+"""The scene-wide table of surfaces: each distinct plane or quadric once.
+
+Surfaces are rounded to float64 records; records that are equal to the bit are one surface. Where
+records are merely close, the exact names (`key`, 400-bit arithmetic) decide: surfaces written
+twice, scaled, negated, or reached by different motions that are equal on paper become one. The
+first to be added gives its record and its anchor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ..geometry.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
+from ..shapes import exact as ex
+from ..shapes.surface import ORIGIN, UPRIGHT, PlaneSurface, QuadricSurface, Surface
+
+_CLOSE = 1e-11
+
+
+@dataclass
+class SurfaceArrays:
+    """The finished table, and for each surface added its id and the sense it has there (+1 or -1)."""
+
+    kind: Signs
+    row: Ints
+    planes: Floats
+    spheres: Floats
+    quadrics: Floats
+    ids: Ints
+    senses: Signs
+
+
+@dataclass
+class SurfaceTable:
+    """Collects surfaces; `finish` finds which are the same."""
+
+    kinds: list[int] = field(default_factory=list)
+    records: list[tuple[float, ...]] = field(default_factory=list)
+    surfaces: list[Surface] = field(default_factory=list)
+    balls: list[Floats] = field(default_factory=list)
+    ball_count: int = 0
+
+    def add(self, surface: Surface) -> int:
+        """The temporary number of a surface, >= 0."""
+        kind, record = _record(surface)
+        self.kinds.append(kind)
+        self.records.append(record)
+        self.surfaces.append(surface)
+        return len(self.kinds) - 1
+
+    def add_balls(self, spheres: Floats) -> Ints:
+        """Temporary numbers, < 0, of (N, 4) centers and radii."""
+        first = self.ball_count
+        self.ball_count += len(spheres)
+        self.balls.append(spheres)
+        return -1 - np.arange(first, self.ball_count, dtype=np.int32)
+
+    def finish(self) -> SurfaceArrays:
+        """Number the distinct surfaces. ids and senses are ordered as added, bulk balls after the rest."""
+        kinds = np.array(self.kinds, dtype=np.int8)
+        spheres = _rows(self.records, kinds, SPHERE, 4)
+        planes, quadrics = _rows(self.records, kinds, PLANE, 7), _rows(self.records, kinds, QUADRIC, 19)
+        all_spheres = np.concatenate([spheres, *self.balls]) if self.balls else spheres
+        kind = np.concatenate([kinds, np.full(self.ball_count, SPHERE, np.int8)])
+        row = np.zeros(len(kind), np.int32)
+        for k in (PLANE, SPHERE, QUADRIC):
+            member = kind == k
+            row[member] = np.arange(member.sum())
+        first = np.arange(len(kind))
+        for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
+            _merge_equal(first, np.flatnonzero(kind == k), table)
+        senses = np.ones(len(kind), np.int8)
+        self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
+        # Number the representatives in the order they came
+        distinct = np.flatnonzero(first == np.arange(len(first)))
+        number = np.zeros(len(first), np.int32)
+        number[distinct] = np.arange(len(distinct))
+        return SurfaceArrays(kind[distinct], row[distinct], planes, all_spheres, quadrics, number[first], senses)
+
+    def _surface(self, index: int, spheres: Floats, row: Ints) -> Surface:
+        if index < len(self.surfaces):
+            return self.surfaces[index]
+        x, y, z, r = (float(v) for v in spheres[row[index]])
+        return QuadricSurface((1.0, 1.0, 1.0), ORIGIN, Fraction(r) ** 2, UPRIGHT, (x, y, z))
+
+    def _merge_exact(
+        self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Floats
+    ) -> None:
+        """Among records that are close, let the exact names decide."""
+        distinct = np.flatnonzero(first == np.arange(len(first)))
+        flat = kind[distinct] == PLANE
+        clusters = list(_clusters(distinct[flat], _plane_features(planes[row[distinct[flat]]])))
+        curved = distinct[~flat]
+        features = _quadric_features(kind[curved], row[curved], spheres, quadrics)
+        clusters += _clusters(curved, features)
+        named: dict[int, tuple[int, int]] = {}
+        for cluster in clusters:
+            seen: dict[Any, tuple[int, int]] = {}
+            for index in sorted(int(i) for i in cluster):
+                key, sense = self._surface(index, spheres, row).key()
+                representative, its_sense = seen.setdefault(key, (index, sense))
+                named[index] = (representative, sense * its_sense)
+        for index in range(len(first)) if named else ():
+            merged = named.get(int(first[index]))
+            if merged is not None:
+                senses[index] = merged[1]
+                first[index] = merged[0]
+
+
+def _rows(records: list[tuple[float, ...]], kinds: Signs, kind: int, width: int) -> Floats:
+    rows = [record for record, k in zip(records, kinds.tolist(), strict=True) if k == kind]
+    return np.array(rows, dtype=np.float64).reshape(len(rows), width)
+
+
+def _record(surface: Surface) -> tuple[int, tuple[float, ...]]:
+    """(kind, float64 record), each number rounded once."""
+    if isinstance(surface, PlaneSurface):
+        normal, anchor = _floats(surface.normal), _floats(surface.anchor)
+        return PLANE, (*normal, _height_of_anchor(surface, anchor), *anchor)
+    ball = _as_sphere(surface)
+    if ball is not None:
+        return SPHERE, ball
+    # A factor 2^n keeps squares near 1 and changes no digit
+    largest = max(abs(float(s)) for s in surface.squares)
+    factor = math.ldexp(1.0, -math.frexp(largest)[1]) if largest else 1.0
+    numbers = (*surface.squares, *surface.linear, surface.constant)
+    rows = [float(w) for line in surface.rows for w in line]
+    return QUADRIC, (*_floats(surface.anchor), *rows, *(float(v) * factor for v in numbers))
+
+
+def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> float:
+    if not any(anchor):
+        return -float(surface.offset)
+    return ex.rounded(ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(surface.offset)))
+
+
+def _as_sphere(surface: QuadricSurface) -> tuple[float, ...] | None:
+    """(center, radius) where the quadric is a sphere with its inside inside."""
+    a, b, c = surface.squares
+    if not (a == b == c and a > 0 and not any(surface.linear) and surface.constant > 0):
+        return None
+    if surface.rows is UPRIGHT:
+        square = float(surface.constant) if a == 1 else float(ex.exact(surface.constant) / ex.exact(a))
+        if 1e-290 < square < 1e290:
+            return (*_floats(surface.anchor), math.sqrt(square))
+    rows = tuple(ex.exact_row(row) for row in surface.rows)
+    gram = ex.multiply((rows[0], rows[1], rows[2]), ex.transpose((rows[0], rows[1], rows[2])))
+    if gram[0][1] or gram[0][2] or gram[1][2]:
+        return None
+    if ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
+        return None
+    radius = ex.rounded(ex.context.sqrt(ex.exact(surface.constant) / (ex.exact(a) * gram[0][0])))
+    return (*_floats(surface.anchor), radius)
+
+
+def _floats(values: Iterable[Any]) -> tuple[float, ...]:
+    return tuple(float(v) for v in values)
+
+
+def _merge_equal(first: Any, members: Any, table: Floats) -> None:
+    """Point each member at the earliest one with the same record to the bit (zeros of both signs alike)."""
+    if len(members) < 2:
+        return
+    table = np.ascontiguousarray(table + 0.0)
+    words = table.view(np.uint64)
+    mixed = np.zeros(len(table), np.uint64)
+    for column in range(words.shape[1]):
+        mixed = (mixed ^ words[:, column]) * np.uint64(0x9E3779B97F4A7C15)
+        mixed ^= mixed >> np.uint64(29)
+    order = np.argsort(mixed, kind="stable")
+    same = np.zeros(len(order), bool)
+    same[1:] = (table[order[1:]] == table[order[:-1]]).all(axis=1)
+    head = np.maximum.accumulate(np.where(same, 0, np.arange(len(order))))
+    first[members[order]] = members[order[head]]
+
+
+def _plane_features(planes: Floats) -> Floats:
+    normals, over, anchors = planes[:, :3], planes[:, 3], planes[:, 4:]
+    lengths = np.linalg.norm(normals, axis=1)
+    center = anchors.mean(axis=0) if len(anchors) else np.zeros(3)
+    offsets = ((anchors - center) * normals).sum(axis=1) - over
+    return _scaled(np.column_stack([normals / lengths[:, None], offsets / lengths]), 3, (3,), ())
+
+
+def _quadric_features(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats) -> Floats:
+    """Coefficients about the middle of the scene, scaled to order one."""
+    count = len(kind)
+    ball = kind == SPHERE
+    anchors = np.empty((count, 3))
+    anchors[ball], anchors[~ball] = spheres[row[ball], :3], quadrics[row[~ball], :3]
+    p = anchors - (anchors.mean(axis=0) if count else 0.0)
+    result = np.zeros((count, 10))
+    result[ball, :3] = 1.0
+    result[ball, 6:9] = -p[ball]
+    result[ball, 9] = (p[ball] ** 2).sum(axis=1) - spheres[row[ball], 3] ** 2
+    q = quadrics[row[~ball]]
+    w, s, b = q[:, 3:12].reshape(-1, 3, 3), q[:, 12:15], q[:, 15:18]
+    a = np.einsum("nki,nk,nkj->nij", w, s, w)
+    shift = -np.einsum("nki,ni->nk", w, p[~ball])
+    result[~ball, :6] = a[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    result[~ball, 6:9] = np.einsum("nki,nk->ni", w, s * shift + b)
+    result[~ball, 9] = (s * shift**2 + 2 * b * shift).sum(axis=1) - q[:, 18]
+    size = np.abs(result[:, :6]).max(axis=1, keepdims=True, initial=0.0)
+    return _scaled(result / np.where(size > 0, size, 1.0), 6, (6, 7, 8), (9,))
+
+
+def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second_order: tuple[int, ...]) -> Floats:
+    """Fix the sign by the leading columns; divide lengths and squared lengths by the scene's own."""
+    if not len(features):
+        return features
+    rng = np.random.default_rng(20261120)
+    sign = np.sign(features[:, :leading] @ rng.normal(size=leading))
+    features = features * np.where(sign == 0, 1.0, sign)[:, None]
+    reach = np.abs(features[:, list(first_order)]).max()
+    reach = max(reach, math.sqrt(np.abs(features[:, list(second_order)]).max())) if second_order else reach
+    if reach > 0 and math.isfinite(reach):
+        features[:, list(first_order)] /= reach
+        features[:, list(second_order)] /= reach * reach
+    return features
+
+
+def _clusters(members: Any, features: Floats) -> Iterable[Any]:
+    """Groups of members whose features agree to about 1e-11 along a random direction."""
+    if len(members) < 2:
+        return
+    rng = np.random.default_rng(20261121)
+    place = features @ rng.normal(size=features.shape[1])
+    order = np.argsort(place)
+    near = np.diff(place[order]) <= _CLOSE
+    starts = np.flatnonzero(np.concatenate([[True], ~near]))
+    ends = np.concatenate([starts[1:], [len(order)]])
+    for start, end in zip(starts[ends - starts > 1], ends[ends - starts > 1], strict=True):
+        yield members[order[start:end]]

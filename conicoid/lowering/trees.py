@@ -1,0 +1,91 @@
+"""From shapes to Boolean trees of cells in the world, with faces numbered through a whole body."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..geometry.tables import Floats
+from ..shapes.base import PrimitiveSolid, Solid
+from ..shapes.cells import UV, All, Any_, Cell, Not, Tree
+from ..shapes.motion import Motion
+from ..shapes.region import Complement, Difference, Intersection, Union
+
+
+@dataclass
+class Faces:
+    """The uv maps of a body's faces, in the order of their numbers, and boxes around its cells."""
+
+    rows: list[Floats] = field(default_factory=list)
+    bounds: dict[int, Floats] = field(default_factory=dict)
+    """id of a cell -> (6,) low, high: outside of it the cell does not matter to its body"""
+
+    def put(self, number: int, uv: UV, inverse: Floats) -> None:
+        while len(self.rows) <= number:
+            self.rows.append(np.zeros(13))
+        self.rows[number] = np.concatenate([[float(uv.angular)], (np.array(uv.matrix) @ inverse).ravel()])
+
+
+def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:
+    """The tree of a solid moved by `outer`; its faces take the next numbers."""
+    if isinstance(solid, PrimitiveSolid):
+        tree = _moved(solid.tree(), solid.under(outer), faces, len(faces.rows))
+        _bound(tree, np.concatenate(solid.bounds_under(outer)), faces)
+        return tree
+    motion = solid.motion.then(outer)
+    if isinstance(solid, Complement):
+        return negation(world_tree(solid.operand, motion, faces))
+    if not isinstance(solid, (Union, Intersection, Difference)):
+        raise TypeError(f"{type(solid).__name__} cannot be part of a Boolean combination")
+    parts = [world_tree(part, motion, faces) for part in solid.operands]
+    if isinstance(solid, Union):
+        return _joined(Any_, parts)
+    if isinstance(solid, Difference):
+        parts[1:] = [negation(part) for part in parts[1:]]
+    return _joined(All, parts)
+
+
+def negation(tree: Tree) -> Tree:
+    return tree.part if isinstance(tree, Not) else Not(tree)
+
+
+def _joined(kind: type[All] | type[Any_], parts: list[Tree]) -> Tree:
+    """One node of a kind, nodes of the same kind among its parts opened up."""
+    opened: list[Tree] = []
+    for part in parts:
+        opened.extend(part.parts if isinstance(part, kind) else (part,))
+    return opened[0] if len(opened) == 1 else kind(tuple(opened))
+
+
+def _moved(tree: Tree, motion: Motion, faces: Faces, first: int) -> Tree:
+    """A primitive's tree carried to the world, face numbers raised by `first`."""
+    if isinstance(tree, Cell):
+        moved = []
+        for face in tree.faces:
+            number = first + face.number
+            faces.put(number, face.uv, motion.inverse_matrix)
+            moved.append(dataclasses.replace(face, surface=face.surface.moved(motion), number=number))
+        return Cell(tuple(moved))
+    if isinstance(tree, Not):
+        return negation(_moved(tree.part, motion, faces, first))
+    return _joined(type(tree), [_moved(part, motion, faces, first) for part in tree.parts])
+
+
+def _bound(tree: Tree, box: Floats, faces: Faces) -> None:
+    """All cells of a primitive may be passed over where a ray misses the primitive's box, as long as
+    the primitive is outside when all of its cells are, which a complement in it would spoil."""
+    cells, pending = [], [tree]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Not):
+            return
+        if isinstance(part, Cell):
+            cells.append(part)
+        else:
+            pending.extend(part.parts)
+    low, high = box[:3], box[3:]
+    margin = 16 * 2.0**-53 * (np.abs(low) + np.abs(high) + (high - low))
+    widened = np.concatenate([low - margin, high + margin])
+    faces.bounds.update((id(cell), widened) for cell in cells)

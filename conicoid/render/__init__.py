@@ -1,0 +1,8 @@
+"""From a scene to a picture: cameras, samples, tiles, film."""
+
+from __future__ import annotations
+
+from .camera import Camera, OrthographicCamera
+from .picture import INTEGRATORS, render
+
+__all__ = ["INTEGRATORS", "Camera", "OrthographicCamera", "render"]

@@ -1,0 +1,134 @@
+"""Cameras: data, and the rays of a picture's points.
+
+On a picture w wide and h high the point (x, y), in pixels from the top left corner, has the film
+coordinates u = (2x - w) / h to the right and v = (h - 2y) / h upwards. Every camera here is linear in them:
+
+    origin = o₀ + u o₁ + v o₂,   direction = d₀ + u d₁ + v d₂,
+
+so kernels know one camera (`lens`, these six vectors), and pixels are square whatever w and h are.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from ..shapes.validate import number, positive, vector
+from ..shapes.vector import FloatArray, Vector
+
+if TYPE_CHECKING:
+    from ..trace.rays import Rays
+
+UP = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera at `position` that looks at `look_at`; `field_of_view` is vertical, in degrees.
+
+    Raises ValueError if position equals look_at, if `up` lies along the view, and for a field of view
+    not in (0, 180).
+    """
+
+    position: Vector
+    look_at: Vector
+    up: Vector = UP
+    field_of_view: float = 40.0
+
+    def __post_init__(self) -> None:
+        _check(self)
+        angle = number("Camera", "field_of_view", self.field_of_view)
+        if not 0 < angle < 180:
+            raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {angle}")
+        object.__setattr__(self, "field_of_view", angle)
+
+    @property
+    def lens(self) -> FloatArray:
+        """(6, 3): o₀, o₁, o₂, d₀, d₁, d₂."""
+        right, up, forward = basis(self.position, self.look_at, self.up)
+        half = math.tan(math.radians(self.field_of_view) / 2)
+        zero = np.zeros(3)
+        return np.array([self.position, zero, zero, forward, right * half, up * half])
+
+    def rays(self, width: int, height: int) -> Rays:
+        """Rays through the pixel centres, (height, width, 3), first row on top, directions of unit length."""
+        return rays_of(self, width, height)
+
+
+@dataclass(frozen=True)
+class OrthographicCamera:
+    """Parallel rays from a window `height` high about `position`, along the way to `look_at`."""
+
+    position: Vector
+    look_at: Vector
+    up: Vector = UP
+    height: float = 2.0
+
+    def __post_init__(self) -> None:
+        _check(self)
+        object.__setattr__(self, "height", positive("OrthographicCamera", "height", self.height))
+
+    @property
+    def lens(self) -> FloatArray:
+        """(6, 3): o₀, o₁, o₂, d₀, d₁, d₂."""
+        right, up, forward = basis(self.position, self.look_at, self.up)
+        half, zero = self.height / 2, np.zeros(3)
+        return np.array([self.position, right * half, up * half, forward, zero, zero])
+
+    def rays(self, width: int, height: int) -> Rays:
+        """Rays through the pixel centres, (height, width, 3), first row on top, directions of unit length."""
+        return rays_of(self, width, height)
+
+
+AnyCamera: TypeAlias = Camera | OrthographicCamera
+CAMERAS: dict[str, type[AnyCamera]] = {"Camera": Camera, "OrthographicCamera": OrthographicCamera}
+"""Scene-file name -> class."""
+
+
+def basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(right, up, forward): unit vectors of the view."""
+    forward = _unit(np.subtract(look_at, position))
+    right = _unit(np.cross(forward, _unit(np.array(up))))
+    return right, np.cross(right, forward), forward
+
+
+def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
+    """Rays of the pixel centres of a picture."""
+    from ..trace.rays import Rays
+
+    width, height = checked_size(width, height)
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    u, v = ((2 * x - width) / height)[..., None], ((height - 2 * y) / height)[..., None]
+    lens = camera.lens
+    directions = lens[3] + u * lens[4] + v * lens[5]
+    directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
+    return Rays(lens[0] + u * lens[1] + v * lens[2], directions)
+
+
+def checked_size(width: int, height: int) -> tuple[int, int]:
+    """Width and height as positive integers, or an error."""
+    for name, value in (("width", width), ("height", height)):
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+            raise ValueError(f"picture: {name} must be a whole number of pixels >= 1, got {value!r}")
+    return int(width), int(height)
+
+
+def _check(camera: AnyCamera) -> None:
+    owner: str = type(camera).__name__
+    position, look_at = vector(owner, "position", camera.position), vector(owner, "look_at", camera.look_at)
+    up = vector(owner, "up", camera.up, nonzero=True)
+    if position == look_at:
+        raise ValueError(f"{owner}: look_at must differ from position, got {position} for both")
+    across = np.cross(_unit(np.subtract(look_at, position)), _unit(np.array(up)))
+    if float(np.abs(across).max()) < 1e-12:
+        raise ValueError(f"{owner}: up must not lie along the view, got up {up} for a view from {position} to {look_at}")
+    for field, value in (("position", position), ("look_at", look_at), ("up", up)):
+        object.__setattr__(camera, field, value)
+
+
+def _unit(v: FloatArray) -> FloatArray:
+    scaled = v / np.abs(v).max()
+    return np.asarray(scaled / math.sqrt(float(scaled @ scaled)))

@@ -1,0 +1,67 @@
+"""A camera and lights for scenes that come without."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from ..shapes.light import AmbientLight, DirectionalLight, Light
+from ..shapes.vector import Box, FloatArray, Vector
+from .camera import AnyCamera, Camera, basis
+
+_TOWARDS = (-0.55, 1.0, -0.45)  # from the right, in front, above
+_MARGIN = 1.08
+
+
+def extent(boxes: Iterable[Box]) -> Box:
+    """The box around all finite bounds; unbounded axes are cut to the size of the rest, or to ±1."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for a, b in boxes:
+        if (a <= b).all():
+            low = np.minimum(low, np.where(np.isfinite(a), a, np.inf))
+            high = np.maximum(high, np.where(np.isfinite(b), b, -np.inf))
+    low, high = np.where(np.isfinite(low), low, np.nan), np.where(np.isfinite(high), high, np.nan)
+    sizes = high - low
+    size = float(np.nanmax(sizes)) if np.isfinite(sizes).any() and np.nanmax(sizes) > 0 else 2.0
+    only_low, only_high = np.isfinite(low) & np.isnan(high), np.isnan(low) & np.isfinite(high)
+    none = np.isnan(low) & np.isnan(high)
+    high = np.where(only_low, low + size, np.where(none, size / 2, high))
+    low = np.where(only_high, high - size, np.where(none, -size / 2, low))
+    flat = low == high
+    if flat.all():
+        low, high = low - 1, high + 1
+    return low, high
+
+
+def fitting_camera(low: FloatArray, high: FloatArray, aspect: float) -> Camera:
+    """A camera that has a box in view, on a picture `aspect` times as wide as high.
+
+    The distance is the least at which all eight corners, at depth f along the view and u across it,
+    keep |u| <= (distance + f) tan(half angle), with a margin.
+    """
+    center = (low + high) / 2
+    position = center - np.array(_TOWARDS)
+    right, up, forward = basis(_vector(position), _vector(center), (0, 0, 1))
+    half = math.tan(math.radians(30) / 2)
+    distance = 0.0
+    for corner in np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T - center:
+        for across, slope in ((right, half * aspect), (up, half)):
+            distance = max(distance, _MARGIN * abs(float(across @ corner)) / slope - float(forward @ corner))
+    return Camera(_vector(center - distance * forward), _vector(center), field_of_view=30)
+
+
+def fitting_lights(camera: AnyCamera) -> tuple[Light, ...]:
+    """A key light from above the camera's left shoulder, a weak one from its right, and ambient light."""
+    right, up, forward = basis(camera.position, camera.look_at, camera.up)
+    key, fill = forward + 0.7 * right - 0.9 * up, forward - 1.4 * right - 0.1 * up
+    return (
+        AmbientLight(0.22),
+        DirectionalLight(_vector(key), 0.75),
+        DirectionalLight(_vector(fill), 0.15),
+    )
+
+
+def _vector(v: FloatArray) -> Vector:
+    return float(v[0]), float(v[1]), float(v[2])

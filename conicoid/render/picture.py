@@ -1,0 +1,87 @@
+"""A scene to a picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..shapes.material import DEFAULT, Material
+from .camera import checked_size
+from .fit import extent, fitting_camera, fitting_lights
+
+if TYPE_CHECKING:
+    from ..trace.threads import Progress
+    from .tiles import Film
+
+INTEGRATORS = ("whitted", "normals")
+"""Names of the ways to gather light."""
+
+
+def render(
+    scene: Any,
+    width: int = 640,
+    height: int = 480,
+    samples: int = 4,
+    integrator: str = "whitted",
+    seed: int = 0,
+    depth: int = 10,
+    progress: Progress | None = None,
+) -> Film:
+    """The scene's picture as (height, width, 3) float32 of linear light.
+
+    samples: rays per pixel; one goes through the pixel's centre, more are stratified over its area.
+    depth: how often a ray is reflected or refracted at most.
+    The same arguments give the same picture to the bit, for any number of threads.
+    progress(done, count) is called with numbers of tiles.
+    Raises ValueError for unknown integrators and senseless numbers.
+    """
+    width, height = checked_size(width, height)
+    _check_integrator(integrator)
+    samples = _whole("samples", samples, 1, 2**20)
+    depth = _whole("depth", depth, 0, 10_000)
+    seed = _whole("seed", seed, 0, 2**63 - 1)
+
+    from ..trace.threads import run_chunks
+    from . import tiles
+
+    camera = scene.camera or fitting_camera(*extent(body.shape.bounds for body in scene.bodies), width / height)
+    geometry, lens = scene.geometry, camera.lens
+    film = np.zeros((height, width, 3), dtype=np.float32)
+    count = -(-width // tiles.SIDE) * -(-height // tiles.SIDE)
+    if integrator == "normals":
+
+        def work(begin: int, end: int) -> None:
+            tiles.normals_tiles(geometry, lens, film, samples, seed, begin, end)
+
+    else:
+        look = _look(scene, camera)
+
+        def work(begin: int, end: int) -> None:
+            tiles.whitted_tiles(geometry, lens, film, samples, seed, look, depth, begin, end)
+
+    run_chunks(work, count, 1, progress)
+    return film
+
+
+def _look(scene: Any, camera: Any) -> Any:
+    from ..shading.look import lower_look
+
+    materials = [DEFAULT if body.material is None else body.material for body in scene.bodies]
+    for i, material in enumerate(materials):
+        if not isinstance(material, Material):
+            raise TypeError(f"render: material of bodies[{i}] must be a Material, got {type(material).__name__}")
+    sheets = [body.shape.is_sheet for body in scene.bodies]
+    lights = scene.lights or fitting_lights(camera)
+    return lower_look(materials, sheets, scene.lowered.body_item, lights, scene.background)
+
+
+def _check_integrator(name: str) -> None:
+    if name not in INTEGRATORS:
+        raise ValueError(f"render: integrator must be one of {', '.join(INTEGRATORS)}, got {name!r}")
+
+
+def _whole(name: str, value: Any, least: int, most: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+        raise ValueError(f"render: {name} must be a whole number from {least} to {most}, got {value!r}")
+    return int(value)

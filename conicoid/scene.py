@@ -1,0 +1,181 @@
+"""The scene a user holds: bodies, lights, a camera, and the questions it answers."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .shapes.base import Shape
+from .shapes.body import Body
+from .shapes.spheres import Spheres
+from .shapes.vector import Box
+
+if TYPE_CHECKING:
+    from .image import Image
+    from .lowering import Lowered
+    from .trace.hits import Hits
+    from .trace.queries import Prepared
+    from .trace.spans import Crossings, Spans
+
+
+class Scene:
+    """Bodies in listing order (ties go to the first), with lights, a camera and a background.
+
+    `items` are shapes or `Body`s. The scene is immutable; its arrays are built when first asked for.
+    Every query takes origins and directions (..., 3), or a `Rays` alone, and keeps the leading shape.
+    """
+
+    def __init__(
+        self, items: Iterable[Shape | Body] = (), lights: Iterable[Any] = (), camera: Any = None, background: Any = None
+    ) -> None:
+        from .shapes.background import as_background
+        from .shapes.light import as_lights
+
+        self._bodies = tuple(_as_body(i, item) for i, item in enumerate(items))
+        names: dict[str, int] = {}
+        for i, body in enumerate(self._bodies):
+            if body.name is not None and names.setdefault(body.name, i) != i:
+                raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {body.name!r}")
+        self._lights = as_lights(lights)
+        self._camera = camera
+        self._background = as_background(background)
+        self._prepared: Prepared | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        return self._bodies
+
+    @property
+    def lights(self) -> tuple[Any, ...]:
+        return self._lights
+
+    @property
+    def camera(self) -> Any:
+        return self._camera
+
+    @property
+    def background(self) -> Any:
+        return self._background
+
+    def __getitem__(self, name: str | int) -> Body:
+        """The body of a name, or the entry of an index."""
+        if isinstance(name, str):
+            for body in self._bodies:
+                if body.name == name:
+                    return body
+            known = ", ".join(repr(body.name) for body in self._bodies if body.name) or "none has a name"
+            raise KeyError(f"no body named {name!r}; named bodies: {known}")
+        return self._bodies[name]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        mine = (self.bodies, self.lights, self.camera, self.background)
+        return mine == (other.bodies, other.lights, other.camera, other.background)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"Scene({len(self._bodies)} bodies, {len(self._lights)} lights)"
+
+    @property
+    def body_count(self) -> int:
+        """How many body ids there are: one for each entry, N for a `Spheres` of N balls."""
+        return sum(len(body.shape) if isinstance(body.shape, Spheres) else 1 for body in self._bodies)
+
+    @property
+    def bounds(self) -> Box:
+        """(low, high) around all bodies; ±inf where unbounded, (inf, -inf) for an empty scene."""
+        from .shapes.region import around
+
+        return around([body.shape.bounds for body in self._bodies])
+
+    @property
+    def prepared(self) -> Prepared:
+        """The lowered scene with its tree, built on first use and shared by all threads."""
+        with self._lock:
+            if self._prepared is None:
+                from .lowering import lower
+                from .trace.queries import Prepared
+
+                self._prepared = Prepared.of(lower(self._bodies))
+            return self._prepared
+
+    @property
+    def lowered(self) -> Lowered:
+        return self.prepared.lowered
+
+    @property
+    def geometry(self) -> Any:
+        """The arrays that kernels take."""
+        return self.prepared.geometry
+
+    @property
+    def body_materials(self) -> list[Any]:
+        """The material of each body id (None: the default)."""
+        return [self._bodies[item].material for item in self.lowered.body_item.tolist()]
+
+    def first_hit(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Hits:
+        """The nearest crossing of each ray in the open interval ]t_min, t_max[.
+
+        Raises ValueError for rays that cannot be traced, with the index of the first.
+        """
+        from .trace import queries
+
+        return queries.first_hit(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+
+    def occluded(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Any:
+        """bool (...): is there any crossing in ]t_min, t_max[?  Equals first_hit(...).t < inf."""
+        from .trace import queries
+
+        return queries.occluded(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+
+    def spans(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Spans:
+        """Every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray."""
+        from .trace import queries
+
+        return queries.spans(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+
+    def crossings(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Crossings:
+        """Every crossing of each ray with every body in ]t_min, t_max[, solids and sheets, sorted along the ray."""
+        from .trace import queries
+
+        return queries.crossings(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+
+    def contains(self, points: Any) -> Any:
+        """bool (...): does any solid contain the point (..., 3)?  Leaves are closed, Booleans exact."""
+        return np.asarray(self.body_at(points) >= 0)[()]
+
+    def body_at(self, points: Any) -> Any:
+        """int32 (...): the first listed body that contains the point (..., 3), or -1."""
+        from .trace import queries
+
+        return queries.body_at(self.prepared, points)
+
+    def render(
+        self,
+        width: int = 640,
+        height: int = 480,
+        samples: int = 4,
+        integrator: str = "whitted",
+        seed: int = 0,
+        **options: Any,
+    ) -> Image:
+        """A picture. `samples` per pixel (1: pixel centers); a camera and light that fit, where none is given."""
+        from .image import Image
+        from .render import render
+
+        return Image(render(self, width=width, height=height, samples=samples, integrator=integrator, seed=seed, **options))
+
+
+def _as_body(index: int, item: Any) -> Body:
+    if isinstance(item, Body):
+        return item
+    if isinstance(item, Shape):
+        return Body(item)
+    raise TypeError(f"Scene: items[{index}] must be a shape or a Body, got {type(item).__name__}")

@@ -1,0 +1,1 @@
+"""What happens to light at a surface: one formula, one file; materials and lights as flat records."""

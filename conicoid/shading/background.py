@@ -1,0 +1,38 @@
+"""What rays see that hit nothing."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+from ..jit import inline
+from ..shapes.background import DEFAULT_BACKGROUND, Background, Sky
+from ..shapes.color import linear_rgb
+
+Colors: TypeAlias = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+
+
+def lower_background(background: Background | None) -> Colors:
+    """Colours straight up, at the horizon and straight down."""
+    sky = DEFAULT_BACKGROUND if background is None else background
+    if isinstance(sky, Sky):
+        horizon = linear_rgb(sky.horizon)
+        return linear_rgb(sky.zenith), horizon, horizon if sky.ground is None else linear_rgb(sky.ground)
+    color = linear_rgb(sky)
+    return color, color, color
+
+
+@inline
+def background_color(colors: Colors, dz: float) -> tuple[float, float, float]:
+    """Colour along a unit direction: from the horizon linear in sqrt|dz|."""
+    zenith, horizon, ground = colors
+    s = math.sqrt(min(1.0, abs(dz)))
+    if dz > 0.0:
+        return between(horizon[0], zenith[0], s), between(horizon[1], zenith[1], s), between(horizon[2], zenith[2], s)
+    return between(horizon[0], ground[0], s), between(horizon[1], ground[1], s), between(horizon[2], ground[2], s)
+
+
+@inline
+def between(a: float, b: float, s: float) -> float:
+    """a at s = 0, b at s = 1."""
+    return a + s * (b - a)

@@ -1,0 +1,73 @@
+"""The light that a surface sends to the eye by itself: ambient, diffuse and highlights."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..geometry.tables import Geometry
+from ..geometry.vectors import dot
+from ..jit import helper, inline
+from ..trace.events import Scratch
+from ..trace.kernels import uv_at
+from .lights import share, towards
+from .look import Look
+from .materials import CHECKER_UV, PLAIN, Materials, color_in_space, color_on_uv, pick
+from .phong import half_vector, phong
+from .shadow import light_through
+
+_FAINT = 1e-5  # a highlight under this is not worth a shadow ray
+
+
+@inline
+def surface_color(
+    geometry: Geometry, materials: Materials, body: int, face: int, surface: int,
+    x: float, y: float, z: float, nx: float, ny: float, nz: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """The diffuse colour at a point; n is the body's outward normal."""
+    row = materials.rows[materials.row_of[body]]
+    if row.pattern == PLAIN:
+        return pick(row, True)
+    if row.pattern == CHECKER_UV:
+        u, v = uv_at(geometry, body, face, surface, x, y, z)
+        return color_on_uv(row, u, v)
+    return color_in_space(row, x, y, z, nx, ny, nz)
+
+
+@inline
+def highlight(
+    row: Any, lx: float, ly: float, lz: float, ex: float, ey: float, ez: float, nx: float, ny: float, nz: float
+) -> float:
+    """The material's highlight: half-vector or Phong."""
+    if row.half_vector == 1:
+        return half_vector(lx, ly, lz, ex, ey, ez, nx, ny, nz, row.shininess)
+    return phong(lx, ly, lz, ex, ey, ez, nx, ny, nz, row.shininess)
+
+
+@helper
+def direct_light(
+    geometry: Geometry, scratch: Scratch, look: Look, row: Any, start: int, inside: int,
+    x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    """(Σ I N·L, Σ I h), each rgb, over the lights seen from x on surface `start`, n on the eye's side."""
+    dr, dg, db, hr, hg, hb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    shiny = row.specular[0] + row.specular[1] + row.specular[2] > 0.0
+    for k in range(len(look.lights)):
+        light = look.lights[k]
+        lx, ly, lz, end = towards(light, x, y, z)
+        distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
+        if distance == 0.0:
+            continue
+        ux, uy, uz = lx / distance, ly / distance, lz / distance
+        cosine = dot(nx, ny, nz, ux, uy, uz)
+        if cosine <= 0.0:
+            continue
+        shine = highlight(row, ux, uy, uz, ex, ey, ez, nx, ny, nz) if shiny else 0.0
+        part = share(light, ux, uy, uz, distance)
+        if part == 0.0 or (row.diffuse == 0.0 and shine < _FAINT):
+            continue
+        r, g, b = light_through(geometry, scratch, look.materials, x, y, z, lx, ly, lz, end, start, inside)
+        r, g, b = r * part * light.intensity[0], g * part * light.intensity[1], b * part * light.intensity[2]
+        dr, dg, db = dr + r * cosine, dg + g * cosine, db + b * cosine
+        hr, hg, hb = hr + r * shine, hg + g * shine, hb + b * shine
+    return dr, dg, db, hr, hg, hb

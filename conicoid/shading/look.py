@@ -1,0 +1,35 @@
+"""All about light in a scene, as kernels take it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry.tables import Ints
+from ..shapes.background import Background
+from ..shapes.light import Light
+from ..shapes.material import Material
+from .background import Colors, lower_background
+from .lights import lower_lights
+from .materials import Materials, lower_materials
+
+
+class Look(NamedTuple):
+    """Materials, lights, the ambient light and the background."""
+
+    materials: Materials
+    lights: npt.NDArray[np.void]
+    ambient: tuple[float, float, float]
+    background: Colors
+
+
+def lower_look(
+    materials: Sequence[Material], sheets: Sequence[bool], item_of: Ints,
+    lights: Iterable[Light], background: Background | None,
+) -> Look:  # fmt: skip
+    """The look of a scene: one material and one flag per entry, and the entry of each numbered body."""
+    records, ambient = lower_lights(lights)
+    return Look(lower_materials(materials, sheets, item_of), records, ambient, lower_background(background))

@@ -1,0 +1,111 @@
+"""Materials as records: one row per distinct material, and which row each body has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry.tables import Ints, Signs
+from ..jit import inline
+from ..shapes.checker import Checker
+from ..shapes.color import amount_rgb, linear_rgb
+from ..shapes.material import Material
+from .checker import is_even
+
+PLAIN, CHECKER_UV, CHECKER_SPACE = 0, 1, 2
+_DEPTH = 2.0**-20  # of a cube's side: how far under the surface a pattern in space is read
+
+RECORD = np.dtype(
+    [
+        ("color", "f8", (3,)),
+        ("second_color", "f8", (3,)),
+        ("scale", "f8", (3,)),
+        ("pattern", "i8"),
+        ("ambient", "f8"),
+        ("diffuse", "f8"),
+        ("specular", "f8", (3,)),
+        ("shininess", "f8"),
+        ("half_vector", "i8"),
+        ("reflectivity", "f8", (3,)),
+        ("fresnel", "i8"),
+        ("transparent", "i8"),
+        ("transparency", "f8", (3,)),
+        ("index", "f8"),
+        ("absorption", "f8", (3,)),
+    ],
+    align=True,
+)
+
+
+class Materials(NamedTuple):
+    """What kernels know about materials."""
+
+    rows: npt.NDArray[np.void]
+    row_of: Ints
+    """Row of each body."""
+    opaque: Signs
+    """For each body: 1 if it blocks light."""
+    medium: Signs
+    """For each body: 1 if it is a transparent solid, which light is inside of."""
+    any_transparent: bool
+
+
+def lower_materials(materials: Sequence[Material], sheets: Sequence[bool], item_of: Ints) -> Materials:
+    """Records for one material and one flag per entry of a scene; item_of is the entry of each body."""
+    known: dict[Material, int] = {}
+    row_of = np.array([known.setdefault(material, len(known)) for material in materials], dtype=np.int32)
+    rows = np.zeros(max(1, len(known)), dtype=RECORD)
+    for material, row in known.items():
+        _fill(rows[row], material)
+    transparent = rows["transparent"][row_of] != 0
+    medium = transparent & ~np.array(sheets, dtype=bool)
+    return Materials(
+        rows,
+        row_of[item_of],
+        (~transparent[item_of]).astype(np.int8),
+        medium[item_of].astype(np.int8),
+        bool(transparent.any()),
+    )
+
+
+def _fill(row: Any, material: Material) -> None:
+    color = material.color
+    if isinstance(color, Checker):
+        row["color"], row["second_color"] = linear_rgb(color.a), linear_rgb(color.b)
+        row["scale"] = color.scales
+        row["pattern"] = CHECKER_SPACE if color.space else CHECKER_UV
+    else:
+        row["color"] = linear_rgb(color)
+    for field in ("specular", "reflectivity", "transparency", "absorption"):
+        row[field] = amount_rgb(getattr(material, field))
+    row["ambient"], row["diffuse"], row["shininess"] = material.ambient, material.diffuse, material.shininess
+    row["half_vector"], row["fresnel"] = material.highlight == "blinn_phong", material.fresnel
+    row["transparent"], row["index"] = bool((row["transparency"] > 0).any()), material.refractive_index
+
+
+@inline
+def pick(material: Any, first: bool) -> tuple[float, float, float]:
+    """One of the two colours of a material."""
+    if first:
+        return material.color[0], material.color[1], material.color[2]
+    return material.second_color[0], material.second_color[1], material.second_color[2]
+
+
+@inline
+def color_on_uv(material: Any, u: float, v: float) -> tuple[float, float, float]:
+    """Colour of a uv checker."""
+    return pick(material, is_even(u / material.scale[0], v / material.scale[1], 0.0))
+
+
+@inline
+def color_in_space(
+    material: Any, x: float, y: float, z: float, nx: float, ny: float, nz: float
+) -> tuple[float, float, float]:
+    """Colour of a checker in space just under the point of a surface with outward unit normal n."""
+    a = x / material.scale[0] - _DEPTH * nx
+    b = y / material.scale[1] - _DEPTH * ny
+    c = z / material.scale[2] - _DEPTH * nz
+    return pick(material, is_even(a, b, c))

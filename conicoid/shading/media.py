@@ -1,0 +1,37 @@
+"""Light inside transparent solids. A medium is named by the row of its material; OUTSIDE is vacuum."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..jit import inline
+
+OUTSIDE = -1
+
+
+@inline
+def medium_of(materials: Any, body: int) -> int:
+    """The medium inside of a body, or outside of all (-1)."""
+    return int(materials.row_of[body]) if body >= 0 else OUTSIDE
+
+
+@inline
+def index_of(materials: Any, medium: int) -> float:
+    """Refractive index of a medium."""
+    return materials.rows[medium].index if medium >= 0 else 1.0
+
+
+@inline
+def absorbed(materials: Any, medium: int, length: float, r: float, g: float, b: float) -> tuple[float, float, float]:
+    """Light after a length of way through a medium: exp(-absorption · length) for each channel (Beer)."""
+    if medium < 0 or length <= 0.0:
+        return r, g, b
+    row = materials.rows[medium]
+    if row.absorption[0] > 0.0:
+        r *= math.exp(-row.absorption[0] * length)
+    if row.absorption[1] > 0.0:
+        g *= math.exp(-row.absorption[1] * length)
+    if row.absorption[2] > 0.0:
+        b *= math.exp(-row.absorption[2] * length)
+    return r, g, b

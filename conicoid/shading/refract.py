@@ -1,0 +1,28 @@
+"""Snell's law."""
+
+from __future__ import annotations
+
+import math
+
+from ..geometry.vectors import dot
+from ..jit import inline
+
+
+@inline
+def refract(
+    dx: float, dy: float, dz: float, nx: float, ny: float, nz: float, eta: float
+) -> tuple[float, float, float, float]:
+    """(tx, ty, tz, cos θ₂) of unit d through unit n, d·n <= 0; cos θ₂ = -1 where reflection is total.
+
+    eta = η₁ / η₂, index where the ray comes from over index beyond. The part of d along the surface
+    is scaled by eta (that is Snell's law), the part along -n makes up the length:
+    t = eta (d - (d·n) n) - cos θ₂ n, with cos² θ₂ = 1 - eta² sin² θ₁. The same as
+    T = -eta L + (eta cos θ₁ - cos θ₂) N of seed 000 with L = -d, without its cancellation.
+    """
+    along = dot(dx, dy, dz, nx, ny, nz)
+    sx, sy, sz = eta * (dx - along * nx), eta * (dy - along * ny), eta * (dz - along * nz)
+    square = 1.0 - dot(sx, sy, sz, sx, sy, sz)
+    if square < 0.0:
+        return 0.0, 0.0, 0.0, -1.0
+    cosine = math.sqrt(square)
+    return sx - cosine * nx, sy - cosine * ny, sz - cosine * nz, cosine

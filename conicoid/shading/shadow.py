@@ -1,0 +1,59 @@
+"""How much of a light reaches a point.
+
+Opaque bodies block it. Through transparent ones it goes straight on (bundling by refraction is not
+followed): each wall lets through what Fresnel leaves of light that arrives at that angle from the
+rarer side, times the body's transparency, and the way inside absorbs by Beer's law.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..geometry.tables import Geometry
+from ..geometry.vectors import dot
+from ..jit import helper, inline
+from ..trace.events import Scratch
+from ..trace.kernels import blocked, media, nearest, normal_at
+from .fresnel import dielectric
+from .materials import Materials
+from .media import absorbed, index_of, medium_of
+
+
+@helper
+def light_through(
+    geometry: Geometry, scratch: Scratch, materials: Materials,
+    x: float, y: float, z: float, lx: float, ly: float, lz: float, end: float, start: int, inside: int,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Share (rgb) of the light at x + end·l that reaches x, which lies on surface `start` in medium `inside`."""
+    ray = (x, y, z, lx, ly, lz, 0.0, end, start)
+    if blocked(geometry, scratch, ray, materials.opaque):
+        return 0.0, 0.0, 0.0
+    r, g, b = 1.0, 1.0, 1.0
+    if not materials.any_transparent:
+        return r, g, b
+    length = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
+    done = 0.0
+    while True:
+        t, body, surface, _, side = nearest(geometry, scratch, ray)
+        if body < 0:
+            break
+        before, after = media(geometry, scratch, ray, t, materials.medium)
+        inside, beyond = medium_of(materials, before), medium_of(materials, after)
+        if materials.medium[body] == 0 or inside != beyond:
+            r, g, b = absorbed(materials, inside, (t - done) * length, r, g, b)
+            nx, ny, nz = normal_at(geometry, surface, side, x + t * lx, y + t * ly, z + t * lz)
+            cosine = abs(dot(lx, ly, lz, nx, ny, nz)) / length
+            kept = 1.0 - wall_reflectance(cosine, index_of(materials, inside), index_of(materials, beyond))
+            row = materials.rows[materials.row_of[body]]
+            r, g, b = r * kept * row.transparency[0], g * kept * row.transparency[1], b * kept * row.transparency[2]
+            inside, done = beyond, t
+        ray = (x, y, z, lx, ly, lz, t, end, start)
+    return absorbed(materials, inside, (end - done) * length, r, g, b)
+
+
+@inline
+def wall_reflectance(cosine: float, index1: float, index2: float) -> float:
+    """Fresnel's reflectance of a wall between two media for light from the rarer one."""
+    eta = min(index1, index2) / max(index1, index2)
+    beyond = 1.0 - eta * eta * (1.0 - cosine * cosine)
+    return dielectric(min(1.0, cosine), math.sqrt(max(0.0, beyond)), eta)

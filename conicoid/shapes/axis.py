@@ -1,0 +1,34 @@
+"""The axis from start to end that cylinders and cones stand on."""
+
+from __future__ import annotations
+
+import math
+
+from . import exact as ex
+from .motion import Frame, Motion
+from .vector import Vector
+
+
+def check_axis(owner: str, start: Vector, end: Vector) -> None:
+    """Refuse ends that are equal or whose distance overflows."""
+    if start == end:
+        raise ValueError(f"{owner}: end must differ from start, got {end} for both")
+    if not math.isfinite(math.dist(start, end)):
+        raise ValueError(f"{owner}: end is too far from start, got {start} and {end}")
+
+
+def difference(start: Vector, end: Vector) -> ex.Row:
+    """end - start, exact."""
+    x, y, z = (ex.exact(b) - ex.exact(a) for a, b in zip(start, end, strict=True))
+    return x, y, z
+
+
+def axis_frame(start: Vector, end: Vector, reference: Vector | None) -> Motion:
+    """Own frame to world: origin at start, z towards end, x towards the reference (seed 002)."""
+    return Motion((Frame(start, difference(start, end), reference),))
+
+
+def exact_length(start: Vector, end: Vector) -> ex.Exact:
+    """|end - start| in 400 bits."""
+    axis = difference(start, end)
+    return ex.context.sqrt(ex.dot(axis, axis))

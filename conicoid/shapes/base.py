@@ -1,0 +1,194 @@
+"""What every shape has: motions, bounds, Boolean operators, a name in scene files.
+
+To add a primitive, subclass `Solid` or `Sheet` in a file of this folder and give data: fields,
+`tree` (or `sheet`) and `support` in the shape's own frame, and `placement` where the fields put
+that frame somewhere. Motions, Booleans, bounds, rays, uv, scene files and the contract tests
+then work.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from .cells import PolygonSheet, SurfaceSheet, Tree
+from .motion import STILL, Motion
+from .vector import Box, FloatArray, Vector
+
+if TYPE_CHECKING:
+    from .region import ClippedSheet, Complement, Difference, Intersection, Union
+
+REGISTRY: dict[str, type[Shape]] = {}
+"""Scene-file name -> class, for every shape a user can write."""
+
+
+@dataclass(frozen=True)
+class Shape(ABC):
+    """A solid or a sheet, immutable. `motion` holds the steps it was moved by."""
+
+    motion: Motion = field(default=STILL, kw_only=True, repr=False)
+    abstract: ClassVar[bool] = True
+
+    def __init_subclass__(cls, abstract: bool = False) -> None:
+        cls.abstract = abstract
+        if not abstract:
+            REGISTRY[cls.__name__] = cls
+
+    @property
+    def placement(self) -> Motion:
+        """The motion that takes the shape's own frame to where its fields put it."""
+        return STILL
+
+    def under(self, outer: Motion = STILL) -> Motion:
+        """Own frame to world, when the whole shape is moved by `outer` as well."""
+        return self.placement.then(self.motion).then(outer)
+
+    def _moved(self, motion: Motion) -> Self:
+        motion.check(type(self).__name__)
+        return dataclasses.replace(self, motion=motion)
+
+    def translate(self, offset: Any) -> Self:
+        """Moved by `offset` (3,)."""
+        return self._moved(self.motion.translate(offset))
+
+    def rotate(self, axis: Any, degrees: float) -> Self:
+        """Turned right-handedly about an axis (3,) through the world's origin."""
+        return self._moved(self.motion.rotate(axis, degrees))
+
+    def scale(self, factors: Any) -> Self:
+        """Scaled about the world's origin by one factor or three; negative ones mirror."""
+        return self._moved(self.motion.scale(factors))
+
+    def transform(self, matrix: Any) -> Self:
+        """Carried by an invertible affine (4, 4) matrix."""
+        return self._moved(self.motion.transform(matrix))
+
+    @property
+    def bounds(self) -> Box:
+        """(low, high), two (3,) arrays: the tightest box, ±inf where unbounded; low > high if empty."""
+        return self.bounds_under(STILL)
+
+    @abstractmethod
+    def bounds_under(self, outer: Motion) -> Box:
+        """Bounds of the shape after a further motion."""
+
+    is_sheet: ClassVar[bool]
+    """True for open surfaces, which bound no volume."""
+
+
+class Primitive(Shape, abstract=True):
+    """A shape with a frame of its own and a support function there."""
+
+    @abstractmethod
+    def support(self, direction: Vector) -> float:
+        """sup of direction·p over the shape in its own frame; inf where unbounded, -inf if empty."""
+
+    def bounds_under(self, outer: Motion) -> Box:
+        """Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward."""
+        motion = self.under(outer)
+        matrix = motion.matrix
+        low, high = np.empty(3), np.empty(3)
+        for i in range(3):
+            row: FloatArray = matrix[i, :3] + 0.0
+            shift = float(matrix[i, 3])
+            high[i] = _outward(self.support((row[0], row[1], row[2])), shift, motion)
+            low[i] = -_outward(self.support((-row[0], -row[1], -row[2])), -shift, motion)
+        return low, high
+
+
+def _outward(reach: float, shift: float, motion: Motion) -> float:
+    total = reach + shift
+    if motion.is_identity or not math.isfinite(total):
+        return total
+    return float(np.nextafter(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)), math.inf))
+
+
+class Solid(Shape, abstract=True):
+    """A shape with an inside. Solids combine with ``|``, ``&``, ``-`` and ``~``."""
+
+    is_sheet = False
+    combines: ClassVar[bool] = True
+
+    def outside_bounds_under(self, outer: Motion) -> Box:
+        """Bounds of the complement: all of space, unless the shape knows better (half-spaces do)."""
+        del outer
+        return np.full(3, -np.inf), np.full(3, np.inf)
+
+    def __or__(self, other: Solid) -> Union:
+        from .region import union
+
+        return union(self, other)
+
+    def __and__(self, other: Any) -> Intersection | ClippedSheet:
+        from .region import intersection
+
+        return intersection(self, other)
+
+    def __sub__(self, other: Solid) -> Difference:
+        from .region import difference
+
+        return difference(self, other)
+
+    def __invert__(self) -> Complement:
+        from .region import Complement
+
+        return Complement(self)
+
+
+class PrimitiveSolid(Solid, Primitive, abstract=True):
+    """A solid given by a tree of cells in its own frame."""
+
+    @abstractmethod
+    def tree(self) -> Tree:
+        """The cells, in the shape's own frame."""
+
+
+class Sheet(Shape, abstract=True):
+    """An open surface. ``sheet & solid`` and ``sheet - solid`` clip it."""
+
+    is_sheet = True
+
+    def __and__(self, solid: Solid) -> ClippedSheet:
+        from .region import clip
+
+        return clip(self, solid, keep_inside=True)
+
+    def __rand__(self, solid: Solid) -> ClippedSheet:
+        return self & solid
+
+    def __sub__(self, solid: Solid) -> ClippedSheet:
+        from .region import clip
+
+        return clip(self, solid, keep_inside=False)
+
+    def __or__(self, other: Any) -> Any:
+        raise TypeError(f"{type(self).__name__} is a sheet: only `sheet & solid` and `sheet - solid` clip it")
+
+    __ror__ = __rsub__ = __or__
+
+    def __invert__(self) -> Any:
+        raise TypeError(f"{type(self).__name__} is a sheet and has no complement")
+
+
+class PrimitiveSheet(Sheet, Primitive, abstract=True):
+    """A sheet given by one surface and what clips it, in its own frame."""
+
+    @abstractmethod
+    def sheet(self, motion: Motion) -> SurfaceSheet | PolygonSheet:
+        """The sheet, carried by `motion` from its own frame to the world."""
+
+
+def leaves(shape: Shape) -> Iterator[Shape]:
+    """The primitives a shape is made of, left to right."""
+    operands = getattr(shape, "operands", None)
+    if operands is None:
+        yield shape
+    else:
+        for operand in operands:
+            yield from leaves(operand)

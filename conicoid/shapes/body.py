@@ -1,0 +1,23 @@
+"""A body: a shape with a material and a name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from .base import Shape
+
+
+@dataclass(frozen=True)
+class Body:
+    """One entry of a scene. `material` None stands for the default matte one; names are unique in a scene."""
+
+    shape: Shape
+    material: Any = None
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shape, Shape):
+            raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {type(self.shape).__name__}")
+        if self.name is not None and (not isinstance(self.name, str) or not self.name):
+            raise ValueError(f"Body: name must be a non-empty text or None, got {self.name!r}")

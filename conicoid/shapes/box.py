@@ -1,0 +1,54 @@
+"""The box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .base import PrimitiveSolid
+from .cells import UV, Cell, Face, flat
+from .support import sum_up
+from .surface import PlaneSurface
+from .validate import vector
+from .vector import Vector
+
+
+@dataclass(frozen=True)
+class Box(PrimitiveSolid):
+    """low <= (x, y, z) <= high, its edges along the axes.
+
+    Faces: 0 low x, 1 high x, 2 low y, 3 high y, 4 low z, 5 high z.
+    uv: the other two coordinates, in the order x, y, z, each scaled over the box to [0, 1].
+    Seed 000, "ray and box".
+    """
+
+    low: Vector = (-1.0, -1.0, -1.0)
+    high: Vector = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        low, high = vector("Box", "low", self.low), vector("Box", "high", self.high)
+        for i in range(3):
+            if not low[i] < high[i]:
+                raise ValueError(f"Box: high[{i}] must be > low[{i}] = {low[i]}, got {high[i]}")
+        object.__setattr__(self, "low", low)
+        object.__setattr__(self, "high", high)
+
+    def tree(self) -> Cell:
+        faces = []
+        for i in range(3):
+            up = _axis(i, 1.0)
+            faces.append(Face(PlaneSurface(_axis(i, -1.0), -self.low[i], self.low), 2 * i, self._uv(i)))
+            faces.append(Face(PlaneSurface(up, self.high[i], self.high), 2 * i + 1, self._uv(i)))
+        return Cell(tuple(faces))
+
+    def _uv(self, across: int) -> UV:
+        first, second = (i for i in range(3) if i != across)
+        edges = [b - a for a, b in zip(self.low, self.high, strict=True)]
+        return flat(_axis(first, edges[first]), _axis(second, edges[second]), self.low)
+
+    def support(self, direction: Vector) -> float:
+        return sum_up(max(u * a, u * b) for u, a, b in zip(direction, self.low, self.high, strict=True) if u)
+
+
+def _axis(index: int, length: float) -> Vector:
+    x, y, z = (length if i == index else 0.0 for i in range(3))
+    return x, y, z

@@ -1,0 +1,87 @@
+"""Colours: linear light inside, sRGB where people write or look.
+
+A colour is three numbers of linear light (Rec. 709 primaries), or a text: "#rrggbb", "#rgb" or a
+CSS name such as "steelblue", which means sRGB and is decoded by IEC 61966-2-1.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .validate import number, numbers
+from .vector import FloatArray, Vector
+
+Color: TypeAlias = Vector | str
+"""Linear (red, green, blue), or a text in sRGB."""
+Amount: TypeAlias = float | Vector | str
+"""One number for all channels, or a colour."""
+
+
+def srgb_decode(encoded: Any) -> FloatArray:
+    """sRGB values in [0, 1] to linear light (IEC 61966-2-1), any shape."""
+    c = np.asarray(encoded, dtype=np.float64)
+    return np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_encode(linear: Any) -> FloatArray:
+    """Linear light in [0, 1] to sRGB values (IEC 61966-2-1), any shape."""
+    c = np.asarray(linear, dtype=np.float64)
+    return np.where(c <= 0.0031308, 12.92 * c, 1.055 * np.maximum(c, 0.0031308) ** (1 / 2.4) - 0.055)
+
+
+def linear_rgb(color: Color, owner: str = "color", field: str = "value") -> Vector:
+    """The three linear numbers of a colour."""
+    if isinstance(color, str):
+        r, g, b = srgb_decode([channel / 255 for channel in _bytes(owner, field, color)]).tolist()
+    else:
+        r, g, b = numbers(owner, field, color, 3)
+    return r, g, b
+
+
+def _bytes(owner: str, field: str, text: str) -> tuple[int, int, int]:
+    """Red, green and blue of "#rgb", "#rrggbb" or a CSS name, 0 to 255."""
+    from PIL import ImageColor
+
+    known = text.lower() in ImageColor.colormap or (text.startswith("#") and len(text) in (4, 7))
+    try:
+        if not known:
+            raise ValueError
+        red, green, blue = ImageColor.getrgb(text)[:3]
+    except ValueError:
+        expected = "three linear numbers, '#rrggbb' or a CSS colour name"
+        raise ValueError(f"{owner}: {field} must be {expected}, got {text!r}") from None
+    return red, green, blue
+
+
+def checked_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> Color:
+    """A colour kept as it was written: the text, or a tuple of three floats in [0, most]."""
+    if isinstance(value, str):
+        linear_rgb(value, owner, field)
+        return value
+    rgb = numbers(owner, field, value, 3)
+    for i, channel in enumerate(rgb):
+        _in_range(owner, f"{field}[{i}]", channel, most)
+    return rgb[0], rgb[1], rgb[2]
+
+
+def checked_amount(owner: str, field: str, value: Any, *, most: float = 1.0) -> Amount:
+    """One float in [0, most], or a colour."""
+    if isinstance(value, str) or hasattr(value, "__len__"):
+        return checked_color(owner, field, value, most=most)
+    return _in_range(owner, field, number(owner, field, value), most)
+
+
+def amount_rgb(amount: Amount) -> Vector:
+    """Three linear numbers of a checked amount."""
+    if isinstance(amount, (int, float)):
+        return float(amount), float(amount), float(amount)
+    return linear_rgb(amount)
+
+
+def _in_range(owner: str, field: str, value: float, most: float) -> float:
+    if not 0 <= value <= most:
+        expected = f"in [0, {most:g}]" if most < float("inf") else ">= 0"
+        raise ValueError(f"{owner}: {field} must be {expected}, got {value}")
+    return value

@@ -1,0 +1,106 @@
+"""Lights. Intensities are linear, one number or a colour times a number; see `falloff` for distance.
+
+A light of intensity I that falls on a matte surface of reflectance c at angle θ gives c I cos θ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, get_args
+
+from .color import Amount, checked_amount
+from .validate import number, vector
+from .vector import Vector
+
+Falloff: TypeAlias = Literal["none", "inverse_square"]
+"""none: the same at any distance; inverse_square: intensity / distance², intensity at distance 1."""
+
+
+@dataclass(frozen=True)
+class AmbientLight:
+    """Light from everywhere, without shadows. Several add up."""
+
+    intensity: Amount = 0.2
+
+    def __post_init__(self) -> None:
+        _check(self, "intensity")
+
+
+@dataclass(frozen=True)
+class DirectionalLight:
+    """Parallel light that travels along `direction`, like the sun's."""
+
+    direction: Vector
+    intensity: Amount = 1.0
+
+    def __post_init__(self) -> None:
+        _check(self, "intensity", "direction")
+
+
+@dataclass(frozen=True)
+class PointLight:
+    """Light from one point to all sides."""
+
+    position: Vector
+    intensity: Amount = 1.0
+    falloff: Falloff = "none"
+
+    def __post_init__(self) -> None:
+        _check(self, "intensity", "position", "falloff")
+
+
+@dataclass(frozen=True)
+class SpotLight:
+    """A cone of light from `position` along `direction`.
+
+    Full within `angle - soft_edge` degrees of the axis, nothing beyond `angle`; between them it
+    falls smoothly, as 3s² - 2s³ of the angle's share s of the edge.
+    """
+
+    position: Vector
+    direction: Vector
+    angle: float = 30.0
+    soft_edge: float = 5.0
+    intensity: Amount = 1.0
+    falloff: Falloff = "none"
+
+    def __post_init__(self) -> None:
+        _check(self, "intensity", "position", "direction", "falloff")
+        angle = number("SpotLight", "angle", self.angle)
+        edge = number("SpotLight", "soft_edge", self.soft_edge)
+        if not 0 < angle <= 180:
+            raise ValueError(f"SpotLight: angle must be in (0, 180], got {angle}")
+        if not 0 <= edge <= angle:
+            raise ValueError(f"SpotLight: soft_edge must be in [0, angle = {angle:g}], got {edge}")
+        object.__setattr__(self, "angle", angle)
+        object.__setattr__(self, "soft_edge", edge)
+
+
+Light: TypeAlias = AmbientLight | DirectionalLight | PointLight | SpotLight
+LIGHTS: dict[str, type[Light]] = {kind.__name__: kind for kind in get_args(Light)}
+"""Scene-file name -> class."""
+
+
+def as_lights(lights: Iterable[Any]) -> tuple[Light, ...]:
+    """Lights as a tuple, checked."""
+    items = tuple(lights)
+    for i, light in enumerate(items):
+        if not isinstance(light, get_args(Light)):
+            raise TypeError(f"Scene: lights[{i}] must be one of {', '.join(LIGHTS)}, got {type(light).__name__}")
+    return items
+
+
+def _check(light: Light, *fields: str) -> None:
+    """Check and normalise the named fields of a frozen light."""
+    owner = type(light).__name__
+    for field in fields:
+        value = getattr(light, field)
+        if field == "intensity":
+            value = checked_amount(owner, field, value, most=float("inf"))
+        elif field == "falloff":
+            if value not in get_args(Falloff):
+                raise ValueError(f"{owner}: falloff must be 'none' or 'inverse_square', got {value!r}")
+        else:
+            value = vector(owner, field, value, nonzero=field == "direction")
+        object.__setattr__(light, field, value)

@@ -1,0 +1,146 @@
+"""Materials: one record for every look, and named constructors for the usual ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+from .checker import Checker
+from .color import Amount, Color, checked_amount, checked_color
+from .validate import number, positive
+
+Highlight: TypeAlias = Literal["phong", "blinn_phong"]
+
+VACUUM = 1.0
+AIR = 1.0003
+WATER = 1.33
+GLASS = 1.52
+"""Refractive indices: speed of light in vacuum over speed in the medium (seed 000)."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """What happens to light at a body, in linear rgb. An amount is one number or a colour.
+
+    With L to the light, E to the eye, N the normal on the eye's side, R = 2 (N·L) N - L and
+    H = (L + E) / |L + E|, a surface sends to the eye
+
+        color (ambient · A + diffuse · Σ I N·L) (1 - F) (1 - transparency)
+        + specular Σ I h + F · (what comes along the mirrored ray) + (1 - F) transparency · (what comes through)
+
+    summed over lights of intensity I that are not hidden, A being the ambient light and
+    h = (R·E)^shininess ("phong") or (H·N)^shininess ("blinn_phong").
+
+    color: diffuse reflectance, or a Checker.
+    reflectivity: F of an opaque surface; with `fresnel` it is the value at normal incidence, and
+        F = reflectivity + (1 - reflectivity) (1 - cos θ)⁵ (Schlick 1994).
+    transparency: over 0 a solid is a dielectric: F is Fresnel's for unpolarised light, the ray is
+        refracted by Snell's law, and total reflection has F = 1. A transparent sheet is a pane too
+        thin to bend rays. `transparency` as a colour tints at each wall.
+    refractive_index: of the inside, against `VACUUM` = 1 outside of all bodies.
+    absorption: per unit length inside, for each channel: light fades by exp(-absorption · length) (Beer).
+    """
+
+    color: Color | Checker = (0.8, 0.8, 0.8)
+    ambient: float = 1.0
+    diffuse: float = 1.0
+    specular: Amount = 0.0
+    shininess: float = 50.0
+    highlight: Highlight = "blinn_phong"
+    reflectivity: Amount = 0.0
+    fresnel: bool = False
+    transparency: Amount = 0.0
+    refractive_index: float = 1.0
+    absorption: Amount = 0.0
+
+    def __post_init__(self) -> None:
+        name, infinity = "Material", float("inf")
+        color = self.color if isinstance(self.color, Checker) else checked_color(name, "color", self.color)
+        object.__setattr__(self, "color", color)
+        for field in ("specular", "reflectivity", "transparency"):
+            object.__setattr__(self, field, checked_amount(name, field, getattr(self, field)))
+        object.__setattr__(self, "absorption", checked_amount(name, "absorption", self.absorption, most=infinity))
+        for field in ("ambient", "diffuse"):
+            value = number(name, field, getattr(self, field))
+            if value < 0:
+                raise ValueError(f"{name}: {field} must be >= 0, got {value}")
+            object.__setattr__(self, field, value)
+        for field in ("shininess", "refractive_index"):
+            object.__setattr__(self, field, positive(name, field, getattr(self, field)))
+        if self.highlight not in get_args(Highlight):
+            raise ValueError(f"{name}: highlight must be 'phong' or 'blinn_phong', got {self.highlight!r}")
+        if not isinstance(self.fresnel, bool):
+            raise ValueError(f"{name}: fresnel must be true or false, got {self.fresnel!r}")
+
+
+DEFAULT = Material()
+"""The material of bodies that are given none: matte light grey."""
+
+
+def matte(color: Color | Checker = (0.8, 0.8, 0.8), ambient: float = 1.0, diffuse: float = 1.0) -> Material:
+    """Lambert's law alone."""
+    return Material(color=color, ambient=ambient, diffuse=diffuse)
+
+
+def phong(
+    color: Color | Checker = (0.8, 0.8, 0.8),
+    specular: Amount = 0.5,
+    shininess: float = 50.0,
+    ambient: float = 1.0,
+    diffuse: float = 1.0,
+    reflectivity: Amount = 0.0,
+) -> Material:
+    """A plastic with Phong's highlight (R·E)^shininess."""
+    return Material(color, ambient, diffuse, specular, shininess, "phong", reflectivity)
+
+
+def blinn_phong(
+    color: Color | Checker = (0.8, 0.8, 0.8),
+    specular: Amount = 0.5,
+    shininess: float = 100.0,
+    ambient: float = 1.0,
+    diffuse: float = 1.0,
+    reflectivity: Amount = 0.0,
+) -> Material:
+    """A plastic with the half-vector highlight (H·N)^shininess."""
+    return Material(color, ambient, diffuse, specular, shininess, "blinn_phong", reflectivity)
+
+
+def lacquer(
+    color: Color | Checker = (0.8, 0.8, 0.8), specular: Amount = 0.8, shininess: float = 300.0, reflectivity: Amount = 0.04
+) -> Material:
+    """A colour under clear lacquer: a sharp highlight, and reflections that grow towards the rim."""
+    return Material(color, specular=specular, shininess=shininess, reflectivity=reflectivity, fresnel=True)
+
+
+def mirror(reflectivity: Amount = 0.95) -> Material:
+    """A mirror: all that it sends on comes along the mirrored ray."""
+    return Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, reflectivity=reflectivity)
+
+
+def glass(
+    refractive_index: float = GLASS, absorption: Amount = 0.0, transparency: Amount = 1.0, specular: Amount = 0.6
+) -> Material:
+    """A clear dielectric with a sharp highlight; water is glass(WATER)."""
+    return Material(
+        (0.0, 0.0, 0.0),
+        ambient=0.0,
+        diffuse=0.0,
+        specular=specular,
+        shininess=1000.0,
+        transparency=transparency,
+        refractive_index=refractive_index,
+        absorption=absorption,
+    )
+
+
+def metal(color: Color = (0.9, 0.6, 0.3), shininess: float = 200.0, reflectivity: Amount | None = None) -> Material:
+    """A polished metal: reflections and highlight in its own tint, whiter towards the rim."""
+    tint = color if reflectivity is None else reflectivity
+    return Material(
+        color, ambient=0.1, diffuse=0.1, specular=color, shininess=shininess, reflectivity=tint, fresnel=True
+    )
+
+
+CONSTRUCTORS = {f.__name__: f for f in (matte, phong, blinn_phong, lacquer, mirror, glass, metal)}
+"""Name -> function, for scene files that name a look instead of listing the fields."""

@@ -1,0 +1,65 @@
+"""What everything flat shares: a plane with its anchor, uv coordinates on it, and its bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from . import exact as ex
+from .cells import UV, flat
+from .surface import PlaneSurface, Triple
+from .vector import Box, Vector
+
+
+def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 0.0)) -> PlaneSurface:
+    """normal·x = offset as written, anchored at the foot of the perpendicular from `near`."""
+    n = [Fraction(c) for c in normal]
+    point = [Fraction(c) for c in near]
+    over = (Fraction(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
+    x, y, z = (p + over * c for p, c in zip(point, n, strict=True))
+    return PlaneSurface(normal, offset, (x, y, z))
+
+
+def plane_uv(surface: PlaneSurface) -> UV:
+    """Cartesian coordinates on a plane, about its anchor.
+
+    u points to the coordinate axis that is least along the normal, v = normal × u, both of unit length.
+    """
+    normal, anchor = ex.unit(ex.exact_row(surface.normal)), ex.exact_row(surface.anchor)
+    towards = ex.IDENTITY[min(range(3), key=lambda i: abs(normal[i]))]
+    along = ex.dot(towards, normal)
+    x, y, z = (ex.dot((t, along), (ex.ONE, -n)) for t, n in zip(towards, normal, strict=True))
+    first = ex.unit((x, y, z))
+    return flat(_floats(first), _floats(ex.cross(normal, first)), _floats(anchor))
+
+
+def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = True) -> Box:
+    """Bounds of normal·x <= offset (`below`), >= offset (`above`), or of the plane itself (both).
+
+    Finite only where the normal lies along an axis.
+    """
+    low, high = np.full(3, -np.inf), np.full(3, np.inf)
+    normal = ex.exact_row(surface.normal)
+    across = [i for i in range(3) if normal[i]]
+    if len(across) == 1:
+        i = across[0]
+        height = ex.exact(surface.offset) / normal[i]
+        if below if normal[i] > 0 else above:
+            high[i] = rounded_up(height)
+        if above if normal[i] > 0 else below:
+            low[i] = -rounded_up(-height)
+    return low + 0.0, high
+
+
+def rounded_up(value: ex.Exact) -> float:
+    """The least float64 that is not below a 400-bit number."""
+    result = ex.rounded(value)
+    return math.nextafter(result, math.inf) if ex.exact(result) < value else result
+
+
+def _floats(row: ex.Row) -> Vector:
+    return ex.rounded(row[0]), ex.rounded(row[1]), ex.rounded(row[2])

@@ -1,0 +1,117 @@
+"""The convex polyhedron, bounded or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+
+from . import exact as ex
+from .base import PrimitiveSolid
+from .cells import Cell, Face
+from .linear_program import half_spaces_support
+from .motion import Motion
+from .planar import half_space_bounds, plane_through, plane_uv
+from .surface import PlaneSurface
+from .validate import numbers, vector, vectors
+from .vector import Box, Vector
+
+_DIGITS = 300
+
+
+@dataclass(frozen=True)
+class Polyhedron(PrimitiveSolid):
+    """Every normals[i]·x <= offsets[i], as written. It may be unbounded, or empty.
+
+    Face i belongs to normals[i]. uv: Cartesian coordinates on its plane about a point near the solid;
+    u points to the coordinate axis that is least along the normal, v = normal × u.
+    """
+
+    normals: tuple[Vector, ...]
+    offsets: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        normals = vectors("Polyhedron", "normals", self.normals, 1)
+        for i, normal in enumerate(normals):
+            vector("Polyhedron", f"normals[{i}]", normal, nonzero=True)
+        object.__setattr__(self, "normals", normals)
+        object.__setattr__(self, "offsets", numbers("Polyhedron", "offsets", self.offsets, len(normals)))
+
+    @cached_property
+    def _own_bounds(self) -> Box:
+        """Bounds in the own frame, before any motion."""
+        return _bounds([PlaneSurface(n, d) for n, d in zip(self.normals, self.offsets, strict=True)])
+
+    @property
+    def surfaces(self) -> list[PlaneSurface]:
+        """The planes, anchored near the solid."""
+        low, high = self._own_bounds
+        if (low > high).any():
+            low = high = np.zeros(3)
+        near = [_middle(a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True)]
+        return [plane_through(n, d, near) for n, d in zip(self.normals, self.offsets, strict=True)]
+
+    def tree(self) -> Cell:
+        return Cell(tuple(Face(surface, i, plane_uv(surface)) for i, surface in enumerate(self.surfaces)))
+
+    def support(self, direction: Vector) -> float:
+        normals = [[Fraction(c) for c in normal] for normal in self.normals]
+        return _up(half_spaces_support(normals, [Fraction(d) for d in self.offsets], [Fraction(u) for u in direction]))
+
+    def bounds_under(self, outer: Motion) -> Box:
+        """Unbounded ones are carried exactly, so that finite sides are found where a face turns to an axis."""
+        motion = self.under(outer)
+        if motion.is_identity:
+            return self._own_bounds[0].copy(), self._own_bounds[1].copy()
+        if np.isfinite(self._own_bounds).all():
+            return super().bounds_under(outer)
+        return _bounds([surface.moved(motion) for surface in self.surfaces])
+
+    def outside_bounds_under(self, outer: Motion) -> Box:
+        """Around the half-spaces beyond the faces."""
+        from .region import around
+
+        motion = self.under(outer)
+        return around([half_space_bounds(surface.moved(motion), below=False) for surface in self.surfaces])
+
+
+def _bounds(planes: Iterable[PlaneSurface]) -> Box:
+    rows = [_fractions((*plane.normal, plane.offset)) for plane in planes]
+    normals, offsets = [row[:3] for row in rows], [row[3] for row in rows]
+    low, high = np.empty(3), np.empty(3)
+    for i in range(3):
+        up, down = ([Fraction(sign * int(i == j)) for j in range(3)] for sign in (1, -1))
+        high[i] = _up(half_spaces_support(normals, offsets, up))
+        low[i] = -_up(half_spaces_support(normals, offsets, down))
+    return low + 0.0, high
+
+
+def _middle(low: float, high: float) -> float:
+    """A finite number between two ends, any of which may be infinite."""
+    ends = [end for end in (low, high) if math.isfinite(end)]
+    return sum(end / len(ends) for end in ends)
+
+
+def _fractions(row: Iterable[ex.Number]) -> list[Fraction]:
+    """Floats as they are; 400-bit numbers rounded so that equal ones on paper are equal here."""
+    result = []
+    for value in row:
+        if isinstance(value, (float, int, Fraction)):
+            result.append(Fraction(value))
+        else:
+            with ex.context.workprec(_DIGITS):
+                sign, mantissa, exponent, _ = (+value)._mpf_
+            result.append((-1) ** sign * Fraction(int(mantissa)) * Fraction(2) ** exponent)
+    return result
+
+
+def _up(value: Fraction | float) -> float:
+    """The least float64 that is not below a fraction."""
+    if isinstance(value, float):
+        return value
+    result = float(value)
+    return math.nextafter(result, math.inf) if Fraction(result) < value else result

@@ -1,0 +1,117 @@
+"""A general quadric about its principal axes: directions, center or vertex, in exact arithmetic.
+
+xᵀA x + 2 b·x + c becomes Σ λ_i y_i² + 2 Σ β_i y_i + γ with y = W (x - anchor), the rows of W the
+unit eigenvectors of A, β_i = 0 where the anchor could be put to the center along axis i.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from . import exact as ex
+from .coefficients import Symmetric
+from .surface import UPRIGHT, QuadricSurface, Triples
+
+_WEAK = Fraction(1, 1024)
+"""Below this share of the largest eigenvalue an axis may keep its linear term."""
+_FAR = 1024
+"""A center so many times farther than what lies near the origin is not moved to."""
+_NOISE = ex.context.ldexp(1, -300)
+
+
+def principal_quadric(matrix: Symmetric) -> QuadricSurface:
+    """The surface of (x, 1) matrix (x, 1)ᵀ = 0, whose second-order part is not zero."""
+    values, rows = _eigen(matrix)
+    first = (matrix[0][3], matrix[1][3], matrix[2][3])
+    if rows is UPRIGHT:
+        slopes = [ex.exact(value) for value in first]
+    else:
+        slopes = [ex.dot(row, ex.exact_row(first)) for row in rows]
+    squares = [ex.exact(value) for value in values]
+    place, linear, constant = _anchor(squares, slopes, ex.exact(matrix[3][3]))
+    anchor = place if rows is UPRIGHT else tuple(ex.dot(column, place) for column in ex.transpose(rows))
+    return QuadricSurface(
+        (values[0], values[1], values[2]),
+        (linear[0], linear[1], linear[2]),
+        -constant,
+        rows,
+        (anchor[0], anchor[1], anchor[2]),
+    )
+
+
+def _eigen(matrix: Symmetric) -> tuple[list[ex.Number], Triples]:
+    """Eigenvalues and unit eigenvectors (as rows); a diagonal matrix keeps its own, exact."""
+    a = [list(row[:3]) for row in matrix[:3]]
+    if not (a[0][1] or a[0][2] or a[1][2]):
+        return [a[0][0], a[1][1], a[2][2]], UPRIGHT
+    context = ex.context
+    entries = [abs(value) for row in a for value in row if value]
+    # Small eigenvalues beside large ones need the more digits
+    spread = (max(entries) / min(entries)).numerator.bit_length()
+    with context.workprec(context.prec + 4 * spread):
+        scale = context.mpf(max(entries).numerator) / max(entries).denominator
+        exact = context.matrix([[context.mpf(v.numerator) / v.denominator / scale for v in row] for row in a])
+        found, vectors = context.eigsy(exact)
+        order = sorted(range(3), key=lambda k: max(range(3), key=lambda i: abs(vectors[i, k])))
+        rank = _rank(a)
+        vanishing = sorted(range(3), key=lambda k: abs(found[k]))[: 3 - rank]
+        values = [context.mpf(0) if k in vanishing else found[k] * scale for k in order]
+        rows = tuple(tuple(_quiet(vectors[i, k]) for i in range(3)) for k in order)
+    return [+value for value in values], tuple((+x, +y, +z) for x, y, z in rows)  # type: ignore[return-value]
+
+
+def _quiet(entry: ex.Exact) -> ex.Exact:
+    """An entry of a unit vector; zero where it is only the rounding of 400 bits."""
+    return ex.ZERO if abs(entry) < _NOISE else entry
+
+
+def _rank(a: list[list[Fraction]]) -> int:
+    """The rank of a 3 × 3 matrix, by exact elimination."""
+    rows, rank = [list(row) for row in a], 0
+    for column in range(3):
+        pivot = next((i for i in range(rank, 3) if rows[i][column]), None)
+        if pivot is None:
+            continue
+        rows[rank], rows[pivot] = rows[pivot], rows[rank]
+        for i in range(rank + 1, 3):
+            factor = rows[i][column] / rows[rank][column]
+            rows[i] = [x - factor * y for x, y in zip(rows[i], rows[rank], strict=True)]
+        rank += 1
+    return rank
+
+
+def _anchor(
+    squares: list[ex.Exact], slopes: list[ex.Exact], constant: ex.Exact
+) -> tuple[list[ex.Exact], list[ex.Exact], ex.Exact]:
+    """(anchor, linear terms and constant about it), all along the principal axes.
+
+    Strong axes go to their center first. Then weak and flat ones go to their center if it is near, else
+    to the vertex nearest to the origin, where they keep a linear term.
+    """
+    place, linear = [ex.ZERO] * 3, list(slopes)
+    largest = max(abs(s) for s in squares)
+    strength = sorted(range(3), key=lambda i: -abs(squares[i]))
+    for i in strength:
+        s, b = squares[i], linear[i]
+        if not b:
+            continue
+        weak = abs(s) < _WEAK.numerator * largest / _WEAK.denominator
+        y = _vertex(s, b, constant, largest) if weak else -b / s
+        place[i], linear[i] = y, ex.cancelling_sum((b, s * y))
+        constant = ex.cancelling_sum((constant, s * y * y, 2 * b * y))
+    return place, linear, constant
+
+
+def _vertex(s: ex.Exact, b: ex.Exact, constant: ex.Exact, largest: ex.Exact) -> ex.Exact:
+    """Where to put the anchor on a weak axis, along which the quadric is s y² + 2 b y + constant."""
+    root = ex.context.sqrt
+    discriminant = ex.cancelling_sum((b * b, -s * constant))
+    near = ex.ZERO
+    if discriminant >= 0:
+        # The smaller root, in the stable form
+        near = -constant / (b + (root(discriminant) if b > 0 else -root(discriminant)))
+    if not s:
+        return near
+    center = -b / s
+    width = root(abs(constant) / largest)
+    return near if abs(center - near) > _FAR * (abs(near) + width) else center

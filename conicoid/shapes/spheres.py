@@ -1,0 +1,91 @@
+"""Many balls in one entry of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from .base import Solid
+from .motion import Motion
+from .region import EVERYWHERE
+from .vector import Box, FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres(Solid):
+    """N balls |x - centers[i]|² <= radii[i]² as N bodies with consecutive ids.
+
+    `centers` (N, 3), `radii` (N,) or one number for all. A scene entry only: it does not combine
+    with ``| & - ~`` (use `Sphere` there). uv and face as for `Sphere`, about the axes of the world.
+    """
+
+    centers: Any
+    radii: Any
+    combines: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        centers = _floats("centers", self.centers)
+        if centers.size == 0:
+            centers = centers.reshape(0, 3)
+        if centers.ndim != 2 or centers.shape[1] != 3:
+            raise ValueError(f"Spheres: centers must have shape (N, 3), got {centers.shape}")
+        radii = _floats("radii", self.radii)
+        if radii.ndim == 0:
+            radii = np.full(len(centers), float(radii))
+        if radii.shape != (len(centers),):
+            raise ValueError(f"Spheres: radii must have shape ({len(centers)},) as there are centers, got {radii.shape}")
+        for field, values in (("centers", centers), ("radii", radii)):
+            bad = np.flatnonzero(~np.isfinite(values.reshape(len(centers), -1)).all(axis=1))
+            if len(bad):
+                raise ValueError(f"Spheres: {field}[{bad[0]}] must be finite, got {values[bad[0]]}")
+        small = np.flatnonzero(radii <= 0)
+        if len(small):
+            raise ValueError(f"Spheres: radii[{small[0]}] must be > 0, got {radii[small[0]]}")
+        for field, values in (("centers", centers), ("radii", radii)):
+            values.flags.writeable = False
+            object.__setattr__(self, field, values)
+
+    def __len__(self) -> int:
+        return len(self.radii)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Spheres):
+            return NotImplemented
+        return (
+            self.motion == other.motion
+            and np.array_equal(self.centers, other.centers)
+            and np.array_equal(self.radii, other.radii)
+        )
+
+    def __hash__(self) -> int:
+        return hash((len(self), self.motion, self.radii.tobytes()[:64]))
+
+    def placed(self, outer: Motion) -> tuple[FloatArray, FloatArray, float | None]:
+        """(centers in the world, linear part (3, 3), its factor if it is a similarity, else None)."""
+        motion = self.motion.then(outer)
+        if motion.is_identity:
+            return self.centers, np.eye(3), 1.0
+        matrix = motion.matrix
+        linear = matrix[:3, :3]
+        if np.array_equal(linear, np.eye(3)):
+            return self.centers + matrix[:3, 3], linear, 1.0
+        gram = linear @ linear.T
+        factor = float(np.sqrt(gram[0, 0]))
+        similar = np.allclose(gram, gram[0, 0] * np.eye(3), rtol=0, atol=1e-15 * gram[0, 0])
+        return self.centers @ linear.T + matrix[:3, 3], linear, factor if similar else None
+
+    def bounds_under(self, outer: Motion) -> Box:
+        if len(self) == 0:
+            return EVERYWHERE[1], EVERYWHERE[0]
+        centers, linear, _ = self.placed(outer)
+        reach = self.radii[:, None] * np.sqrt((linear**2).sum(axis=1))
+        return np.nextafter((centers - reach).min(axis=0), -np.inf), np.nextafter((centers + reach).max(axis=0), np.inf)
+
+
+def _floats(field: str, values: Any) -> FloatArray:
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"Spheres: {field} must be an array of numbers, got {type(values).__name__}") from None

@@ -1,0 +1,113 @@
+"""The two kinds of surface that everything is cut from, with exact parameters.
+
+A surface is data: numbers about an anchor near the part that is used. Its numbers may be floats,
+fractions or 400-bit numbers; `moved` carries it by a motion without rounding, and lowering rounds
+each number once. `key` names the surface itself, whatever its anchor, sign and scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from . import exact as ex
+from .motion import Motion
+
+Triple: TypeAlias = tuple[Any, Any, Any]
+Triples: TypeAlias = tuple[Triple, Triple, Triple]
+Key: TypeAlias = tuple[Any, ...]
+
+ORIGIN: Triple = (0.0, 0.0, 0.0)
+UPRIGHT: Triples = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneSurface:
+    """normal·x - offset = 0; `anchor` is any point near the part in use, best on the plane."""
+
+    normal: Triple
+    offset: Any
+    anchor: Triple = ORIGIN
+
+    def moved(self, motion: Motion) -> PlaneSurface:
+        """The image: normals are carried by the inverse transpose."""
+        if motion.is_identity:
+            return self
+        back, back_shift = motion.inverse
+        rows, shift = motion.affine
+        normal, anchor = ex.exact_row(self.normal), ex.exact_row(self.anchor)
+        offset = ex.cancelling_sum((ex.exact(self.offset), -ex.dot(normal, back_shift)))
+        return PlaneSurface(ex.apply(ex.transpose(back), normal), offset, _carried(rows, shift, anchor))
+
+    def key(self) -> tuple[Key, int]:
+        """(name of the plane, +1 or -1 for the sense of its normal)."""
+        return _named("plane", (*ex.exact_row(self.normal), ex.exact(self.offset)))
+
+
+@dataclass(frozen=True, slots=True)
+class QuadricSurface:
+    """sum of squares[i] y_i² + 2 linear[i] y_i - constant = 0, where y = rows (x - anchor).
+
+    Inside is where the left side is negative. `rows` is invertible, seldom anything but the
+    identity before a motion; a motion changes `rows` and `anchor` only.
+    """
+
+    squares: Triple
+    linear: Triple = ORIGIN
+    constant: Any = 1.0
+    rows: Triples = UPRIGHT
+    anchor: Triple = ORIGIN
+
+    def moved(self, motion: Motion) -> QuadricSurface:
+        """The image: own coordinates are reached by the inverse motion."""
+        if motion.is_identity:
+            return self
+        back, _ = motion.inverse
+        rows, shift = motion.affine
+        own = tuple(ex.exact_row(row) for row in self.rows)
+        anchor = _carried(rows, shift, ex.exact_row(self.anchor))
+        moved_rows = ex.multiply((own[0], own[1], own[2]), back) if back is not ex.IDENTITY else self.rows
+        return QuadricSurface(self.squares, self.linear, self.constant, moved_rows, anchor)
+
+    def coefficients(self) -> tuple[ex.Exact, ...]:
+        """(xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
+
+        The mixed and linear entries are half the coefficients, as in a symmetric matrix.
+        """
+        w = tuple(ex.exact_row(row) for row in self.rows)
+        s, b = ex.exact_row(self.squares), ex.exact_row(self.linear)
+        anchor = ex.exact_row(self.anchor)
+        # y = W x + shift
+        shift = tuple(-ex.dot(row, anchor) for row in w)
+        second = [
+            ex.cancelling_sum([s[k] * w[k][i] * w[k][j] for k in range(3)])
+            for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+        ]
+        first = [
+            ex.cancelling_sum([t for k in range(3) for t in (s[k] * shift[k] * w[k][i], b[k] * w[k][i])])
+            for i in range(3)
+        ]
+        constant = ex.cancelling_sum(
+            [t for k in range(3) for t in (s[k] * shift[k] * shift[k], 2 * b[k] * shift[k])] + [-ex.exact(self.constant)]
+        )
+        return (*second, *first, constant)
+
+    def key(self) -> tuple[Key, int]:
+        """(name of the quadric, +1 or -1 for the sense of its inside)."""
+        return _named("quadric", self.coefficients())
+
+
+Surface: TypeAlias = PlaneSurface | QuadricSurface
+
+
+def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:
+    return tuple(ex.dot(row, point, t) for row, t in zip(rows, shift, strict=True))  # type: ignore[return-value]
+
+
+def _named(kind: str, coefficients: Sequence[ex.Exact]) -> tuple[Key, int]:
+    """Coefficients up to a factor: divided by the first nonzero one and rounded to 250 bits."""
+    lead = next((c for c in coefficients if c), ex.ONE)
+    with ex.context.workprec(250):
+        ratios = tuple((+(c / lead))._mpf_ for c in coefficients)
+    return (kind, *ratios), 1 if lead > 0 else -1

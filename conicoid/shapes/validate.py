@@ -1,0 +1,105 @@
+"""Turn what a caller passes into plain floats and tuples, or refuse it by name.
+
+Every error reads ``Sphere: radius must be > 0, got -1.0``: the object, the field, what was
+expected and what was found.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from .vector import Matrix4, Vector
+
+
+def number(owner: str, field: str, value: Any, *, finite: bool = True) -> float:
+    """`value` as a float; NaN is refused, infinity too unless `finite` is False."""
+    if isinstance(value, (bool, str, bytes)) or value is None:
+        raise ValueError(f"{owner}: {field} must be a number, got {value!r}")
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{owner}: {field} must be a number, got {value!r}") from None
+    if math.isnan(result) or (finite and math.isinf(result)):
+        raise ValueError(f"{owner}: {field} must be {'finite' if finite else 'a number'}, got {result}")
+    return result
+
+
+def positive(owner: str, field: str, value: Any) -> float:
+    """`value` as a finite float > 0."""
+    result = number(owner, field, value)
+    if not result > 0:
+        raise ValueError(f"{owner}: {field} must be > 0, got {result}")
+    return result
+
+
+def nonnegative(owner: str, field: str, value: Any) -> float:
+    """`value` as a finite float >= 0."""
+    result = number(owner, field, value)
+    if result < 0:
+        raise ValueError(f"{owner}: {field} must be >= 0, got {result}")
+    return result
+
+
+def flag(owner: str, field: str, value: Any) -> bool:
+    """`value` as a bool; nothing else is taken for one."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{owner}: {field} must be true or false, got {value!r}")
+    return bool(value)
+
+
+def vector(owner: str, field: str, value: Any, *, nonzero: bool = False) -> Vector:
+    """`value` as three finite floats; all zero is refused if `nonzero`."""
+    x, y, z = numbers(owner, field, value, 3)
+    if nonzero and x == y == z == 0:
+        raise ValueError(f"{owner}: {field} must not be zero, got {(x, y, z)}")
+    return x, y, z
+
+
+def numbers(owner: str, field: str, value: Any, count: int) -> tuple[float, ...]:
+    """`value` as a tuple of `count` finite floats."""
+    if isinstance(value, (str, bytes)) or not isinstance(value, (Iterable, np.ndarray)):
+        raise ValueError(f"{owner}: {field} must be {count} numbers, got {value!r}")
+    items = tuple(value)
+    if len(items) != count:
+        raise ValueError(f"{owner}: {field} must be {count} numbers, got {len(items)}: {value!r}")
+    return tuple(number(owner, f"{field}[{i}]", item) for i, item in enumerate(items))
+
+
+def interval(owner: str, field: str, value: Any) -> tuple[float, float] | None:
+    """None, or (low, high) with low < high; either end may be infinite."""
+    if value is None:
+        return None
+    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+        raise ValueError(f"{owner}: {field} must be (low, high), got {value!r}")
+    ends = tuple(value)
+    if len(ends) != 2:
+        raise ValueError(f"{owner}: {field} must be (low, high), got {value!r}")
+    low = number(owner, f"{field}[0]", ends[0], finite=False)
+    high = number(owner, f"{field}[1]", ends[1], finite=False)
+    if not low < high or low == math.inf or high == -math.inf:
+        raise ValueError(f"{owner}: {field} must have low < high, got ({low}, {high})")
+    return low, high
+
+
+def vectors(owner: str, field: str, value: Any, minimum: int) -> tuple[Vector, ...]:
+    """`value` as a tuple of at least `minimum` points."""
+    if isinstance(value, (str, bytes)) or not isinstance(value, (Iterable, np.ndarray)):
+        raise ValueError(f"{owner}: {field} must be a list of points, got {value!r}")
+    points = tuple(vector(owner, f"{field}[{i}]", item) for i, item in enumerate(value))
+    if len(points) < minimum:
+        raise ValueError(f"{owner}: {field} must have at least {minimum} points, got {len(points)}")
+    return points
+
+
+def matrix4(owner: str, field: str, value: Any) -> Matrix4:
+    """`value` as a 4 × 4 tuple of rows of finite floats."""
+    if isinstance(value, (str, bytes)) or not isinstance(value, (Iterable, np.ndarray)):
+        raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {value!r}")
+    rows = tuple(value)
+    if len(rows) != 4:
+        raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {len(rows)} rows")
+    return tuple(numbers(owner, f"{field}[{i}]", row, 4) for i, row in enumerate(rows))

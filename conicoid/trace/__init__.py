@@ -1,0 +1,1 @@
+"""Rays against a lowered scene: the tree, the kernels, and the queries on arrays."""

@@ -1,0 +1,223 @@
+"""The compiled loops behind the queries: chunks of rays in, arrays out."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..geometry.tables import Floats, Geometry, Ints, Signs
+from ..geometry.vectors import dot
+from ..jit import fma, helper, inline, kernel
+from .events import entry_crossings, is_solid, new_scratch
+from .kernels import blocked, collect, first_crossing, normal_at, scaled_ray, uv_at
+
+DEAD = -2
+"""Start of a ray that does not exist: the continuation of a miss."""
+
+
+@kernel
+def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
+    """(index, reason) of the first ray that cannot be traced: 1 origin, 2 direction not finite, 3 zero; (-1, 0) if none."""
+    for i in range(len(origins)):
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        if not math.isfinite(origins[i, 0] + origins[i, 1] + origins[i, 2]):
+            if not (math.isfinite(origins[i, 0]) and math.isfinite(origins[i, 1]) and math.isfinite(origins[i, 2])):
+                return i, 1
+        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+            return i, 2
+        if x == 0.0 and y == 0.0 and z == 0.0:
+            return i, 3
+    return -1, 0
+
+
+@inline
+def load_ray(
+    origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, i: int
+) -> tuple[float, float, float, float, float, float, float, float, int]:
+    """Ray i; t_min, t_max and starts hold one value for all or one for each."""
+    return (
+        origins[i, 0], origins[i, 1], origins[i, 2], directions[i, 0], directions[i, 1], directions[i, 2],
+        t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0], np.int64(starts[i if len(starts) > 1 else 0]),
+    )  # fmt: skip
+
+
+@kernel
+def trace_first(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    begin: int, end: int, t: Floats, ids: Ints, flags: Signs,
+) -> None:  # fmt: skip
+    """First hits: t, ids (n, 3) body, surface, face, flags (n, 2) side, entered."""
+    scratch = new_scratch(geometry)
+    everything = geometry.surface_kind[:0]
+    for i in range(begin, end):
+        ray = load_ray(origins, directions, t_min, t_max, starts, i)
+        hit = (math.inf, -1, -1, -1, 0, False)
+        if ray[8] != DEAD:
+            hit = first_crossing(geometry, scratch, ray, everything, False)
+        t[i], ids[i, 0], ids[i, 1], ids[i, 2] = hit[0], hit[1], hit[2], hit[3]
+        flags[i, 0], flags[i, 1] = hit[4], 1 if hit[5] else 0
+
+
+@kernel
+def trace_occluded(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    begin: int, end: int, result: Any,
+) -> None:  # fmt: skip
+    """Is there any crossing?"""
+    scratch = new_scratch(geometry)
+    everything = geometry.surface_kind[:0]
+    for i in range(begin, end):
+        ray = load_ray(origins, directions, t_min, t_max, starts, i)
+        result[i] = ray[8] != DEAD and blocked(geometry, scratch, ray, everything)
+
+
+@helper
+def _grown(table: Floats) -> Floats:
+    larger = np.empty((2 * len(table), table.shape[1]))
+    larger[: len(table)] = table
+    return larger
+
+
+@helper
+def _sort_rows(rows: Floats, first: int, last: int, columns: int) -> None:
+    """Order rows by their first columns (few rows: by insertion)."""
+    for i in range(first + 1, last):
+        row = rows[i].copy()
+        j = i
+        while j > first:
+            later = False
+            for k in range(columns):
+                if rows[j - 1, k] != row[k]:
+                    later = rows[j - 1, k] > row[k]
+                    break
+            if not later:
+                break
+            rows[j] = rows[j - 1]
+            j -= 1
+        rows[j] = row
+
+
+@kernel
+def trace_spans(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    begin: int, end: int, counts: Any,
+) -> Floats:  # fmt: skip
+    """Rows (t_enter, body, t_exit, enter clipped, exit clipped), ordered within each ray; counts[i] rows for ray i."""
+    scratch = new_scratch(geometry)
+    rows = np.empty((max(64, 4 * (end - begin)), 5))
+    used = 0
+    for i in range(begin, end):
+        whole = load_ray(origins, directions, t_min, t_max, starts, i)
+        counts[i] = 0
+        if whole[8] == DEAD or not whole[6] < whole[7]:
+            continue
+        ray, scale = scaled_ray(whole)
+        first = used
+        for k in range(collect(geometry, scratch, ray)):
+            entry = scratch.found[k]
+            if not is_solid(geometry, entry):
+                continue
+            crossings, inside = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
+            enter, clipped = ray[6], 1.0
+            for c in range(crossings + 1):
+                at_end = c == crossings
+                if inside:
+                    if used == len(rows):
+                        rows = _grown(rows)
+                    rows[used, 0] = whole[6] if clipped == 1.0 else enter * scale
+                    rows[used, 1] = geometry.entry_body[entry]
+                    rows[used, 2] = whole[7] if at_end else scratch.cross_t[c] * scale
+                    rows[used, 3] = clipped
+                    rows[used, 4] = 1.0 if at_end else 0.0
+                    used += 1
+                if not at_end:
+                    inside = not inside
+                    enter, clipped = scratch.cross_t[c], 0.0
+        _sort_rows(rows, first, used, 2)
+        counts[i] = used - first
+    return rows[:used].copy()
+
+
+@kernel
+def trace_crossings(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    begin: int, end: int, counts: Any,
+) -> Floats:  # fmt: skip
+    """Rows (t, body, face, surface, side, entered), ordered within each ray; counts[i] rows for ray i."""
+    scratch = new_scratch(geometry)
+    rows = np.empty((max(64, 4 * (end - begin)), 6))
+    used = 0
+    for i in range(begin, end):
+        ray = load_ray(origins, directions, t_min, t_max, starts, i)
+        counts[i] = 0
+        if ray[8] == DEAD:
+            continue
+        ray, scale = scaled_ray(ray)
+        first = used
+        for k in range(collect(geometry, scratch, ray)):
+            entry = scratch.found[k]
+            crossings, _ = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
+            for c in range(crossings):
+                if used == len(rows):
+                    rows = _grown(rows)
+                rows[used, 0] = scratch.cross_t[c] * scale
+                rows[used, 1] = geometry.entry_body[entry]
+                rows[used, 2] = scratch.cross_face[c, 1]
+                rows[used, 3] = scratch.cross_face[c, 0]
+                rows[used, 4] = scratch.cross_face[c, 2]
+                rows[used, 5] = scratch.cross_face[c, 3]
+                used += 1
+        _sort_rows(rows, first, used, 3)
+        counts[i] = used - first
+    return rows[:used].copy()
+
+
+@kernel
+def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end: int, points: Floats) -> None:
+    """origin + t direction with one rounding; NaN for misses."""
+    for i in range(begin, end):
+        for k in range(3):
+            points[i, k] = fma(t[i], directions[i, k], origins[i, k]) if t[i] < math.inf else math.nan
+
+
+@kernel
+def normals_of(geometry: Geometry, ids: Ints, flags: Signs, points: Floats, begin: int, end: int, normals: Floats) -> None:
+    """Outward unit normals at hit points; NaN for misses."""
+    for i in range(begin, end):
+        x, y, z = math.nan, math.nan, math.nan
+        if ids[i, 1] >= 0:
+            x, y, z = normal_at(geometry, ids[i, 1], flags[i, 0], points[i, 0], points[i, 1], points[i, 2])
+        normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
+
+
+@kernel
+def uvs_of(geometry: Geometry, ids: Ints, points: Floats, begin: int, end: int, uv: Floats) -> None:
+    """uv coordinates of hit points; NaN for misses."""
+    for i in range(begin, end):
+        u, v = math.nan, math.nan
+        if ids[i, 0] >= 0:
+            u, v = uv_at(geometry, ids[i, 0], ids[i, 2], ids[i, 1], points[i, 0], points[i, 1], points[i, 2])
+        uv[i, 0], uv[i, 1] = u, v
+
+
+@kernel
+def local_points_of(
+    geometry: Geometry, frames: Floats, body_frame: Ints, ids: Ints, points: Floats, begin: int, end: int, local: Floats
+) -> None:
+    """Hit points in the own frames of their bodies; NaN for misses."""
+    for i in range(begin, end):
+        body = ids[i, 0]
+        if body < 0:
+            local[i, 0], local[i, 1], local[i, 2] = math.nan, math.nan, math.nan
+            continue
+        row = body_frame[body]
+        for k in range(3):
+            if row < 0:
+                at = geometry.surface_row[ids[i, 1]]
+                table = geometry.spheres if geometry.surface_kind[ids[i, 1]] == 1 else geometry.quadrics
+                local[i, k] = points[i, k] - table[at, k]
+            else:
+                f = frames[row]
+                local[i, k] = dot(f[k, 0], f[k, 1], f[k, 2], points[i, 0], points[i, 1], points[i, 2]) + f[k, 3]

@@ -1,0 +1,346 @@
+"""The crossings of a ray with one body, in order.
+
+Every leaf of a body's program gives the ends of its spans as events. They are sorted and taken in
+groups of equal t: all leaves of a group turn at once, and only if the body's truth differs before
+and after the group is there a crossing. Coincident faces settle themselves so, without a tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry.cell import cell_spans, curved_roots, is_curved, plane_crossing, slot_face
+from ..geometry.polygon import inside_loop
+from ..geometry.program import root_value, turn_leaf
+from ..geometry.tables import BALL, CELL, REGION, SHEET, Floats, Geometry, Ints, Ray
+from ..jit import helper, inline
+
+
+class Scratch(NamedTuple):
+    """Memory of one thread, sized for the largest body."""
+
+    counts: Ints  # gates' counts, between rays as they are with every leaf outside
+    t: Floats  # events of a region's leaves
+    leaf: Ints
+    slot: Ints
+    on: Ints  # 1: the leaf is entered
+    cross_t: Floats  # crossings of a body
+    cross_face: Ints  # (n, 4) surface, face number, side, 1 if entered
+    stack: Ints  # nodes of the tree still to be visited, and where the ray enters them
+    stack_t: Floats
+    near: Floats  # (8,) of the children of a node
+    found: Ints  # entries whose boxes the ray meets
+
+
+@helper
+def new_scratch(geometry: Geometry) -> Scratch:
+    """Scratch memory for one thread."""
+    leaves = 1
+    for program in range(len(geometry.program_leaf) - 1):
+        leaves = max(leaves, geometry.program_leaf[program + 1] - geometry.program_leaf[program])
+    events = 4 * leaves + 4
+    depth = 8 * (len(geometry.node_children) + 1)
+    return Scratch(
+        geometry.gate_start.copy(),
+        np.empty(events),
+        np.empty(events, np.int32),
+        np.empty(events, np.int32),
+        np.empty(events, np.int32),
+        np.empty(events),
+        np.empty((events, 4), np.int32),
+        np.empty(depth, np.int32),
+        np.empty(depth),
+        np.empty(8),
+        np.empty(len(geometry.entry_kind), np.int32),
+    )
+
+
+@inline
+def span_inverse(ray: Ray) -> float:
+    """1 / d·d"""
+    return 1.0 / (ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])
+
+
+@inline
+def _between(low: float, high: float, o: float, d: float, near: float, far: float) -> tuple[float, float]:
+    """The part of [near, far] in which o + t d is within [low, high]."""
+    if d == 0.0:
+        return (near, far) if low <= o <= high else (math.inf, -math.inf)
+    a, b = (low - o) / d, (high - o) / d
+    return max(near, min(a, b)), min(far, max(a, b))
+
+
+@inline
+def misses_box(bounds: Floats, row: int, ray: Ray) -> bool:
+    """Does the ray, within its interval, pass a box for certain?"""
+    ox, oy, oz, dx, dy, dz, near, far, _ = ray
+    near, far = _between(bounds[row, 0], bounds[row, 3], ox, dx, near, far)
+    near, far = _between(bounds[row, 1], bounds[row, 4], oy, dy, near, far)
+    near, far = _between(bounds[row, 2], bounds[row, 5], oz, dz, near, far)
+    return near > far and not near - far <= 1e-15 * (abs(near) + abs(far))
+
+
+@inline
+def _put(scratch: Scratch, count: int, t: float, leaf: int, slot: int, on: int) -> int:
+    scratch.t[count] = t
+    scratch.leaf[count] = leaf
+    scratch.slot[count] = slot
+    scratch.on[count] = on
+    return count + 1
+
+
+@helper
+def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
+    """Put the span ends of all leaves that the ray can meet into scratch, sorted; their number."""
+    count = 0
+    inverse = span_inverse(ray)
+    for leaf in range(geometry.program_leaf[program], geometry.program_leaf[program + 1]):
+        if misses_box(geometry.leaf_bounds, leaf, ray):
+            continue
+        spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(geometry, geometry.leaf_cell[leaf], ray, inverse)
+        if spans > 0:
+            count = _put(scratch, count, in1, leaf, a1, 1)
+            count = _put(scratch, count, out1, leaf, b1, 0)
+        if spans > 1:
+            count = _put(scratch, count, in2, leaf, a2, 1)
+            count = _put(scratch, count, out2, leaf, b2, 0)
+    _sort(scratch, count)
+    return count
+
+
+@inline
+def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
+    return scratch.t[i] > t or (scratch.t[i] == t and scratch.leaf[i] > leaf)
+
+
+@helper
+def _sort(scratch: Scratch, count: int) -> None:
+    """By t, then by leaf (Shell's sort, gaps after Ciura 2001 and growing by 9/4)."""
+    gap = 1
+    while gap < count // 2:
+        gap = gap * 9 // 4 + 1
+    while gap > 0:
+        for i in range(gap, count):
+            t, leaf, slot, on = scratch.t[i], scratch.leaf[i], scratch.slot[i], scratch.on[i]
+            j = i
+            while j >= gap and _later(scratch, j - gap, t, leaf):
+                scratch.t[j], scratch.leaf[j] = scratch.t[j - gap], scratch.leaf[j - gap]
+                scratch.slot[j], scratch.on[j] = scratch.slot[j - gap], scratch.on[j - gap]
+                j -= gap
+            scratch.t[j], scratch.leaf[j], scratch.slot[j], scratch.on[j] = t, leaf, slot, on
+        gap = gap * 4 // 9
+
+
+@helper
+def region_crossings(
+    geometry: Geometry, scratch: Scratch, program: int, ray: Ray, limit: int
+) -> tuple[int, bool]:
+    """(number of crossings in ]t_min, t_max[, inside just after t_min) of a region; stops after `limit`."""
+    t_min, t_max = ray[6], ray[7]
+    events = gather(geometry, scratch, program, ray)
+    counts = scratch.counts
+    done, found = 0, 0
+    while done < events and scratch.t[done] <= t_min:
+        turn_leaf(geometry, counts, scratch.leaf[done], scratch.on[done] == 1)
+        done += 1
+    inside = root_value(geometry, counts, program)
+    started_inside = inside
+    while done < events and found < limit:
+        t = scratch.t[done]
+        if not t < t_max:
+            break
+        first = done
+        while done < events and scratch.t[done] == t:
+            turn_leaf(geometry, counts, scratch.leaf[done], scratch.on[done] == 1)
+            done += 1
+        after = root_value(geometry, counts, program)
+        if after != inside:
+            inside = after
+            found += _report(geometry, scratch, first, done, ray[8], after, found)
+    turn_back(geometry, scratch, done)
+    return found, started_inside
+
+
+@helper
+def turn_back(geometry: Geometry, scratch: Scratch, done: int) -> None:
+    """Undo the first `done` events, last to first: every leaf is outside again."""
+    for i in range(done - 1, -1, -1):
+        turn_leaf(geometry, scratch.counts, scratch.leaf[i], scratch.on[i] == 0)
+
+
+@helper
+def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
+    """(inside just before t, inside just after t) of a region."""
+    events = gather(geometry, scratch, program, ray)
+    done = 0
+    while done < events and scratch.t[done] < t:
+        turn_leaf(geometry, scratch.counts, scratch.leaf[done], scratch.on[done] == 1)
+        done += 1
+    before = root_value(geometry, scratch.counts, program)
+    while done < events and scratch.t[done] <= t:
+        turn_leaf(geometry, scratch.counts, scratch.leaf[done], scratch.on[done] == 1)
+        done += 1
+    after = root_value(geometry, scratch.counts, program)
+    turn_back(geometry, scratch, done)
+    return before, after
+
+
+@inline
+def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: int, entered: bool, n: int) -> int:
+    """The crossing shows the first leaf of the group that turned the way the body did. 0: it is the ray's start."""
+    chosen = first
+    for i in range(first, last):
+        if (scratch.on[i] == 1) == (entered == (geometry.leaf_sense[scratch.leaf[i]] > 0)):
+            chosen = i
+            break
+    leaf = scratch.leaf[chosen]
+    surface, face, side = slot_face(geometry, geometry.leaf_cell[leaf], scratch.slot[chosen])
+    t = scratch.t[chosen]
+    _write(scratch, n, t, surface, face, side * geometry.leaf_sense[leaf], 1 if entered else 0)
+    return 0 if t == 0.0 and surface == start else 1
+
+
+@helper
+def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> bool:
+    """Is the point at t in a region, its leaves taken as closed?"""
+    inverse = span_inverse(ray)
+    first, last = geometry.program_leaf[program], geometry.program_leaf[program + 1]
+    for sweep in range(2):
+        for leaf in range(first, last):
+            spans, in1, out1, _, _, in2, out2, _, _ = cell_spans(geometry, geometry.leaf_cell[leaf], ray, inverse)
+            if (spans > 0 and in1 <= t <= out1) or (spans > 1 and in2 <= t <= out2):
+                turn_leaf(geometry, scratch.counts, leaf, sweep == 0)
+        if sweep == 0:
+            inside = root_value(geometry, scratch.counts, program)
+    return inside
+
+
+@inline
+def _write(scratch: Scratch, n: int, t: float, surface: int, face: int, side: int, enters: int) -> None:
+    scratch.cross_t[n] = t
+    scratch.cross_face[n, 0] = surface
+    scratch.cross_face[n, 1] = face
+    scratch.cross_face[n, 2] = side
+    scratch.cross_face[n, 3] = enters
+
+
+@inline
+def counts_in(t: float, surface: int, ray: Ray) -> bool:
+    """Is a crossing within ]t_min, t_max[, and not the one that the ray starts on?"""
+    return ray[6] < t < ray[7] and not (t == 0.0 and surface == ray[8])
+
+
+@helper
+def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) -> int:
+    """Crossings of a clipped surface in ]t_min, t_max[. "Entered" is against the sheet's normal."""
+    surface, program = geometry.sheet_surface[sheet], geometry.sheet_program[sheet]
+    side, one_sided = int(geometry.sheet_side[sheet]), geometry.sheet_one_sided[sheet] == 1
+    low, high, falls, count = math.inf, math.inf, False, 0
+    if is_curved(geometry, surface):
+        low, high, outside, crosses = curved_roots(geometry, surface, ray, span_inverse(ray))
+        if not crosses:
+            return 0
+        falls = not outside
+    else:
+        low, _, rate = plane_crossing(geometry, surface, ray)
+        if rate == 0.0:
+            return 0
+        falls = rate < 0.0
+    for root in range(2):
+        t = low if root == 0 else high
+        against = (falls != (root == 1)) == (side > 0)
+        if not counts_in(t, surface, ray) or (one_sided and not against):
+            continue
+        if program >= 0 and not inside_program_at(geometry, scratch, program, ray, t):
+            continue
+        _write(scratch, count, t, surface, 0, side, 1 if against else 0)
+        count += 1
+    return count
+
+
+@helper
+def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: Ray) -> int:
+    """The crossing of a polygon in ]t_min, t_max[, if any."""
+    surface, program = geometry.polygon_surface[polygon], geometry.polygon_program[polygon]
+    t, _, rate = plane_crossing(geometry, surface, ray)
+    if rate == 0.0 or not counts_in(t, surface, ray):
+        return 0
+    if not inside_loop(geometry.vertices, geometry.polygon_first[polygon], geometry.polygon_first[polygon + 1], ray):
+        return 0
+    if program >= 0 and not inside_program_at(geometry, scratch, program, ray, t):
+        return 0
+    side = int(geometry.polygon_side[polygon])
+    _write(scratch, 0, t, surface, 0, side, 1 if (rate < 0.0) == (side > 0) else 0)
+    return 1
+
+
+@inline
+def _end(scratch: Scratch, count: int, t: float, ray: Ray, surface: int, face: int, side: int, enters: int) -> int:
+    if not counts_in(t, surface, ray):
+        return count
+    _write(scratch, count, t, surface, face, side, enters)
+    return count + 1
+
+
+@helper
+def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) -> tuple[int, bool]:
+    """(number of crossings in ]t_min, t_max[, inside just after t_min) of a single cell."""
+    spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(geometry, cell, ray, span_inverse(ray))
+    count, inside = 0, False
+    for k in range(spans):
+        t_in, t_out, a, b = (in1, out1, a1, b1) if k == 0 else (in2, out2, a2, b2)
+        inside |= t_in <= ray[6] < t_out
+        surface, face, side = slot_face(geometry, cell, a)
+        count = _end(scratch, count, t_in, ray, surface, face, side, 1)
+        surface, face, side = slot_face(geometry, cell, b)
+        count = _end(scratch, count, t_out, ray, surface, face, side, 0)
+    return count, inside
+
+
+@helper
+def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray) -> tuple[int, bool]:
+    """(number of crossings in ]t_min, t_max[, inside just after t_min) of a ball."""
+    low, high, _, crosses = curved_roots(geometry, surface, ray, span_inverse(ray))
+    if not crosses:
+        return 0, False
+    count = _end(scratch, 0, low, ray, surface, 0, 1, 1)
+    return _end(scratch, count, high, ray, surface, 0, 1, 0), low <= ray[6] < high
+
+
+@helper
+def entry_crossings(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, limit: int) -> tuple[int, bool]:
+    """Crossings of an entry's body into scratch.cross_*, in order of t: (number, inside just after t_min)."""
+    kind, index = geometry.entry_kind[entry], geometry.entry_index[entry]
+    if kind == BALL:
+        return ball_crossings(geometry, scratch, index, ray)
+    if kind == CELL:
+        return cell_crossings(geometry, scratch, index, ray)
+    if kind == REGION:
+        return region_crossings(geometry, scratch, index, ray, limit)
+    if kind == SHEET:
+        return sheet_crossings(geometry, scratch, index, ray), False
+    return polygon_crossings(geometry, scratch, index, ray), False
+
+
+@inline
+def is_solid(geometry: Geometry, entry: int) -> bool:
+    return geometry.entry_kind[entry] <= REGION
+
+
+@helper
+def entry_sides(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, t: float) -> tuple[bool, bool]:
+    """(inside just before t, inside just after t) of an entry's body; a sheet has no inside."""
+    kind, index = geometry.entry_kind[entry], geometry.entry_index[entry]
+    if kind == BALL:
+        low, high, _, crosses = curved_roots(geometry, index, ray, span_inverse(ray))
+        return crosses and low < t <= high, crosses and low <= t < high
+    if kind == CELL:
+        spans, in1, out1, _, _, in2, out2, _, _ = cell_spans(geometry, index, ray, span_inverse(ray))
+        before = (spans > 0 and in1 < t <= out1) or (spans > 1 and in2 < t <= out2)
+        return before, (spans > 0 and in1 <= t < out1) or (spans > 1 and in2 <= t < out2)
+    if kind == REGION:
+        return region_sides(geometry, scratch, index, ray, t)
+    return False, False

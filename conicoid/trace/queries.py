@@ -1,0 +1,119 @@
+"""Queries on arrays of rays: chunked over threads, any leading shape in, the same shape out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..geometry.tables import Geometry
+from ..lowering import Lowered
+from .array_kernels import trace_crossings, trace_first, trace_occluded, trace_spans
+from .hits import Hits
+from .membership import locate
+from .rays import FloatArray, Rays, points_array
+from .spans import Crossings, Spans
+from .threads import run_chunks
+from .tree import with_tree
+
+_CHUNK = 4096
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A scene ready to be asked: lowered, with its tree."""
+
+    lowered: Lowered
+    geometry: Geometry
+
+    @classmethod
+    def of(cls, lowered: Lowered) -> Prepared:
+        return cls(lowered, with_tree(lowered))
+
+
+def as_rays(origins: Any, directions: Any) -> Rays:
+    """The Rays of a query's first two arguments: arrays, or a `Rays` alone."""
+    if isinstance(origins, Rays):
+        if directions is not None:
+            raise TypeError("pass either Rays alone, or origins and directions")
+        return origins
+    if directions is None:
+        raise TypeError("directions are missing: pass origins and directions, or a Rays")
+    return Rays(origins, directions)
+
+
+def _limits(rays: Rays, name: str, value: Any) -> FloatArray:
+    """t_min or t_max as one value, or one for each ray."""
+    try:
+        array = np.asarray(value, dtype=np.float64)
+        flat = array.reshape(1) if array.ndim == 0 else np.broadcast_to(array, rays.shape).reshape(-1)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} must be a number or broadcast to {rays.shape}, got {value!r}") from None
+    if np.isnan(flat).any():
+        raise ValueError(f"{name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(flat))[0])}")
+    return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
+
+
+def _arguments(rays: Rays, t_min: Any, t_max: Any) -> tuple[Any, ...]:
+    return (
+        rays.origins.reshape(-1, 3),
+        rays.directions.reshape(-1, 3),
+        _limits(rays, "t_min", t_min),
+        _limits(rays, "t_max", t_max),
+        rays._starts if rays._starts.size else np.array([-1], np.int32),
+    )
+
+
+def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
+    """The nearest crossing of each ray in ]t_min, t_max[."""
+    arguments = _arguments(rays, t_min, t_max)
+    count = len(arguments[0])
+    t, ids, flags = np.empty(count), np.empty((count, 3), np.int32), np.empty((count, 2), np.int8)
+    run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, a, b, t, ids, flags), count, _CHUNK)
+    return Hits(scene, rays, t, ids, flags)
+
+
+def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
+    """Is there any crossing in ]t_min, t_max[?  bool of the rays' shape."""
+    arguments = _arguments(rays, t_min, t_max)
+    result = np.zeros(len(arguments[0]), np.bool_)
+    run_chunks(lambda a, b: trace_occluded(scene.geometry, *arguments, a, b, result), len(result), _CHUNK)
+    return result.reshape(rays.shape)[()]
+
+
+def _listed(kernel: Any, scene: Prepared, rays: Rays, t_min: Any, t_max: Any, columns: int) -> tuple[Any, FloatArray]:
+    """Run a kernel that returns rows for each chunk; (offsets, all rows)."""
+    arguments = _arguments(rays, t_min, t_max)
+    count = len(arguments[0])
+    counts = np.zeros(count, np.int64)
+    pieces: dict[int, FloatArray] = {}
+
+    def work(begin: int, end: int) -> None:
+        pieces[begin] = kernel(scene.geometry, *arguments, begin, end, counts)
+
+    run_chunks(work, count, _CHUNK)
+    offsets = np.zeros(count + 1, np.int64)
+    np.cumsum(counts, out=offsets[1:])
+    return offsets, np.concatenate([np.zeros((0, columns)), *(pieces[begin] for begin in sorted(pieces))])
+
+
+def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
+    """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
+    offsets, rows = _listed(trace_spans, scene, rays, t_min, t_max, 5)
+    return Spans(offsets, rows, rays, scene.lowered.body_count)
+
+
+def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
+    """Every crossing of each ray with every body in ]t_min, t_max[, sheets too."""
+    offsets, rows = _listed(trace_crossings, scene, rays, t_min, t_max, 6)
+    return Crossings(offsets, rows)
+
+
+def body_at(scene: Prepared, points: Any) -> Any:
+    """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
+    array = points_array("body_at", "points", points)
+    flat = np.ascontiguousarray(array.reshape(-1, 3))
+    bodies = np.empty(len(flat), np.int32)
+    run_chunks(lambda a, b: locate(scene.geometry, flat, a, b, bodies), len(flat), _CHUNK)
+    return bodies.reshape(array.shape[:-1])[()]

@@ -1,0 +1,101 @@
+"""Rays: origins and directions, and the surface each may start on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+_REASONS = {1: "origin must be finite", 2: "direction must be finite", 3: "direction must not be zero"}
+
+
+def points_array(owner: str, field: str, values: Any) -> FloatArray:
+    """`values` as a float64 array (..., 3); a named ValueError otherwise."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{owner}: {field} must be an array of numbers (..., 3), got {type(values).__name__}") from None
+    if array.ndim == 1 and array.size == 0:
+        array = array.reshape(0, 3)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{owner}: {field} must have shape (..., 3), got {array.shape}")
+    return array
+
+
+class Rays:
+    """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64.
+
+    Directions need not be unit; t is in units of their length. Unpacks to (origins, directions);
+    the surfaces that spawned rays start on are then lost.
+
+    Raises ValueError for NaN, infinite or zero input, with the index of the first such ray.
+    """
+
+    __slots__ = ("_starts", "directions", "origins")
+
+    def __init__(self, origins: Any, directions: Any) -> None:
+        from .array_kernels import first_invalid
+
+        o, d = points_array("Rays", "origins", origins), points_array("Rays", "directions", directions)
+        try:
+            shape = np.broadcast_shapes(o.shape, d.shape)
+        except ValueError:
+            raise ValueError(f"Rays: origins {o.shape} and directions {d.shape} do not broadcast together") from None
+        o, d = _own(o, shape), _own(d, shape)
+        index, reason = first_invalid(o.reshape(-1, 3), d.reshape(-1, 3))
+        if reason:
+            value = (o if reason == 1 else d).reshape(-1, 3)[index]
+            where = tuple(int(i) for i in np.unravel_index(index, shape[:-1])) if len(shape) > 1 else ()
+            place = f"[{', '.join(map(str, where))}]" if where else ""
+            raise ValueError(f"Rays: {_REASONS[reason]}, got {tuple(value.tolist())} for ray{place or ''}")
+        self._keep(o, d, np.array([-1], np.int32))
+
+    def _keep(self, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32]) -> None:
+        for array in (origins, directions, starts):
+            array.flags.writeable = False
+        object.__setattr__(self, "origins", origins)
+        object.__setattr__(self, "directions", directions)
+        object.__setattr__(self, "_starts", starts)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"Rays are read-only: {name} cannot be set")
+
+    @classmethod
+    def _spawned(cls, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32]) -> Rays:
+        """Rays that start on surfaces (ids, or DEAD), without checking them again."""
+        rays = object.__new__(cls)
+        rays._keep(origins, directions, starts)
+        return rays
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape."""
+        return self.origins.shape[:-1]
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError("a single ray has no length")
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[FloatArray]:
+        return iter((self.origins, self.directions))
+
+    def __getitem__(self, index: Any) -> Rays:
+        starts = self._starts
+        if len(starts) > 1 or self.origins.size == 3:
+            starts = np.atleast_1d(np.broadcast_to(starts, (self.origins.size // 3,)).reshape(self.shape)[index])
+        o, d = self.origins[index], self.directions[index]
+        if o.shape[-1:] != (3,):
+            raise IndexError(f"Rays: index {index!r} must select whole rays")
+        return Rays._spawned(np.array(o), np.array(d), np.ascontiguousarray(starts.ravel(), dtype=np.int32))
+
+    def __repr__(self) -> str:
+        return f"Rays(shape={self.shape})"
+
+
+def _own(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    return np.array(np.broadcast_to(array, shape), dtype=np.float64, order="C")

@@ -1,0 +1,91 @@
+"""Lists of different length for each ray, one after the other: spans and crossings (CSR layout)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .rays import FloatArray, Rays
+
+_LARGEST = 4 << 30
+
+
+def _column(rows: FloatArray, column: int, dtype: type[Any] = np.float64) -> Any:
+    result = np.ascontiguousarray(rows[:, column].astype(dtype))
+    result.flags.writeable = False
+    return result
+
+
+class Spans:
+    """Stretches of rays inside solids. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
+
+    t_enter, t_exit   float64, in units of the direction's length
+    body              int32
+    enter_clipped, exit_clipped   bool: the end is the interval's (or infinity), not a wall
+    """
+
+    def __init__(self, offsets: Any, rows: FloatArray, rays: Rays, body_count: int) -> None:
+        offsets.flags.writeable = False
+        self.offsets = offsets
+        self.t_enter, self.t_exit = _column(rows, 0), _column(rows, 2)
+        self.body = _column(rows, 1, np.int32)
+        self.enter_clipped, self.exit_clipped = _column(rows, 3, np.bool_), _column(rows, 4, np.bool_)
+        self._rays, self._body_count = rays, body_count
+
+    def _chords(self) -> tuple[Any, FloatArray]:
+        """(flat index of the ray, true length) of every span."""
+        ray = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
+        directions = self._rays.directions.reshape(-1, 3)
+        scale = np.abs(directions).max(axis=1, initial=0.0)
+        scale = np.where(scale > 0, scale, 1.0)
+        length = scale * np.sqrt(((directions / scale[:, None]) ** 2).sum(axis=1))
+        return ray, (self.t_exit - self.t_enter) * length[ray]
+
+    def lengths(self) -> FloatArray:
+        """True length of each ray inside each body, (t_exit - t_enter)·|direction|: (..., bodies).
+
+        Raises ValueError where that array would take more than 4 GiB: `line_integral` needs none.
+        """
+        rays, bodies = len(self.offsets) - 1, self._body_count
+        if rays * bodies * 8 > _LARGEST:
+            raise ValueError(
+                f"lengths: an array of {rays} rays x {bodies} bodies would take {rays * bodies * 8 / 2**30:.0f} GiB; "
+                "use line_integral(values), or t_enter, t_exit and body"
+            )
+        ray, chord = self._chords()
+        result = np.bincount(ray * bodies + self.body, chord, rays * bodies) if rays * bodies else np.zeros(0)
+        return result.reshape((*self._rays.shape, bodies))
+
+    def line_integral(self, values: Any) -> Any:
+        """Sum over spans of values[body] × length: (...). `values` (bodies,); a zero stays zero on infinite spans."""
+        weights = np.asarray(values, dtype=np.float64)
+        if weights.shape != (self._body_count,):
+            raise ValueError(f"line_integral: values must have shape ({self._body_count},), got {weights.shape}")
+        ray, chord = self._chords()
+        weight = weights[self.body]
+        part = np.where(weight == 0, 0.0, weight * np.where(weight == 0, 0.0, chord))
+        total = np.bincount(ray, part, len(self.offsets) - 1) if len(self.offsets) > 1 else np.zeros(0)
+        return total.reshape(self._rays.shape)[()]
+
+    def __repr__(self) -> str:
+        return f"Spans(shape={self._rays.shape}, {len(self.body)} spans)"
+
+
+class Crossings:
+    """Every crossing of rays with bodies. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t.
+
+    t                    float64, in units of the direction's length
+    body, face, surface  int32
+    entering             bool: against the outward normal
+    """
+
+    def __init__(self, offsets: Any, rows: FloatArray) -> None:
+        offsets.flags.writeable = False
+        self.offsets = offsets
+        self.t = _column(rows, 0)
+        self.body, self.face, self.surface = (_column(rows, k, np.int32) for k in (1, 2, 3))
+        self.entering = _column(rows, 5, np.bool_)
+
+    def __repr__(self) -> str:
+        return f"Crossings({len(self.offsets) - 1} rays, {len(self.t)} crossings)"

@@ -1,0 +1,188 @@
+"""The tree over a scene's entries: eight boxes to a node, built by binned surface area heuristic.
+
+Each node is filled by splitting its costliest group of entries until there are eight groups
+(Wald, Benthin, Boulos: Getting rid of packets, RT 2008; binning after Wald, RT 2007). Boxes are widened
+by some ulps, so that the rounding of a slab test never loses what they hold.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.tables import Floats, Geometry, Ints
+from ..jit import helper, kernel
+from ..lowering import Lowered
+
+WIDTH = 8
+LEAF = 4
+_BINS = 16
+_WIDEN = 16 * 2.0**-53
+
+
+def with_tree(lowered: Lowered) -> Geometry:
+    """The geometry of a lowered scene, with the tree over its bounded entries."""
+    boxes = lowered.boxes
+    empty = (boxes[:, :3] > boxes[:, 3:]).any(axis=1)
+    endless = ~np.isfinite(boxes).all(axis=1) & ~empty
+    bounded = np.flatnonzero(~endless & ~empty).astype(np.int32)
+    nodes, children, order = build(widened(boxes[bounded]))
+    return lowered.geometry._replace(
+        node_boxes=nodes,
+        node_children=children,
+        tree_order=bounded[order],
+        unbounded=np.flatnonzero(endless).astype(np.int32),
+    )
+
+
+def widened(boxes: Floats) -> Floats:
+    """Boxes (n, 6) grown by 16 units of roundoff of their place and size."""
+    low, high = boxes[:, :3], boxes[:, 3:]
+    margin = _WIDEN * (np.abs(low) + np.abs(high) + (high - low)) + 1e-300
+    return np.concatenate([low - margin, high + margin], axis=1)
+
+
+def build(boxes: Floats) -> tuple[Floats, Ints, Ints]:
+    """(node boxes (n, 6, 8), children (n, 8), order of the entries in the leaves)."""
+    count = len(boxes)
+    order = np.arange(count, dtype=np.int32)
+    if count == 0:
+        return np.zeros((0, 6, WIDTH)), np.zeros((0, WIDTH), np.int32), order
+    capacity = max(1, count)
+    nodes = np.empty((capacity, 6, WIDTH))
+    children = np.zeros((capacity, WIDTH), np.int32)
+    used = _build(np.ascontiguousarray(boxes), order, nodes, children)
+    return nodes[:used].copy(), children[:used].copy(), order
+
+
+@kernel
+def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> int:
+    """Fill nodes depth first; returns how many there are."""
+    first = np.empty(WIDTH, np.int64)
+    last = np.empty(WIDTH, np.int64)
+    cost = np.empty(WIDTH)
+    box = np.empty(6)
+    scratch = np.empty(len(order), np.int32)
+    stack = np.empty((len(order) + 1, 3), np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, len(order)
+    top, used = 1, 1
+    while top > 0:
+        top -= 1
+        node = stack[top, 0]
+        first[0], last[0] = stack[top, 1], stack[top, 2]
+        cost[0] = np.inf
+        groups = 1
+        while groups < WIDTH:
+            # The costliest group that is still too large for a leaf
+            worst, worst_cost = -1, -1.0
+            for g in range(groups):
+                if last[g] - first[g] > LEAF and cost[g] > worst_cost:
+                    worst, worst_cost = g, cost[g]
+            if worst < 0:
+                break
+            middle = _split(boxes, order, scratch, first[worst], last[worst])
+            first[groups], last[groups] = middle, last[worst]
+            last[worst] = middle
+            for g in (worst, groups):
+                _enclose(boxes, order, first[g], last[g], box)
+                cost[g] = _half_area(box) * (last[g] - first[g])
+            groups += 1
+        for g in range(WIDTH):
+            if g >= groups:
+                nodes[node, 0:3, g] = np.inf
+                nodes[node, 3:6, g] = -np.inf
+                continue
+            _enclose(boxes, order, first[g], last[g], box)
+            for k in range(6):
+                nodes[node, k, g] = box[k]
+            size = last[g] - first[g]
+            if size <= LEAF:
+                children[node, g] = -((first[g] << 4) | size) - 1
+            else:
+                children[node, g] = used
+                stack[top, 0], stack[top, 1], stack[top, 2] = used, first[g], last[g]
+                used += 1
+                top += 1
+    return used
+
+
+@helper
+def _enclose(boxes: Floats, order: Ints, first: int, last: int, box: Floats) -> None:
+    for k in range(3):
+        box[k], box[k + 3] = np.inf, -np.inf
+    for i in range(first, last):
+        for k in range(3):
+            box[k] = min(box[k], boxes[order[i], k])
+            box[k + 3] = max(box[k + 3], boxes[order[i], k + 3])
+
+
+@helper
+def _half_area(box: Floats) -> float:
+    x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
+    return x * y + y * z + z * x
+
+
+@helper
+def _split(boxes: Floats, order: Ints, scratch: Ints, first: int, last: int) -> int:
+    """Part order[first:last] in two by the best of the bins along each axis; returns the border."""
+    low = np.full(3, np.inf)
+    high = np.full(3, -np.inf)
+    for i in range(first, last):
+        for k in range(3):
+            c = 0.5 * boxes[order[i], k] + 0.5 * boxes[order[i], k + 3]
+            low[k], high[k] = min(low[k], c), max(high[k], c)
+    bins = np.empty((3, _BINS, 6))
+    counts = np.zeros((3, _BINS), np.int64)
+    bins[:, :, 0:3] = np.inf
+    bins[:, :, 3:6] = -np.inf
+    scale = np.zeros(3)
+    for k in range(3):
+        scale[k] = _BINS * (1.0 - 1e-9) / (high[k] - low[k]) if high[k] > low[k] else 0.0
+    for i in range(first, last):
+        e = order[i]
+        for k in range(3):
+            b = int(scale[k] * (0.5 * boxes[e, k] + 0.5 * boxes[e, k + 3] - low[k]))
+            counts[k, b] += 1
+            for j in range(3):
+                bins[k, b, j] = min(bins[k, b, j], boxes[e, j])
+                bins[k, b, j + 3] = max(bins[k, b, j + 3], boxes[e, j + 3])
+    axis, border = _best_border(bins, counts, scale)
+    if axis < 0:
+        return (first + last) // 2
+    # Stable partition
+    kept, moved = first, 0
+    for i in range(first, last):
+        e = order[i]
+        if int(scale[axis] * (0.5 * boxes[e, axis] + 0.5 * boxes[e, axis + 3] - low[axis])) < border:
+            order[kept] = e
+            kept += 1
+        else:
+            scratch[moved] = e
+            moved += 1
+    for i in range(moved):
+        order[kept + i] = scratch[i]
+    return kept
+
+
+@helper
+def _best_border(bins: Floats, counts: Ints, scale: Floats) -> tuple[int, int]:
+    """(axis, bin) with the least sum of area times count on both sides; axis -1 if nothing can be split."""
+    best, best_axis, best_border = np.inf, -1, 0
+    right_cost = np.empty(_BINS)
+    box = np.empty(6)
+    for k in range(3):
+        if scale[k] == 0.0:
+            continue
+        for sweep in range(2):
+            box[0:3], box[3:6] = np.inf, -np.inf
+            total = 0
+            for step in range(_BINS - 1):
+                b = _BINS - 1 - step if sweep == 0 else step
+                total += counts[k, b]
+                for j in range(3):
+                    box[j], box[j + 3] = min(box[j], bins[k, b, j]), max(box[j + 3], bins[k, b, j + 3])
+                cost = _half_area(box) * total if total > 0 else 0.0
+                if sweep == 0:
+                    right_cost[b] = cost
+                elif cost + right_cost[b + 1] < best and total > 0:
+                    best, best_axis, best_border = cost + right_cost[b + 1], k, b + 1
+    return best_axis, best_border

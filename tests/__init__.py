@@ -1,0 +1,1 @@
+"""The tests: the package's own tree, and the proofs (`oracle`, `contract`, `seeds`, `adversarial`)."""

@@ -1,0 +1,60 @@
+"""Trees of cells and uv maps evaluated at points in plain NumPy, apart from the package's own kernels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from conicoid.shapes.cells import UV, All, Cell, Face, Not, Tree
+from conicoid.shapes.motion import STILL, Motion
+from conicoid.shapes.surface import PlaneSurface, Surface
+
+
+def value(surface: Surface, points: Any) -> Any:
+    """The surface's left side at points (..., 3)."""
+    if isinstance(surface, PlaneSurface):
+        return points @ np.array([float(c) for c in surface.normal]) - float(surface.offset)
+    rows = np.array([[float(c) for c in row] for row in surface.rows])
+    y = (points - np.array([float(c) for c in surface.anchor])) @ rows.T
+    squares, linear = (np.array([float(c) for c in row]) for row in (surface.squares, surface.linear))
+    return (y * y) @ squares + 2 * y @ linear - float(surface.constant)
+
+
+def gradient(surface: Surface, points: Any) -> Any:
+    """∇ of the left side at points (..., 3)."""
+    if isinstance(surface, PlaneSurface):
+        return np.broadcast_to(np.array([float(c) for c in surface.normal]), np.shape(points))
+    rows = np.array([[float(c) for c in row] for row in surface.rows])
+    y = (points - np.array([float(c) for c in surface.anchor])) @ rows.T
+    squares, linear = (np.array([float(c) for c in row]) for row in (surface.squares, surface.linear))
+    return 2 * (y * squares + linear) @ rows
+
+
+def contains(tree: Tree, points: Any, motion: Motion = STILL) -> Any:
+    """Which points (..., 3) of the world are inside the tree carried by a motion."""
+    if isinstance(tree, Cell):
+        sides = [face.inside * value(face.surface.moved(motion), points) <= 0 for face in tree.faces]
+        return np.all(sides, axis=0)
+    if isinstance(tree, Not):
+        return ~contains(tree.part, points, motion)
+    parts = [contains(part, points, motion) for part in tree.parts]
+    return np.all(parts, axis=0) if isinstance(tree, All) else np.any(parts, axis=0)
+
+
+def faces(tree: Tree) -> dict[int, Face]:
+    """The faces of a tree by number."""
+    if isinstance(tree, Cell):
+        return {face.number: face for face in tree.faces}
+    found: dict[int, Face] = {}
+    for part in (tree.part,) if isinstance(tree, Not) else tree.parts:
+        found.update(faces(part))
+    return found
+
+
+def uv(mapping: UV, point: Any) -> tuple[float, float]:
+    """(u, v) at a point (3,) of the frame that the map is given in."""
+    a, b, c = np.array(mapping.matrix) @ np.append(np.array(point, float), 1.0)
+    return (np.arctan2(b, a) / (2 * np.pi) % 1.0, c) if mapping.angular else (a, b)
+
+

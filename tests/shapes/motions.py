@@ -1,0 +1,32 @@
+"""Motions for tests: a few plain ones and random affine ones, mirrors and shears among them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from conicoid.shapes.motion import STILL, Motion
+
+SHEAR = [[1, 0.7, 0, 0.5], [0, 1, -0.4, -1], [0.2, 0, 1, 2], [0, 0, 0, 1]]
+
+MOTIONS = {
+    "still": STILL,
+    "shifted": STILL.translate((3, -1, 0.5)),
+    "turned": STILL.rotate((1, 2, -1), 47).translate((1, 0, 0)),
+    "quarter": STILL.rotate((0, 1, 0), 90),
+    "mirrored": STILL.scale((1, -1, 1)).rotate((1, 0, 0), 20),
+    "stretched": STILL.scale((3, 0.2, 1)).rotate((0, 0, 1), 33),
+    "sheared": STILL.transform(SHEAR),
+}
+
+
+def random_motion(rng: np.random.Generator) -> Motion:
+    """A random invertible matrix, half of them mirrors, with a shift."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = rng.normal(size=(3, 3)) + np.diag(rng.choice([-1.0, 1.0], 3))
+    matrix[:3, 3] = rng.normal(size=3) * 3
+    return STILL.transform(matrix)
+
+
+def carried(motion: Motion, points: np.ndarray) -> np.ndarray:
+    matrix = motion.matrix
+    return points @ matrix[:3, :3].T + matrix[:3, 3]

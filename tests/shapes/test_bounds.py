@@ -1,0 +1,181 @@
+"""Bounds hold the solid under every motion, and touch it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from conicoid.shapes.box import Box
+from conicoid.shapes.cone import Cone
+from conicoid.shapes.cylinder import Cylinder
+from conicoid.shapes.double_cone import DoubleCone
+from conicoid.shapes.ellipsoid import Ellipsoid
+from conicoid.shapes.elliptic_cone import EllipticCone
+from conicoid.shapes.elliptic_cylinder import EllipticCylinder
+from conicoid.shapes.elliptic_paraboloid import EllipticParaboloid
+from conicoid.shapes.half_space import HalfSpace
+from conicoid.shapes.hyperbolic_cylinder import HyperbolicCylinder
+from conicoid.shapes.hyperbolic_paraboloid import HyperbolicParaboloid
+from conicoid.shapes.one_sheet_hyperboloid import OneSheetHyperboloid
+from conicoid.shapes.parabolic_cylinder import ParabolicCylinder
+from conicoid.shapes.polyhedron import Polyhedron
+from conicoid.shapes.quadric import Quadric
+from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
+
+from .catalogue import SAMPLES, Sample
+from .motions import carried, random_motion
+
+INF = math.inf
+R2, R3 = math.sqrt(2), math.sqrt(3)
+
+
+@pytest.mark.parametrize("sample", [s for s in SAMPLES if s.bounded], ids=lambda sample: sample.name)
+def test_bounds_hold_and_touch_the_solid(sample: Sample) -> None:
+    """Each side is reached, by an evolution of points that the inequality calls inside."""
+    rng = np.random.default_rng(11)
+    start = rng.uniform(-sample.reach, sample.reach, (50000, 3))
+    start = start[sample.inside(*start.T)]
+    for motion in (random_motion(rng) for _ in range(2)):
+        low, high = sample.shape.bounds_under(motion)
+        world = carried(motion, start)
+        assert (world >= low).all()
+        assert (world <= high).all()
+        for axis in range(3):
+            for sign, side in ((1, high[axis]), (-1, -low[axis])):
+                direction = sign * motion.matrix[axis, :3]
+                reached = climb(sample, direction, start, rng) + sign * motion.matrix[axis, 3]
+                assert reached <= side + 1e-14 * (high - low).max()
+                assert side - reached <= 1e-4 * (high - low).max()
+
+
+def climb(sample: Sample, direction: np.ndarray, start: np.ndarray, rng: np.random.Generator) -> float:
+    """sup of direction·p by differential evolution: points move by differences of other points."""
+    people = start[np.argsort(-(start @ direction))][:100]
+    count = len(people)
+    for _ in range(250):
+        others = people[rng.integers(count, size=(3, count))]
+        tries = others[0] + rng.uniform(0.3, 1, (count, 1)) * (others[1] - others[2])
+        better = sample.inside(*tries.T) & (tries @ direction > people @ direction)
+        people = np.where(better[:, None], tries, people)
+    return float((people @ direction).max())
+
+
+@pytest.mark.parametrize("sample", [s for s in SAMPLES if not s.bounded], ids=lambda sample: sample.name)
+def test_bounds_of_unbounded_solids_hold_them(sample: Sample) -> None:
+    rng = np.random.default_rng(13)
+    points = rng.uniform(-1, 1, (20000, 3)) * 10 ** rng.uniform(-2, 4, (20000, 1))
+    points = points[sample.inside(*points.T)]
+    for motion in (random_motion(rng) for _ in range(3)):
+        low, high = sample.shape.bounds_under(motion)
+        world = carried(motion, points)
+        assert (world >= low).all()
+        assert (world <= high).all()
+
+
+KNOWN = [
+    (Ellipsoid((1, 2, 3), (5, 0, 0)), (4, -2, -3), (6, 2, 3)),
+    # The widest section in the range is at z = 1: sqrt(1 - 1/9)
+    (Ellipsoid((1, 2, 3), z_range=(1, 2)), (-math.sqrt(8) / 3, -2 * math.sqrt(8) / 3, 1), (math.sqrt(8) / 3, 2 * math.sqrt(8) / 3, 2)),
+    (Ellipsoid((1, 2, 3), z_range=(-1, 9)), (-1, -2, -1), (1, 2, 3)),
+    (Ellipsoid((1, 2, 3), z_range=(4, 5)), (INF, INF, INF), (-INF, -INF, -INF)),
+    # A ball of radius 1 turned by any angle
+    (Ellipsoid((1, 1, 1)).rotate((1, 2, 3), 77), (-1, -1, -1), (1, 1, 1)),
+    # An ellipse turned by 45°: sqrt((a² + b²) / 2)
+    (Ellipsoid((3, 1, 1)).rotate((0, 0, 1), 45), (-math.sqrt(5), -math.sqrt(5), -1), (math.sqrt(5), math.sqrt(5), 1)),
+    (Ellipsoid.from_coefficients(4, 0.25, 1 / 9), (-0.5, -2, -3), (0.5, 2, 3)),
+    (Box((0, 0, 0), (1, 2, 3)).rotate((0, 0, 1), 90), (-2, 0, 0), (0, 1, 3)),
+    (Box().rotate((0, 0, 1), 45), (-R2, -R2, -1), (R2, R2, 1)),
+    # An upright disc of radius r across (1, 1, 0): r / sqrt(2)
+    (Cylinder((0, 0, 0), (1, 1, 0), 1), (-1 / R2, -1 / R2, -1), (1 + 1 / R2, 1 + 1 / R2, 1)),
+    (Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 90, (1, 0, 0)), (0, 0, 0), (2, 2, 1)),
+    (Cylinder((0, 0, 0), (0, 0, 1), 2, 45, 135, (1, 0, 0)), (-R2, 0, 0), (R2, 2, 1)),
+    (Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 270, (1, 0, 0)), (-2, -2, 0), (2, 2, 1)),
+    (Cylinder((0, 0, 0), (0, 0, 1), 2, 30, 60, (1, 0, 0)), (0, 0, 0), (R3, R3, 1)),
+    (Cone((0, 0, 0), (0, 0, 4), 1, 3), (-3, -3, 0), (3, 3, 4)),
+    (Cone((0, 0, 0), (4, 0, 0), 1, 0), (0, -1, -1), (4, 1, 1)),
+    (DoubleCone(2), (-INF, -INF, -INF), (INF, INF, INF)),
+    (DoubleCone(2, (-1, 3)), (-6, -6, -1), (6, 6, 3)),
+    (DoubleCone(2, (0, INF)), (-INF, -INF, 0), (INF, INF, INF)),
+    (EllipticParaboloid(1, 4), (-INF, -INF, 0), (INF, INF, INF)),
+    (EllipticParaboloid(1, 4, (1, 4)), (-2, -1, 1), (2, 1, 4)),
+    (EllipticParaboloid(1, 4, (-3, 4)), (-2, -1, 0), (2, 1, 4)),
+    (EllipticParaboloid(1, 4).rotate((1, 0, 0), 90), (-INF, -INF, -INF), (INF, 0, INF)),
+    (EllipticParaboloid(1, 4, (-3, -1)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (OneSheetHyperboloid(1, 4, 1), (-INF, -INF, -INF), (INF, INF, INF)),
+    (OneSheetHyperboloid(1, 4, 1, (-1, R3)), (-2, -1, -1), (2, 1, R3)),
+    (TwoSheetHyperboloid(1, 1, 4), (-INF, -INF, -INF), (INF, INF, INF)),
+    (TwoSheetHyperboloid(1, 1, 4, (0, INF)), (-INF, -INF, 0.5), (INF, INF, INF)),
+    (TwoSheetHyperboloid(1, 1, 4, (-2, 1)), (-math.sqrt(15), -math.sqrt(15), -2), (math.sqrt(15), math.sqrt(15), 1)),
+    (TwoSheetHyperboloid(1, 1, 4, (-0.4, 0.4)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (EllipticCone(1, 4, 1, (-1, 2)), (-2, -1, -1), (2, 1, 2)),
+    (EllipticCylinder(1, 4), (-1, -0.5, -INF), (1, 0.5, INF)),
+    (EllipticCylinder(1, 4, (2, 3)).translate((0, 0, 1)), (-1, -0.5, 3), (1, 0.5, 4)),
+    (EllipticCylinder(1, 4).rotate((0, 1, 0), 90), (-INF, -0.5, -1), (INF, 0.5, 1)),
+    (HyperbolicParaboloid(1, 1), (-INF, -INF, -INF), (INF, INF, INF)),
+    # z >= x² - y² reaches down to -1 in the box, where y = ±1
+    (HyperbolicParaboloid(1, 1, Box((-1, -1, -2), (1, 1, 2))), (-1, -1, -1), (1, 1, 2)),
+    (HyperbolicParaboloid(1, 1, Box((-2, 0, -9), (2, 0.5, 0))), (-0.5, 0, -0.25), (0.5, 0.5, 0)),
+    (HyperbolicCylinder(1, 1), (-INF, -INF, -INF), (INF, INF, INF)),
+    (HyperbolicCylinder(1, 1, Box((-9, -1, 0), (9, 1, 2))), (-R2, -1, 0), (R2, 1, 2)),
+    (HyperbolicCylinder(1, 1, Box((2, -1, 0), (9, 1, 2))), (INF, INF, INF), (-INF, -INF, -INF)),
+    (HyperbolicCylinder(1, 1, Box((2, -2, 0), (9, 1, 2))), (2, -2, 0), (math.sqrt(5), -R3, 2)),
+    (ParabolicCylinder(2), (-INF, 0, -INF), (INF, INF, INF)),
+    (ParabolicCylinder(2).rotate((0, 0, 1), 90), (-INF, -INF, -INF), (0, INF, INF)),
+    (ParabolicCylinder(2, Box((-9, -1, 0), (1, 4, 2))), (-4, 0, 0), (1, 4, 2)),
+    # Turned by 45°: y - x over x² <= 4 y is least at x = 2, y = 1
+    (ParabolicCylinder(2, Box((0, -1, 0), (9, 4, 2))).rotate((0, 0, 1), -45), (0, -1 / R2, 0), (8 / R2, 2 * R2, 2)),
+    (HalfSpace((0, 0, -2), 3), (-INF, -INF, -1.5), (INF, INF, INF)),
+    (HalfSpace((0, 1, 1), 0).rotate((1, 0, 0), 45), (-INF, -INF, -INF), (INF, INF, 0)),
+    (HalfSpace((0, 1, 2), 0), (-INF, -INF, -INF), (INF, INF, INF)),
+    (~HalfSpace((0, 0, -2), 3), (-INF, -INF, -INF), (INF, INF, -1.5)),
+    (Polyhedron(((1, 1, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)), (3, 0, 0, 0)), (0, 0, 0), (3, 3, 3)),
+    (Polyhedron(((1, 0, 0), (-1, 0, 0)), (1, 1)), (-1, -INF, -INF), (1, INF, INF)),
+    (Polyhedron(((1, 1, 0), (-1, -1, 0)), (1, 1)).rotate((0, 0, 1), 45), (-INF, -1 / R2, -INF), (INF, 1 / R2, INF)),
+    (Polyhedron(((1, 0, 0), (-1, 0, 0)), (1, -2)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (Polyhedron(((1, 0, 0), (1, 1, 0), (1, -1, 0)), (5, 1, 1)), (-INF, -INF, -INF), (1, INF, INF)),
+    (~Polyhedron(((1, 0, 0),), (1,)), (1, -INF, -INF), (INF, INF, INF)),
+    (Quadric(coefficients=dict(xx=1, yy=0.25, zz=4, x=-2)), (0, -2, -0.5), (2, 2, 0.5)),
+    # x² + x y + y² + z² <= 1: inverse of [[1, ½], [½, 1]] has 4/3 on the diagonal
+    (Quadric(coefficients=dict(xx=1, yy=1, zz=1, xy=1, constant=-1)), (-2 / R3, -2 / R3, -1), (2 / R3, 2 / R3, 1)),
+    (Quadric(coefficients=dict(xx=1, yy=1, z=-1, constant=2)), (-INF, -INF, 2), (INF, INF, INF)),
+    (Quadric(coefficients=dict(xx=1, yy=1, z=1, constant=2)), (-INF, -INF, -INF), (INF, INF, -2)),
+    (Quadric(coefficients=dict(xx=1, z=-1)), (-INF, -INF, 0), (INF, INF, INF)),
+    (Quadric(coefficients=dict(xx=1, constant=-4)), (-2, -INF, -INF), (2, INF, INF)),
+    # (x + y)² <= 2 is |x + y| <= sqrt(2), a slab of |x'| <= 1 across the diagonal
+    (Quadric(coefficients=dict(xx=1, yy=1, xy=2, constant=-2)).rotate((0, 0, 1), 45), (-INF, -1, -INF), (INF, 1, INF)),
+    (Quadric(coefficients=dict(xx=1, yy=1, zz=1, constant=1)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (Quadric(coefficients=dict(xx=1, yy=1, zz=1)), (0, 0, 0), (0, 0, 0)),
+    (Quadric(coefficients=dict(xx=1, yy=1, x=-2, constant=1)), (1, 0, -INF), (1, 0, INF)),
+    (Quadric(coefficients=dict(xx=-1)), (-INF, -INF, -INF), (INF, INF, INF)),
+    (Quadric(coefficients=dict(xx=1, yy=-1)), (-INF, -INF, -INF), (INF, INF, INF)),
+    (~Quadric(coefficients=dict(xx=-1, yy=-1, zz=-1, constant=4)), (-2, -2, -2), (2, 2, 2)),
+    (Quadric(coefficients=dict(y=-2, constant=3)), (-INF, 1.5, -INF), (INF, INF, INF)),
+    (~Quadric(coefficients=dict(y=-2, constant=3)), (-INF, -INF, -INF), (INF, 1.5, INF)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("shape", "low", "high"), KNOWN, ids=[repr(shape)[:70] for shape, _, _ in KNOWN])
+def test_bounds_are_the_known_ones(shape, low, high) -> None:
+    found_low, found_high = shape.bounds
+    np.testing.assert_allclose(found_low, low, rtol=1e-13, atol=2e-14)
+    np.testing.assert_allclose(found_high, high, rtol=1e-13, atol=2e-14)
+
+
+EXACT = [
+    (Box((-3, 0, 0.1), (1, 2, 0.3)), (-3, 0, 0.1), (1, 2, 0.3)),
+    (EllipticParaboloid(1, 4, (1, 4)), (-2, -1, 1), (2, 1, 4)),
+    (EllipticCylinder(1, 4, (-1, 2)), (-1, -0.5, -1), (1, 0.5, 2)),
+    (DoubleCone(2, (-1, 3)), (-6, -6, -1), (6, 6, 3)),
+    (HyperbolicParaboloid(1, 1, Box()), (-1, -1, -1), (1, 1, 1)),
+    (Quadric(coefficients=dict(xx=1, yy=0.25, zz=4, x=-2)), (0, -2, -0.5), (2, 2, 0.5)),
+    (Polyhedron(((1, 1, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)), (3, 0, 0, 0)), (0, 0, 0), (3, 3, 3)),
+]
+
+
+@pytest.mark.parametrize(("shape", "low", "high"), EXACT, ids=[type(shape).__name__ for shape, _, _ in EXACT])
+def test_unmoved_bounds_are_exact_where_they_are_floats(shape, low, high) -> None:
+    found_low, found_high = shape.bounds
+    assert found_low.tolist() == list(low)
+    assert found_high.tolist() == list(high)

@@ -1,0 +1,148 @@
+"""Face numbers, uv and outward normals at points worked out by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from conicoid.shapes.box import Box
+from conicoid.shapes.cone import Cone
+from conicoid.shapes.cylinder import Cylinder
+from conicoid.shapes.double_cone import DoubleCone
+from conicoid.shapes.ellipsoid import Ellipsoid
+from conicoid.shapes.elliptic_cone import EllipticCone
+from conicoid.shapes.elliptic_cylinder import EllipticCylinder
+from conicoid.shapes.elliptic_paraboloid import EllipticParaboloid
+from conicoid.shapes.half_space import HalfSpace
+from conicoid.shapes.hyperbolic_cylinder import HyperbolicCylinder
+from conicoid.shapes.hyperbolic_paraboloid import HyperbolicParaboloid
+from conicoid.shapes.one_sheet_hyperboloid import OneSheetHyperboloid
+from conicoid.shapes.parabolic_cylinder import ParabolicCylinder
+from conicoid.shapes.polyhedron import Polyhedron
+from conicoid.shapes.quadric import Quadric
+from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
+
+from .catalogue import SAMPLES, Sample
+from .evaluate import faces, gradient, uv, value
+
+O, Z, X = (0, 0, 0), (0, 0, 1), (1, 0, 0)
+R2, R3 = math.sqrt(2), math.sqrt(3)
+HALF = R2 / 2
+TUBE = Cylinder(O, (0, 0, 2), 1, 30, 240, X)
+
+# shape, point in its own frame, face, uv, direction of the outward normal
+AT = [
+    (Ellipsoid((1, 2, 3)), (0, 2, 0), 0, (0.25, 0.5), (0, 1, 0)),
+    (Ellipsoid((1, 2, 3)), (0, 0, 3), 0, (None, 1), Z),
+    (Ellipsoid((1, 2, 3)), (-1, 0, 0), 0, (0.5, 0.5), (-1, 0, 0)),
+    (Ellipsoid((1, 2, 3), z_range=(-1.5, 4.5)), (0, 0, 3), 0, (None, 1), Z),
+    (Ellipsoid((1, 2, 3), z_range=(-1.5, 1.5)), (0, -2, 0), 0, (0.75, 0.5), (0, -1, 0)),
+    # The cut at z = ±1.5 has the half-axes sqrt(3)/2 and sqrt(3)
+    (Ellipsoid((1, 2, 3), z_range=(-1.5, 1.5)), (R3 / 4, R3 / 2, 1.5), 2, (0.5, 0.5), Z),
+    (Ellipsoid((1, 2, 3), z_range=(-1.5, 1.5)), (0, -R3, -1.5), 1, (0, -1), (0, 0, -1)),
+    (Ellipsoid.from_coefficients(4, 1, 1), (0.5, 0, 0), 0, (0, 0.5), X),
+    (Box((0, 0, 0), (2, 4, 8)), (0, 1, 2), 0, (0.25, 0.25), (-1, 0, 0)),
+    (Box((0, 0, 0), (2, 4, 8)), (2, 1, 2), 1, (0.25, 0.25), X),
+    (Box((0, 0, 0), (2, 4, 8)), (1, 0, 2), 2, (0.5, 0.25), (0, -1, 0)),
+    (Box((0, 0, 0), (2, 4, 8)), (1, 4, 2), 3, (0.5, 0.25), (0, 1, 0)),
+    (Box((0, 0, 0), (2, 4, 8)), (1, 3, 0), 4, (0.5, 0.75), (0, 0, -1)),
+    (Box((0, 0, 0), (2, 4, 8)), (1, 3, 8), 5, (0.5, 0.75), Z),
+    (TUBE, (0, 1, 0.5), 0, (0.25, 0.25), (0, 1, 0)),
+    (TUBE, (0.25, 0.5, 0), 1, (0.25, 0.5), (0, 0, -1)),
+    (TUBE, (-0.25, 0.5, 2), 2, (-0.25, 0.5), Z),
+    # Half way out on the walls at 30° and 240°
+    (TUBE, (R3 / 4, 0.25, 1), 3, (0.5, 0.5), (0.5, -R3 / 2, 0)),
+    (TUBE, (-0.25, -R3 / 4, 0.5), 4, (0.5, 0.25), (R3 / 2, -0.5, 0)),
+    (Cylinder(O, (0, 0, 2), 1, 0, 180, X), (0.5, 0, 1), 3, (0.5, 0.5), (0, -1, 0)),
+    (Cylinder(O, (0, 0, 2), 1, 0, 180, X), (-0.5, 0, 1), 3, (-0.5, 0.5), (0, -1, 0)),
+    (Cone(O, (0, 0, 2), 2, 0), (1, 0, 1), 0, (0, 0.5), (1, 0, 1)),
+    (Cone(O, (0, 0, 2), 2, 0), (1, 1, 0), 1, (0.5, 0.5), (0, 0, -1)),
+    (Cone(O, (0, 0, 2), 1, 2), (0, 1.5, 1), 0, (0.25, 0.5), (0, 2, -1)),
+    (Cone(O, (0, 0, 2), 1, 2), (1, 1, 2), 2, (0.5, 0.5), Z),
+    (DoubleCone(1, (-1, 3)), (0, -1, 1), 0, (0.75, 0.5), (0, -1, -1)),
+    (DoubleCone(1, (-1, 3)), (0.5, 0, -1), 1, (0.5, 0), (0, 0, -1)),
+    (DoubleCone(2, (-1, 3)), (0, 3, 3), 2, (0, 0.5), Z),
+    (DoubleCone(1), (0, 5, -5), 0, (0.25, -5), (0, 1, 1)),
+    (EllipticParaboloid(1, 4), (2, 0, 4), 0, (0, 4), (4, 0, -1)),
+    (EllipticParaboloid(1, 4, (-1, 8)), (2, 0, 4), 0, (0, 0.5), (4, 0, -1)),
+    (EllipticParaboloid(1, 4, (1, 4)), (1, 0.5, 4), 2, (0.5, 0.5), Z),
+    (EllipticParaboloid(1, 4, (1, 4)), (0.5, 0, 1), 1, (0.5, 0), (0, 0, -1)),
+    (HyperbolicParaboloid(1, 2), (3, 2, 1), 0, (3, 2), (6, -8, -1)),
+    (HyperbolicParaboloid(1, 1, Box((-2, -1, -9), (2, 3, 9))), (1, 1, 0), 0, (0.75, 0.5), (2, -2, -1)),
+    (HyperbolicParaboloid(1, 1, Box((-2, -1, -9), (2, 3, 9))), (1, 1, 9), 6, (0.75, 0.5), Z),
+    (HyperbolicParaboloid(1, 1, Box((-2, -1, -9), (2, 3, 9))), (-2, 1, 9), 1, (0.5, 1), (-1, 0, 0)),
+    (OneSheetHyperboloid(1, 4, 3, (-1, 1)), (0, 0.5, 0), 0, (0.25, 0.5), (0, 1, 0)),
+    (OneSheetHyperboloid(1, 4, 3, (-1, 1)), (1, 0.5, 1), 2, (0.5, 0.5), Z),
+    (TwoSheetHyperboloid(1, 4, 5, (-1, 1)), (2, 0, 1), 0, (0, 1), (2, 0, -5)),
+    (TwoSheetHyperboloid(1, 4, 5, (-1, 1)), (1, 0.5, -1), 1, (0.5, 0.5), (0, 0, -1)),
+    (EllipticCone(1, 4, 1, (0, 2)), (0, -0.5, 1), 0, (0.75, 0.5), (0, -2, -1)),
+    (EllipticCone(1, 4, 1, (0, 2)), (1, 0.5, 2), 2, (0.5, 0.5), Z),
+    (EllipticCylinder(1, 4, (0, 4)), (0, -0.5, 1), 0, (0.75, 0.25), (0, -1, 0)),
+    (EllipticCylinder(1, 4, (0, 4)), (0.5, 0.25, 0), 1, (0.5, 0.5), (0, 0, -1)),
+    (HyperbolicCylinder(1, 3), (-2, 1, 7), 0, (1, 7), (-2, -3, 0)),
+    (HyperbolicCylinder(1, 3, Box((-9, -1, 0), (9, 3, 8))), (2, 1, 2), 0, (0.5, 0.25), (2, -3, 0)),
+    (HyperbolicCylinder(1, 3, Box((-9, -1, 0), (9, 3, 8))), (0, 3, 2), 4, (0.5, 0.25), (0, 1, 0)),
+    (ParabolicCylinder(2), (2, 1, 7), 0, (2, 7), (2, -2, 0)),
+    (ParabolicCylinder(2, Box((-4, 0, 0), (4, 9, 14))), (2, 1, 7), 0, (0.75, 0.5), (2, -2, 0)),
+    (HalfSpace((0, 0, 5), 10), (3, 4, 2), 0, (3, 4), Z),
+    (HalfSpace((1, 0, 0), 2), (2, 3, 4), 0, (3, 4), X),
+    (Polyhedron((Z, (0, 0, -1), X), (1, 1, 3)), (3, 5, 0.5), 2, (5, 0.5), X),
+    (Quadric(coefficients=dict(xx=1, yy=1, zz=1, x=-2, z=-4, constant=1)), (1, 2, 2), 0, (0.25, 0), (0, 1, 0)),
+    (Quadric(coefficients=dict(xx=-1, yy=-1, zz=-1, constant=4)), (2, 0, 0), 0, (0, 0), (-1, 0, 0)),
+    (Quadric(coefficients=dict(z=2, constant=-4)), (3, 4, 2), 0, (3, 4), Z),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("shape", "point", "number", "expected", "normal"), AT, ids=lambda v: repr(v)[:40])
+def test_face_uv_and_normal(shape, point, number, expected, normal) -> None:
+    face = faces(shape.tree())[number]
+    assert value(face.surface, np.array(point, float)) == pytest.approx(0, abs=1e-14)
+    for found, wanted in zip(uv(face.uv, point), expected, strict=True):
+        assert wanted is None or found == pytest.approx(wanted, abs=1e-14)
+    outward = face.inside * gradient(face.surface, np.array(point, float))
+    np.testing.assert_allclose(outward / np.linalg.norm(outward), normal / np.linalg.norm(normal), atol=1e-14)
+
+
+def test_numbers_of_faces() -> None:
+    def numbers(shape) -> list[int]:
+        return sorted(faces(shape.tree()))
+
+    assert numbers(TUBE) == [0, 1, 2, 3, 4]
+    assert numbers(Cylinder(O, Z, 1, 0, 180, X)) == [0, 1, 2, 3]
+    assert numbers(Cylinder(O, Z, 1)) == [0, 1, 2]
+    assert numbers(Ellipsoid()) == [0]
+    assert numbers(Ellipsoid(z_range=(-9, 1))) == [0, 2]
+    assert numbers(Ellipsoid(z_range=(-3, 3))) == [0]
+    assert numbers(EllipticParaboloid(1, 1, (0, 1))) == [0, 2]
+    assert numbers(TwoSheetHyperboloid(1, 1, 1, (0, 1))) == [0, 1, 2]
+    assert numbers(DoubleCone(1, (-math.inf, 1))) == [0, 2]
+    assert numbers(ParabolicCylinder(1, Box())) == [0, 1, 2, 3, 4, 5, 6]
+
+
+@pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
+def test_normals_point_out(sample: Sample) -> None:
+    """Just beyond a face along its outward normal is outside, just before it inside."""
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-sample.reach, sample.reach, (4000, 3))
+    inner, outer = (points[sample.inside(*points.T) == side][:200] for side in (True, False))
+    count = min(len(inner), len(outer))
+    inner, outer = inner[:count], outer[:count]
+    for _ in range(60):
+        middle = (inner + outer) / 2
+        inside = sample.inside(*middle.T)[:, None]
+        inner, outer = np.where(inside, middle, inner), np.where(inside, outer, middle)
+    back = sample.shape.under()
+    own = (outer - back.matrix[:3, 3]) @ back.inverse_matrix[:3, :3].T
+    candidates = faces(sample.shape.tree()).values()
+    values = np.array([abs(value(f.surface, own)) / np.linalg.norm(gradient(f.surface, own), axis=1) for f in candidates])
+    seen = values.argmin(axis=0)
+    assert values.min(axis=0).max() < 1e-12
+    for i, face in enumerate(candidates):
+        mine = seen == i
+        normal = face.inside * gradient(face.surface, own[mine]) @ back.inverse_matrix[:3, :3]
+        normal = normal / np.linalg.norm(normal, axis=1)[:, None]
+        steps = 1e-9 * normal
+        assert not sample.inside(*(outer[mine] + steps).T).any()
+        assert sample.inside(*(inner[mine] - steps).T).mean() > 0.99 or not mine.any()

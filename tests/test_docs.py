@@ -1,0 +1,92 @@
+"""The documentation is true: its code runs, its links lead somewhere, every shape is in the table."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from conicoid.shapes import REGISTRY
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+FENCE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
+
+
+def code_blocks(page: Path) -> list[str]:
+    """The Python blocks of a page, each preceded by empty lines so that line numbers are the page's."""
+    text = page.read_text(encoding="utf-8")
+    return ["\n" * text.count("\n", 0, found.start(1)) + found[1] for found in FENCE.finditer(text)]
+
+
+def name_of(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+WITH_CODE = [page for page in PAGES if page.name != "CONTRIBUTING.md" and code_blocks(page)]
+
+
+@pytest.mark.parametrize("page", WITH_CODE, ids=name_of)
+def test_code_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    namespace: dict[str, object] = {"__name__": "documentation"}
+    for block in code_blocks(page):
+        exec(compile(block, str(page), "exec"), namespace)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in LINK.findall(page.read_text(encoding="utf-8")):
+        if "://" in target:
+            continue
+        file, _, anchor = target.partition("#")
+        found = page.parent / file if file else page
+        assert found.exists(), f"{name_of(page)} links to {target}"
+        if anchor:
+            assert anchor in anchors(found), f"{name_of(page)} links to {target}"
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors that GitHub gives to a page's headings."""
+    headings = HEADING.findall(page.read_text(encoding="utf-8"))
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("name", [name for name in REGISTRY if REGISTRY[name].__module__.startswith("conicoid.")])
+def test_every_shape_is_in_the_table(name: str) -> None:
+    assert f"`{name}`" in (ROOT / "docs" / "shapes.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def added_primitive(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[ModuleType, str]]:
+    """The example of CONTRIBUTING.md, loaded as the file it says it is, and the text of its test."""
+    page = ROOT / "CONTRIBUTING.md"
+    code, test = code_blocks(page)
+    name = "conicoid.shapes.cooling_tower"
+    spec = importlib.util.spec_from_loader(name, loader=None)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    module.__package__ = "conicoid.shapes"
+    monkeypatch.setitem(sys.modules, name, module)
+    exec(compile(code, str(page), "exec"), module.__dict__)
+    yield module, test
+    REGISTRY.pop("CoolingTower")
+
+
+def test_the_primitive_of_contributing_works(added_primitive: tuple[ModuleType, str]) -> None:
+    module, test = added_primitive
+    assert module.CoolingTower is REGISTRY["CoolingTower"]
+    namespace: dict[str, object] = {"__name__": "test_cooling_tower"}
+    exec(compile(test, "CONTRIBUTING.md", "exec"), namespace)
+    tests = [value for key, value in namespace.items() if key.startswith("test_")]
+    assert tests
+    for run in tests:
+        assert callable(run)
+        run()
