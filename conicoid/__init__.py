@@ -33,16 +33,16 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
     "Rays": ".trace.rays", "Hits": ".trace.hits", "Spans": ".trace.spans", "Crossings": ".trace.spans",
     "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".trace.threads",
-    "load": ".formats.scene_file", "save": ".formats.scene_file", "SceneFileError": ".formats.errors",
+    "load": ".files", "save": ".files", "SceneFileError": ".formats.errors",
     "warmup": ".warmup",
 }  # fmt: skip
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
+    from .files import load as load
+    from .files import save as save
     from .formats.errors import SceneFileError as SceneFileError
-    from .formats.scene_file import load as load
-    from .formats.scene_file import save as save
     from .image import Image as Image
     from .render.camera import Camera as Camera
     from .render.camera import OrthographicCamera as OrthographicCamera

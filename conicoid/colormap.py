@@ -9,7 +9,14 @@ from .shapes.vector import FloatArray
 _MISSING = 0.8  # linear grey of numbers that are not finite
 
 # Control colours at even steps: Oklab lightness, chroma, and hue in degrees.
-_DUSK = ((0.16, 0.05, 275), (0.32, 0.12, 285), (0.47, 0.16, 325), (0.62, 0.17, 375), (0.76, 0.14, 415), (0.96, 0.08, 460))
+_DUSK = (
+    (0.16, 0.05, 275),
+    (0.32, 0.12, 285),
+    (0.47, 0.16, 325),
+    (0.62, 0.17, 375),
+    (0.76, 0.14, 415),
+    (0.96, 0.08, 460),
+)
 _GREY = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 COLORMAPS = {"dusk": _DUSK, "grey": _GREY}
 """Name -> control colours."""

@@ -40,12 +40,17 @@ def kernel(function: Function) -> Function:
 
 
 def inline(function: Function) -> Function:
-    """Compile a function that is merged into each caller."""
-    return cast(Function, njit(error_model="numpy", forceinline=True)(function))
+    """Compile a function that is merged into each caller. It may not allocate (no reference counts)."""
+    return cast(Function, njit(nogil=True, error_model="numpy", forceinline=True, _nrt=False)(function))
 
 
 def helper(function: Function) -> Function:
-    """Compile a function that is called, not merged: for large ones outside of inner loops."""
+    """Compile a function that is called, not merged: for large ones outside of inner loops. It may not allocate."""
+    return cast(Function, njit(nogil=True, error_model="numpy", _nrt=False)(function))
+
+
+def allocator(function: Function) -> Function:
+    """Compile a function that is called from kernels and allocates arrays."""
     return cast(Function, njit(nogil=True, error_model="numpy")(function))
 
 

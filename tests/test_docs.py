@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import re
+import shutil
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -90,3 +93,16 @@ def test_the_primitive_of_contributing_works(added_primitive: tuple[ModuleType, 
     for run in tests:
         assert callable(run)
         run()
+
+
+@pytest.mark.deep
+def test_the_primitive_of_contributing_joins_the_contract(tmp_path: Path) -> None:
+    for folder in ("conicoid", "tests"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    code, _ = code_blocks(ROOT / "CONTRIBUTING.md")
+    (tmp_path / "conicoid" / "shapes" / "cooling_tower.py").write_text(code, encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "tests/contract", "-k", "CoolingTower", "-q"]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
+    ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stdout

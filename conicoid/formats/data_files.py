@@ -39,7 +39,9 @@ def read_table(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
     table = load_array(path) if suffix == ".npy" else _read_csv(path, columns, header)
     if table.ndim != 2 or table.shape[1] != columns or table.dtype.kind not in "fiu":
         names = ", ".join(header)
-        raise ValueError(f"{path.name} must hold numbers of shape (N, {columns}): {names}; got {table.dtype} {table.shape}")
+        raise ValueError(
+            f"{path.name} must hold numbers of shape (N, {columns}): {names}; got {table.dtype} {table.shape}"
+        )
     return np.ascontiguousarray(table, dtype=np.float64)
 
 

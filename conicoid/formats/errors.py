@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from os import PathLike, fspath
 
 SHOWN = 20
+MOST = 1000
 
 
 @dataclass(frozen=True, order=True)
@@ -21,7 +22,7 @@ class Problem:
 
 
 class SceneFileError(ValueError):
-    """A scene file that cannot be used. `problems` holds them all, in the order of the file."""
+    """A scene file that cannot be used. `problems` holds them in the order of the file, at most about `MOST`."""
 
     def __init__(self, path: str | PathLike[str], problems: Iterable[Problem]) -> None:
         self.path = fspath(path)
@@ -32,13 +33,18 @@ class SceneFileError(ValueError):
         lines = [self._line(problem) for problem in self.problems[:SHOWN]]
         rest = len(self.problems) - SHOWN
         if rest > 0:
-            lines.append(f"{self.path}: and {rest} more problem{'s' if rest > 1 else ''}")
+            least = "at least " if len(self.problems) >= MOST else ""
+            lines.append(f"{self.path}: and {least}{rest} more problem{'s' if rest > 1 else ''}")
         return "\n".join(lines)
 
     def _line(self, problem: Problem) -> str:
         place = f":{problem.line}:{problem.column}" if problem.line else ""
-        where = f"{problem.where}: " if problem.where else ""
-        return f"{self.path}{place}: {where}{problem.message}"
+        where = f"{_middle_cut(problem.where, 160)}: " if problem.where else ""
+        return f"{self.path}{place}: {where}{_middle_cut(problem.message, 600)}"
+
+
+def _middle_cut(text: str, width: int) -> str:
+    return text if len(text) <= width else f"{text[: width // 2 - 2]} ... {text[-width // 2 + 3 :]}"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .atomic import whole_file
+from .atomic import replacing
 
 
 def write_exr(path: str | os.PathLike[str], values: Any) -> None:
@@ -16,5 +16,5 @@ def write_exr(path: str | os.PathLike[str], values: Any) -> None:
 
     data = np.ascontiguousarray(values, dtype=np.float32)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with whole_file(path) as part:
+    with replacing(path) as part:
         OpenEXR.File(header, {"RGB" if data.ndim == 3 else "Y": data}).write(str(part))

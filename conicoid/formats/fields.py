@@ -19,8 +19,8 @@ import numpy as np
 
 from ..shapes import REGISTRY, Shape
 from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text
-from .reading import BAD, Reader
 from .nodes import Listing, Node, Table
+from .reading import BAD, Reader
 
 REQUIRED = inspect.Parameter.empty
 NUMBERS = OneOf((Number(), Several(OneOf((Number(), Several(Number()))))))
@@ -107,7 +107,9 @@ class ShapeKind(Kind):
         if base.__name__ in REGISTRY:
             self.phrase = f"a {base.__name__}, {{{base.__name__}: {{...}}}}"
         else:
-            self.phrase = f"a {base.__name__.lower()} such as {{{'Disc' if base.__name__ == 'Sheet' else 'Sphere'}: {{...}}}}"
+            self.phrase = (
+                f"a {base.__name__.lower()} such as {{{'Disc' if base.__name__ == 'Sheet' else 'Sphere'}: {{...}}}}"
+            )
 
     def read(self, node: Node, reader: Reader, where: str) -> Any:
         return reader.shape(node, where, self.base)
@@ -159,7 +161,9 @@ def tagged(name: str, arguments: Schema, make: Callable[..., Any]) -> Schema:
 @cache
 def fields_of(make: Callable[..., Any]) -> dict[str, Field]:
     """The arguments of a class or function by name; a shape's motion is not among them."""
-    source = make if dataclasses.is_dataclass(make) else getattr(make, "__init__", make) if isinstance(make, type) else make
+    source = (
+        make if dataclasses.is_dataclass(make) else getattr(make, "__init__", make) if isinstance(make, type) else make
+    )
     hints = get_type_hints(source, localns=dict(REGISTRY))
     parameters = inspect.signature(make).parameters
     return {

@@ -6,8 +6,8 @@ import math
 from abc import ABC, abstractmethod
 from typing import Any
 
-from .reading import BAD, Reader
 from .nodes import Listing, Node, Scalar, Table, integer, is_null, is_text, number, shown, truth
+from .reading import BAD, Reader
 
 Schema = dict[str, Any]
 
@@ -52,6 +52,8 @@ class Number(Kind):
 
 
 class Integer(Kind):
+    """A whole number."""
+
     phrase = "an integer"
 
     def read(self, node: Node, reader: Reader, where: str) -> Any:
@@ -66,6 +68,8 @@ class Integer(Kind):
 
 
 class Flag(Kind):
+    """A truth value."""
+
     phrase = "true or false"
 
     def read(self, node: Node, reader: Reader, where: str) -> Any:

@@ -120,7 +120,7 @@ def shown(node: Node) -> str:
 def _pieces(node: Node, budget: int) -> Iterator[str]:
     if isinstance(node, Scalar):
         text = shortened(node.text)
-        yield ("nothing" if not text else text) if is_null(node) or not is_text(node) else repr(text)
+        yield (text or "nothing") if is_null(node) or not is_text(node) else repr(text)
     elif budget <= 1:
         yield "..."
     elif isinstance(node, Listing):

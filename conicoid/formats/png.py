@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..shapes.color import srgb_encode
-from .atomic import whole_file
+from .atomic import replacing
 
 _PERCEPTUAL = b"\x00"  # rendering intent in the sRGB chunk
 
@@ -29,5 +29,5 @@ def png_bytes(pixels: Any) -> bytes:
 
 def write_png(path: str | os.PathLike[str], pixels: Any) -> None:
     """Write linear (height, width, 3) pixels."""
-    with whole_file(path) as part:
+    with replacing(path) as part:
         part.write_bytes(png_bytes(pixels))

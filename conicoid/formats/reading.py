@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from .errors import Problem, did_you_mean
+from .errors import MOST, Problem, did_you_mean
 from .nodes import Node, Scalar, Table, is_null, shortened, shown
 
 Value = TypeVar("Value")
@@ -18,6 +18,10 @@ class Bad:
 
 
 BAD: Final = Bad()
+
+
+class TooManyProblems(Exception):
+    """There is no point in reading on."""
 
 
 class Reader:
@@ -31,6 +35,8 @@ class Reader:
 
     def report(self, node: Node, where: str, message: str) -> Bad:
         self.problems.append(Problem(node.line, node.column, where, message))
+        if len(self.problems) >= MOST:
+            raise TooManyProblems
         return BAD
 
     def expected(self, node: Node, where: str, what: str) -> Bad:
@@ -41,7 +47,9 @@ class Reader:
         """Report a name that stands for nothing, with a suggestion."""
         return self.report(node, where, f"unknown {what} {shortened(name)!r}{did_you_mean(name, known)}")
 
-    def entries(self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = ()) -> dict[str, Node] | Bad:
+    def entries(
+        self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = ()
+    ) -> dict[str, Node] | Bad:
         """The known entries of a mapping (an empty one may be left out); others, and missing ones, are reported."""
         if is_null(node):
             node = Table(node.line, node.column)
@@ -81,7 +89,9 @@ class Reader:
 
 
 def _no_shape(node: Node, where: str, base: type) -> Any:
-    raise LookupError(f"{where}: a reader without a scene has no shapes, asked for a {base.__name__} in line {node.line}")
+    raise LookupError(
+        f"{where}: a reader without a scene has no shapes, asked for a {base.__name__} in line {node.line}"
+    )
 
 
 def _located(node: Node, where: str, message: str) -> tuple[Node, str, str]:

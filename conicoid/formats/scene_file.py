@@ -5,29 +5,33 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
+
 from ..shapes.background import Background
 from ..shapes.body import Body
 from ..shapes.light import LIGHTS
 from ..shapes.material import CONSTRUCTORS, Material
 from ..shapes.spheres import Spheres
+from ..shapes.vector import FloatArray
 from .atomic import write_text
 from .data_files import save_array
 from .errors import Problem, SceneFileError
 from .fields import Arguments, Tagged, kind_of
-from .kinds import Integer, Kind, Maybe, Schema, Several, Text
+from .kinds import Integer, Kind, Schema, Several, Text
 from .nodes import Listing, Node, Scalar, Table, is_null, is_text, shortened
 from .plain import ShapeWriter, body_data
-from .reading import BAD, Bad, Reader
+from .reading import BAD, Bad, Reader, TooManyProblems
 from .scene_text import read_text
 from .shape_nodes import ShapeReader
 from .yaml_parser import Unreadable, parse
-from .yaml_writer import dump
+from .yaml_writer import dump, json_text
 
 VERSION = 1
 SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "bodies")
@@ -106,7 +110,9 @@ def read(path: str | os.PathLike[str]) -> Parts:
         raise SceneFileError(path, [*problems, Problem(0, 0, "", "is empty, a scene file has at least `bodies`")])
     reader = Reader(Path(path).parent)
     reader.problems.extend(problems)
-    parts = _SceneReader(reader).read(root)
+    parts = Parts(())
+    with contextlib.suppress(TooManyProblems):
+        parts = _SceneReader(reader).read(root)
     if reader.problems:
         raise SceneFileError(path, reader.problems)
     return parts
@@ -183,7 +189,8 @@ class _SceneReader:
             return BAD
         if isinstance(shapes.check_size(entries["shape"], where, shape), Bad):
             return BAD
-        return self.reader.made(node, where, lambda: Body(shape, material, named))
+        body: Body | Bad = self.reader.made(node, where, lambda: Body(shape, material, named))
+        return body
 
     def _name(self, node: Node, where: str) -> Any:
         name = Text().read(node, self.reader, f"{where}: name")
@@ -205,24 +212,23 @@ class _SceneReader:
 
 
 def write(scene: SceneLike, path: str | os.PathLike[str]) -> None:
-    """Write a scene so that reading gives an equal one: floats to the last bit, steps of motions as they were asked for.
+    """Write a scene so that reading gives an equal one: floats to the last bit, motions step by step.
 
-    More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after both. Files appear
-    whole or not at all. Raises OSError where they cannot be written.
+    More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after it. Files appear
+    whole or not at all. Raises OSError where they cannot be written, ValueError for what a file cannot say.
     """
     final = Path(path)
-    bulk: list[Spheres] = []
+    bulk: dict[str, FloatArray] = {}
 
     def keep(spheres: Spheres) -> str:
-        bulk.append(spheres)
-        return f"{final.stem}-spheres-{len(bulk)}.npy"
+        name = f"{final.stem}-spheres-{len(bulk) + 1}.npy"
+        bulk[name] = np.column_stack((spheres.centers, spheres.radii))
+        return name
 
-    text = dump(scene_data(scene, keep))
-    for number, spheres in enumerate(bulk, start=1):
-        import numpy as np
-
-        table = np.column_stack((spheres.centers, spheres.radii))
-        save_array(final.with_name(f"{final.stem}-spheres-{number}.npy"), table)
+    data = scene_data(scene, keep)
+    text = json_text(data) if final.suffix.lower() == ".json" else dump(data)
+    for name, table in bulk.items():
+        save_array(final.with_name(name), table)
     write_text(final, text)
 
 
@@ -234,7 +240,8 @@ def scene_data(scene: SceneLike, keep: Any) -> dict[str, Any]:
         if body.material is not None:
             materials.setdefault(repr(body.material), f"material {len(materials) + 1}")
     bodies = [
-        body_data(body, writer, None if body.material is None else materials[repr(body.material)]) for body in scene.bodies
+        body_data(body, writer, None if body.material is None else materials[repr(body.material)])
+        for body in scene.bodies
     ]
     records = {repr(body.material): body.material for body in scene.bodies if body.material is not None}
     sections: dict[str, Any] = {"conicoid": VERSION}
@@ -244,7 +251,8 @@ def scene_data(scene: SceneLike, keep: Any) -> dict[str, Any]:
     if scene.background is not None:
         sections["background"] = writer.value(scene.background)
     sections |= {"lights": [writer.value(light) for light in scene.lights]} if scene.lights else {}
-    sections |= {"materials": {name: writer.value(records[key]) for key, name in materials.items()}} if materials else {}
+    sections |= (
+        {"materials": {name: writer.value(records[key]) for key, name in materials.items()}} if materials else {}
+    )
     sections |= {"shapes": writer.named} if writer.named else {}
     return sections | {"bodies": bodies}
-

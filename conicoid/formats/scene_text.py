@@ -40,8 +40,8 @@ def _read_bytes(path: Path) -> bytes:
     with path.open("rb") as file:
         raw = file.read(MAX_BYTES + 1)
     if len(raw) > MAX_BYTES:
-        size = max(status.st_size, len(raw)) / (1 << 20)
-        raise _NoText(f"is too large: {size:.0f} MB, a scene file has at most {MAX_BYTES >> 20} MB (bulk data belongs in a .npy file)")
+        size, most = max(status.st_size, len(raw)) >> 20, MAX_BYTES >> 20
+        raise _NoText(f"is too large: {size} MB, a scene file has at most {most} MB (bulk data belongs in a .npy file)")
     return raw
 
 
@@ -53,7 +53,9 @@ def _decoded(raw: bytes) -> str:
     except UnicodeDecodeError as error:
         line, column = raw.count(b"\n", 0, error.start) + 1, error.start - raw.rfind(b"\n", 0, error.start)
         message = f"is not a text in UTF-8: byte 0x{raw[error.start]:02x}"
-        raise _NoText("looks like a binary file: " + message if b"\0" in raw[:4096] else message, line, column) from None
+        raise _NoText(
+            "looks like a binary file: " + message if b"\0" in raw[:4096] else message, line, column
+        ) from None
     if "\0" in text:
         position = text.index("\0")
         line, column = text.count("\n", 0, position) + 1, position - text.rfind("\n", 0, position)

@@ -72,7 +72,7 @@ def _body() -> Schema:
     }
 
 
-def _shapes(base: type[Shape]) -> Schema:
+def _shapes(base: type) -> Schema:
     names = [name for name, cls in REGISTRY.items() if issubclass(cls, base)]
     return {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in ("reference", *names)]}
 
@@ -104,5 +104,3 @@ def _single(name: str, value: Schema) -> Schema:
 
 def _by_name(value: Schema) -> Schema:
     return {"type": ["object", "null"], "additionalProperties": value}
-
-

@@ -1,26 +1,29 @@
 """Shapes in a scene file: ``{ClassName: {fields}, move: [...]}``, Booleans of them, and references.
 
-    {Sphere: {radius: 2}, move: [{translate: [0, 0, 1]}]}
-    {Difference: [{Box: {}}, {Sphere: {radius: 1.2}}]}
-    wheel                                   # a name under `shapes`
-    {shape: wheel, move: [{scale: 2}]}
+{Sphere: {radius: 2}, move: [{translate: [0, 0, 1]}]}
+{Difference: [{Box: {}}, {Sphere: {radius: 1.2}}]}
+wheel                                   # a name under `shapes`
+{shape: wheel, move: [{scale: 2}]}
 """
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 
 from ..shapes import REGISTRY, Shape
+from ..shapes.motion import STILL, Motion
 from ..shapes.spheres import Spheres
 from .data_files import beside, read_table
 from .fields import Arguments, ShapeKind, fields_of
 from .kinds import Fixed, Kind, Number, OneOf, Several, Text
-from .reading import BAD, Bad, Reader
 from .nodes import Listing, Node, Scalar, Table, is_text
+from .reading import BAD, Bad, Reader
 
 MAX_LEVELS = 100
+MAX_STEPS = 1000
 MAX_PRIMITIVES = 1_000_000
 SPHERE_COLUMNS = ("x", "y", "z", "radius")
 
@@ -67,7 +70,9 @@ class ShapeReader:
         """Refuse what references would blow up to more primitives or levels than any scene needs."""
         _, primitives, levels = self._size(shape)
         if primitives > MAX_PRIMITIVES:
-            return self.reader.report(node, where, f"has more than {MAX_PRIMITIVES:,} primitives, references written out")
+            return self.reader.report(
+                node, where, f"has more than {MAX_PRIMITIVES:,} primitives, references written out"
+            )
         if levels > MAX_LEVELS:
             return self.reader.report(node, where, f"is nested deeper than {MAX_LEVELS} levels, references written out")
         return shape
@@ -87,7 +92,9 @@ class ShapeReader:
                 return self.reader.report(node, where, f"shapes refer to each other in a circle: {circle}")
             return self._resolve(name)
         if name in REGISTRY:
-            return self.reader.report(node, where, f"must be a mapping, {{{name}: {{...}}}}, got the bare word {name!r}")
+            return self.reader.report(
+                node, where, f"must be a mapping, {{{name}: {{...}}}}, got the bare word {name!r}"
+            )
         return self.reader.unknown(node, where, "shape", name, self.named)
 
     def _resolve(self, name: str) -> Shape | Bad:
@@ -106,7 +113,9 @@ class ShapeReader:
         heads = [key for key in node.entries if key != "move"]
         if len(heads) != 1:
             found = f"{len(heads)}: {', '.join(heads[:4])}" if heads else "none"
-            return self.reader.report(node, where, f"must have one shape as its key (and `move` beside it), got {found}")
+            return self.reader.report(
+                node, where, f"must have one shape as its key (and `move` beside it), got {found}"
+            )
         shape = self._head(node.keys[heads[0]], node.entries[heads[0]], where)
         return self.moved(shape, node.entries.get("move"), where)
 
@@ -167,11 +176,18 @@ class ShapeReader:
         where = f"{where}: move"
         if not isinstance(moves, Listing):
             return self.reader.expected(moves, where, "a list of steps such as [{translate: [0, 0, 1]}]")
+        if len(moves.items) > MAX_STEPS:
+            return self.reader.report(moves, where, f"must have at most {MAX_STEPS} steps, got {len(moves.items)}")
+        motion: Any = STILL
         for i, step in enumerate(moves.items):
-            shape = self._step(shape, step, f"{where}[{i}]")
-        return shape
+            moved = self._step(STILL if motion is BAD else motion, step, f"{where}[{i}]")
+            motion = BAD if motion is BAD else moved
+        if shape is BAD or motion is BAD:
+            return BAD
+        return self.reader.made(moves, where, lambda: moved_by(shape, motion))
 
-    def _step(self, shape: Any, step: Node, where: str) -> Any:
+    def _step(self, motion: Motion, step: Node, where: str) -> Any:
+        """The motion followed by one more step."""
         entry = self.reader.only_entry(step)
         verbs = ("translate", "rotate", "scale", "transform")
         if entry is None:
@@ -181,9 +197,7 @@ class ShapeReader:
             return self.reader.unknown(key, where, "step", verb, verbs)
         where = f"{where}: {verb}"
         arguments = self._rotation(value, where) if verb == "rotate" else (MOVES[verb].read(value, self.reader, where),)
-        if shape is BAD or BAD in arguments:
-            return BAD
-        return self.reader.made(value, where, lambda: getattr(shape, verb)(*arguments))
+        return BAD if BAD in arguments else self.reader.made(value, where, lambda: getattr(motion, verb)(*arguments))
 
     def _rotation(self, value: Node, where: str) -> tuple[Any, ...]:
         entries = self.reader.entries(value, where, ("axis", "degrees"), ("axis", "degrees"))
@@ -191,6 +205,13 @@ class ShapeReader:
             return (BAD,)
         axis = VECTOR.read(entries["axis"], self.reader, f"{where}: axis")
         return axis, Number().read(entries["degrees"], self.reader, f"{where}: degrees")
+
+
+def moved_by(shape: Shape, motion: Motion) -> Shape:
+    """The shape after all steps of a motion, checked once."""
+    whole = shape.motion.then(motion)
+    whole.check(type(shape).__name__)
+    return dataclasses.replace(shape, motion=whole)
 
 
 def operand_field(cls: type[Shape]) -> Kind | None:
@@ -205,6 +226,3 @@ def parts_of(shape: Shape) -> list[Shape]:
     held = [getattr(shape, name) for name in fields_of(type(shape))]
     flat = [item for value in held for item in (value if isinstance(value, tuple) else (value,))]
     return [item for item in flat if isinstance(item, Shape)]
-
-
-

@@ -108,10 +108,11 @@ class _Builder:
         self._add(node)
 
     def _alias(self, anchor: str, line: int, column: int) -> Node:
+        name = shortened(anchor)
         if anchor in self.open_anchors:
-            raise Unreadable(line, column, f"alias *{anchor} lies inside what it stands for")
+            raise Unreadable(line, column, f"alias *{name} lies inside what it stands for")
         if anchor not in self.anchors:
-            raise Unreadable(line, column, f"alias *{anchor} has no anchor &{anchor} before it")
+            raise Unreadable(line, column, f"alias *{name} has no anchor &{name} before it")
         return self.anchors[anchor]
 
     def _anchor(self, anchor: str | None, node: Node) -> None:
@@ -123,7 +124,9 @@ class _Builder:
         self.count += node.size
         if self.count > MAX_NODES:
             place_ = (line or node.line, column or node.column)
-            raise Unreadable(*place_, f"more than {MAX_NODES:,} values, aliases expanded (bulk data belongs in a .npy file)")
+            raise Unreadable(
+                *place_, f"more than {MAX_NODES:,} values, aliases expanded (bulk data belongs in a .npy file)"
+            )
         if not self.stack:
             self.root = node
             return
@@ -133,7 +136,9 @@ class _Builder:
             parent.items.append(node)
         elif (key := self.pending[-1]) is None:
             if not isinstance(node, Scalar):
-                raise Unreadable(line or node.line, column or node.column, "a key must be a word, found a list or mapping")
+                raise Unreadable(
+                    line or node.line, column or node.column, "a key must be a word, found a list or mapping"
+                )
             self.pending[-1] = node
         else:
             self.pending[-1] = None
@@ -156,13 +161,10 @@ def _refuse_tag(event: Any, line: int, column: int) -> None:
 
 def _check_directives(text: str) -> None:
     """Only a %YAML line may stand before the document (libyaml is slow on many %TAG lines)."""
-    for number, match in enumerate(re.finditer(r"[^\n]*\n?", text), start=1):
-        line = match.group()
-        if line.startswith("%"):
-            if not line.startswith("%YAML 1."):
-                raise Unreadable(number, 1, f"directive {shortened(line.strip())!r} is not allowed in scene files")
-        elif line.strip() and not line.lstrip().startswith("#"):
-            return
+    found = re.search(r"^%(?!YAML 1\.).*", text, re.MULTILINE)
+    if found and not re.search(r"^[ \t]*[^\s#%]", text[: found.start()], re.MULTILINE):
+        message = f"directive {shortened(found.group().strip())!r} is not allowed in scene files"
+        raise Unreadable(*place(text, found.start()), message)
 
 
 def _joined_surrogates(text: str) -> str:
@@ -176,7 +178,9 @@ def _joined_surrogates(text: str) -> str:
         high, low = int(match.group(1), 16), int(match.group(2), 16)
         return chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
 
-    return re.sub(r"\\(?:u([dD][89abAB]{hex})\\u([dD][c-fC-F]{hex})|.)".replace("{hex}", "[0-9a-fA-F]{2}"), joined, text)
+    return re.sub(
+        r"\\(?:u([dD][89abAB]{hex})\\u([dD][c-fC-F]{hex})|.)".replace("{hex}", "[0-9a-fA-F]{2}"), joined, text
+    )
 
 
 def _code(character: Any) -> int:

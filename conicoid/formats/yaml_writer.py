@@ -28,6 +28,14 @@ def dump(data: dict[str, Any]) -> str:
     return text
 
 
+def json_text(data: dict[str, Any]) -> str:
+    """The document as JSON, for which infinities do not exist."""
+    try:
+        return json.dumps(data, indent=1, allow_nan=False).replace("\x7f", "\\u007f") + "\n"
+    except ValueError:
+        raise ValueError("JSON has no infinite numbers: save this scene as .yaml") from None
+
+
 def _entry(key: str, value: Any, indent: str, top: bool = False) -> Iterator[str]:
     """`key: value`, on a line of its own if it fits and is not a section of the document."""
     inline = inlined(value, WIDTH - len(indent) - len(key) - 2)
@@ -105,7 +113,9 @@ def number(value: float) -> str:
 
 
 def word(text: str) -> str:
-    """A text, in quotes where it could be taken for something else."""
+    """A text, in quotes where it could be taken for something else; ValueError for half a surrogate pair."""
     if _WORD.fullmatch(text) and text.lower() not in _MEANINGFUL:
         return text
-    return json.dumps(text, ensure_ascii=not text.isprintable())
+    if any("\ud800" <= character <= "\udfff" for character in text):
+        raise ValueError(f"a scene file cannot hold the text {text!r}: it is not Unicode")
+    return json.dumps(text, ensure_ascii=not text.isprintable()).replace("\x7f", "\\u007f")

@@ -10,9 +10,10 @@ import math
 from typing import TypeAlias
 
 from ..jit import helper, inline
-from .plane import plane_on_ray
-from .quadric import Roots, quadric_roots, sphere_roots
-from .tables import QUADRIC, SPHERE, Geometry, Ray
+from . import tables as table
+from .plane import Plane, plane_on_ray
+from .quadric import Quadric, Roots, Sphere, quadric_roots, sphere_roots
+from .tables import QUADRIC, SPHERE, Geometry, Ray, integer
 
 QUADRIC_SLOT, NO_SLOT = -1, -2
 
@@ -21,23 +22,26 @@ Spans: TypeAlias = tuple[int, float, float, int, int, float, float, int, int]
 
 
 @inline
-def load_plane(geometry: Geometry, row: int) -> tuple[float, ...]:
-    t = geometry.planes
-    return t[row, 0], t[row, 1], t[row, 2], t[row, 3], t[row, 4], t[row, 5], t[row, 6]
+def load_plane(geometry: Geometry, row: int) -> Plane:
+    at = geometry.places[table.PLANES, 0] + 7 * row
+    t = geometry.floats
+    return t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6]
 
 
 @inline
-def load_sphere(geometry: Geometry, row: int) -> tuple[float, float, float, float]:
-    t = geometry.spheres
-    return t[row, 0], t[row, 1], t[row, 2], t[row, 3]
+def load_sphere(geometry: Geometry, row: int) -> Sphere:
+    at = geometry.places[table.SPHERES, 0] + 4 * row
+    t = geometry.floats
+    return t[at], t[at + 1], t[at + 2], t[at + 3]
 
 
 @inline
-def load_quadric(geometry: Geometry, row: int) -> tuple[float, ...]:
-    t = geometry.quadrics
+def load_quadric(geometry: Geometry, row: int) -> Quadric:
+    at = geometry.places[table.QUADRICS, 0] + 19 * row
+    t = geometry.floats
     return (
-        t[row, 0], t[row, 1], t[row, 2], t[row, 3], t[row, 4], t[row, 5], t[row, 6], t[row, 7], t[row, 8], t[row, 9],
-        t[row, 10], t[row, 11], t[row, 12], t[row, 13], t[row, 14], t[row, 15], t[row, 16], t[row, 17], t[row, 18],
+        t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6], t[at + 7], t[at + 8], t[at + 9],
+        t[at + 10], t[at + 11], t[at + 12], t[at + 13], t[at + 14], t[at + 15], t[at + 16], t[at + 17], t[at + 18],
     )  # fmt: skip
 
 
@@ -45,7 +49,7 @@ def load_quadric(geometry: Geometry, row: int) -> tuple[float, ...]:
 def plane_crossing(geometry: Geometry, surface: int, ray: Ray) -> tuple[float, float, float]:
     """(t, height, rate): where the ray crosses a plane; t = 0 on the plane it starts on."""
     ox, oy, oz, dx, dy, dz, _, _, start = ray
-    plane = load_plane(geometry, geometry.surface_row[surface])
+    plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface))
     height, rate = plane_on_ray(plane, ox, oy, oz, dx, dy, dz)
     height = 0.0 if surface == start else height
     return -height / rate, height, rate
@@ -55,8 +59,8 @@ def plane_crossing(geometry: Geometry, surface: int, ray: Ray) -> tuple[float, f
 def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Roots:
     """Crossings with a sphere or general quadric."""
     ox, oy, oz, dx, dy, dz, _, _, start = ray
-    row = geometry.surface_row[surface]
-    if geometry.surface_kind[surface] == SPHERE:
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         return sphere_roots(load_sphere(geometry, row), ox, oy, oz, dx, dy, dz, inverse, surface == start)
     return quadric_roots(load_quadric(geometry, row), ox, oy, oz, dx, dy, dz, inverse, surface == start)
 
@@ -68,9 +72,9 @@ def slab_span(geometry: Geometry, cell: int, ray: Ray) -> tuple[float, float, in
     A ray within a plane counts as if the plane stood an infinitesimal further along its normal.
     """
     t_in, t_out, slot_in, slot_out = -math.inf, math.inf, NO_SLOT, NO_SLOT
-    for slot in range(geometry.cell_first[cell], geometry.cell_first[cell + 1]):
-        t, height, rate = plane_crossing(geometry, geometry.plane_surface[slot], ray)
-        side = geometry.plane_side[slot]
+    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+        t, height, rate = plane_crossing(geometry, integer(geometry, table.PLANE_SURFACE, slot), ray)
+        side = integer(geometry, table.PLANE_SIDE, slot)
         if rate == 0.0:
             if (height <= 0.0) != (side > 0):
                 return math.inf, -math.inf, NO_SLOT, NO_SLOT
@@ -89,11 +93,11 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans
     second = (math.inf, -math.inf, NO_SLOT, NO_SLOT)
     if not t_in < t_out:
         return 0, t_in, t_out, slot_in, slot_out, *second
-    quadric = geometry.cell_quadric[cell]
+    quadric = integer(geometry, table.CELL_QUADRIC, cell)
     if quadric < 0:
         return 1, t_in, t_out, slot_in, slot_out, *second
     low, high, outside, crosses = curved_roots(geometry, quadric, ray, inverse)
-    outside = outside != (geometry.cell_side[cell] < 0)
+    outside = outside != (integer(geometry, table.CELL_SIDE, cell) < 0)
     if not crosses:
         return (1 if outside else 0), t_in, t_out, slot_in, slot_out, *second
     if not outside:
@@ -116,10 +120,10 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans
 def slot_face(geometry: Geometry, cell: int, slot: int) -> tuple[int, int, int]:
     """(surface, face number, side) of a slot; side +1 where the surface's gradient points out of the cell."""
     if slot == QUADRIC_SLOT:
-        return geometry.cell_quadric[cell], geometry.cell_face[cell], int(geometry.cell_side[cell])
-    return geometry.plane_surface[slot], geometry.plane_face[slot], int(geometry.plane_side[slot])
+        return integer(geometry, table.CELL_QUADRIC, cell), integer(geometry, table.CELL_FACE, cell), integer(geometry, table.CELL_SIDE, cell)
+    return integer(geometry, table.PLANE_SURFACE, slot), integer(geometry, table.PLANE_FACE, slot), integer(geometry, table.PLANE_SIDE, slot)
 
 
 @inline
 def is_curved(geometry: Geometry, surface: int) -> bool:
-    return geometry.surface_kind[surface] == SPHERE or geometry.surface_kind[surface] == QUADRIC
+    return integer(geometry, table.SURFACE_KIND, surface) == SPHERE or integer(geometry, table.SURFACE_KIND, surface) == QUADRIC

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from ..jit import fma, inline
 from .errorfree import difference_of_products, two_difference
-from .tables import Floats, Ray
+from . import tables as table
+from .tables import Geometry, Ray, real
 
 
 @inline
@@ -32,14 +33,21 @@ def seen_along(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[fl
 
 
 @inline
-def inside_loop(vertices: Floats, first: int, last: int, ray: Ray) -> bool:
+def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float]:
+    at = 3 * vertex
+    x, y, z = real(geometry, table.VERTICES, at), real(geometry, table.VERTICES, at + 1), real(geometry, table.VERTICES, at + 2)
+    return seen_along(axis, x, y, z, ray)
+
+
+@inline
+def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> bool:
     """Even-odd: does a half-line from the ray across the view meet an odd number of edges?"""
     dx, dy, dz = abs(ray[3]), abs(ray[4]), abs(ray[5])
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     odd = False
-    ua, va = seen_along(axis, vertices[last - 1, 0], vertices[last - 1, 1], vertices[last - 1, 2], ray)
+    ua, va = seen_vertex(geometry, last - 1, axis, ray)
     for k in range(first, last):
-        ub, vb = seen_along(axis, vertices[k, 0], vertices[k, 1], vertices[k, 2], ray)
+        ub, vb = seen_vertex(geometry, k, axis, ray)
         if (va < 0.0) != (vb < 0.0):
             side = difference_of_products(ua, vb, ub, va)
             if (side > 0.0) if vb > va else (side < 0.0):

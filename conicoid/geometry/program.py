@@ -8,31 +8,32 @@ while they change; a wide union is one gate.
 from __future__ import annotations
 
 from ..jit import inline
-from .tables import Geometry, Ints
+from . import tables as table
+from .tables import Geometry, Ints, integer
 
 
 @inline
 def gate_value(geometry: Geometry, counts: Ints, gate: int) -> bool:
-    return counts[gate] >= geometry.gate_need[gate]
+    return counts[gate] >= integer(geometry, table.GATE_NEED, gate)
 
 
 @inline
 def root_value(geometry: Geometry, counts: Ints, program: int) -> bool:
     """The truth of a whole program for the leaves turned on so far."""
-    root = geometry.program_gate[program]
-    return gate_value(geometry, counts, root) != (geometry.gate_negated[root] == 1)
+    root = integer(geometry, table.PROGRAM_GATE, program)
+    return gate_value(geometry, counts, root) != (integer(geometry, table.GATE_NEGATED, root) == 1)
 
 
 @inline
 def turn_leaf(geometry: Geometry, counts: Ints, leaf: int, on: bool) -> None:
     """Count a leaf's change from off to on, or back, up to the first gate that keeps its value."""
-    gate = geometry.leaf_gate[leaf]
-    rises = on != (geometry.leaf_negated[leaf] == 1)
+    gate = integer(geometry, table.LEAF_GATE, leaf)
+    rises = on != (integer(geometry, table.LEAF_NEGATED, leaf) == 1)
     while gate >= 0:
         before = gate_value(geometry, counts, gate)
         counts[gate] += 1 if rises else -1
         after = gate_value(geometry, counts, gate)
         if before == after:
             return
-        rises = after != (geometry.gate_negated[gate] == 1)
-        gate = geometry.gate_parent[gate]
+        rises = after != (integer(geometry, table.GATE_NEGATED, gate) == 1)
+        gate = integer(geometry, table.GATE_PARENT, gate)

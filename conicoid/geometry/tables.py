@@ -7,6 +7,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ..jit import inline
+
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int32]
 Signs: TypeAlias = npt.NDArray[np.int8]
@@ -20,8 +22,8 @@ Ray: TypeAlias = tuple[float, float, float, float, float, float, float, float, i
 """origin (3), direction (3), t_min, t_max, id of the surface the ray starts on or -1"""
 
 
-class Geometry(NamedTuple):
-    """Surfaces, cells, programs, sheets, entries and their tree. Row counts in brackets."""
+class Tables(NamedTuple):
+    """Surfaces, cells, programs, sheets, entries and their tree, as named arrays. Row counts in brackets."""
 
     # Surfaces: each distinct one once. [surfaces]
     surface_kind: Signs
@@ -75,3 +77,61 @@ class Geometry(NamedTuple):
     node_children: Ints  # [nodes, 8] 0 empty; > 0 node; < 0 leaf -(first << 4 | count) - 1
     tree_order: Ints  # entries in leaf order
     unbounded: Ints  # entries that no box holds
+
+
+# The number of each table, by which kernels find it
+(
+    SURFACE_KIND, SURFACE_ROW, PLANES, SPHERES, QUADRICS, CELL_QUADRIC, CELL_SIDE, CELL_FACE, CELL_FIRST,
+    PLANE_SURFACE, PLANE_SIDE, PLANE_FACE, PROGRAM_LEAF, PROGRAM_GATE, LEAF_CELL, LEAF_GATE, LEAF_NEGATED,
+    LEAF_SENSE, LEAF_BOUNDS, GATE_PARENT, GATE_NEED, GATE_NEGATED, GATE_START, SHEET_SURFACE, SHEET_PROGRAM,
+    SHEET_SIDE, SHEET_ONE_SIDED, POLYGON_SURFACE, POLYGON_SIDE, POLYGON_FIRST, POLYGON_PROGRAM, VERTICES,
+    ENTRY_KIND, ENTRY_INDEX, ENTRY_BODY, BODY_FACE, FACE_UV, NODE_BOXES, NODE_CHILDREN, TREE_ORDER, UNBOUNDED,
+) = range(41)
+
+
+class Geometry(NamedTuple):
+    """`Tables` as kernels take them: end to end in one array of integers and one of floats.
+
+    Handing three arrays from function to function costs little, forty would not.
+    """
+
+    places: npt.NDArray[np.int64]  # [tables, 2] where a table begins, and its length
+    integers: Ints
+    floats: Floats
+
+
+def pack(tables: Tables) -> Geometry:
+    """Lay the tables end to end."""
+    places = np.zeros((len(tables), 2), np.int64)
+    integers: list[Ints] = []
+    floats: list[Floats] = []
+    ends = [0, 0]
+    for k, table in enumerate(tables):
+        real = table.dtype == np.float64
+        places[k] = ends[real], table.size
+        ends[real] += table.size
+        if real:
+            floats.append(np.ravel(table))
+        else:
+            integers.append(np.ravel(table).astype(np.int32))
+    return Geometry(
+        places, np.concatenate([np.zeros(0, np.int32), *integers]), np.concatenate([np.zeros(0), *floats])
+    )
+
+
+@inline
+def integer(geometry: Geometry, table: int, index: int) -> int:
+    """An element of a table of integers."""
+    return np.int64(geometry.integers[geometry.places[table, 0] + index])
+
+
+@inline
+def real(geometry: Geometry, table: int, index: int) -> float:
+    """An element of a table of floats, counted flat."""
+    return geometry.floats[geometry.places[table, 0] + index]
+
+
+@inline
+def length(geometry: Geometry, table: int) -> int:
+    """How many elements a table has."""
+    return geometry.places[table, 1]

@@ -6,8 +6,8 @@ import math
 
 from ..geometry.tables import Geometry
 from ..jit import inline
-from ..trace.events import Scratch
 from ..trace.kernels import nearest, normal_at
+from ..trace.scratch import Scratch
 from .stack import NO_SURFACE
 
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from ..geometry.tables import Floats
-from ..jit import inline
+from ..jit import allocator, inline
 
 FAINT = 2.0**-12
 """A ray that adds less than this share of what it meets is not followed."""
 
-NO_SURFACE = np.int64(-1)
+NO_SURFACE = cast(int, np.int64(-1))  # a Python int would be a type of its own to the compiler
 """Start of a ray that lies on no surface."""
 
 
@@ -24,7 +24,7 @@ class Stack(NamedTuple):
     numbers: npt.NDArray[np.int64]  # the surface it starts on, how many turns it has made, the medium it starts in
 
 
-@inline
+@allocator
 def new_stack(depth: int) -> Stack:
     """A stack for rays of at most `depth` turns: each level leaves at most one ray waiting."""
     return Stack(np.empty((depth + 2, 9)), np.empty((depth + 2, 3), np.int64))

@@ -24,8 +24,8 @@ from ..shading.materials import Materials
 from ..shading.media import OUTSIDE, absorbed, index_of, medium_of
 from ..shading.reflect import reflect
 from ..shading.refract import refract
-from ..trace.events import Scratch
 from ..trace.kernels import first_crossing, media, nearest, normal_at
+from ..trace.scratch import Scratch
 from .stack import NO_SURFACE, Stack, push
 
 Visible = tuple[float, int, int, int, int, int, int]

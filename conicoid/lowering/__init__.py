@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints
+from ..geometry.tables import BALL, CELL, REGION, Floats, Ints, Tables
 from ..shapes.base import PrimitiveSheet, Shape, Sheet, Solid
 from ..shapes.body import Body
 from ..shapes.cells import All, Cell, Face, PolygonSheet, SurfaceSheet, Tree
@@ -20,15 +20,15 @@ from ..shapes.region import ClippedSheet
 from ..shapes.spheres import Spheres
 from ..shapes.surface import QuadricSurface
 from ..shapes.vector import FloatArray
-from .assembly import Assembly, Entries, geometry_arrays
+from .assembly import Assembly, Entries, finished_tables
 from .trees import Faces, negation, world_tree
 
 
 @dataclass(frozen=True)
 class Lowered:
-    """A scene as arrays. `geometry` is what kernels take first."""
+    """A scene as arrays. `tables` become what kernels take."""
 
-    geometry: Geometry
+    tables: Tables  # without a tree over the entries
     boxes: Floats  # (entries, 6) low, high
     frames: Floats  # (bodies with a frame, 3, 4) world to own coordinates
     body_frame: Ints  # (bodies,) row in frames, -1: relative to the ball's center
@@ -54,10 +54,10 @@ def lower(bodies: Sequence[Body]) -> Lowered:
             frames.append(own_frame(body.shape).inverse_matrix[:3])
         body_frame.append(frame)
         body_item.append(np.full(entries.body_count - before, item, np.int32))
-    geometry, boxes = geometry_arrays(assembly, entries)
+    tables, boxes = finished_tables(assembly, entries)
     low, high = _extent(boxes)
     return Lowered(
-        geometry,
+        tables,
         boxes,
         np.array(frames).reshape(-1, 3, 4),
         np.concatenate([np.zeros(0, np.int32), *body_frame]),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Geometry, Ints, Signs
+from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables, Ints, Signs
 from ..shapes.cells import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
 from ..shapes.surface import PlaneSurface
 from ..shapes.vector import Box
@@ -19,7 +19,7 @@ LeafBounds = dict[int, Floats]
 
 @dataclass
 class Assembly:
-    """Growing lists, one per column of `Geometry`. Surfaces stand in them by temporary number."""
+    """Growing lists, one per column of `Tables`. Surfaces stand in them by temporary number."""
 
     surfaces: SurfaceTable = field(default_factory=SurfaceTable)
     # (quadric or None, side, face) and its planes (surface, side, face)
@@ -123,7 +123,7 @@ class Entries:
         self.body_count += count
 
 
-def geometry_arrays(assembly: Assembly, entries: Entries) -> tuple[Geometry, Floats]:
+def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Floats]:
     """The finished arrays (without a tree) and the entries' boxes (n, 6)."""
     table = assembly.surfaces.finish()
     single = len(assembly.surfaces.kinds)
@@ -140,7 +140,7 @@ def geometry_arrays(assembly: Assembly, entries: Entries) -> tuple[Geometry, Flo
     sheet_surface, sheet_sense = resolve([s for s, _, _, _ in assembly.sheets])
     polygon_surface, polygon_sense = resolve([p for p, _ in assembly.polygons])
     leaf_cells = [leaf[0] for leaf in assembly.leaves]
-    geometry = Geometry(
+    tables = Tables(
         surface_kind=table.kind,
         surface_row=table.row,
         planes=table.planes,
@@ -184,23 +184,23 @@ def geometry_arrays(assembly: Assembly, entries: Entries) -> tuple[Geometry, Flo
         unbounded=np.zeros(0, np.int32),
     )
     boxes = np.concatenate([np.zeros((0, 6)), *entries.boxes])
-    return _balls_direct(geometry, table, single), boxes
+    return _balls_direct(tables, table, single), boxes
 
 
-def _balls_direct(geometry: Geometry, table: SurfaceArrays, single: int) -> Geometry:
+def _balls_direct(tables: Tables, table: SurfaceArrays, single: int) -> Tables:
     """Cells that are nothing but a sphere become balls, which are traced without their cell."""
-    kind, index = geometry.entry_kind.copy(), geometry.entry_index.copy()
+    kind, index = tables.entry_kind.copy(), tables.entry_index.copy()
     bulk = kind == BALL
     index[bulk] = table.ids[single - 1 - index[bulk].astype(np.int64)]
-    plane_counts = np.diff(geometry.cell_first)
+    plane_counts = np.diff(tables.cell_first)
     cells = np.where(kind == CELL, index, 0)
-    if len(geometry.cell_quadric):
-        quadric = geometry.cell_quadric[cells]
-        sphere = (quadric >= 0) & (geometry.surface_kind[np.maximum(quadric, 0)] == SPHERE)
-        ball = (kind == CELL) & sphere & (plane_counts[cells] == 0) & (geometry.cell_side[cells] > 0)
-        ball &= geometry.cell_face[cells] == 0
+    if len(tables.cell_quadric):
+        quadric = tables.cell_quadric[cells]
+        sphere = (quadric >= 0) & (tables.surface_kind[np.maximum(quadric, 0)] == SPHERE)
+        ball = (kind == CELL) & sphere & (plane_counts[cells] == 0) & (tables.cell_side[cells] > 0)
+        ball &= tables.cell_face[cells] == 0
         kind[ball], index[ball] = BALL, quadric[ball]
-    return geometry._replace(entry_kind=kind, entry_index=index)
+    return tables._replace(entry_kind=kind, entry_index=index)
 
 
 def _column(rows: list[tuple[int, ...]] | list[tuple[int, int]], column: int) -> Ints:
@@ -211,4 +211,4 @@ def _joined(parts: list[Ints] | list[Signs], dtype: type[np.int8] | type[np.int3
     return np.concatenate([np.zeros(0, dtype), *parts])
 
 
-__all__ = ["Assembly", "Entries", "REGION", "geometry_arrays"]
+__all__ = ["Assembly", "Entries", "REGION", "finished_tables"]

@@ -124,7 +124,9 @@ def _check(camera: AnyCamera) -> None:
         raise ValueError(f"{owner}: look_at must differ from position, got {position} for both")
     across = np.cross(_unit(np.subtract(look_at, position)), _unit(np.array(up)))
     if float(np.abs(across).max()) < 1e-12:
-        raise ValueError(f"{owner}: up must not lie along the view, got up {up} for a view from {position} to {look_at}")
+        raise ValueError(
+            f"{owner}: up must not lie along the view, got up {up} for a view from {position} to {look_at}"
+        )
     for field, value in (("position", position), ("look_at", look_at), ("up", up)):
         object.__setattr__(camera, field, value)
 

@@ -8,8 +8,8 @@ from typing import Any
 from ..geometry.tables import Geometry
 from ..geometry.vectors import dot
 from ..jit import helper, inline
-from ..trace.events import Scratch
 from ..trace.kernels import uv_at
+from ..trace.scratch import Scratch
 from .lights import share, towards
 from .look import Look
 from .materials import CHECKER_UV, PLAIN, Materials, color_in_space, color_on_uv, pick

@@ -12,8 +12,8 @@ import math
 from ..geometry.tables import Geometry
 from ..geometry.vectors import dot
 from ..jit import helper, inline
-from ..trace.events import Scratch
 from ..trace.kernels import blocked, media, nearest, normal_at
+from ..trace.scratch import Scratch
 from .fresnel import dielectric
 from .materials import Materials
 from .media import absorbed, index_of, medium_of

@@ -91,22 +91,28 @@ class Primitive(Shape, abstract=True):
 
     def bounds_under(self, outer: Motion) -> Box:
         """Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward."""
-        motion = self.under(outer)
-        matrix = motion.matrix
+        matrix = self.under(outer).matrix
         low, high = np.empty(3), np.empty(3)
         for i in range(3):
             row: FloatArray = matrix[i, :3] + 0.0
             shift = float(matrix[i, 3])
-            high[i] = _outward(self.support((row[0], row[1], row[2])), shift, motion)
-            low[i] = -_outward(self.support((-row[0], -row[1], -row[2])), -shift, motion)
+            plain = np.count_nonzero(row) == 1 and abs(row).max() == 1.0
+            high[i] = _outward(self.support((row[0], row[1], row[2])), shift, plain)
+            low[i] = 0.0 - _outward(self.support((-row[0], -row[1], -row[2])), -shift, plain)
         return low, high
 
 
-def _outward(reach: float, shift: float, motion: Motion) -> float:
+def _outward(reach: float, shift: float, plain: bool) -> float:
+    """An upper bound of reach + shift; where the axes are only exchanged, the nearest one."""
     total = reach + shift
-    if motion.is_identity or not math.isfinite(total):
+    if not math.isfinite(total):
         return total
-    return float(np.nextafter(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)), math.inf))
+    if not plain:
+        return float(np.nextafter(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)), math.inf))
+    # Knuth's TwoSum: what the sum has lost
+    part = total - reach
+    lost = (reach - (total - part)) + (shift - part)
+    return float(np.nextafter(total, math.inf)) if lost > 0 else total
 
 
 class Solid(Shape, abstract=True):

@@ -45,5 +45,7 @@ def _checked_scale(scale: Scale) -> Scale:
     if not hasattr(scale, "__len__") or isinstance(scale, str):
         return positive("Checker", "scale", scale)
     count = 2 if len(scale) == 2 else 3
-    sides = tuple(positive("Checker", f"scale[{i}]", side) for i, side in enumerate(numbers("Checker", "scale", scale, count)))
+    sides = tuple(
+        positive("Checker", f"scale[{i}]", side) for i, side in enumerate(numbers("Checker", "scale", scale, count))
+    )
     return (sides[0], sides[1]) if count == 2 else (sides[0], sides[1], sides[2])

@@ -107,7 +107,10 @@ def blinn_phong(
 
 
 def lacquer(
-    color: Color | Checker = (0.8, 0.8, 0.8), specular: Amount = 0.8, shininess: float = 300.0, reflectivity: Amount = 0.04
+    color: Color | Checker = (0.8, 0.8, 0.8),
+    specular: Amount = 0.8,
+    shininess: float = 300.0,
+    reflectivity: Amount = 0.04,
 ) -> Material:
     """A colour under clear lacquer: a sharp highlight, and reflections that grow towards the rim."""
     return Material(color, specular=specular, shininess=shininess, reflectivity=reflectivity, fresnel=True)
@@ -121,7 +124,7 @@ def mirror(reflectivity: Amount = 0.95) -> Material:
 def glass(
     refractive_index: float = GLASS, absorption: Amount = 0.0, transparency: Amount = 1.0, specular: Amount = 0.6
 ) -> Material:
-    """A clear dielectric with a sharp highlight; water is glass(WATER)."""
+    """A clear dielectric with a sharp highlight; of index WATER it is water."""
     return Material(
         (0.0, 0.0, 0.0),
         ambient=0.0,

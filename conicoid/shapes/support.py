@@ -98,6 +98,8 @@ def _far(w: float, uz: float, g0: float, g1: float, g2: float) -> float:
 
 def real_roots(a: float, b: float, c: float) -> Iterator[float]:
     """Real roots of a z² + b z + c, by the stable formula; none where all of it vanishes."""
+    scale = -math.frexp(max(abs(a), abs(b), abs(c)))[1]
+    a, b, c = math.ldexp(a, scale), math.ldexp(b, scale), math.ldexp(c, scale)
     d = b * b - 4 * a * c
     if d < 0:
         return

@@ -117,20 +117,21 @@ class _Cut:
         """Where f = 0 and the gradient of f in the face is along that of the linear function."""
         for i in range(3):
             j, k = (m for m in range(3) if m != i)
-            along = np.zeros(3)
+            along, line = np.zeros(3), np.zeros(3)
             along[j], along[k] = -slope[k], slope[j]
+            along /= abs(along).max() or 1.0
+            # ∇f·along = 0 is a line across `normal` in the face
+            normal = (self.second @ along)[[j, k]]
+            size = float(abs(normal).max())
+            if size == 0:
+                continue
+            normal /= size
+            line[j], line[k] = -normal[1], normal[0]
             for end in (0.0, 1.0):
                 start = np.zeros(3)
                 start[i] = end
-                # ∇f·along = 0 is a line in the face
-                normal = (self.second @ along)[[j, k]]
-                square = float(normal @ normal)
-                if square == 0:
-                    continue
-                shift = -float((self.second @ start + self.first) @ along) / square
+                shift = -float((self.second @ start + self.first) @ along) / size / float(normal @ normal)
                 start[[j, k]] = shift * normal
-                line = np.zeros(3)
-                line[j], line[k] = -normal[1], normal[0]
                 yield from self._on_line(start, line)
 
     def _on_line(self, start: FloatArray, line: FloatArray) -> Iterator[FloatArray]:

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, Ints, Signs
+from ..geometry import tables as table
+from ..geometry.tables import SPHERE, Floats, Geometry, Ints, Signs, real, integer
 from ..geometry.vectors import dot
-from ..jit import fma, helper, inline, kernel
-from .events import entry_crossings, is_solid, new_scratch
+from ..jit import allocator, fma, inline, kernel
+from .events import entry_crossings, is_solid
 from .kernels import blocked, collect, first_crossing, normal_at, scaled_ray, uv_at
+from .scratch import Scratch, new_scratch
 
 DEAD = -2
 """Start of a ray that does not exist: the continuation of a miss."""
@@ -50,7 +52,7 @@ def trace_first(
 ) -> None:  # fmt: skip
     """First hits: t, ids (n, 3) body, surface, face, flags (n, 2) side, entered."""
     scratch = new_scratch(geometry)
-    everything = geometry.surface_kind[:0]
+    everything = scratch.nothing
     for i in range(begin, end):
         ray = load_ray(origins, directions, t_min, t_max, starts, i)
         hit = (math.inf, -1, -1, -1, 0, False)
@@ -67,20 +69,20 @@ def trace_occluded(
 ) -> None:  # fmt: skip
     """Is there any crossing?"""
     scratch = new_scratch(geometry)
-    everything = geometry.surface_kind[:0]
+    everything = scratch.nothing
     for i in range(begin, end):
         ray = load_ray(origins, directions, t_min, t_max, starts, i)
         result[i] = ray[8] != DEAD and blocked(geometry, scratch, ray, everything)
 
 
-@helper
+@allocator
 def _grown(table: Floats) -> Floats:
     larger = np.empty((2 * len(table), table.shape[1]))
     larger[: len(table)] = table
     return larger
 
 
-@helper
+@allocator
 def _sort_rows(rows: Floats, first: int, last: int, columns: int) -> None:
     """Order rows by their first columns (few rows: by insertion)."""
     for i in range(first + 1, last):
@@ -127,7 +129,7 @@ def trace_spans(
                     if used == len(rows):
                         rows = _grown(rows)
                     rows[used, 0] = whole[6] if clipped == 1.0 else enter * scale
-                    rows[used, 1] = geometry.entry_body[entry]
+                    rows[used, 1] = integer(geometry, table.ENTRY_BODY, entry)
                     rows[used, 2] = whole[7] if at_end else scratch.cross_t[c] * scale
                     rows[used, 3] = clipped
                     rows[used, 4] = 1.0 if at_end else 0.0
@@ -163,11 +165,11 @@ def trace_crossings(
                 if used == len(rows):
                     rows = _grown(rows)
                 rows[used, 0] = scratch.cross_t[c] * scale
-                rows[used, 1] = geometry.entry_body[entry]
-                rows[used, 2] = scratch.cross_face[c, 1]
-                rows[used, 3] = scratch.cross_face[c, 0]
-                rows[used, 4] = scratch.cross_face[c, 2]
-                rows[used, 5] = scratch.cross_face[c, 3]
+                rows[used, 1] = integer(geometry, table.ENTRY_BODY, entry)
+                rows[used, 2] = scratch.crossing[4 * c + 1]
+                rows[used, 3] = scratch.crossing[4 * c]
+                rows[used, 4] = scratch.crossing[4 * c + 2]
+                rows[used, 5] = scratch.crossing[4 * c + 3]
                 used += 1
         _sort_rows(rows, first, used, 3)
         counts[i] = used - first
@@ -215,9 +217,10 @@ def local_points_of(
         row = body_frame[body]
         for k in range(3):
             if row < 0:
-                at = geometry.surface_row[ids[i, 1]]
-                table = geometry.spheres if geometry.surface_kind[ids[i, 1]] == 1 else geometry.quadrics
-                local[i, k] = points[i, k] - table[at, k]
+                at = integer(geometry, table.SURFACE_ROW, ids[i, 1])
+                ball = integer(geometry, table.SURFACE_KIND, ids[i, 1]) == SPHERE
+                center = real(geometry, table.SPHERES, 4 * at + k) if ball else real(geometry, table.QUADRICS, 19 * at + k)
+                local[i, k] = points[i, k] - center
             else:
                 f = frames[row]
                 local[i, k] = dot(f[k, 0], f[k, 1], f[k, 2], points[i, 0], points[i, 1], points[i, 2]) + f[k, 3]

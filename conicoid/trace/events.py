@@ -8,54 +8,14 @@ and after the group is there a crossing. Coincident faces settle themselves so, 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
+from ..geometry import tables as table
 from ..geometry.cell import cell_spans, curved_roots, is_curved, plane_crossing, slot_face
 from ..geometry.polygon import inside_loop
 from ..geometry.program import root_value, turn_leaf
-from ..geometry.tables import BALL, CELL, REGION, SHEET, Floats, Geometry, Ints, Ray
+from ..geometry.tables import BALL, CELL, REGION, SHEET, Geometry, Ray, real, integer
 from ..jit import helper, inline
-
-
-class Scratch(NamedTuple):
-    """Memory of one thread, sized for the largest body."""
-
-    counts: Ints  # gates' counts, between rays as they are with every leaf outside
-    t: Floats  # events of a region's leaves
-    leaf: Ints
-    slot: Ints
-    on: Ints  # 1: the leaf is entered
-    cross_t: Floats  # crossings of a body
-    cross_face: Ints  # (n, 4) surface, face number, side, 1 if entered
-    stack: Ints  # nodes of the tree still to be visited, and where the ray enters them
-    stack_t: Floats
-    near: Floats  # (8,) of the children of a node
-    found: Ints  # entries whose boxes the ray meets
-
-
-@helper
-def new_scratch(geometry: Geometry) -> Scratch:
-    """Scratch memory for one thread."""
-    leaves = 1
-    for program in range(len(geometry.program_leaf) - 1):
-        leaves = max(leaves, geometry.program_leaf[program + 1] - geometry.program_leaf[program])
-    events = 4 * leaves + 4
-    depth = 8 * (len(geometry.node_children) + 1)
-    return Scratch(
-        geometry.gate_start.copy(),
-        np.empty(events),
-        np.empty(events, np.int32),
-        np.empty(events, np.int32),
-        np.empty(events, np.int32),
-        np.empty(events),
-        np.empty((events, 4), np.int32),
-        np.empty(depth, np.int32),
-        np.empty(depth),
-        np.empty(8),
-        np.empty(len(geometry.entry_kind), np.int32),
-    )
+from .scratch import Scratch
 
 
 @inline
@@ -74,21 +34,23 @@ def _between(low: float, high: float, o: float, d: float, near: float, far: floa
 
 
 @inline
-def misses_box(bounds: Floats, row: int, ray: Ray) -> bool:
-    """Does the ray, within its interval, pass a box for certain?"""
+def misses_leaf(geometry: Geometry, leaf: int, ray: Ray) -> bool:
+    """Does the ray, within its interval, pass the box of a leaf for certain?"""
     ox, oy, oz, dx, dy, dz, near, far, _ = ray
-    near, far = _between(bounds[row, 0], bounds[row, 3], ox, dx, near, far)
-    near, far = _between(bounds[row, 1], bounds[row, 4], oy, dy, near, far)
-    near, far = _between(bounds[row, 2], bounds[row, 5], oz, dz, near, far)
+    at = 6 * leaf
+    bounds = table.LEAF_BOUNDS
+    near, far = _between(real(geometry, bounds, at), real(geometry, bounds, at + 3), ox, dx, near, far)
+    near, far = _between(real(geometry, bounds, at + 1), real(geometry, bounds, at + 4), oy, dy, near, far)
+    near, far = _between(real(geometry, bounds, at + 2), real(geometry, bounds, at + 5), oz, dz, near, far)
     return near > far and not near - far <= 1e-15 * (abs(near) + abs(far))
 
 
 @inline
 def _put(scratch: Scratch, count: int, t: float, leaf: int, slot: int, on: int) -> int:
-    scratch.t[count] = t
-    scratch.leaf[count] = leaf
-    scratch.slot[count] = slot
-    scratch.on[count] = on
+    scratch.event_t[count] = t
+    scratch.event_leaf[count] = leaf
+    scratch.event_slot[count] = slot
+    scratch.event_on[count] = on
     return count + 1
 
 
@@ -97,10 +59,10 @@ def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
     """Put the span ends of all leaves that the ray can meet into scratch, sorted; their number."""
     count = 0
     inverse = span_inverse(ray)
-    for leaf in range(geometry.program_leaf[program], geometry.program_leaf[program + 1]):
-        if misses_box(geometry.leaf_bounds, leaf, ray):
+    for leaf in range(integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)):
+        if misses_leaf(geometry, leaf, ray):
             continue
-        spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(geometry, geometry.leaf_cell[leaf], ray, inverse)
+        spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse)
         if spans > 0:
             count = _put(scratch, count, in1, leaf, a1, 1)
             count = _put(scratch, count, out1, leaf, b1, 0)
@@ -113,7 +75,7 @@ def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
 
 @inline
 def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
-    return scratch.t[i] > t or (scratch.t[i] == t and scratch.leaf[i] > leaf)
+    return scratch.event_t[i] > t or (scratch.event_t[i] == t and scratch.event_leaf[i] > leaf)
 
 
 @helper
@@ -124,13 +86,13 @@ def _sort(scratch: Scratch, count: int) -> None:
         gap = gap * 9 // 4 + 1
     while gap > 0:
         for i in range(gap, count):
-            t, leaf, slot, on = scratch.t[i], scratch.leaf[i], scratch.slot[i], scratch.on[i]
+            t, leaf, slot, on = scratch.event_t[i], scratch.event_leaf[i], scratch.event_slot[i], scratch.event_on[i]
             j = i
             while j >= gap and _later(scratch, j - gap, t, leaf):
-                scratch.t[j], scratch.leaf[j] = scratch.t[j - gap], scratch.leaf[j - gap]
-                scratch.slot[j], scratch.on[j] = scratch.slot[j - gap], scratch.on[j - gap]
+                scratch.event_t[j], scratch.event_leaf[j] = scratch.event_t[j - gap], scratch.event_leaf[j - gap]
+                scratch.event_slot[j], scratch.event_on[j] = scratch.event_slot[j - gap], scratch.event_on[j - gap]
                 j -= gap
-            scratch.t[j], scratch.leaf[j], scratch.slot[j], scratch.on[j] = t, leaf, slot, on
+            scratch.event_t[j], scratch.event_leaf[j], scratch.event_slot[j], scratch.event_on[j] = t, leaf, slot, on
         gap = gap * 4 // 9
 
 
@@ -141,22 +103,22 @@ def region_crossings(
     """(number of crossings in ]t_min, t_max[, inside just after t_min) of a region; stops after `limit`."""
     t_min, t_max = ray[6], ray[7]
     events = gather(geometry, scratch, program, ray)
-    counts = scratch.counts
+    gates = scratch.counts
     done, found = 0, 0
-    while done < events and scratch.t[done] <= t_min:
-        turn_leaf(geometry, counts, scratch.leaf[done], scratch.on[done] == 1)
+    while done < events and scratch.event_t[done] <= t_min:
+        turn_leaf(geometry, gates, scratch.event_leaf[done], scratch.event_on[done] == 1)
         done += 1
-    inside = root_value(geometry, counts, program)
+    inside = root_value(geometry, gates, program)
     started_inside = inside
     while done < events and found < limit:
-        t = scratch.t[done]
+        t = scratch.event_t[done]
         if not t < t_max:
             break
         first = done
-        while done < events and scratch.t[done] == t:
-            turn_leaf(geometry, counts, scratch.leaf[done], scratch.on[done] == 1)
+        while done < events and scratch.event_t[done] == t:
+            turn_leaf(geometry, gates, scratch.event_leaf[done], scratch.event_on[done] == 1)
             done += 1
-        after = root_value(geometry, counts, program)
+        after = root_value(geometry, gates, program)
         if after != inside:
             inside = after
             found += _report(geometry, scratch, first, done, ray[8], after, found)
@@ -168,7 +130,7 @@ def region_crossings(
 def turn_back(geometry: Geometry, scratch: Scratch, done: int) -> None:
     """Undo the first `done` events, last to first: every leaf is outside again."""
     for i in range(done - 1, -1, -1):
-        turn_leaf(geometry, scratch.counts, scratch.leaf[i], scratch.on[i] == 0)
+        turn_leaf(geometry, scratch.counts, scratch.event_leaf[i], scratch.event_on[i] == 0)
 
 
 @helper
@@ -176,12 +138,12 @@ def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t
     """(inside just before t, inside just after t) of a region."""
     events = gather(geometry, scratch, program, ray)
     done = 0
-    while done < events and scratch.t[done] < t:
-        turn_leaf(geometry, scratch.counts, scratch.leaf[done], scratch.on[done] == 1)
+    while done < events and scratch.event_t[done] < t:
+        turn_leaf(geometry, scratch.counts, scratch.event_leaf[done], scratch.event_on[done] == 1)
         done += 1
     before = root_value(geometry, scratch.counts, program)
-    while done < events and scratch.t[done] <= t:
-        turn_leaf(geometry, scratch.counts, scratch.leaf[done], scratch.on[done] == 1)
+    while done < events and scratch.event_t[done] <= t:
+        turn_leaf(geometry, scratch.counts, scratch.event_leaf[done], scratch.event_on[done] == 1)
         done += 1
     after = root_value(geometry, scratch.counts, program)
     turn_back(geometry, scratch, done)
@@ -193,13 +155,13 @@ def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: 
     """The crossing shows the first leaf of the group that turned the way the body did. 0: it is the ray's start."""
     chosen = first
     for i in range(first, last):
-        if (scratch.on[i] == 1) == (entered == (geometry.leaf_sense[scratch.leaf[i]] > 0)):
+        if (scratch.event_on[i] == 1) == (entered == (integer(geometry, table.LEAF_SENSE, scratch.event_leaf[i]) > 0)):
             chosen = i
             break
-    leaf = scratch.leaf[chosen]
-    surface, face, side = slot_face(geometry, geometry.leaf_cell[leaf], scratch.slot[chosen])
-    t = scratch.t[chosen]
-    _write(scratch, n, t, surface, face, side * geometry.leaf_sense[leaf], 1 if entered else 0)
+    leaf = scratch.event_leaf[chosen]
+    surface, face, side = slot_face(geometry, integer(geometry, table.LEAF_CELL, leaf), scratch.event_slot[chosen])
+    t = scratch.event_t[chosen]
+    _write(scratch, n, t, surface, face, side * integer(geometry, table.LEAF_SENSE, leaf), 1 if entered else 0)
     return 0 if t == 0.0 and surface == start else 1
 
 
@@ -207,10 +169,10 @@ def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: 
 def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> bool:
     """Is the point at t in a region, its leaves taken as closed?"""
     inverse = span_inverse(ray)
-    first, last = geometry.program_leaf[program], geometry.program_leaf[program + 1]
+    first, last = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
     for sweep in range(2):
         for leaf in range(first, last):
-            spans, in1, out1, _, _, in2, out2, _, _ = cell_spans(geometry, geometry.leaf_cell[leaf], ray, inverse)
+            spans, in1, out1, _, _, in2, out2, _, _ = cell_spans(geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse)
             if (spans > 0 and in1 <= t <= out1) or (spans > 1 and in2 <= t <= out2):
                 turn_leaf(geometry, scratch.counts, leaf, sweep == 0)
         if sweep == 0:
@@ -221,10 +183,10 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
 @inline
 def _write(scratch: Scratch, n: int, t: float, surface: int, face: int, side: int, enters: int) -> None:
     scratch.cross_t[n] = t
-    scratch.cross_face[n, 0] = surface
-    scratch.cross_face[n, 1] = face
-    scratch.cross_face[n, 2] = side
-    scratch.cross_face[n, 3] = enters
+    scratch.crossing[4 * n] = surface
+    scratch.crossing[4 * n + 1] = face
+    scratch.crossing[4 * n + 2] = side
+    scratch.crossing[4 * n + 3] = enters
 
 
 @inline
@@ -236,8 +198,8 @@ def counts_in(t: float, surface: int, ray: Ray) -> bool:
 @helper
 def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) -> int:
     """Crossings of a clipped surface in ]t_min, t_max[. "Entered" is against the sheet's normal."""
-    surface, program = geometry.sheet_surface[sheet], geometry.sheet_program[sheet]
-    side, one_sided = int(geometry.sheet_side[sheet]), geometry.sheet_one_sided[sheet] == 1
+    surface, program = integer(geometry, table.SHEET_SURFACE, sheet), integer(geometry, table.SHEET_PROGRAM, sheet)
+    side, one_sided = integer(geometry, table.SHEET_SIDE, sheet), integer(geometry, table.SHEET_ONE_SIDED, sheet) == 1
     low, high, falls, count = math.inf, math.inf, False, 0
     if is_curved(geometry, surface):
         low, high, outside, crosses = curved_roots(geometry, surface, ray, span_inverse(ray))
@@ -264,15 +226,15 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
 @helper
 def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: Ray) -> int:
     """The crossing of a polygon in ]t_min, t_max[, if any."""
-    surface, program = geometry.polygon_surface[polygon], geometry.polygon_program[polygon]
+    surface, program = integer(geometry, table.POLYGON_SURFACE, polygon), integer(geometry, table.POLYGON_PROGRAM, polygon)
     t, _, rate = plane_crossing(geometry, surface, ray)
     if rate == 0.0 or not counts_in(t, surface, ray):
         return 0
-    if not inside_loop(geometry.vertices, geometry.polygon_first[polygon], geometry.polygon_first[polygon + 1], ray):
+    if not inside_loop(geometry, integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1), ray):
         return 0
     if program >= 0 and not inside_program_at(geometry, scratch, program, ray, t):
         return 0
-    side = int(geometry.polygon_side[polygon])
+    side = integer(geometry, table.POLYGON_SIDE, polygon)
     _write(scratch, 0, t, surface, 0, side, 1 if (rate < 0.0) == (side > 0) else 0)
     return 1
 
@@ -285,7 +247,7 @@ def _end(scratch: Scratch, count: int, t: float, ray: Ray, surface: int, face: i
     return count + 1
 
 
-@helper
+@inline
 def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) -> tuple[int, bool]:
     """(number of crossings in ]t_min, t_max[, inside just after t_min) of a single cell."""
     spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(geometry, cell, ray, span_inverse(ray))
@@ -300,7 +262,7 @@ def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) ->
     return count, inside
 
 
-@helper
+@inline
 def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray) -> tuple[int, bool]:
     """(number of crossings in ]t_min, t_max[, inside just after t_min) of a ball."""
     low, high, _, crosses = curved_roots(geometry, surface, ray, span_inverse(ray))
@@ -310,10 +272,10 @@ def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray)
     return _end(scratch, count, high, ray, surface, 0, 1, 0), low <= ray[6] < high
 
 
-@helper
+@inline
 def entry_crossings(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, limit: int) -> tuple[int, bool]:
-    """Crossings of an entry's body into scratch.cross_*, in order of t: (number, inside just after t_min)."""
-    kind, index = geometry.entry_kind[entry], geometry.entry_index[entry]
+    """Crossings of an entry's body into scratch, in order of t: (number, inside just after t_min)."""
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
         return ball_crossings(geometry, scratch, index, ray)
     if kind == CELL:
@@ -327,13 +289,13 @@ def entry_crossings(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, 
 
 @inline
 def is_solid(geometry: Geometry, entry: int) -> bool:
-    return geometry.entry_kind[entry] <= REGION
+    return integer(geometry, table.ENTRY_KIND, entry) <= REGION
 
 
 @helper
 def entry_sides(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, t: float) -> tuple[bool, bool]:
     """(inside just before t, inside just after t) of an entry's body; a sheet has no inside."""
-    kind, index = geometry.entry_kind[entry], geometry.entry_index[entry]
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
         low, high, _, crosses = curved_roots(geometry, index, ray, span_inverse(ray))
         return crosses and low < t <= high, crosses and low <= t < high

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
+import numpy as np
+
+from ..geometry import tables as table
 from ..geometry.cell import load_plane, load_quadric, load_sphere
 from ..geometry.quadric import quadric_gradient
-from ..geometry.tables import BALL, PLANE, SPHERE, Floats, Geometry, Ray, Signs
-from ..geometry.vectors import normalized
+from ..geometry.tables import PLANE, SPHERE, Geometry, Ints, Ray, Signs, length, real, integer
+from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
-from .events import Scratch, entry_crossings, entry_sides, new_scratch
+from .events import entry_crossings, entry_sides
+from .scratch import Scratch, new_scratch
 
 Hit: TypeAlias = tuple[float, int, int, int, int, bool]
 
@@ -19,18 +23,19 @@ _FAR = 2.0**100
 
 @inline
 def _boxes_met(geometry: Geometry, scratch: Scratch, node: int, ray: Ray, ix: float, iy: float, iz: float, t_max: float) -> None:
-    """Where the ray enters each child's box, into scratch.near; inf where it passes by."""
-    boxes = geometry.node_boxes
+    """Where the ray enters each child's box, into scratch; inf where it passes by."""
+    at = geometry.places[table.NODE_BOXES, 0] + 48 * node
+    boxes, entered = geometry.floats, scratch.near
     ox, oy, oz, t_min = ray[0], ray[1], ray[2], ray[6]
     for i in range(8):
-        a, b = (boxes[node, 0, i] - ox) * ix, (boxes[node, 3, i] - ox) * ix
-        near, far = max(min(a, b), t_min), min(max(a, b), t_max)
-        a, b = (boxes[node, 1, i] - oy) * iy, (boxes[node, 4, i] - oy) * iy
-        near, far = max(min(a, b), near), min(max(a, b), far)
-        a, b = (boxes[node, 2, i] - oz) * iz, (boxes[node, 5, i] - oz) * iz
-        near, far = max(min(a, b), near), min(max(a, b), far)
-        slack = (abs(near) + abs(far)) * 4e-16
-        scratch.near[i] = near if near <= far + slack else math.inf
+        a, b = (boxes[at + i] - ox) * ix, (boxes[at + 24 + i] - ox) * ix
+        first, last = max(min(a, b), t_min), min(max(a, b), t_max)
+        a, b = (boxes[at + 8 + i] - oy) * iy, (boxes[at + 32 + i] - oy) * iy
+        first, last = max(min(a, b), first), min(max(a, b), last)
+        a, b = (boxes[at + 16 + i] - oz) * iz, (boxes[at + 40 + i] - oz) * iz
+        first, last = max(min(a, b), first), min(max(a, b), last)
+        slack = (abs(first) + abs(last)) * 4e-16
+        entered[i] = first if first <= last + slack else math.inf
 
 
 @inline
@@ -43,18 +48,19 @@ def _reciprocal(d: float) -> float:
 def _push_children(geometry: Geometry, scratch: Scratch, node: int, top: int) -> int:
     """Put the children that the ray meets on the stack, the nearest on top."""
     base = top
+    entered, nodes, places = scratch.near, scratch.stack, scratch.stack_t
     for i in range(8):
-        near = scratch.near[i]
-        child = geometry.node_children[node, i]
-        if child == 0 or not near < math.inf:
+        t = entered[i]
+        child = integer(geometry, table.NODE_CHILDREN, 8 * node + i)
+        if child == 0 or not t < math.inf:
             continue
         slot = top
-        while slot > base and scratch.stack_t[slot - 1] < near:
-            scratch.stack_t[slot] = scratch.stack_t[slot - 1]
-            scratch.stack[slot] = scratch.stack[slot - 1]
+        while slot > base and places[slot - 1] < t:
+            places[slot] = places[slot - 1]
+            nodes[slot] = nodes[slot - 1]
             slot -= 1
-        scratch.stack_t[slot] = near
-        scratch.stack[slot] = child
+        places[slot] = t
+        nodes[slot] = child
         top += 1
     return top
 
@@ -75,17 +81,17 @@ def _closer(t: float, body: int, best: Hit) -> bool:
     return t < best[0] or (t == best[0] and body < best[1])
 
 
-@helper
+@inline
 def _try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
     """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     limit = min(t_max, best[0] + abs(best[0]) * 1e-15 + 1e-300)
     count, _ = entry_crossings(geometry, scratch, entry, (ox, oy, oz, dx, dy, dz, t_min, limit, start), 1)
-    body = geometry.entry_body[entry]
+    body = integer(geometry, table.ENTRY_BODY, entry)
     if count == 0 or not _closer(scratch.cross_t[0], body, best):
         return best
-    face = scratch.cross_face
-    return scratch.cross_t[0], body, face[0, 0], face[0, 1], face[0, 2], face[0, 3] == 1
+    face = scratch.crossing
+    return scratch.cross_t[0], body, np.int64(face[0]), np.int64(face[1]), np.int64(face[2]), face[3] == 1
 
 
 @helper
@@ -97,14 +103,14 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     ray, scale = scaled_ray(ray)
     best = (math.inf, -1, -1, -1, 0, False)
     some = len(blocks) > 0
-    for k in range(len(geometry.unbounded)):
-        entry = geometry.unbounded[k]
-        if some and blocks[geometry.entry_body[entry]] == 0:
+    for k in range(length(geometry, table.UNBOUNDED)):
+        entry = integer(geometry, table.UNBOUNDED, k)
+        if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
             continue
         best = _try_entry(geometry, scratch, entry, ray, best)
         if any_hit and best[1] >= 0:
             return best
-    if len(geometry.node_children) == 0:
+    if length(geometry, table.NODE_CHILDREN) == 0:
         return _unscaled(best, scale)
     ix, iy, iz = _reciprocal(ray[3]), _reciprocal(ray[4]), _reciprocal(ray[5])
     scratch.stack[0], scratch.stack_t[0] = 0, ray[6]
@@ -120,8 +126,8 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
             continue
         first, count = (-code - 1) >> 4, (-code - 1) & 15
         for k in range(first, first + count):
-            entry = geometry.tree_order[k]
-            if some and blocks[geometry.entry_body[entry]] == 0:
+            entry = integer(geometry, table.TREE_ORDER, k)
+            if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
                 continue
             best = _try_entry(geometry, scratch, entry, ray, best)
             if any_hit and best[1] >= 0:
@@ -137,7 +143,7 @@ def _unscaled(best: Hit, scale: float) -> Hit:
 @inline
 def nearest(geometry: Geometry, scratch: Scratch, ray: Ray) -> tuple[float, int, int, int, int]:
     """(t, body, surface, face, side) of the first crossing in ]t_min, t_max[; t = inf and ids -1 for a miss."""
-    t, body, surface, face, side, _ = first_crossing(geometry, scratch, ray, geometry.surface_kind[:0], False)
+    t, body, surface, face, side, _ = first_crossing(geometry, scratch, ray, scratch.nothing, False)
     return t, body, surface, face, side
 
 
@@ -147,15 +153,31 @@ def blocked(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs) -> bo
     return first_crossing(geometry, scratch, ray, blocks, True)[1] >= 0
 
 
+@inline
+def _sort(values: Ints, count: int) -> None:
+    """Ascending, by Shell's sort."""
+    gap = 1
+    while gap < count // 2:
+        gap = gap * 9 // 4 + 1
+    while gap > 0:
+        for i in range(gap, count):
+            value, j = values[i], i
+            while j >= gap and values[j - gap] > value:
+                values[j] = values[j - gap]
+                j -= gap
+            values[j] = value
+        gap = gap * 4 // 9
+
+
 @helper
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
-    """Put the entries whose boxes the ray meets within its interval into scratch.found, by number of body."""
+    """Put the entries whose boxes the ray meets within its interval into scratch, by number of body."""
     count = 0
-    for k in range(len(geometry.unbounded)):
-        scratch.found[count] = geometry.unbounded[k]
+    for k in range(length(geometry, table.UNBOUNDED)):
+        scratch.found[count] = integer(geometry, table.UNBOUNDED, k)
         count += 1
     top = 0
-    if len(geometry.node_children) > 0:
+    if length(geometry, table.NODE_CHILDREN) > 0:
         scratch.stack[0], top = 0, 1
     ix, iy, iz = _reciprocal(ray[3]), _reciprocal(ray[4]), _reciprocal(ray[5])
     while top > 0:
@@ -167,9 +189,9 @@ def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
             continue
         first, size = (-code - 1) >> 4, (-code - 1) & 15
         for k in range(first, first + size):
-            scratch.found[count] = geometry.tree_order[k]
+            scratch.found[count] = integer(geometry, table.TREE_ORDER, k)
             count += 1
-    scratch.found[:count].sort()
+    _sort(scratch.found, count)
     return count
 
 
@@ -184,7 +206,7 @@ def media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: S
     before, after = -1, -1
     for k in range(collect(geometry, scratch, here)):
         entry = scratch.found[k]
-        body = geometry.entry_body[entry]
+        body = integer(geometry, table.ENTRY_BODY, entry)
         if is_medium[body] == 0 or (before >= 0 and after >= 0):
             continue
         was_inside, is_inside = entry_sides(geometry, scratch, entry, here, t)
@@ -196,7 +218,7 @@ def media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: S
 @inline
 def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Unit normal of a surface at a point, times `side`; a cone's apex has its axis."""
-    kind, row = geometry.surface_kind[surface], geometry.surface_row[surface]
+    kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
     if kind == PLANE:
         plane = load_plane(geometry, row)
         nx, ny, nz = plane[0], plane[1], plane[2]
@@ -213,8 +235,10 @@ def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z
 
 
 @inline
-def _uv_row(face_uv: Floats, row: int, k: int, x: float, y: float, z: float) -> float:
-    return face_uv[row, k] * x + face_uv[row, k + 1] * y + face_uv[row, k + 2] * z + face_uv[row, k + 3]
+def _uv_row(geometry: Geometry, row: int, k: int, x: float, y: float, z: float) -> float:
+    at = geometry.places[table.FACE_UV, 0] + 13 * row + k
+    f = geometry.floats
+    return dot(f[at], f[at + 1], f[at + 2], x, y, z) + f[at + 3]
 
 
 @inline
@@ -228,21 +252,21 @@ def turns(x: float, y: float) -> float:
 @inline
 def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: float, z: float) -> tuple[float, float]:
     """uv of a point of a face, by the map its shape documents."""
-    first = geometry.body_face[body]
+    first = integer(geometry, table.BODY_FACE, body)
     if first < 0:
         return ball_uv(geometry, surface, x, y, z)
-    a = _uv_row(geometry.face_uv, first + face, 1, x, y, z)
-    b = _uv_row(geometry.face_uv, first + face, 5, x, y, z)
-    if geometry.face_uv[first + face, 0] == 0.0:
+    a = _uv_row(geometry, first + face, 1, x, y, z)
+    b = _uv_row(geometry, first + face, 5, x, y, z)
+    if real(geometry, table.FACE_UV, 13 * (first + face)) == 0.0:
         return a, b
-    return turns(a, b), _uv_row(geometry.face_uv, first + face, 9, x, y, z)
+    return turns(a, b), _uv_row(geometry, first + face, 9, x, y, z)
 
 
 @inline
 def ball_uv(geometry: Geometry, surface: int, x: float, y: float, z: float) -> tuple[float, float]:
     """(longitude / 360, height in [0, 1]) on one of many balls, or on the ellipsoid it was made."""
-    row = geometry.surface_row[surface]
-    if geometry.surface_kind[surface] == SPHERE:
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         cx, cy, cz, r = load_sphere(geometry, row)
     else:
         quadric = load_quadric(geometry, row)
@@ -250,4 +274,4 @@ def ball_uv(geometry: Geometry, surface: int, x: float, y: float, z: float) -> t
     return turns(x - cx, y - cy), 0.5 * (z - cz) / r + 0.5
 
 
-__all__ = ["BALL", "Scratch", "blocked", "collect", "media", "nearest", "new_scratch", "normal_at", "uv_at"]
+__all__ = ["Scratch", "blocked", "collect", "media", "nearest", "new_scratch", "normal_at", "uv_at"]

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 
+from ..geometry import tables as table
 from ..geometry.cell import load_plane, load_quadric, load_sphere
 from ..geometry.plane import plane_on_ray
 from ..geometry.program import root_value, turn_leaf
 from ..geometry.quadric import quadric_value
-from ..geometry.tables import BALL, CELL, REGION, SPHERE, Floats, Geometry, Ints
+from ..geometry.tables import BALL, CELL, REGION, SPHERE, Floats, Geometry, Ints, integer
 from ..jit import helper, inline, kernel
-from .events import Scratch, new_scratch
 from .kernels import collect
+from .scratch import Scratch, new_scratch
 
 
 @inline
 def ball_holds(geometry: Geometry, surface: int, x: float, y: float, z: float) -> bool:
-    cx, cy, cz, r = load_sphere(geometry, geometry.surface_row[surface])
+    cx, cy, cz, r = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     px, py, pz = x - cx, y - cy, z - cz
     return px * px + py * py + pz * pz <= r * r
 
@@ -24,26 +25,26 @@ def ball_holds(geometry: Geometry, surface: int, x: float, y: float, z: float) -
 @helper
 def cell_holds(geometry: Geometry, cell: int, x: float, y: float, z: float) -> bool:
     """Is the point on the inner side of every face, or on it?"""
-    for slot in range(geometry.cell_first[cell], geometry.cell_first[cell + 1]):
-        plane = load_plane(geometry, geometry.surface_row[geometry.plane_surface[slot]])
+    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+        plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, integer(geometry, table.PLANE_SURFACE, slot)))
         height, _ = plane_on_ray(plane, x, y, z, plane[0], plane[1], plane[2])
-        if height * geometry.plane_side[slot] > 0.0:
+        if height * integer(geometry, table.PLANE_SIDE, slot) > 0.0:
             return False
-    quadric = geometry.cell_quadric[cell]
+    quadric = integer(geometry, table.CELL_QUADRIC, cell)
     if quadric < 0:
         return True
-    side = geometry.cell_side[cell]
-    if geometry.surface_kind[quadric] == SPHERE:
-        cx, cy, cz, r = load_sphere(geometry, geometry.surface_row[quadric])
+    side = integer(geometry, table.CELL_SIDE, cell)
+    if integer(geometry, table.SURFACE_KIND, quadric) == SPHERE:
+        cx, cy, cz, r = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, quadric))
         px, py, pz = x - cx, y - cy, z - cz
         return side * (px * px + py * py + pz * pz - r * r) <= 0.0
-    return side * quadric_value(load_quadric(geometry, geometry.surface_row[quadric]), x, y, z) <= 0.0
+    return side * quadric_value(load_quadric(geometry, integer(geometry, table.SURFACE_ROW, quadric)), x, y, z) <= 0.0
 
 
 @helper
 def entry_holds(geometry: Geometry, scratch: Scratch, entry: int, x: float, y: float, z: float) -> bool:
     """Does an entry's body contain the point?"""
-    kind, index = geometry.entry_kind[entry], geometry.entry_index[entry]
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
         return ball_holds(geometry, index, x, y, z)
     if kind == CELL:
@@ -51,14 +52,14 @@ def entry_holds(geometry: Geometry, scratch: Scratch, entry: int, x: float, y: f
     if kind != REGION:
         return False
     held = 0
-    for leaf in range(geometry.program_leaf[index], geometry.program_leaf[index + 1]):
-        if cell_holds(geometry, geometry.leaf_cell[leaf], x, y, z):
+    for leaf in range(integer(geometry, table.PROGRAM_LEAF, index), integer(geometry, table.PROGRAM_LEAF, index + 1)):
+        if cell_holds(geometry, integer(geometry, table.LEAF_CELL, leaf), x, y, z):
             turn_leaf(geometry, scratch.counts, leaf, True)
-            scratch.leaf[held] = leaf
+            scratch.event_leaf[held] = leaf
             held += 1
     inside = root_value(geometry, scratch.counts, index)
     for k in range(held):
-        turn_leaf(geometry, scratch.counts, scratch.leaf[k], False)
+        turn_leaf(geometry, scratch.counts, scratch.event_leaf[k], False)
     return inside
 
 
@@ -74,5 +75,5 @@ def locate(geometry: Geometry, points: Floats, begin: int, end: int, bodies: Int
         for k in range(collect(geometry, scratch, (x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, -1))):
             entry = scratch.found[k]
             if entry_holds(geometry, scratch, entry, x, y, z):
-                bodies[i] = geometry.entry_body[entry]
+                bodies[i] = integer(geometry, table.ENTRY_BODY, entry)
                 break

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, Ints
-from ..jit import helper, kernel
+from ..geometry.tables import Floats, Geometry, Ints, pack
+from ..jit import allocator, helper, kernel
 from ..lowering import Lowered
 
 WIDTH = 8
@@ -26,12 +26,13 @@ def with_tree(lowered: Lowered) -> Geometry:
     endless = ~np.isfinite(boxes).all(axis=1) & ~empty
     bounded = np.flatnonzero(~endless & ~empty).astype(np.int32)
     nodes, children, order = build(widened(boxes[bounded]))
-    return lowered.geometry._replace(
+    tables = lowered.tables._replace(
         node_boxes=nodes,
         node_children=children,
         tree_order=bounded[order],
         unbounded=np.flatnonzero(endless).astype(np.int32),
     )
+    return pack(tables)
 
 
 def widened(boxes: Floats) -> Floats:
@@ -121,7 +122,7 @@ def _half_area(box: Floats) -> float:
     return x * y + y * z + z * x
 
 
-@helper
+@allocator
 def _split(boxes: Floats, order: Ints, scratch: Ints, first: int, last: int) -> int:
     """Part order[first:last] in two by the best of the bins along each axis; returns the border."""
     low = np.full(3, np.inf)
@@ -163,7 +164,7 @@ def _split(boxes: Floats, order: Ints, scratch: Ints, first: int, last: int) -> 
     return kept
 
 
-@helper
+@allocator
 def _best_border(bins: Floats, counts: Ints, scale: Floats) -> tuple[int, int]:
     """(axis, bin) with the least sum of area times count on both sides; axis -1 if nothing can be split."""
     best, best_axis, best_border = np.inf, -1, 0

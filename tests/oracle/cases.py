@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .formula import carried
+from .formula import carried, unnumbered
 from .frames import Affine, chain
 from .sheets import SHEETS, SheetOracle, sheet_carried
 from .solids import COMBINED, SOLIDS
@@ -53,7 +53,7 @@ class Case:
     def reference(self) -> Any:
         """The oracle's formula or sheet."""
         if self.operands:
-            formula = COMBINED[self.kind](*(operand.reference() for operand in self.operands))
+            formula = COMBINED[self.kind](*(unnumbered(operand.reference()) for operand in self.operands))
         elif self.is_sheet:
             sheet: SheetOracle = SHEETS[self.kind](**self.parameters)
             return sheet_carried(sheet, self.motion.inverse()) if self.steps else sheet

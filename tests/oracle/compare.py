@@ -73,9 +73,9 @@ class Cluster:
 
 
 def reach_of(case: Case, ray: Line) -> Any:
-    """How far along an unbounded solid crossings are compared: ten million sizes, and all of a bounded one."""
+    """How far crossings are compared: ten million sizes along an unbounded solid, and all of a bounded one."""
     away = mp.norm([a - b for a, b in zip(ray.origin, map(number, case.world_center), strict=True)])
-    return (10**9 if case.bounded else 10**7) * (number(case.world_size) + away) / ray.speed
+    return (4 if case.bounded else 10**7) * (number(case.world_size) + away) / ray.speed
 
 
 def compare(case: Case, library: Any, origins: np.ndarray, directions: np.ndarray) -> Score:

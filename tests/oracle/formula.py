@@ -118,5 +118,12 @@ def carried(formula: Any, back: Affine, exact: bool = False) -> Any:
     return type(formula)(tuple(carried(part, back, exact) for part in formula.parts))
 
 
-NOWHERE = AnyOf(())
-EVERYWHERE = AllOf(())
+def unnumbered(formula: Any) -> Any:
+    """The formula without face numbers."""
+    if isinstance(formula, Below):
+        old = formula.surface
+        return Below(Surface(old.terms, old.own, None, old.exact))
+    if isinstance(formula, Not):
+        return Not(unnumbered(formula.part))
+    return type(formula)(tuple(unnumbered(part) for part in formula.parts))
+

@@ -69,7 +69,7 @@ class SheetCrossing:
 
 
 def sheet_crossings(sheet: SheetOracle, ray: Line, size: Any, reach: Any) -> list[SheetCrossing]:
-    """Every root of the surface that may lie on the sheet, with |t| < reach."""
+    """Every root of the surface that may lie on the sheet, and every stretch that may have one; |t| < reach."""
     frames: dict[int, Any] = {}
     main = Restricted(sheet.surface, ray, size, frames)
     found = []
@@ -90,12 +90,11 @@ def sheet_crossings(sheet: SheetOracle, ray: Line, size: Any, reach: Any) -> lis
         alone = sum(1 for other in main.roots if low <= other <= high) == 1
         crossing = Crossing(root, bool(slope < 0), 0, cosine)
         found.append(SheetCrossing(crossing, max(high - root, root - low), on if alone else None))
-    if not main.roots and doubtful:
-        for low, high in doubtful:
-            if mp.isfinite(low):
-                middle = (low + high) / 2
-                found.append(SheetCrossing(Crossing(middle, False, 0, ZERO), (high - low) / 2, None))
-    return found
+    for low, high in doubtful:
+        if not any(low <= root <= high for root in main.roots):
+            nowhere = Crossing((low + high) / 2, False, 0, ZERO)
+            found.append(SheetCrossing(nowhere, (high - low) / 2, None))
+    return sorted(found, key=lambda item: item.crossing.t)
 
 
 def _on_sheet(sheet: SheetOracle, ray: Line, size: Any, around: tuple[Any, Any, Any], cosine: Any, frames: dict[int, Any]) -> Truth:

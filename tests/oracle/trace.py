@@ -76,7 +76,7 @@ class Run:
 
     @property
     def certain(self) -> bool:
-        return self.before is not self.after and len(self.crossings) == 1
+        return None not in (self.before, self.after) and self.before is not self.after and len(self.crossings) == 1
 
 
 class Restricted:
@@ -118,39 +118,45 @@ class Restricted:
 
     @cached_property
     def roots(self) -> list[Any]:
-        """Simple real roots, by the formula that does not cancel. A double root is no crossing."""
-        if not self.a:
-            return [-self.c / (2 * self.b)] if self.b else []
-        disc = total([self.b * self.b, -self.a * self.c])
-        if disc <= 0:
-            return []
-        q = -(self.b + mp.sign(self.b) * mp.sqrt(disc)) if self.b else mp.sqrt(disc)
-        return sorted((q / self.a, self.c / q))
+        """Simple real roots; a double root is no crossing."""
+        return quadratic_roots(self.a, self.b, self.c)
 
     def doubtful(self, reach: Any) -> list[tuple[Any, Any]]:
-        """Intervals that hold every t with |f| <= kappa, a little generous; `below` decides inside."""
-        found = []
-        for root in self.roots:
-            slope, kappa = 2 * (self.a * root + self.b), self.kappa(root)
-            steps = [self._step(root, slope, s * kappa) for s in (1, -1)]
-            found.append((root + min(steps), root + max(steps)))
-        if self.a:
-            vertex = -self.b / self.a
-            if abs(vertex) <= reach:
-                kappa, depth = self.kappa(vertex), abs(self.value(vertex))
-                if depth <= kappa:
-                    half = mp.sqrt((kappa + depth) / abs(self.a))
-                    found.append((vertex - half, vertex + half))
-        elif not self.b and abs(self.c) <= 2 * self.kappa(reach):
-            found.append((-mp.inf, mp.inf))
+        """The stretches of ]-reach, reach[ where |f| <= kappa, and every root with them.
+
+        Their ends are found with kappa linear in |t|, its slope taken at the roots, the vertex and
+        the origin; between two such ends the true kappa decides, at the middle.
+        """
+        cuts = sorted({-reach, ZERO, reach} | {t for g in self._slopes(reach) for t in self._ends(g) if abs(t) < reach})
+        found: list[tuple[Any, Any]] = []
+        for low, high in zip(cuts, cuts[1:], strict=False):
+            if self.below_between(low, high) is None:
+                if found and found[-1][1] == low:
+                    found[-1] = (found[-1][0], high)
+                else:
+                    found.append((low, high))
         return found
 
-    def _step(self, root: Any, slope: Any, level: Any) -> Any:
-        """s of least size with a s² + slope s = level; to the vertex where there is none."""
-        under = slope * slope + 4 * self.a * level
-        if under < 0:
-            return -slope / (2 * self.a)
-        return 2 * level / (slope + mp.sign(slope) * mp.sqrt(under))
+    def _slopes(self, reach: Any) -> set[Any]:
+        """|grad f| at the places near which a displacement may matter."""
+        if not any(j < 3 for _, _, j in self.surface.terms):
+            return {_norm(self.gradient(ZERO))}
+        places = [ZERO, *self.roots]
+        if self.a:
+            places.append(-self.b / self.a)
+        return {_norm(self.gradient(t)) for t in places if abs(t) < reach}
+
+    def _ends(self, slope: Any) -> list[Any]:
+        """Roots of f = ± slope (BAND (|t| speed + size) + BAKED (|o| + |t| speed)), each on its side of t = 0."""
+        baked = ZERO if self.surface.exact else BAKED
+        fixed = slope * (BAND * self.size + baked * _norm(self.line.origin))
+        rate = slope * (BAND + baked) * self.line.speed
+        found = []
+        for above in (1, -1):
+            for side in (1, -1):
+                roots = quadratic_roots(self.a, self.b - above * side * rate / 2, self.c - above * fixed)
+                found += [t for t in roots if t * side > 0]
+        return found
 
     def below(self, t: Any) -> bool:
         return bool(self.value(t) <= 0)
@@ -158,9 +164,20 @@ class Restricted:
     def below_between(self, low: Any, high: Any) -> Truth:
         """None where the stretch holds a root, or a displaced surface may pass its middle."""
         middle = (low + high) / 2
-        if any(low <= root <= high for root in self.roots) or abs(self.value(middle)) <= 2 * self.kappa(middle):
+        if any(low <= root <= high for root in self.roots) or abs(self.value(middle)) <= self.kappa(middle):
             return None
         return self.below(middle)
+
+
+def quadratic_roots(a: Any, b: Any, c: Any) -> list[Any]:
+    """Simple real roots of a t² + 2 b t + c, by the formula that does not cancel."""
+    if not a:
+        return [-c / (2 * b)] if b else []
+    disc = total([b * b, -a * c])
+    if disc <= 0:
+        return []
+    q = -(b + mp.sign(b) * mp.sqrt(disc)) if b else mp.sqrt(disc)
+    return sorted((q / a, c / q))
 
 
 def _is_unit(own: Affine) -> bool:
@@ -202,10 +219,8 @@ def trace(formula: Formula, on: Line, size: Any, reach: Any) -> Traced:
             on, middle = restricted[surface], (low + high) / 2
             if not any(a <= middle <= b for a, b in doubtful[surface]):
                 return on.below(middle)
-            truth = on.below_between(low, high)
-            if truth is None:
-                undecided.add(surface)
-            return truth
+            undecided.add(surface)
+            return None
 
         truth = formula.truth(below)
         if index == 0:

@@ -47,7 +47,7 @@ def about(start: Any, end: Any, reference: Any = None) -> Callable[[Any, Any, An
     """(height along the axis, distance from it, angle from the reference in degrees in [0, 360))."""
     start, end = np.array(start, float), np.array(end, float)
     axis = (end - start) / np.linalg.norm(end - start)
-    towards = np.array(reference if reference is not None else start + (1, 0, 0), float) - start
+    towards = np.array(reference if reference is not None else start + np.array((1, 0, 0)), float) - start
     first = towards - towards @ axis * axis
     second = np.cross(axis, first)
 
@@ -99,7 +99,9 @@ def polyhedron(x: Any, y: Any, z: Any) -> Any:
     return ((np.stack([x, y, z], axis=-1) @ np.array(NORMALS, float).T) <= np.array(OFFSETS)).all(axis=-1)
 
 
-SHEARED = Box((-1, -0.5, -1), (0.5, 1, 1.5)).transform([[1, 0.3, 0, 0.1], [0, 1, -0.2, 0], [0.2, 0, 1, 0], [0, 0, 0, 1]])
+SHEARED = Box((-1, -0.5, -1), (0.5, 1, 1.5)).transform(
+    [[1, 0.3, 0, 0.1], [0, 1, -0.2, 0], [0.2, 0, 1, 0], [0, 0, 0, 1]]
+)
 _BACK = np.linalg.inv([[1, 0.3, 0], [0, 1, -0.2], [0.2, 0, 1]])
 
 
@@ -142,9 +144,7 @@ SAMPLES = [
     Sample(
         "dish", EllipticParaboloid(1, 3, (0.5, 2)), lambda x, y, z: (x**2 + 3 * y**2 <= z) & between(0.5, 2)(z), 2.2
     ),
-    Sample(
-        "cup", EllipticParaboloid(1, 3, (-np.inf, 2)), lambda x, y, z: (x**2 + 3 * y**2 <= z) & (z <= 2), 2.2
-    ),
+    Sample("cup", EllipticParaboloid(1, 3, (-np.inf, 2)), lambda x, y, z: (x**2 + 3 * y**2 <= z) & (z <= 2), 2.2),
     Sample("saddle", HyperbolicParaboloid(1, 2), lambda x, y, z: x**2 - 2 * y**2 - z <= 0, 2, bounded=False),
     Sample(
         "cut saddle", HyperbolicParaboloid(1, 2, Box()), lambda x, y, z: (x**2 - 2 * y**2 - z <= 0) & cube(x, y, z), 1.2
@@ -179,9 +179,7 @@ SAMPLES = [
         lambda x, y, z: (x**2 + 2 * y**2 - 3 * z**2 <= -1) & between(0, 2)(z),
         3.5,
     ),
-    Sample(
-        "elliptic cone", EllipticCone(1, 2, 3), lambda x, y, z: x**2 + 2 * y**2 - 3 * z**2 <= 0, 3, bounded=False
-    ),
+    Sample("elliptic cone", EllipticCone(1, 2, 3), lambda x, y, z: x**2 + 2 * y**2 - 3 * z**2 <= 0, 3, bounded=False),
     Sample(
         "nappe",
         EllipticCone(1, 2, 3, (-1, 0)),
@@ -189,9 +187,7 @@ SAMPLES = [
         2,
     ),
     Sample("elliptic cylinder", EllipticCylinder(1, 4), lambda x, y, z: x**2 + 4 * y**2 <= 1, 2, bounded=False),
-    Sample(
-        "can", EllipticCylinder(1, 4, (-1, 2)), lambda x, y, z: (x**2 + 4 * y**2 <= 1) & between(-1, 2)(z), 2.2
-    ),
+    Sample("can", EllipticCylinder(1, 4, (-1, 2)), lambda x, y, z: (x**2 + 4 * y**2 <= 1) & between(-1, 2)(z), 2.2),
     Sample("hyperbolic cylinder", HyperbolicCylinder(1, 4), lambda x, y, z: x**2 - 4 * y**2 <= 1, 2, bounded=False),
     Sample(
         "waist",
@@ -206,9 +202,7 @@ SAMPLES = [
         2.2,
     ),
     Sample("trough", ParabolicCylinder(0.5), lambda x, y, z: x**2 - y <= 0, 2, bounded=False),
-    Sample(
-        "cut trough", ParabolicCylinder(0.25, Box()), lambda x, y, z: (x**2 - y / 2 <= 0) & cube(x, y, z), 1.2
-    ),
+    Sample("cut trough", ParabolicCylinder(0.25, Box()), lambda x, y, z: (x**2 - y / 2 <= 0) & cube(x, y, z), 1.2),
     Sample(
         "sheared trough",
         ParabolicCylinder(0.25, SHEARED),

@@ -56,5 +56,3 @@ def uv(mapping: UV, point: Any) -> tuple[float, float]:
     """(u, v) at a point (3,) of the frame that the map is given in."""
     a, b, c = np.array(mapping.matrix) @ np.append(np.array(point, float), 1.0)
     return (np.arctan2(b, a) / (2 * np.pi) % 1.0, c) if mapping.angular else (a, b)
-
-

@@ -77,7 +77,7 @@ def test_bounds_of_unbounded_solids_hold_them(sample: Sample) -> None:
 KNOWN = [
     (Ellipsoid((1, 2, 3), (5, 0, 0)), (4, -2, -3), (6, 2, 3)),
     # The widest section in the range is at z = 1: sqrt(1 - 1/9)
-    (Ellipsoid((1, 2, 3), z_range=(1, 2)), (-math.sqrt(8) / 3, -2 * math.sqrt(8) / 3, 1), (math.sqrt(8) / 3, 2 * math.sqrt(8) / 3, 2)),
+    (Ellipsoid((1, 2, 3), z_range=(1, 2)), (-2 * R2 / 3, -4 * R2 / 3, 1), (2 * R2 / 3, 4 * R2 / 3, 2)),
     (Ellipsoid((1, 2, 3), z_range=(-1, 9)), (-1, -2, -1), (1, 2, 3)),
     (Ellipsoid((1, 2, 3), z_range=(4, 5)), (INF, INF, INF), (-INF, -INF, -INF)),
     # A ball of radius 1 turned by any angle
@@ -179,3 +179,19 @@ def test_unmoved_bounds_are_exact_where_they_are_floats(shape, low, high) -> Non
     found_low, found_high = shape.bounds
     assert found_low.tolist() == list(low)
     assert found_high.tolist() == list(high)
+
+
+@pytest.mark.parametrize("scale", [1e-150, 1e-6, 1e6, 1e150])
+def test_bounds_scale_with_the_shape(scale: float) -> None:
+    k = scale
+    box, corner = Box((-k, -k, -k), (k, k, k)), ((1, 1, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1))
+    pairs = [
+        (HyperbolicParaboloid(1 / k, 2 / k, box), HyperbolicParaboloid(1, 2, Box())),
+        (ParabolicCylinder(k, box), ParabolicCylinder(1, Box())),
+        (Ellipsoid((k, 2 * k, 3 * k), z_range=(-k, 2 * k)), Ellipsoid(z_range=(-1, 2))),
+        (Cone((0, 0, 0), (k, k, k), k, 2 * k), Cone((0, 0, 0), (1, 1, 1), 1, 2)),
+        (Polyhedron(corner, (k, 0, 0, 0)), Polyhedron(corner, (1, 0, 0, 0))),
+    ]  # fmt: skip
+    for scaled, plain in pairs:
+        for end, expected in zip(scaled.rotate((1, 2, 3), 20).bounds, plain.rotate((1, 2, 3), 20).bounds, strict=True):
+            np.testing.assert_allclose(end / k, expected, rtol=1e-12, atol=1e-13)

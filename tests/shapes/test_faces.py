@@ -27,10 +27,10 @@ from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
 from .catalogue import SAMPLES, Sample
 from .evaluate import faces, gradient, uv, value
 
-O, Z, X = (0, 0, 0), (0, 0, 1), (1, 0, 0)
+HERE, Z, X = (0, 0, 0), (0, 0, 1), (1, 0, 0)
 R2, R3 = math.sqrt(2), math.sqrt(3)
 HALF = R2 / 2
-TUBE = Cylinder(O, (0, 0, 2), 1, 30, 240, X)
+TUBE = Cylinder(HERE, (0, 0, 2), 1, 30, 240, X)
 
 # shape, point in its own frame, face, uv, direction of the outward normal
 AT = [
@@ -55,12 +55,12 @@ AT = [
     # Half way out on the walls at 30° and 240°
     (TUBE, (R3 / 4, 0.25, 1), 3, (0.5, 0.5), (0.5, -R3 / 2, 0)),
     (TUBE, (-0.25, -R3 / 4, 0.5), 4, (0.5, 0.25), (R3 / 2, -0.5, 0)),
-    (Cylinder(O, (0, 0, 2), 1, 0, 180, X), (0.5, 0, 1), 3, (0.5, 0.5), (0, -1, 0)),
-    (Cylinder(O, (0, 0, 2), 1, 0, 180, X), (-0.5, 0, 1), 3, (-0.5, 0.5), (0, -1, 0)),
-    (Cone(O, (0, 0, 2), 2, 0), (1, 0, 1), 0, (0, 0.5), (1, 0, 1)),
-    (Cone(O, (0, 0, 2), 2, 0), (1, 1, 0), 1, (0.5, 0.5), (0, 0, -1)),
-    (Cone(O, (0, 0, 2), 1, 2), (0, 1.5, 1), 0, (0.25, 0.5), (0, 2, -1)),
-    (Cone(O, (0, 0, 2), 1, 2), (1, 1, 2), 2, (0.5, 0.5), Z),
+    (Cylinder(HERE, (0, 0, 2), 1, 0, 180, X), (0.5, 0, 1), 3, (0.5, 0.5), (0, -1, 0)),
+    (Cylinder(HERE, (0, 0, 2), 1, 0, 180, X), (-0.5, 0, 1), 3, (-0.5, 0.5), (0, -1, 0)),
+    (Cone(HERE, (0, 0, 2), 2, 0), (1, 0, 1), 0, (0, 0.5), (1, 0, 1)),
+    (Cone(HERE, (0, 0, 2), 2, 0), (1, 1, 0), 1, (0.5, 0.5), (0, 0, -1)),
+    (Cone(HERE, (0, 0, 2), 1, 2), (0, 1.5, 1), 0, (0.25, 0.5), (0, 2, -1)),
+    (Cone(HERE, (0, 0, 2), 1, 2), (1, 1, 2), 2, (0.5, 0.5), Z),
     (DoubleCone(1, (-1, 3)), (0, -1, 1), 0, (0.75, 0.5), (0, -1, -1)),
     (DoubleCone(1, (-1, 3)), (0.5, 0, -1), 1, (0.5, 0), (0, 0, -1)),
     (DoubleCone(2, (-1, 3)), (0, 3, 3), 2, (0, 0.5), Z),
@@ -110,8 +110,8 @@ def test_numbers_of_faces() -> None:
         return sorted(faces(shape.tree()))
 
     assert numbers(TUBE) == [0, 1, 2, 3, 4]
-    assert numbers(Cylinder(O, Z, 1, 0, 180, X)) == [0, 1, 2, 3]
-    assert numbers(Cylinder(O, Z, 1)) == [0, 1, 2]
+    assert numbers(Cylinder(HERE, Z, 1, 0, 180, X)) == [0, 1, 2, 3]
+    assert numbers(Cylinder(HERE, Z, 1)) == [0, 1, 2]
     assert numbers(Ellipsoid()) == [0]
     assert numbers(Ellipsoid(z_range=(-9, 1))) == [0, 2]
     assert numbers(Ellipsoid(z_range=(-3, 3))) == [0]
@@ -136,13 +136,16 @@ def test_normals_point_out(sample: Sample) -> None:
     back = sample.shape.under()
     own = (outer - back.matrix[:3, 3]) @ back.inverse_matrix[:3, :3].T
     candidates = faces(sample.shape.tree()).values()
-    values = np.array([abs(value(f.surface, own)) / np.linalg.norm(gradient(f.surface, own), axis=1) for f in candidates])
+    values = np.array(
+        [abs(value(f.surface, own)) / np.linalg.norm(gradient(f.surface, own), axis=1) for f in candidates]
+    )
     seen = values.argmin(axis=0)
     assert values.min(axis=0).max() < 1e-12
     for i, face in enumerate(candidates):
-        mine = seen == i
-        normal = face.inside * gradient(face.surface, own[mine]) @ back.inverse_matrix[:3, :3]
-        normal = normal / np.linalg.norm(normal, axis=1)[:, None]
-        steps = 1e-9 * normal
-        assert not sample.inside(*(outer[mine] + steps).T).any()
-        assert sample.inside(*(inner[mine] - steps).T).mean() > 0.99 or not mine.any()
+        mine = np.flatnonzero(seen == i)
+        if len(mine):
+            normal = face.inside * gradient(face.surface, own[mine]) @ back.inverse_matrix[:3, :3]
+            step = 1e-9 * normal / np.linalg.norm(normal, axis=1)[:, None]
+            assert not sample.inside(*(outer[mine] + step).T).any()
+            # All but the odd point within 1e-9 of an edge
+            assert sample.inside(*(inner[mine] - step).T).mean() > 0.95

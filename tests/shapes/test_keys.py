@@ -81,8 +81,8 @@ SAME = [
     (HalfSpace((1, 2, 2), 3), Polyhedron(((2, 4, 4),), (6,))),
     (HalfSpace((0, 0, 1), 2), HalfSpace((0, 0, 1), 0).translate((5, 7, 2))),
     # Only the symmetric part counts; x y once is half on either side of the diagonal
-    (Q(coefficients=dict(xx=1, xy=1, constant=-1)), Q(matrix=[[1, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, -1]])),
-    (Q(coefficients=dict(xx=1, xy=1, constant=-1)), Q(matrix=[[1, 0.5, 0, 0], [0.5, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, -1]])),
+    (Q(coefficients=dict(xx=1, xy=1, constant=-1)), Q(matrix=[[1, 1, 0, 0], [0] * 4, [0] * 4, [0, 0, 0, -1]])),
+    (Q(coefficients=dict(xx=1, xy=1, constant=-1)), Q(matrix=[[1, 0.5, 0, 0], [0.5, 0, 0, 0], [0] * 4, [0, 0, 0, -1]])),
     (Q(matrix=MATRIX), Q(matrix=np.array(MATRIX) * 4)),
     (Q(coefficients=dict(xy=1, z=-1)), HyperbolicParaboloid(0.5, 0.5).rotate((0, 0, 1), 45)),
 ]  # fmt: skip

@@ -11,7 +11,7 @@ from conicoid.shapes.box import Box
 from conicoid.shapes.sphere import Sphere
 
 NAN, INF = math.nan, math.inf
-O, Z = (0, 0, 0), (0, 0, 1)
+HERE, Z = (0, 0, 0), (0, 0, 1)
 SQUARE = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
 
 REFUSED = [
@@ -28,16 +28,20 @@ REFUSED = [
     ("Box", dict(low=(0, 0, 0), high=(1, 0, 1)), r"high\[1\] must be > low\[1\] = 0.0, got 0.0"),
     ("Box", dict(high=(1, 1, INF)), r"high\[2\] must be finite, got inf"),
     ("Box", dict(low="abc"), r"low must be 3 numbers, got 'abc'"),
-    ("Cylinder", dict(start=O, end=O, radius=1), r"end must differ from start, got \(0.0, 0.0, 0.0\)"),
-    ("Cylinder", dict(start=O, end=Z, radius=0), r"radius must be > 0, got 0.0"),
-    ("Cylinder", dict(start=O, end=Z, radius=-1), r"radius must be > 0, got -1.0"),
-    ("Cylinder", dict(start=O, end=Z, radius=1, end_angle=90), r"reference must be given with angles"),
-    ("Cylinder", dict(start=O, end=Z, radius=1, start_angle=90, end_angle=90, reference=(1, 0, 0)), r"in \(0, 360\]"),
-    ("Cylinder", dict(start=O, end=Z, radius=1, end_angle=361, reference=(1, 0, 0)), r"in \(0, 360\], got 361.0"),
-    ("Cylinder", dict(start=O, end=Z, radius=1, reference=(0, 0, 5)), r"reference must lie off the axis"),
+    ("Cylinder", dict(start=HERE, end=HERE, radius=1), r"end must differ from start, got \(0.0, 0.0, 0.0\)"),
+    ("Cylinder", dict(start=HERE, end=Z, radius=0), r"radius must be > 0, got 0.0"),
+    ("Cylinder", dict(start=HERE, end=Z, radius=-1), r"radius must be > 0, got -1.0"),
+    ("Cylinder", dict(start=HERE, end=Z, radius=1, end_angle=90), r"reference must be given with angles"),
+    (
+        "Cylinder",
+        dict(start=HERE, end=Z, radius=1, start_angle=90, end_angle=90, reference=(1, 0, 0)),
+        r"in \(0, 360\]",
+    ),
+    ("Cylinder", dict(start=HERE, end=Z, radius=1, end_angle=361, reference=(1, 0, 0)), r"in \(0, 360\], got 361.0"),
+    ("Cylinder", dict(start=HERE, end=Z, radius=1, reference=(0, 0, 5)), r"reference must lie off the axis"),
     ("Cylinder", dict(start=(-1e308, 0, 0), end=(1e308, 0, 0), radius=1), r"end is too far from start"),
-    ("Cone", dict(start=O, end=Z, start_radius=0, end_radius=0), r"must not both be 0"),
-    ("Cone", dict(start=O, end=Z, start_radius=-1, end_radius=0), r"start_radius must be >= 0, got -1.0"),
+    ("Cone", dict(start=HERE, end=Z, start_radius=0, end_radius=0), r"must not both be 0"),
+    ("Cone", dict(start=HERE, end=Z, start_radius=-1, end_radius=0), r"start_radius must be >= 0, got -1.0"),
     ("Cone", dict(start=Z, end=Z, start_radius=1, end_radius=0), r"end must differ from start"),
     ("DoubleCone", dict(slope=0), r"slope must be > 0, got 0.0"),
     ("DoubleCone", dict(slope=True), r"slope must be a number, got True"),
@@ -64,25 +68,25 @@ REFUSED = [
     ("Quadric", dict(coefficients={"yx": 1}), r"coefficients must be named xx, yy, .*, got 'yx'"),
     ("Quadric", dict(coefficients={"xx": "a"}), r"coefficients.xx must be a number, got 'a'"),
     ("Quadric", dict(coefficients=[1, 2]), r"coefficients must be a mapping"),
-    ("HalfSpace", dict(normal=O, offset=1), r"normal must not be zero, got \(0.0, 0.0, 0.0\)"),
+    ("HalfSpace", dict(normal=HERE, offset=1), r"normal must not be zero, got \(0.0, 0.0, 0.0\)"),
     ("HalfSpace", dict(normal=Z, offset=NAN), r"offset must be finite, got nan"),
     ("HalfSpace", dict(normal=Z, offset=INF), r"offset must be finite, got inf"),
     ("Polyhedron", dict(normals=[], offsets=[]), r"normals must have at least 1 points, got 0"),
-    ("Polyhedron", dict(normals=[Z, O], offsets=[1, 1]), r"normals\[1\] must not be zero"),
+    ("Polyhedron", dict(normals=[Z, HERE], offsets=[1, 1]), r"normals\[1\] must not be zero"),
     ("Polyhedron", dict(normals=[Z, Z], offsets=[1]), r"offsets must be 2 numbers, got 1"),
-    ("Plane", dict(normal=O, offset=0), r"normal must not be zero"),
+    ("Plane", dict(normal=HERE, offset=0), r"normal must not be zero"),
     ("Plane", dict(normal=Z, offset=0, one_sided=1), r"one_sided must be true or false, got 1"),
-    ("Disc", dict(center=O, normal=O, radius=1), r"normal must not be zero"),
-    ("Disc", dict(center=O, normal=Z, radius=0), r"radius must be > 0, got 0.0"),
-    ("Triangle", dict(a=O, b=Z, c=(0, 0, 2)), r"a, b, c must not lie on a line"),
-    ("Triangle", dict(a=O, b=O, c=Z), r"a, b, c must not lie on a line"),
-    ("Triangle", dict(a=O, b=Z, c=(0, NAN, 0)), r"c\[1\] must be finite, got nan"),
+    ("Disc", dict(center=HERE, normal=HERE, radius=1), r"normal must not be zero"),
+    ("Disc", dict(center=HERE, normal=Z, radius=0), r"radius must be > 0, got 0.0"),
+    ("Triangle", dict(a=HERE, b=Z, c=(0, 0, 2)), r"a, b, c must not lie on a line"),
+    ("Triangle", dict(a=HERE, b=HERE, c=Z), r"a, b, c must not lie on a line"),
+    ("Triangle", dict(a=HERE, b=Z, c=(0, NAN, 0)), r"c\[1\] must be finite, got nan"),
     ("Polygon", dict(vertices=SQUARE[:2]), r"vertices must have at least 3 points, got 2"),
-    ("Polygon", dict(vertices=[O, Z, (0, 0, 3)]), r"vertices must enclose an area"),
+    ("Polygon", dict(vertices=[HERE, Z, (0, 0, 3)]), r"vertices must enclose an area"),
     ("Polygon", dict(vertices=[*SQUARE[:3], (0, 1, 1e-13)]), r"vertices must lie in a plane .* at 2.5e-14 from"),
-    ("CylinderPatch", dict(start=O, end=Z, radius=0), r"radius must be > 0, got 0.0"),
-    ("CylinderPatch", dict(start=O, end=O, radius=1), r"end must differ from start"),
-    ("CylinderPatch", dict(start=O, end=Z, radius=1, end_angle=90), r"reference must be given with angles"),
+    ("CylinderPatch", dict(start=HERE, end=Z, radius=0), r"radius must be > 0, got 0.0"),
+    ("CylinderPatch", dict(start=HERE, end=HERE, radius=1), r"end must differ from start"),
+    ("CylinderPatch", dict(start=HERE, end=Z, radius=1, end_angle=90), r"reference must be given with angles"),
 ]
 
 
@@ -112,7 +116,12 @@ def test_ends_of_ranges_may_be_infinite() -> None:
 def test_polygons_may_be_flat_to_rounding() -> None:
     """A square in a skew plane: its corners round off the plane by an ulp or so."""
     third = 1 / 3
-    corners = [(1 + third, 0.1, -third), (0.1, 1 + third, -third), (-1, third, 1.1 - third), (0.7, -0.9 + third, 0.2 - third + 0.1)]
+    corners = [
+        (1 + third, 0.1, -third),
+        (0.1, 1 + third, -third),
+        (-1, third, 1.1 - third),
+        (0.7, -0.9 + third, 0.2 - third + 0.1),
+    ]
     on_plane = [(x, y, 1.1 - x - y) for x, y, _ in corners]
     assert len(REGISTRY["Polygon"](on_plane).vertices) == 4
     far = [(x + 1e6, y, 1.1 - (x + 1e6) - y) for x, y, _ in corners]

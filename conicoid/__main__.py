@@ -1,0 +1,5 @@
+"""``python -m conicoid`` is the command ``conicoid``."""
+
+from .cli import main
+
+main()

@@ -1,0 +1,196 @@
+"""The command line: conicoid render, info, trace, schema."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .terminal import MISTAKE, Bar, compile_notes, say, user_mistakes, with_bytes
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+LISTED = 50
+
+app = typer.Typer(
+    help="Exact ray tracing of quadric solids.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Scene files, ray files and results are described in docs/files.md. Exit codes: 0 done, "
+    "2 a mistake in the input, 130 interrupted, 1 anything else.",
+)
+
+SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
+
+
+def main() -> None:
+    """The entry point `conicoid`."""
+    with user_mistakes():
+        app(prog_name="conicoid")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from . import __version__
+
+        typer.echo(f"conicoid {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Exact ray tracing of quadric solids."""
+
+
+@app.command(
+    epilog="Examples:\n\n  conicoid render scene.yaml -o picture.png\n\n"
+    "  conicoid render scene.yaml -o large.exr --width 1920 --height 1080"
+)
+def render(
+    scene: SceneFile,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The picture, .png or .exr.", show_default=False)],
+    width: Annotated[int, typer.Option(min=1, help="Pixels.")] = 640,
+    height: Annotated[int, typer.Option(min=1, help="Pixels.")] = 480,
+    samples: Annotated[int, typer.Option(min=1, help="Rays for each pixel.")] = 4,
+    integrator: Annotated[str, typer.Option(help="How light is gathered: whitted or normals.")] = "whitted",
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same picture, to the bit.")] = 0,
+    threads: Threads = None,
+) -> None:
+    """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
+    with user_mistakes():
+        if output.suffix.lower() not in (".png", ".exr"):
+            raise ValueError(f"{output}: pictures are saved as .png or .exr")
+        _check_folder(output)
+        loaded = _load(scene, threads)
+        with compile_notes(), Bar("rendering", "ray") as bar:
+            image = loaded.render(
+                width, height, samples, integrator, seed, progress=_rays(bar, width * height * samples)
+            )
+        image.save(output)
+        say(f"{output}: {width} x {height} pixels")
+
+
+@app.command(epilog="Example:\n\n  conicoid info scene.yaml")
+def info(scene: SceneFile) -> None:
+    """List the bodies of a scene with their bounds, and what it takes in memory."""
+    with user_mistakes():
+        loaded = _load(scene, None)
+        with compile_notes():
+            geometry = loaded.geometry
+        from .geometry.tables import SURFACE_KIND
+
+        for line in _listing(loaded):
+            typer.echo(line)
+        low, high = loaded.bounds
+        typer.echo(f"\nbodies    {loaded.body_count:,}")
+        typer.echo(f"lights    {len(loaded.lights):,}")
+        typer.echo(f"surfaces  {geometry.places[SURFACE_KIND, 1]:,}")
+        typer.echo(f"bounds    {_box(low, high)}")
+        typer.echo(f"memory    {with_bytes(_bytes(geometry))}")
+
+
+@app.command(
+    epilog="Examples:\n\n  conicoid trace scene.yaml rays.npy -o hits.npz\n\n"
+    "  conicoid trace scene.yaml rays.csv -o spans.csv --spans\n\n"
+    "rays.npy has shape (N, 6): origin and direction. docs/files.md describes all files."
+)
+def trace(
+    scene: SceneFile,
+    rays: Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The results, .npz or .csv.", show_default=False)],
+    spans: Annotated[bool, typer.Option("--spans", help="Every stretch inside a body, not the first hit.")] = False,
+    threads: Threads = None,
+) -> None:
+    """Follow rays through a scene and write what they hit."""
+    with user_mistakes():
+        from .formats.ray_file import check_output, read_rays, write_hits, write_spans
+
+        check_output(output)
+        _check_folder(output)
+        table = read_rays(rays)
+        loaded = _load(scene, threads)
+        from . import ray_tables
+
+        with compile_notes(), Bar("tracing", "ray") as bar:
+            arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar)
+        (write_spans if spans else write_hits)(output, arrays)
+        say(f"{output}: {ray_tables.summary(arrays)}")
+
+
+@app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")
+def schema() -> None:
+    """Print the JSON Schema of scene files, with which editors complete and check them."""
+    import json
+
+    from .formats.schema import scene_schema
+
+    with user_mistakes():
+        typer.echo(json.dumps(scene_schema(), indent=2))
+
+
+def _load(path: Path, threads: int | None) -> Scene:
+    from .files import load
+    from .formats.errors import SceneFileError
+
+    try:
+        scene = load(path)
+    except SceneFileError as error:
+        say(f"error: {error}" if len(error.problems) == 1 else f"{len(error.problems)} errors:\n{error}")
+        raise SystemExit(MISTAKE) from None
+    if threads is not None:
+        from .trace.threads import set_threads
+
+        set_threads(threads)
+    return scene
+
+
+def _check_folder(output: Path) -> None:
+    """Refuse an output that cannot be written before the work, not after it."""
+    if output.is_dir():
+        raise IsADirectoryError(21, "is a directory", str(output))
+    if not output.parent.is_dir():
+        raise FileNotFoundError(2, "no such folder", str(output.parent))
+
+
+def _rays(bar: Bar, count: int) -> Any:
+    """Progress that is counted in tiles, shown in rays."""
+
+    def progress(done: int, tiles: int) -> None:
+        bar.scale = count / tiles
+        bar(done, tiles)
+
+    return progress
+
+
+def _listing(scene: Scene) -> list[str]:
+    """A line for each body: its ids, name, shape and bounds."""
+    lines, number = [], 0
+    for body in scene.bodies[:LISTED]:
+        count = len(getattr(body.shape, "radii", ())) if type(body.shape).__name__ == "Spheres" else 1
+        ids = f"{number}" if count == 1 else f"{number}-{number + count - 1}" if count else "none"
+        number += count
+        lines.append(f"{ids:>9}  {body.name or '':<16} {type(body.shape).__name__:<22} {_box(*body.shape.bounds)}")
+    if len(scene.bodies) > LISTED:
+        lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more")
+    return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
+
+
+def _box(low: Any, high: Any) -> str:
+    if (low > high).any():
+        return "empty"
+    return "  ".join(f"{axis} [{a:.6g}, {b:.6g}]" for axis, a, b in zip("xyz", low, high, strict=True))
+
+
+def _bytes(arrays: Any) -> int:
+    """Bytes of all arrays in nested tuples."""
+    return sum(_bytes(item) for item in arrays) if isinstance(arrays, tuple) else int(getattr(arrays, "nbytes", 0))

@@ -1,0 +1,146 @@
+"""Instances of every registered shape.
+
+A new shape whose fields have the usual names needs no entry here: its instances are derived from
+the dataclass by `FIELDS`. Where that does not do, add a line to `LISTED`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import conicoid as co
+from conicoid.shapes.base import REGISTRY, Shape
+
+INF = float("inf")
+BOX = ((-2, -1.5, -1), (1, 2, 1.5))
+
+FIELDS: dict[str, Any] = {
+    "radius": 1.25, "center": (0.5, -0.25, 1.0), "radii": (1.0, 2.0, 1.5), "low": (-1.0, -2.0, 0.0), "high": (1.0, 0.5, 1.5),
+    "start": (0.0, -1.0, 0.5), "end": (1.0, 1.0, 2.0), "start_radius": 1.0, "end_radius": 0.5, "slope": 0.75,
+    "A": 1.5, "E": 0.5, "H": 0.75, "G": 0.6, "normal": (1.0, 2.0, -1.5), "offset": 0.5,
+    "start_angle": 30.0, "end_angle": 250.0, "reference": (2.0, 0.0, 0.0),
+    "a": (0.0, 0.0, 0.0), "b": (2.0, 0.5, 0.0), "c": (0.5, 2.0, 1.0),
+    "normals": [(1, 0, 0), (0, 1, 0.5), (0, 0, 1), (-1, -1, -1)], "offsets": [1, 1, 1, 1.5],
+    "centers": [(0, 0, 0), (2, 0, 0), (0, 3, 1)], "length": 2.0, "height": 2.0,
+}  # fmt: skip
+"""A value for each usual name of a field without a default."""
+
+
+def _booleans() -> tuple[Any, Any, Any]:
+    ball, block = co.Sphere(1.5), co.Box((-1, -1, -1), (2, 1, 1))
+    return ball, block, co.Cylinder((0, 0, -3), (0, 0.5, 3), 0.5)
+
+
+def _union() -> Iterator[Any]:
+    ball, block, rod = _booleans()
+    yield ball | block
+    yield ball | block | rod
+    yield co.Sphere(1, (-3, 0, 0)) | co.Sphere(1, (3, 0, 0))
+
+
+def _intersection() -> Iterator[Any]:
+    ball, block, rod = _booleans()
+    yield ball & block
+    yield ball & block & co.HalfSpace((1, 1, 1), 0.5)
+    yield rod & ball.translate((0, 0, 1))
+
+
+def _difference() -> Iterator[Any]:
+    ball, block, rod = _booleans()
+    yield ball - block
+    yield block - ball - rod
+    yield ball - rod
+
+
+def _complement() -> Iterator[Any]:
+    ball, block, rod = _booleans()
+    yield ~ball
+    yield ~(block - rod)
+
+
+def _clipped() -> Iterator[Any]:
+    yield co.Plane((0.2, 0.1, 1), 0.1) & co.Sphere(1.5)
+    yield co.Disc((0, 0, 0.25), (0.5, 0, 1), 2) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.7)
+    yield co.CylinderPatch((0, 0, -1), (0, 0, 1), 1, 0, 360, (1, 0, 0)) & co.HalfSpace((0, 1, 1), 0.2)
+
+
+LISTED: dict[str, Callable[[], Any]] = {
+    "Sphere": lambda: [co.Sphere(), co.Sphere(0.75, (1, -2, 0.5))],
+    "Ellipsoid": lambda: [
+        co.Ellipsoid(), co.Ellipsoid((1, 2, 1.5), (0.5, 0, -1), z_range=(-0.5, 1)), co.Ellipsoid((2, 1, 1), z_range=(0, INF)),
+        co.Ellipsoid.from_coefficients(0.5, 1, 2),
+    ],
+    "Box": lambda: [co.Box(), co.Box((-1, 0, 0.5), (0.5, 2, 1))],
+    "Cylinder": lambda: [
+        co.Cylinder((0, 0, -1), (0, 0, 1), 1), co.Cylinder((0.5, 0, 0), (2, 1, -1), 0.75), co.Cylinder((0, 0, 0), (1, 1, 1), 1, 20, 110, (2, 0, 0)),
+        co.Cylinder((0, 0, 0), (0, 2, 0), 1.5, -30, 240, (2, 1, 0.5)), co.Cylinder((0, 0, 0), (0, 0, 1), 1, 45, 225, (1, 0, 0)),
+    ],
+    "Cone": lambda: [
+        co.Cone((0, 0, 0), (0, 0, 2), 1, 0), co.Cone((0, 1, 0), (1, 0, 2), 0.5, 1.25), co.Cone((0, 0, 0), (0, 1, 0), 0.75, 0.75),
+        co.Cone((1, 1, 1), (-1, 0, 1), 0, 1),
+    ],
+    "DoubleCone": lambda: [co.DoubleCone(), co.DoubleCone(0.5, (-1, 2)), co.DoubleCone(1.5, (0.5, 1.5)), co.DoubleCone(1, (0, INF))],
+    "EllipticParaboloid": lambda: [co.EllipticParaboloid(1, 2), co.EllipticParaboloid(1, 0.5, (0.5, 2)), co.EllipticParaboloid(2, 1, (-1, 1.5))],
+    "HyperbolicParaboloid": lambda: [co.HyperbolicParaboloid(1, 2), co.HyperbolicParaboloid(1, 0.5, co.Box(*BOX))],
+    "OneSheetHyperboloid": lambda: [co.OneSheetHyperboloid(1, 2, 0.5), co.OneSheetHyperboloid(1, 1, 1, (-1, 1.5))],
+    "TwoSheetHyperboloid": lambda: [
+        co.TwoSheetHyperboloid(1, 2, 4), co.TwoSheetHyperboloid(1, 1, 1, (-2, 3)), co.TwoSheetHyperboloid(1, 2, 1, (0, 2)),
+    ],
+    "EllipticCone": lambda: [co.EllipticCone(1, 2, 1), co.EllipticCone(1, 2, 0.5, (-1, 2))],
+    "EllipticCylinder": lambda: [co.EllipticCylinder(1, 2), co.EllipticCylinder(0.5, 1, (-1, 1)), co.EllipticCylinder(1, 1, (-INF, 0.5))],
+    "HyperbolicCylinder": lambda: [co.HyperbolicCylinder(1, 2), co.HyperbolicCylinder(2, 1, co.Box(*BOX))],
+    "ParabolicCylinder": lambda: [co.ParabolicCylinder(0.5), co.ParabolicCylinder(0.25, co.Box(*BOX))],
+    "Quadric": lambda: [
+        co.Quadric(coefficients=dict(xx=1, yy=2, zz=3, xy=0.5, yz=-0.5, xz=0.25, x=1, y=-1, z=0.5, constant=-2)),
+        co.Quadric(matrix=[[1, 0.5, 0, 0.2], [0.5, -1, 0.3, 0], [0, 0.3, 2, -0.4], [0.2, 0, -0.4, -1]]),
+        co.Quadric(coefficients=dict(xy=1, z=-1)), co.Quadric(coefficients=dict(x=1, y=2, z=2, constant=-1)),
+        co.Quadric(coefficients=dict(xx=1, xy=2, yy=1, z=-1)), co.Quadric(coefficients=dict(zz=1, constant=-1)),
+    ],
+    "HalfSpace": lambda: [co.HalfSpace((0, 0, 1), 0.5), co.HalfSpace((1, -2, 0.5), 1)],
+    "Polyhedron": lambda: [
+        co.Polyhedron([(1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, -1, -1)], [1, 1, 1, 1]),
+        co.Polyhedron([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], [2] * 8),
+        co.Polyhedron([(1, 0, 0.5), (-1, 0, 0.5)], [1, 1]),
+    ],
+    "Spheres": lambda: [co.Spheres([(0, 0, 0), (2.5, 0, 0), (0, 3, 1)], [1, 0.5, 1.25])],
+    "Plane": lambda: [co.Plane((0, 0, 1), 0.5), co.Plane((1, -2, 0.5), 1, one_sided=True)],
+    "Disc": lambda: [co.Disc((0, 0, 0), (0, 0, 1), 1), co.Disc((1, -1, 0.5), (1, 2, 2), 1.5)],
+    "Triangle": lambda: [co.Triangle((0, 0, 0), (2, 0, 0.5), (0, 2, 1))],
+    "Polygon": lambda: [
+        co.Polygon([(0, 0, 1), (4, 0, 1), (4, 4, 1), (2, 1, 1), (0, 4, 1)]),
+        co.Polygon([(0, 0, 0), (2, 0, 2), (2, 2, 4), (0, 2, 2), (1, 1, 2)]),
+    ],
+    "CylinderPatch": lambda: [
+        co.CylinderPatch((0, 0, 0), (0, 0, 2), 1, 0, 90, (1, 0, 0)), co.CylinderPatch((0, 0, 0), (1, 1, 1), 1, 20, 310, (2, 0, 0)),
+    ],
+    "Union": _union, "Intersection": _intersection, "Difference": _difference, "Complement": _complement, "ClippedSheet": _clipped,
+}  # fmt: skip
+
+MOTIONS: dict[str, Callable[[Any], Any]] = {
+    "still": lambda shape: shape,
+    "moved": lambda shape: shape.translate((3, -1, 2)).rotate((1, 2, -1), 50),
+    "mirrored": lambda shape: shape.scale((-1, 2, 0.5)).rotate((0, 0, 1), 90).translate((0, 5, 0)),
+    "sheared": lambda shape: shape.transform([[1, 0.4, 0, 1], [-0.3, 1, 0.2, 0], [0, 0.5, 0.8, -2], [0, 0, 0, 1]]),
+}
+
+
+def derived(kind: type[Shape]) -> list[Shape]:
+    """An instance made from the names of the fields that have no default."""
+    required = [f.name for f in dataclasses.fields(kind) if f.default is f.default_factory is dataclasses.MISSING]
+    unknown = [name for name in required if name not in FIELDS]
+    if unknown:
+        raise LookupError(f"{kind.__name__}: give it a line in LISTED of tests/contract/examples.py (no sample of {unknown})")
+    return [kind(**{name: FIELDS[name] for name in required})]
+
+
+def examples_of(name: str) -> list[Shape]:
+    return list(LISTED[name]()) if name in LISTED else derived(REGISTRY[name])
+
+
+def every_example() -> Iterator[tuple[str, Shape]]:
+    """(readable id, shape) of all instances, unmoved."""
+    for name in sorted(REGISTRY):
+        for index, shape in enumerate(examples_of(name)):
+            yield f"{name}-{index}", shape

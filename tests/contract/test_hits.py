@@ -1,0 +1,227 @@
+"""First hits, occlusion and crossings of every shape, solids and sheets."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import conicoid as co
+
+from .subject import rows
+
+
+def test_first_hit_is_the_first_crossing(subject):
+    for t_min, t_max in ((0, math.inf), (-math.inf, math.inf), (-5, 5)):
+        hits = subject.scene.first_hit(*subject.rays, t_min=t_min, t_max=t_max)
+        crossings = subject.scene.crossings(*subject.rays, t_min=t_min, t_max=t_max)
+        starts = crossings.offsets[:-1]
+        some = np.diff(crossings.offsets) > 0
+        assert np.array_equal(hits.t[some], crossings.t[starts[some]])
+        assert np.isinf(hits.t[~some]).all()
+        for name in ("body", "face", "surface", "entering"):
+            assert np.array_equal(getattr(hits, name)[some], getattr(crossings, name)[starts[some]]), name
+        assert np.array_equal(subject.scene.occluded(*subject.rays, t_min=t_min, t_max=t_max), some)
+
+
+def test_crossings_lie_in_the_open_interval_and_are_sorted(subject):
+    whole = subject.scene.crossings(*subject.rays, t_min=-math.inf)
+    ray = rows(whole)
+    assert (np.diff(whole.t)[np.diff(ray) == 0] >= 0).all()
+    first = np.full(subject.count, -math.inf)
+    some = np.diff(whole.offsets) > 0
+    first[some] = whole.t[whole.offsets[:-1][some]]
+    rest = subject.scene.crossings(*subject.rays, t_min=first)
+    assert np.array_equal(np.diff(rest.offsets)[some], (np.diff(whole.offsets) - np.bincount(ray[whole.t == first[ray]], minlength=subject.count))[some])
+    before = subject.scene.crossings(*subject.rays, t_min=-math.inf, t_max=np.where(some, first, 0))
+    assert (np.diff(before.offsets)[some] == 0).all()
+
+
+def test_misses(subject):
+    hits = subject.scene.first_hit(*subject.rays)
+    miss = np.isinf(hits.t)
+    assert (hits.t[miss] > 0).all()
+    for name in ("body", "face", "surface"):
+        assert (getattr(hits, name)[miss] == -1).all()
+        assert (getattr(hits, name)[~miss] >= 0).all()
+    assert not hits.entering[miss].any()
+    for name in ("point", "local_point", "normal", "uv"):
+        assert np.isnan(getattr(hits, name)[miss]).all(), name
+        assert np.isfinite(getattr(hits, name)[~miss]).all(), name
+
+
+def test_points_and_normals(subject):
+    o, d = subject.rays
+    hits = subject.scene.first_hit(o, d)
+    hit = np.isfinite(hits.t)
+    assert hit.sum() >= 20
+    expected = o + np.where(hit, hits.t, 0)[:, None] * d
+    scale = np.abs(o).max(axis=1) + np.where(hit, hits.t, 0) * subject.speed
+    assert (np.abs(hits.point - expected).max(axis=1)[hit] <= 4e-16 * scale[hit]).all()
+    assert np.abs(np.linalg.norm(hits.normal[hit], axis=1) - 1).max() <= 4e-16
+    against = np.einsum("ij,ij->i", hits.normal, d)
+    clear = hit & (np.abs(against) > 1e-9 * subject.speed)
+    assert (hits.entering == (against < 0))[clear].all()
+
+
+def test_normals_point_outward(solid):
+    """A little along the normal is outside, a little against it inside, away from rims."""
+    o, d = solid.rays
+    hits = solid.scene.first_hit(o, d)
+    hit = np.isfinite(hits.t) & (np.abs(np.einsum("ij,ij->i", hits.normal, d)) > 1e-3 * solid.speed)
+    hit &= np.abs(hits.point).max(axis=1, initial=0, where=np.isfinite(hits.point)) < 1e3
+    step = 1e-9 * (solid.size + np.abs(o[hit]).max(axis=1))[:, None]
+    outside = ~solid.scene.contains(hits.point[hit] + step * hits.normal[hit])
+    inside = solid.scene.contains(hits.point[hit] - step * hits.normal[hit])
+    assert hit.sum() >= 10
+    assert (outside & inside).mean() >= 0.99
+
+
+def test_hits_lie_within_the_bounds(subject):
+    hits = subject.scene.first_hit(*subject.rays)
+    hit = np.isfinite(hits.t)
+    low, high = subject.shape.bounds
+    slack = 1e-14 * (np.abs(subject.rays[0][hit]).max(axis=1) + subject.size + hits.t[hit] * subject.speed[hit])[:, None]
+    assert (hits.point[hit] >= low - slack).all()
+    assert (hits.point[hit] <= high + slack).all()
+
+
+def test_scene_bounds_are_those_of_the_shape(subject):
+    assert np.array_equal(subject.scene.bounds, subject.shape.bounds)
+
+
+def test_direction_scaled_by_a_power_of_two_scales_t_exactly(subject):
+    o, d = subject.rays
+    once = subject.scene.crossings(o, d, t_min=-math.inf)
+    for factor in (0.5, 1024.0):
+        other = subject.scene.crossings(o, d * factor, t_min=-math.inf)
+        assert np.array_equal(once.offsets, other.offsets)
+        assert np.array_equal(once.t, other.t * factor)
+        assert np.array_equal(once.face, other.face)
+
+
+def test_reversing_a_ray_reverses_its_crossings(subject):
+    o, d = subject.rays
+    if getattr(subject.shape, "one_sided", False):
+        return
+    there, back = subject.scene.crossings(o, d, t_min=-math.inf), subject.scene.crossings(o, -d, t_min=-math.inf)
+    assert np.array_equal(there.offsets, back.offsets)
+    order = np.lexsort((-there.t, rows(there)))
+    assert np.array_equal(-there.t[order], back.t)
+    assert np.array_equal(~there.entering[order], back.entering)
+    if not subject.shape.is_sheet:
+        forth, home = subject.whole_lines, subject.scene.spans(o, -d, t_min=-math.inf)
+        order = np.lexsort((-forth.t_exit, rows(forth)))
+        if subject.scene.body_count == 1:
+            assert np.array_equal(-forth.t_exit[order], home.t_enter)
+            assert np.array_equal(-forth.t_enter[order], home.t_exit)
+
+
+def test_leading_shapes(subject):
+    o, d = (x[:12] for x in subject.rays)
+    flat = subject.scene.first_hit(o, d)
+    grid = subject.scene.first_hit(o.reshape(3, 4, 3), d.reshape(3, 4, 3))
+    widths = {"t": 0, "body": 0, "face": 0, "surface": 0, "entering": 0, "point": 3, "local_point": 3, "normal": 3, "uv": 2}
+    for name, width in widths.items():
+        last = (width,) if width else ()
+        assert getattr(flat, name).shape == (12, *last)
+        assert getattr(grid, name).shape == (3, 4, *last)
+        assert np.array_equal(getattr(flat, name), getattr(grid, name).reshape(12, *last), equal_nan=True)
+    empty = subject.scene.first_hit(np.zeros((0, 3)), np.zeros((0, 3)))
+    assert empty.t.shape == (0,)
+    assert empty.point.shape == (0, 3)
+    assert subject.scene.occluded(np.zeros((0, 3)), np.zeros((0, 3))).shape == (0,)
+    assert subject.scene.crossings(np.zeros((0, 3)), np.zeros((0, 3))).offsets.tolist() == [0]
+    assert subject.scene.spans(np.zeros((0, 3)), np.zeros((0, 3))).offsets.tolist() == [0]
+    assert subject.scene.occluded(o.reshape(3, 4, 3), d.reshape(3, 4, 3)).shape == (3, 4)
+
+
+def test_single_rays_give_scalars(subject):
+    o, d = subject.rays
+    many = subject.scene.first_hit(o, d)
+    index = int(np.argmin(many.t))
+    one = subject.scene.first_hit(o[index], d[index])
+    for name in ("t", "body", "face", "surface", "entering"):
+        value = getattr(one, name)
+        assert np.ndim(value) == 0
+        assert not isinstance(value, np.ndarray)
+        assert value == getattr(many, name)[index]
+    assert one.point.shape == one.normal.shape == one.local_point.shape == (3,)
+    assert one.uv.shape == (2,)
+    assert isinstance(bool(subject.scene.occluded(o[index], d[index])), bool)
+    assert np.ndim(subject.scene.occluded(o[index], d[index])) == 0
+    assert subject.scene.crossings(o[index], d[index]).offsets.shape == (2,)
+    assert subject.scene.spans(o[index], d[index]).offsets.shape == (2,)
+    assert np.ndim(subject.scene.contains(o[index])) == np.ndim(subject.scene.body_at(o[index])) == 0
+
+
+def test_rays_objects_and_masks(subject):
+    o, d = subject.rays
+    hits, same = subject.scene.first_hit(o, d), subject.scene.first_hit(co.Rays(o, d))
+    assert np.array_equal(hits.t, same.t)
+    hit = np.isfinite(hits.t)
+    assert np.array_equal(hits[hit].t, hits.t[hit])
+    assert np.array_equal(hits[hit].normal, hits.normal[hit])
+    origins, directions = co.Rays(o, d)
+    assert np.array_equal(origins, o)
+    assert np.array_equal(directions, d)
+
+
+def test_answers_are_read_only(subject):
+    hits = subject.scene.first_hit(*subject.rays)
+    for name in ("t", "body", "face", "surface", "entering", "point", "local_point", "normal", "uv"):
+        assert not getattr(hits, name).flags.writeable, name
+
+
+def test_spawned_rays_do_not_meet_their_start_again(subject):
+    """Straight on from the first hit comes the second crossing; mirrored back, something ahead or nothing."""
+    o, d = subject.rays
+    hits = subject.scene.first_hit(o, d)
+    hit = np.isfinite(hits.t)
+    onward = subject.scene.first_hit(hits.spawn(d))
+    assert np.isinf(onward.t[~hit]).all()
+    crossings = subject.scene.crossings(o, d)
+    many = np.diff(crossings.offsets) > 1
+    second = np.full(subject.count, np.inf)
+    second[many] = crossings.t[crossings.offsets[:-1][many] + 1]
+    expected = second[hit] - hits.t[hit]
+    slack = 1e-12 * (hits.t[hit] + (np.abs(o[hit]).max(axis=1) + subject.size) / subject.speed[hit])
+    close = onward.t[hit] == expected
+    both = np.isfinite(expected) & np.isfinite(onward.t[hit])
+    close[both] = (np.abs(onward.t[hit][both] - expected[both]) <= slack[both])
+    steep = np.abs(np.einsum("ij,ij->i", hits.normal, d))[hit] > 0.01 * subject.speed[hit]
+    assert close[steep].all()
+    assert (onward.t[hit] > 0).all()
+
+
+def test_uv(subject):
+    """On surfaces of revolution u is a turn in [0, 1) and v a height in [0, 1] when the shape is finite."""
+    hits = subject.scene.first_hit(*subject.rays)
+    hit = np.isfinite(hits.t)
+    name = type(subject.shape).__name__
+    if name == "Triangle":
+        u, v = hits.uv[hit].T
+        assert (u >= -1e-12).all()
+        assert (v >= -1e-12).all()
+        assert (u + v <= 1 + 1e-12).all()
+    turned = {"Sphere", "Spheres", "Ellipsoid", "Cylinder", "Cone", "DoubleCone", "EllipticParaboloid", "OneSheetHyperboloid",
+              "TwoSheetHyperboloid", "EllipticCone", "EllipticCylinder", "CylinderPatch"}  # fmt: skip
+    if name not in turned:
+        return
+    side = hit & (hits.face == 0)
+    u, v = hits.uv[side].T
+    assert (u >= 0).all()
+    assert (u < 1).all()
+    caps = hits.uv[hit & (hits.face != 0)]
+    assert (np.abs(caps) <= 1 + 1e-12).all()
+    if subject.bounded:
+        assert (v >= -1e-12).all()
+        assert (v <= 1 + 1e-12).all()
+
+
+def test_sheets_have_no_inside(sheet):
+    assert len(sheet.whole_lines.t_enter) == 0
+    points = sheet.random.uniform(sheet.low, sheet.high, (200, 3))
+    hits = sheet.scene.first_hit(*sheet.rays)
+    assert not sheet.scene.contains(points).any()
+    assert not sheet.scene.contains(hits.point[np.isfinite(hits.t)]).any()

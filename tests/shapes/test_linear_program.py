@@ -1,0 +1,59 @@
+"""The support of half-spaces against polyhedra whose vertices are known."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from conicoid.shapes.linear_program import half_spaces_support
+
+
+def support(normals, offsets, direction):
+    def rows(values):
+        return [Fraction(v) for v in values]
+
+    return half_spaces_support([rows(n) for n in normals], rows(offsets), rows(direction))
+
+
+CUBE = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+OCTAHEDRON = list(itertools.product((1, -1), repeat=3))
+
+
+@pytest.mark.parametrize("direction", list(itertools.product((-2, 0, 1), repeat=3)))
+def test_cube_and_octahedron(direction) -> None:
+    """h(u) = |u|₁ of the cube |x|∞ <= 1, |u|∞ of the octahedron |x|₁ <= 1."""
+    assert support(CUBE, [1] * 6, direction) == sum(abs(u) for u in direction)
+    assert support(OCTAHEDRON, [1] * 8, direction) == max(abs(u) for u in direction)
+
+
+def test_unbounded_and_empty() -> None:
+    assert support([(1, 0, 0)], [2], (3, 0, 0)) == 6
+    assert support([(1, 0, 0)], [2], (-1, 0, 0)) == math.inf
+    assert support([(1, 0, 0)], [2], (1, Fraction(1, 10**30), 0)) == math.inf
+    assert support([(1, 1, 0), (1, -1, 0)], [1, 1], (1, 0, 0)) == 1
+    assert support([(1, 0, 0), (-1, 0, 0)], [1, -2], (0, 1, 0)) == -math.inf
+    assert support([(1, 0, 0), (-1, 0, 0)], [1, -1], (1, 0, 0)) == 1
+    assert support([(1, 0, 0), (-1, 0, 0)], [1, -1], (0, 0, 1)) == math.inf
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_random_polyhedra_against_their_vertices(seed: int) -> None:
+    """Vertices by brute force: every three planes' common point that no other plane cuts off."""
+    rng = np.random.default_rng(seed)
+    normals = np.vstack([rng.integers(-9, 10, (8, 3)), np.array(CUBE)])
+    normals = normals[normals.any(axis=1)]
+    offsets = np.concatenate([rng.integers(1, 20, len(normals) - 6), [5] * 6])
+    corners = []
+    for triple in itertools.combinations(range(len(normals)), 3):
+        chosen = normals[list(triple)]
+        if abs(np.linalg.det(chosen)) > 1e-9:
+            corner = np.linalg.solve(chosen, offsets[list(triple)])
+            if (normals @ corner <= offsets + 1e-9).all():
+                corners.append(corner)
+    for direction in rng.integers(-5, 6, (5, 3)).tolist():
+        expected = (np.array(corners) @ direction).max()
+        assert float(support(normals.tolist(), offsets.tolist(), direction)) == pytest.approx(expected, abs=1e-9)
