@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,6 +34,9 @@ Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show
 def main() -> None:
     """The entry point `conicoid`."""
     with user_mistakes():
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")  # a terminal that knows ASCII only is no mistake
         app(prog_name="conicoid")
 
 
@@ -174,12 +179,15 @@ def _rays(bar: Bar, count: int) -> Any:
 
 def _listing(scene: Scene) -> list[str]:
     """A line for each body: its ids, name, shape and bounds."""
+    from .formats.errors import printable
+
     lines, number = [], 0
     for body in scene.bodies[:LISTED]:
         count = len(getattr(body.shape, "radii", ())) if type(body.shape).__name__ == "Spheres" else 1
         ids = f"{number}" if count == 1 else f"{number}-{number + count - 1}" if count else "none"
         number += count
-        lines.append(f"{ids:>9}  {body.name or '':<16} {type(body.shape).__name__:<22} {_box(*body.shape.bounds)}")
+        name, kind = printable(body.name or ""), type(body.shape).__name__
+        lines.append(f"{ids:>9}  {name:<16} {kind:<22} {_box(*body.shape.bounds)}")
     if len(scene.bodies) > LISTED:
         lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more")
     return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]

@@ -52,4 +52,5 @@ def _along(controls: FloatArray, share: FloatArray) -> FloatArray:
     lightness, chroma, hue = (np.interp(share, steps, column) for column in controls.T)
     angle = np.radians(hue)
     lab = np.stack([lightness, chroma * np.cos(angle), chroma * np.sin(angle)], axis=-1)
-    return np.clip((lab @ np.array(_CONES).T) ** 3 @ np.array(_RGB).T, 0.0, 1.0)
+    linear: FloatArray = (lab @ np.array(_CONES).T) ** 3 @ np.array(_RGB).T
+    return np.clip(linear, 0.0, 1.0)

@@ -45,11 +45,13 @@ class Image:
 
     @property
     def width(self) -> int:
-        return self.pixels.shape[1]
+        """Pixels in a row."""
+        return int(self.pixels.shape[1])
 
     @property
     def height(self) -> int:
-        return self.pixels.shape[0]
+        """Number of rows."""
+        return int(self.pixels.shape[0])
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Save as .png (sRGB, 8 bits) or .exr (linear floats; the numbers themselves if there is one per pixel).

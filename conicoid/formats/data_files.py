@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ def read_table(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
     return np.ascontiguousarray(table, dtype=np.float64)
 
 
-def load_array(path: Path) -> np.ndarray:  # type: ignore[type-arg]
+def load_array(path: Path) -> np.ndarray[Any, Any]:
     """The array of a .npy file, memory-mapped, never unpickled; ValueError if it is none."""
     try:
         return np.asarray(np.load(path, mmap_mode="r", allow_pickle=False))

@@ -40,7 +40,12 @@ class SceneFileError(ValueError):
     def _line(self, problem: Problem) -> str:
         place = f":{problem.line}:{problem.column}" if problem.line else ""
         where = f"{_middle_cut(problem.where, 160)}: " if problem.where else ""
-        return f"{self.path}{place}: {where}{_middle_cut(problem.message, 600)}"
+        return printable(f"{self.path}{place}: {where}{_middle_cut(problem.message, 600)}")
+
+
+def printable(text: str) -> str:
+    """The text on one line, without what a terminal would obey."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _middle_cut(text: str, width: int) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import types
-import typing
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -18,6 +17,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..shapes import REGISTRY, Shape
+from ..shapes.vector import Matrix4
 from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text
 from .nodes import Listing, Node, Table
 from .reading import BAD, Reader
@@ -175,9 +175,11 @@ def fields_of(make: Callable[..., Any]) -> dict[str, Field]:
 
 def kind_of(hint: Any) -> Kind:
     """The kind that a type hint asks for."""
-    simple = {float: Number, int: Integer, bool: Flag, str: Text}
+    simple: dict[Any, Kind] = {float: Number(), int: Integer(), bool: Flag(), str: Text()}
     if isinstance(hint, type) and hint in simple:
-        return simple[hint]()
+        return simple[hint]
+    if hint == Matrix4:
+        return Fixed(Fixed(Number(), 4), 4)
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType):
         return _alternatives(arguments)
@@ -202,9 +204,10 @@ def kind_of(hint: Any) -> Kind:
 
 def _alternatives(hints: tuple[Any, ...]) -> Kind:
     rest = [hint for hint in hints if hint is not type(None)]
-    records = {hint.__name__: hint for hint in rest if dataclasses.is_dataclass(hint) and not issubclass(hint, Shape)}
-    kinds = [kind_of(hint) for hint in rest if getattr(hint, "__name__", None) not in records]
+    classes = [hint for hint in rest if isinstance(hint, type) and not issubclass(hint, Shape)]
+    records = {hint.__name__: hint for hint in classes if dataclasses.is_dataclass(hint)}
+    kinds = [kind_of(hint) for hint in rest if hint not in records.values()]
     if records:
-        kinds.append(Tagged(typing.cast("Mapping[str, Callable[..., Any]]", records), " or ".join(records)))
+        kinds.append(Tagged(records, " or ".join(records)))
     kind = kinds[0] if len(kinds) == 1 else OneOf(tuple(kinds))
     return Maybe(kind) if len(rest) < len(hints) else kind

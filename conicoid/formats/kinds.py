@@ -41,7 +41,10 @@ class Number(Kind):
         except OverflowError:
             return reader.expected(node, where, "a number that float64 can hold")
         if value is None:
-            return reader.expected(node, where, self.phrase)
+            quoted = isinstance(node, Scalar) and not node.plain
+            return reader.report(
+                node, where, f"must be {self.phrase}, got {shown(node)}{' in quotes' if quoted else ''}"
+            )
         return reader.expected(node, where, "a number, not NaN") if math.isnan(value) else value
 
     def schema(self) -> Schema:
@@ -209,8 +212,10 @@ class OneOf(Kind):
         for item in self.items:
             if item.fits(node):
                 return item.read(node, reader, where)
-        hint = quotes_hint(node) if any(isinstance(item, Text) for item in self.items) else ""
-        return reader.report(node, where, f"must be {self.phrase}, got {shown(node)}{hint}")
+        texts = any(isinstance(item, Text) for item in self.items)
+        return reader.report(
+            node, where, f"must be {self.phrase}, got {shown(node)}{comment_hint(node) if texts else ''}"
+        )
 
     def schema(self) -> Schema:
         return {"anyOf": [item.schema() for item in self.items]}
@@ -221,6 +226,12 @@ class OneOf(Kind):
 
 def quotes_hint(node: Node) -> str:
     """What to do where a text is wanted and YAML sees something else."""
-    if not isinstance(node, Scalar) or not node.plain:
-        return ""
-    return " (quote it)" if node.text else " (# begins a comment: put a text that begins with it in quotes)"
+    if isinstance(node, Scalar) and node.plain and node.text:
+        return " (quote it)"
+    return comment_hint(node)
+
+
+def comment_hint(node: Node) -> str:
+    """What to do about a colour like #ff0000 without quotes."""
+    nothing = isinstance(node, Scalar) and node.plain and not node.text
+    return " (# begins a comment: put a text that begins with it in quotes)" if nothing else ""

@@ -71,9 +71,10 @@ class ShapeWriter:
             return {"file": self.keep_spheres(spheres)}
         return {"centers": spheres.centers.tolist(), "radii": spheres.radii.tolist()}
 
-    def record(self, item: object) -> dict[str, Any]:
+    def record(self, item: Any) -> dict[str, Any]:
         """The arguments that rebuild a dataclass, those at their defaults left out."""
-        values = {name: (getattr(item, name), field) for name, field in fields_of(type(item)).items()}
+        made_by: Any = type(item)
+        values = {name: (getattr(item, name), field) for name, field in fields_of(made_by).items()}
         return {
             name: self.value(value)
             for name, (value, field) in values.items()

@@ -105,7 +105,7 @@ def _write(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -> Non
     check_output(path)
     with replacing(path) as partial:
         if partial.suffix.lower() == ".npz":
-            np.savez(partial, **arrays)
+            np.savez(partial, **dict[str, Any](arrays))
             return
         with partial.open("w", encoding="utf-8", newline="\n") as file:
             file.writelines(_lines(columns))

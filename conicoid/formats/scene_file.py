@@ -185,7 +185,7 @@ class _SceneReader:
         named = None if name is None or is_null(name) else self._name(name, where)
         shape = shapes.moved(shapes.read(entries["shape"], where), entries.get("move"), where)
         material = self._material(entries["material"], f"{where}: material") if "material" in entries else None
-        if shape is BAD or material is BAD or named is BAD:
+        if any(isinstance(part, Bad) for part in (shape, material, named)):
             return BAD
         if isinstance(shapes.check_size(entries["shape"], where, shape), Bad):
             return BAD

@@ -156,7 +156,7 @@ class ShapeReader:
         radii = OneOf((Number(), numbers)).read(entries["radii"], self.reader, f"{where}: radii")
         if centers is BAD or radii is BAD:
             return BAD
-        return self.reader.made(value, where, lambda: Spheres(np.array(centers).reshape(-1, 3), radii))
+        return self.reader.made(value, where, lambda: Spheres(np.array(centers).reshape(len(centers), 3), radii))
 
     def _spheres_file(self, node: Node, where: str) -> Any:
         name = Text().read(node, self.reader, f"{where}: file")

@@ -40,7 +40,8 @@ def parse(text: str) -> tuple[Node | None, list[Problem]]:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (0, 0)
         reason = " ".join(part for part in (error.context, error.problem) if part)
-        raise Unreadable(line, column, f"not YAML: {reason or 'cannot be read'}") from None
+        hint = " (indent with spaces, not tabs)" if mark and text[mark.index : mark.index + 1] == "\t" else ""
+        raise Unreadable(line, column, f"not YAML: {reason or 'cannot be read'}{hint}") from None
     except yaml.reader.ReaderError as error:
         line, column = place(text, error.position)
         raise Unreadable(line, column, f"not YAML: {error.reason} (character U+{_code(error.character):04X})") from None

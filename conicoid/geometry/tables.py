@@ -75,8 +75,8 @@ class Tables(NamedTuple):
     # Tree over the bounded entries, 8 wide
     node_boxes: Floats  # [nodes, 6, 8] low xyz, high xyz
     node_children: Ints  # [nodes, 8] 0 empty; > 0 node; < 0 leaf -(first << 4 | count) - 1
-    tree_order: Ints  # entries in leaf order
-    unbounded: Ints  # entries that no box holds
+    tree_order: Ints  # entries in leaf order, those that no box holds last
+    roots: Ints  # where a walk begins: the node 0, and leaves of what no box holds
 
 
 # The number of each table, by which kernels find it
@@ -85,7 +85,7 @@ class Tables(NamedTuple):
     PLANE_SURFACE, PLANE_SIDE, PLANE_FACE, PROGRAM_LEAF, PROGRAM_GATE, LEAF_CELL, LEAF_GATE, LEAF_NEGATED,
     LEAF_SENSE, LEAF_BOUNDS, GATE_PARENT, GATE_NEED, GATE_NEGATED, GATE_START, SHEET_SURFACE, SHEET_PROGRAM,
     SHEET_SIDE, SHEET_ONE_SIDED, POLYGON_SURFACE, POLYGON_SIDE, POLYGON_FIRST, POLYGON_PROGRAM, VERTICES,
-    ENTRY_KIND, ENTRY_INDEX, ENTRY_BODY, BODY_FACE, FACE_UV, NODE_BOXES, NODE_CHILDREN, TREE_ORDER, UNBOUNDED,
+    ENTRY_KIND, ENTRY_INDEX, ENTRY_BODY, BODY_FACE, FACE_UV, NODE_BOXES, NODE_CHILDREN, TREE_ORDER, ROOTS,
 ) = range(41)
 
 

@@ -85,7 +85,7 @@ def _add_shape(assembly: Assembly, entries: Entries, shape: Shape) -> None:
         if isinstance(tree, Cell):
             kind, index = CELL, assembly.cell(tree)
         else:
-            kind, index = REGION, assembly.program(tree, faces.bounds)
+            kind, index = REGION, assembly.program(tree, faces.bounds())
     elif isinstance(shape, Sheet):
         sheet, clip = _world_sheet(shape, STILL, faces)
         kind, index = assembly.sheet(sheet, -1 if clip is None else assembly.program(clip, {}))

@@ -181,7 +181,7 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         node_boxes=np.zeros((0, 6, 8)),
         node_children=np.zeros((0, 8), np.int32),
         tree_order=np.zeros(0, np.int32),
-        unbounded=np.zeros(0, np.int32),
+        roots=np.zeros(0, np.int32),
     )
     boxes = np.concatenate([np.zeros((0, 6)), *entries.boxes])
     return _balls_direct(tables, table, single), boxes

@@ -19,8 +19,15 @@ class Faces:
     """The uv maps of a body's faces, in the order of their numbers, and boxes around its cells."""
 
     rows: list[Floats] = field(default_factory=list)
-    bounds: dict[int, Floats] = field(default_factory=dict)
-    """id of a cell -> (6,) low, high: outside of it the cell does not matter to its body"""
+    primitives: list[tuple[PrimitiveSolid, Motion, Tree]] = field(default_factory=list)
+
+    def bounds(self) -> dict[int, Floats]:
+        """id of a cell -> (6,) low, high: outside of it the cell does not matter to its body."""
+        boxes: dict[int, Floats] = {}
+        for solid, outer, tree in self.primitives:
+            low, high = solid.bounds_under(outer)
+            boxes.update((id(cell), _widened(low, high)) for cell in _cells(tree))
+        return boxes
 
     def put(self, number: int, uv: UV, inverse: Floats) -> None:
         while len(self.rows) <= number:
@@ -32,7 +39,7 @@ def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:
     """The tree of a solid moved by `outer`; its faces take the next numbers."""
     if isinstance(solid, PrimitiveSolid):
         tree = _moved(solid.tree(), solid.under(outer), faces, len(faces.rows))
-        _bound(tree, np.concatenate(solid.bounds_under(outer)), faces)
+        faces.primitives.append((solid, outer, tree))
         return tree
     motion = solid.motion.then(outer)
     if isinstance(solid, Complement):
@@ -73,19 +80,25 @@ def _moved(tree: Tree, motion: Motion, faces: Faces, first: int) -> Tree:
     return _joined(type(tree), [_moved(part, motion, faces, first) for part in tree.parts])
 
 
-def _bound(tree: Tree, box: Floats, faces: Faces) -> None:
-    """All cells of a primitive may be passed over where a ray misses the primitive's box, as long as
-    the primitive is outside when all of its cells are, which a complement in it would spoil."""
+def _cells(tree: Tree) -> list[Cell]:
+    """All cells of a primitive, which may be passed over where a ray misses the primitive's box. None
+    where a complement stands in its tree: it might be inside although all of its cells are not."""
     cells, pending = [], [tree]
     while pending:
         part = pending.pop()
         if isinstance(part, Not):
-            return
+            return []
         if isinstance(part, Cell):
             cells.append(part)
         else:
             pending.extend(part.parts)
-    low, high = box[:3], box[3:]
-    margin = 16 * 2.0**-53 * (np.abs(low) + np.abs(high) + (high - low))
-    widened = np.concatenate([low - margin, high + margin])
-    faces.bounds.update((id(cell), widened) for cell in cells)
+    return cells
+
+
+def _widened(low: Floats, high: Floats) -> Floats:
+    """A box grown by some ulps; (inf, -inf) for an empty one."""
+    if (low > high).any():
+        return np.concatenate([np.full(3, np.inf), np.full(3, -np.inf)])
+    size = np.maximum(np.where(np.isfinite(low), np.abs(low), 0.0), np.where(np.isfinite(high), np.abs(high), 0.0))
+    margin = 32 * 2.0**-53 * size
+    return np.concatenate([low - margin, high + margin])

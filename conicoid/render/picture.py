@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..shapes.material import DEFAULT, Material
-from .camera import checked_size
+from .camera import Camera, OrthographicCamera, checked_size
 from .fit import extent, fitting_camera, fitting_lights
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ def render(
     from . import tiles
 
     camera = scene.camera or fitting_camera(*extent(body.shape.bounds for body in scene.bodies), width / height)
+    if not isinstance(camera, Camera | OrthographicCamera):
+        raise TypeError(f"render: camera must be a Camera or an OrthographicCamera, got {type(camera).__name__}")
     geometry, lens = scene.geometry, camera.lens
     film = np.zeros((height, width, 3), dtype=np.float32)
     count = -(-width // tiles.SIDE) * -(-height // tiles.SIDE)

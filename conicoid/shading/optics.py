@@ -29,7 +29,7 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
     directions, normals: (..., 3) as for `reflect`; the refracted directions are as long as d.
     eta: index where the ray comes from / index beyond, a number or (...).
     Where reflection is total the mirrored direction is returned and the mask is True.
-    t = eta (d - (d·n) n) - sqrt(1 - eta² sin² θ) n for unit d and n on d's side (seed 000).
+    t = eta (d - (d·n) n) - cos θ₂ n for unit d and n facing it, cos² θ₂ = (1 - eta²) + (eta cos θ)² (seed 000).
     Raises ValueError as `reflect` does, and for an eta that is not finite and > 0.
     """
     ratio = _ratio(eta)[..., None]
@@ -37,9 +37,8 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
     length = np.sqrt(_dot(d, d))
     unit = d / length
     along = _dot(unit, n)
-    sideways = ratio * (unit - along * n)
-    square = 1 - _dot(sideways, sideways)
-    beyond = sideways + np.copysign(np.sqrt(np.maximum(square, 0)), along) * n
+    square = (1 - ratio) * (1 + ratio) + (ratio * along) ** 2
+    beyond = ratio * (unit - along * n) + np.copysign(np.sqrt(np.maximum(square, 0)), along) * n
     total = square < 0
     return np.where(total, unit - 2 * along * n, beyond) * length, total[..., 0][()]
 

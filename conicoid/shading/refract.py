@@ -16,13 +16,17 @@ def refract(
 
     eta = η₁ / η₂, index where the ray comes from over index beyond. The part of d along the surface
     is scaled by eta (that is Snell's law), the part along -n makes up the length:
-    t = eta (d - (d·n) n) - cos θ₂ n, with cos² θ₂ = 1 - eta² sin² θ₁. The same as
-    T = -eta L + (eta cos θ₁ - cos θ₂) N of seed 000 with L = -d, without its cancellation.
+    t = eta (d - (d·n) n) - cos θ₂ n, with cos² θ₂ = 1 - eta² sin² θ₁ = (1 - eta²) + (eta cos θ₁)². The same as
+    T = -eta L + (eta cos θ₁ - cos θ₂) N of seed 000 with L = -d, without its cancellations.
     """
     along = dot(dx, dy, dz, nx, ny, nz)
-    sx, sy, sz = eta * (dx - along * nx), eta * (dy - along * ny), eta * (dz - along * nz)
-    square = 1.0 - dot(sx, sy, sz, sx, sy, sz)
+    square = (1.0 - eta) * (1.0 + eta) + (eta * along) * (eta * along)
     if square < 0.0:
         return 0.0, 0.0, 0.0, -1.0
     cosine = math.sqrt(square)
-    return sx - cosine * nx, sy - cosine * ny, sz - cosine * nz, cosine
+    return (
+        eta * (dx - along * nx) - cosine * nx,
+        eta * (dy - along * ny) - cosine * ny,
+        eta * (dz - along * nz) - cosine * nz,
+        cosine,
+    )

@@ -13,6 +13,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -47,7 +48,11 @@ class Shape(ABC):
 
     def under(self, outer: Motion = STILL) -> Motion:
         """Own frame to world, when the whole shape is moved by `outer` as well."""
-        return self.placement.then(self.motion).then(outer)
+        return self._placed.then(outer)
+
+    @cached_property
+    def _placed(self) -> Motion:
+        return self.placement.then(self.motion)
 
     def _moved(self, motion: Motion) -> Self:
         motion.check(type(self).__name__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from .elliptic import EllipticSolid, Profile
@@ -62,7 +63,7 @@ class Ellipsoid(EllipticSolid):
     def placement(self) -> Motion:
         return Motion((Translate(self.center),))
 
-    @property
+    @cached_property
     def equation(self) -> tuple[Any, Any, Any, Any]:
         """(sx, sy, sz, k) of sx x² + sy y² + sz z² <= k, exact; a ball has squares 1."""
         if self.coefficients is not None:
@@ -86,7 +87,7 @@ class Ellipsoid(EllipticSolid):
 
     def support(self, direction: Vector) -> float:
         a, b, c = self.radii
-        if not self._caps():
+        if not self.caps:
             return math.hypot(a * direction[0], b * direction[1], c * direction[2])
         _, _, sz, k = self.equation
         return elliptic_support(a, b, (1, 0, -Fraction(sz) / Fraction(k)), *self.heights, direction)

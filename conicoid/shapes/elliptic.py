@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, TypeAlias
 
 from .base import PrimitiveSolid
@@ -45,7 +46,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         """The heights between which g >= 0, where that is an interval."""
         return -math.inf, math.inf
 
-    @property
+    @cached_property
     def widths(self) -> tuple[float, float]:
         """The half-axes of the section where g = 1."""
         sx, sy = self.squares
@@ -62,9 +63,10 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         g0, g1, g2 = self.profile
         side = QuadricSurface((sx, sy, -g2), (0.0, 0.0, -g1 / 2), g0)
         low, high = self.heights
-        return Cell((Face(side, 0, around_z(low, high) if low < high else PLAIN_UV), *self._caps()))
+        return Cell((Face(side, 0, around_z(low, high) if low < high else PLAIN_UV), *self.caps))
 
-    def _caps(self) -> list[Face]:
+    @cached_property
+    def caps(self) -> list[Face]:
         """The planes of the range, without those that the surface does not reach."""
         caps = []
         for number, z, sense in ((1, self.z_range[0], -1.0), (2, self.z_range[1], 1.0)) if self.z_range else ():

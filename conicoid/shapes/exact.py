@@ -107,7 +107,8 @@ def rounded(value: Exact) -> float:
 def sin_cos_degrees(degrees: float) -> tuple[Exact, Exact]:
     """Sine and cosine of an angle in degrees, exact at multiples of 90."""
     angle = exact(degrees) % 360
-    quarter, rest = int(angle // 90), angle % 90
+    rest = angle % 90
+    quarter = int(context.nint((angle - rest) / 90))
     if rest:
         s, c = context.sin(context.radians(rest)), context.cos(context.radians(rest))
     else:

@@ -136,6 +136,8 @@ class Motion:
     @cached_property
     def affine(self) -> tuple[ex.Rows, ex.Row]:
         """The product of all steps as (3 rows, translation), in 400 bits."""
+        if len(self.steps) == 1:
+            return self.steps[0].affine()
         rows, shift = ex.IDENTITY, (ex.ZERO, ex.ZERO, ex.ZERO)
         for step in self.steps:
             linear, (x, y, z) = step.affine()

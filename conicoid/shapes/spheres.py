@@ -37,7 +37,7 @@ class Spheres(Solid):
         if radii.shape != (len(centers),):
             raise ValueError(f"Spheres: radii must have shape ({len(centers)},) as there are centers, got {radii.shape}")
         for field, values in (("centers", centers), ("radii", radii)):
-            bad = np.flatnonzero(~np.isfinite(values.reshape(len(centers), -1)).all(axis=1))
+            bad = np.flatnonzero(~np.isfinite(values.reshape(len(centers), values.size // max(len(centers), 1))).all(axis=1))
             if len(bad):
                 raise ValueError(f"Spheres: {field}[{bad[0]}] must be finite, got {values[bad[0]]}")
         small = np.flatnonzero(radii <= 0)

@@ -66,6 +66,16 @@ def _push_children(geometry: Geometry, scratch: Scratch, node: int, top: int) ->
 
 
 @inline
+def _push_roots(geometry: Geometry, scratch: Scratch) -> int:
+    """Start a walk of the tree: what no box holds is on top. Returns the height of the stack."""
+    count = length(geometry, table.ROOTS)
+    for k in range(count):
+        scratch.stack[k] = integer(geometry, table.ROOTS, k)
+        scratch.stack_t[k] = -math.inf
+    return count
+
+
+@inline
 def scaled_ray(ray: Ray) -> tuple[Ray, float]:
     """The ray with a direction whose squares neither overflow nor underflow, by a power of two; and that power."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
@@ -74,6 +84,12 @@ def scaled_ray(ray: Ray) -> tuple[Ray, float]:
         return ray, 1.0
     scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
     return (ox, oy, oz, dx * scale, dy * scale, dz * scale, t_min / scale, t_max / scale, start), scale
+
+
+@inline
+def _no_hit() -> Hit:
+    nothing = np.int64(-1)
+    return math.inf, nothing, nothing, nothing, np.int64(0), False
 
 
 @inline
@@ -101,20 +117,10 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     (t, body, surface, face, side, entered); t = inf and ids -1 for a miss.
     """
     ray, scale = scaled_ray(ray)
-    best = (math.inf, -1, -1, -1, 0, False)
+    best = _no_hit()
     some = len(blocks) > 0
-    for k in range(length(geometry, table.UNBOUNDED)):
-        entry = integer(geometry, table.UNBOUNDED, k)
-        if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
-            continue
-        best = _try_entry(geometry, scratch, entry, ray, best)
-        if any_hit and best[1] >= 0:
-            return best
-    if length(geometry, table.NODE_CHILDREN) == 0:
-        return _unscaled(best, scale)
     ix, iy, iz = _reciprocal(ray[3]), _reciprocal(ray[4]), _reciprocal(ray[5])
-    scratch.stack[0], scratch.stack_t[0] = 0, ray[6]
-    top = 1
+    top = _push_roots(geometry, scratch)
     while top > 0:
         top -= 1
         if scratch.stack_t[top] > best[0] + abs(best[0]) * 1e-15:
@@ -173,13 +179,8 @@ def _sort(values: Ints, count: int) -> None:
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     """Put the entries whose boxes the ray meets within its interval into scratch, by number of body."""
     count = 0
-    for k in range(length(geometry, table.UNBOUNDED)):
-        scratch.found[count] = integer(geometry, table.UNBOUNDED, k)
-        count += 1
-    top = 0
-    if length(geometry, table.NODE_CHILDREN) > 0:
-        scratch.stack[0], top = 0, 1
     ix, iy, iz = _reciprocal(ray[3]), _reciprocal(ray[4]), _reciprocal(ray[5])
+    top = _push_roots(geometry, scratch)
     while top > 0:
         top -= 1
         code = scratch.stack[top]

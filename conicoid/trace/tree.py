@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.tables import Floats, Geometry, Ints, pack
-from ..jit import allocator, helper, kernel
+from ..jit import allocator, helper, inline, kernel
 from ..lowering import Lowered
 
 WIDTH = 8
 LEAF = 4
+_MOST = 15
 _BINS = 16
 _WIDEN = 16 * 2.0**-53
 
@@ -26,13 +27,24 @@ def with_tree(lowered: Lowered) -> Geometry:
     endless = ~np.isfinite(boxes).all(axis=1) & ~empty
     bounded = np.flatnonzero(~endless & ~empty).astype(np.int32)
     nodes, children, order = build(widened(boxes[bounded]))
-    tables = lowered.tables._replace(
-        node_boxes=nodes,
-        node_children=children,
-        tree_order=bounded[order],
-        unbounded=np.flatnonzero(endless).astype(np.int32),
+    unbounded = np.flatnonzero(endless).astype(np.int32)
+    roots = [0] if len(children) else []
+    for first in range(0, len(unbounded), _MOST):
+        roots.append(leaf_code(len(bounded) + first, min(_MOST, len(unbounded) - first)))
+    return pack(
+        lowered.tables._replace(
+            node_boxes=nodes,
+            node_children=children,
+            tree_order=np.concatenate([bounded[order], unbounded]),
+            roots=np.array(roots, dtype=np.int32),
+        )
     )
-    return pack(tables)
+
+
+@inline
+def leaf_code(first: int, count: int) -> int:
+    """A leaf of entries first, first + 1, ... of `tree_order`, as a number < 0; count is at most 15."""
+    return -((first << 4) | count) - 1
 
 
 def widened(boxes: Floats) -> Floats:
@@ -97,7 +109,7 @@ def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> int:
                 nodes[node, k, g] = box[k]
             size = last[g] - first[g]
             if size <= LEAF:
-                children[node, g] = -((first[g] << 4) | size) - 1
+                children[node, g] = leaf_code(first[g], size)
             else:
                 children[node, g] = used
                 stack[top, 0], stack[top, 1], stack[top, 2] = used, first[g], last[g]

@@ -21,6 +21,11 @@ class Subject:
         self.scene = co.Scene([shape])
         low, high = (np.asarray(x, dtype=float) for x in shape.bounds)
         self.bounded = bool(np.isfinite([low, high]).all())
+        if not self.bounded and getattr(shape, "combines", False):
+            # the complement of something finite is looked at where that is
+            inner = np.asarray((~shape).bounds, dtype=float)
+            if np.isfinite(inner).all():
+                low, high = inner
         self.low, self.high = np.maximum(low, -WINDOW), np.minimum(high, WINDOW)
         self.size = float(np.linalg.norm(self.high - self.low))
 

@@ -107,14 +107,14 @@ def test_reversing_a_ray_reverses_its_crossings(subject):
     there, back = subject.scene.crossings(o, d, t_min=-math.inf), subject.scene.crossings(o, -d, t_min=-math.inf)
     assert np.array_equal(there.offsets, back.offsets)
     order = np.lexsort((-there.t, rows(there)))
-    assert np.array_equal(-there.t[order], back.t)
+    slack = 1e-2 * subject.slack(rows(back), back.t)  # 1e-14 of the distances
+    assert (np.abs(there.t[order] + back.t) <= slack).all()
     assert np.array_equal(~there.entering[order], back.entering)
+    assert np.array_equal(there.face[order], back.face)
     if not subject.shape.is_sheet:
         forth, home = subject.whole_lines, subject.scene.spans(o, -d, t_min=-math.inf)
-        order = np.lexsort((-forth.t_exit, rows(forth)))
-        if subject.scene.body_count == 1:
-            assert np.array_equal(-forth.t_exit[order], home.t_enter)
-            assert np.array_equal(-forth.t_enter[order], home.t_exit)
+        assert np.array_equal(forth.offsets, home.offsets)
+        assert np.isinf(forth.t_enter).sum() == np.isinf(home.t_exit).sum()
 
 
 def test_leading_shapes(subject):
@@ -185,7 +185,8 @@ def test_spawned_rays_do_not_meet_their_start_again(subject):
     second = np.full(subject.count, np.inf)
     second[many] = crossings.t[crossings.offsets[:-1][many] + 1]
     expected = second[hit] - hits.t[hit]
-    slack = 1e-12 * (hits.t[hit] + (np.abs(o[hit]).max(axis=1) + subject.size) / subject.speed[hit])
+    travelled = hits.t[hit] + np.where(np.isfinite(expected), expected, 0)
+    slack = 1e-12 * (travelled + (np.abs(o[hit]).max(axis=1) + subject.size) / subject.speed[hit])
     close = onward.t[hit] == expected
     both = np.isfinite(expected) & np.isfinite(onward.t[hit])
     close[both] = (np.abs(onward.t[hit][both] - expected[both]) <= slack[both])

@@ -10,7 +10,7 @@ import pytest
 import conicoid as co
 
 from .conftest import SHAPES
-from .subject import Subject
+from .subject import Subject, rows
 
 TRANSFORMS = {
     "translate": (lambda s: s.translate((1, -2, 0.5)), np.eye(3), (1, -2, 0.5)),
@@ -75,16 +75,19 @@ def test_local_points_and_uv_do_not_move_and_normals_keep_their_side(name, trans
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("transform", EXACT)
 def test_quarter_turns_and_powers_of_two_are_exact(name, transform):
-    """Not a bit of any t changes."""
+    """Powers of two change no bit of any t. Turns permute the terms of sums, whose order of rounding may show in t;
+    their parameters are exact, so the crossings are the same ones."""
     move, carry = EXACT[transform]
     base = Subject(name, SHAPES[name], 150)
     o, d = base.rays
     here = base.scene.crossings(o, d, t_min=-math.inf)
     there = co.Scene([move(SHAPES[name])]).crossings(carry(o), carry(d), t_min=-math.inf)
-    assert np.array_equal(here.offsets, there.offsets)
-    assert np.array_equal(here.t, there.t)
-    assert np.array_equal(here.face, there.face)
-    assert np.array_equal(here.entering, there.entering)
+    for field in ("offsets", "body", "face", "entering"):
+        assert np.array_equal(getattr(here, field), getattr(there, field)), field
+    if "turn" in transform:
+        assert (np.abs(here.t - there.t) <= 1e-2 * base.slack(rows(here), here.t)).all()
+    else:
+        assert np.array_equal(here.t, there.t)
 
 
 @pytest.mark.parametrize("name", SHAPES)

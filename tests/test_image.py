@@ -1,0 +1,138 @@
+"""Images: sRGB on the way out, colour maps, files that are whole, and what is refused."""
+
+from __future__ import annotations
+
+import io
+import math
+
+import numpy as np
+import OpenEXR
+import PIL.Image
+import pytest
+
+import conicoid as co
+
+
+def standard(linear: float) -> int:
+    """IEC 61966-2-1 in 8 bits."""
+    value = 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1 / 2.4) - 0.055
+    return round(255 * value)
+
+
+def test_png_holds_the_standards_values(tmp_path):
+    ramp = np.linspace(0, 1, 300, dtype=np.float32)
+    co.Image(np.stack([ramp, ramp**2, ramp**3], axis=-1)[None]).save(tmp_path / "ramp.png")
+    seen = np.asarray(PIL.Image.open(tmp_path / "ramp.png"))
+    assert seen.shape == (1, 300, 3)
+    assert seen.dtype == np.uint8
+    for i, value in enumerate(ramp):
+        value = np.float32(value)
+        assert seen[0, i].tolist() == [standard(float(value)), standard(float(value**2)), standard(float(value**3))]
+
+
+def test_png_says_that_it_is_srgb():
+    assert PIL.Image.open(io.BytesIO(co.Image(np.zeros((2, 2, 3)))._repr_png_())).info["srgb"] == 0
+
+
+def test_png_cuts_what_cannot_be_shown():
+    pixels = np.array([[[-1, 2, math.nan], [math.inf, -math.inf, 1]]])
+    seen = np.asarray(PIL.Image.open(io.BytesIO(co.Image(pixels)._repr_png_())))
+    assert seen.tolist() == [[[0, 255, 0], [255, 0, 255]]]
+
+
+def test_exr_keeps_every_float(tmp_path):
+    pixels = np.random.default_rng(0).normal(size=(7, 5, 3)).astype(np.float32) * 1e6
+    co.Image(pixels).save(tmp_path / "x.exr")
+    assert (OpenEXR.File(str(tmp_path / "x.exr")).channels()["RGB"].pixels == pixels).all()
+
+
+def test_exr_of_numbers_holds_the_numbers(tmp_path):
+    values = np.arange(12.0).reshape(3, 4) - 5
+    co.Image(values).save(tmp_path / "x.EXR")
+    assert (OpenEXR.File(str(tmp_path / "x.EXR")).channels()["Y"].pixels == values).all()
+
+
+def test_grey_map_is_even_in_lightness():
+    """Oklab's grey of lightness L has linear value L³."""
+    image = co.Image(np.linspace(0, 1, 5)[None], colormap="grey")
+    assert image.pixels[0, :, 0] == pytest.approx(np.linspace(0, 1, 5) ** 3, abs=1e-6)
+    assert np.ptp(image.pixels, axis=-1).max() < 1e-6
+
+
+def test_the_default_map_rises_in_luminance():
+    pixels = co.Image(np.arange(256.0)[None]).pixels[0]
+    luminance = pixels @ (0.2126, 0.7152, 0.0722)
+    assert (np.diff(luminance) > 0).all()
+    assert pixels.min() >= 0
+    assert pixels.max() <= 1
+
+
+def test_ends_of_the_map():
+    values = np.array([[0.0, 5, 10]])
+    whole = co.Image(values, colormap="grey")
+    assert whole.pixels[0, :, 0] == pytest.approx([0, 0.125, 1], abs=1e-6)
+    cut = co.Image(values, colormap="grey", vmin=5, vmax=7.5)
+    assert cut.pixels[0, :, 0] == pytest.approx([0, 0, 1], abs=1e-6)
+    assert (co.Image(np.ones((2, 2)), colormap="grey").pixels == 0).all()
+
+
+def test_numbers_that_are_not_finite_are_shown_apart():
+    pixels = co.Image(np.array([[0, 1, math.inf, math.nan]]), colormap="grey").pixels[0, :, 0]
+    assert pixels == pytest.approx([0, 1, 0.8, 0.8], abs=1e-6)
+    assert np.isfinite(co.Image(np.full((2, 2), math.nan)).pixels).all()
+
+
+def test_pixels_are_float32_and_read_only():
+    array = np.zeros((2, 3, 3))
+    image = co.Image(array)
+    array[:] = 1
+    assert image.pixels.dtype == np.float32
+    assert (image.pixels == 0).all()
+    assert (image.width, image.height) == (3, 2)
+    with pytest.raises(ValueError, match="read-only"):
+        image.pixels[0] = 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (dict(array=np.zeros((2, 2, 4))), "Image: array must have shape"),
+        (dict(array=np.zeros(3)), "Image: array must have shape"),
+        (dict(array=np.zeros((0, 3))), "Image: array must have shape"),
+        (dict(array=np.zeros((2, 2), complex)), "Image: array must hold real numbers, got complex128"),
+        (dict(array=np.zeros((2, 2)), colormap="jet"), "Image: colormap must be one of dusk, grey, got 'jet'"),
+        (dict(array=np.zeros((2, 2)), vmin=2, vmax=1), "Image: vmin must be <= vmax, got 2 and 1"),
+    ],
+)
+def test_bad_images_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        co.Image(**arguments)
+
+
+def test_bad_paths_are_refused_and_leave_nothing(tmp_path):
+    image = co.Image(np.zeros((2, 2, 3)))
+    with pytest.raises(ValueError, match=r"saved as \.png or \.exr, got 'picture\.jpg'"):
+        image.save("picture.jpg")
+    with pytest.raises(FileNotFoundError, match="missing"):
+        image.save(tmp_path / "missing" / "x.png")
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(IsADirectoryError):
+        image.save(tmp_path / "folder.png")
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
+
+
+@pytest.mark.parametrize("name", ["x.png", "x.exr"])
+def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch, name):
+    path = tmp_path / name
+    co.Image(np.zeros((2, 2, 3))).save(path)
+    before = path.read_bytes()
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", interrupted)
+    monkeypatch.setattr("OpenEXR.File.write", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        co.Image(np.ones((2, 2, 3))).save(path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
