@@ -105,13 +105,13 @@ def quadric_roots(
     t0, t1, t2 = s1 * s2 * (m0 * m0), s0 * s2 * (m1 * m1), s0 * s1 * (m2 * m2)
     h = dot(m0, m1, m2, f1 * b2 - f2 * b1, f2 * b0 - f0 * b2, f0 * b1 - f1 * b0)
     discriminant = (a * k - ((t0 + t1) + t2)) + fma(g, g, 2.0 * h)
-    if starts:
-        return roots_of(a, b, 0.0, b * b, 0.0)
     # Where terms cancel, all of it again in two floats
     size = abs(f0 * e0) + abs(f1 * e1) + abs(f2 * e2)
     terms = abs(size * k) + abs(t0) + abs(t1) + abs(t2) + g * g + 2.0 * abs(h)
     if abs(discriminant) < _CANCELS * terms or abs(a) < _CANCELS * size:
         a, b, c, discriminant = careful_quadratic(quadric, ox, oy, oz, dx, dy, dz, foot)
+    c = 0.0 if starts else c
+    discriminant = b * b if starts else discriminant
     return roots_of(a, b, c, discriminant, foot)
 
 

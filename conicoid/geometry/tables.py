@@ -69,7 +69,8 @@ class Tables(NamedTuple):
     entry_kind: Signs
     entry_index: Ints  # surface, cell, program, sheet or polygon
     entry_body: Ints
-    body_face: Ints  # [bodies] first face row, -1: a ball with the sphere's own uv
+    body_face: Ints  # [bodies] first face row; -1 - k: a ball of many, with frame k
+    ball_frames: Floats  # [frames, 9] world directions to those of the balls' own axes
     face_uv: Floats  # [faces, 13] 1 for angular, then 3 x 4 matrix from world coordinates
 
     # Tree over the bounded entries, 8 wide
@@ -85,8 +86,8 @@ class Tables(NamedTuple):
     PLANE_SURFACE, PLANE_SIDE, PLANE_FACE, PROGRAM_LEAF, PROGRAM_GATE, LEAF_CELL, LEAF_GATE, LEAF_NEGATED,
     LEAF_SENSE, LEAF_BOUNDS, GATE_PARENT, GATE_NEED, GATE_NEGATED, GATE_START, SHEET_SURFACE, SHEET_PROGRAM,
     SHEET_SIDE, SHEET_ONE_SIDED, POLYGON_SURFACE, POLYGON_SIDE, POLYGON_FIRST, POLYGON_PROGRAM, VERTICES,
-    ENTRY_KIND, ENTRY_INDEX, ENTRY_BODY, BODY_FACE, FACE_UV, NODE_BOXES, NODE_CHILDREN, TREE_ORDER, ROOTS,
-) = range(41)
+    ENTRY_KIND, ENTRY_INDEX, ENTRY_BODY, BODY_FACE, BALL_FRAMES, FACE_UV, NODE_BOXES, NODE_CHILDREN, TREE_ORDER, ROOTS,
+) = range(42)
 
 
 class Geometry(NamedTuple):

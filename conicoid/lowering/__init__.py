@@ -31,7 +31,7 @@ class Lowered:
     tables: Tables  # without a tree over the entries
     boxes: Floats  # (entries, 6) low, high
     frames: Floats  # (bodies with a frame, 3, 4) world to own coordinates
-    body_frame: Ints  # (bodies,) row in frames, -1: relative to the ball's center
+    body_frame: Ints  # (bodies,) row in frames; -1 - k: about the ball's center, by ball frame k
     body_item: Ints  # (bodies,) which entry of the scene's list a body comes from
     body_count: int
     low: FloatArray
@@ -47,7 +47,7 @@ def lower(bodies: Sequence[Body]) -> Lowered:
         before = entries.body_count
         if isinstance(body.shape, Spheres):
             _add_spheres(assembly, entries, body.shape)
-            frame = np.full(len(body.shape), -1, np.int32)
+            frame = np.full(len(body.shape), -len(entries.ball_frames), np.int32)
         else:
             _add_shape(assembly, entries, body.shape)
             frame = np.array([len(frames)], np.int32)
@@ -114,13 +114,16 @@ def _add_spheres(assembly: Assembly, entries: Entries, shape: Spheres) -> None:
     centers, linear, factor = shape.placed(STILL)
     reach = shape.radii[:, None] * np.sqrt((linear**2).sum(axis=1))
     boxes = np.concatenate([np.nextafter(centers - reach, -np.inf), np.nextafter(centers + reach, np.inf)], axis=1)
+    back = np.linalg.inv(linear)
+    entries.ball_frames.append(back.ravel())
+    frame = -len(entries.ball_frames)
     if factor is not None:
         numbers = assembly.surfaces.add_balls(np.column_stack([centers, shape.radii * factor]))
-        entries.add_many(BALL, numbers, boxes, -1)
+        entries.add_many(BALL, numbers, boxes, frame)
         return
-    rows = tuple(tuple(float(x) for x in row) for row in np.linalg.inv(linear))
+    rows = tuple(tuple(float(x) for x in row) for row in back)
     cells = []
     for center, radius in zip(centers.tolist(), shape.radii.tolist(), strict=True):
         surface = QuadricSurface((1.0, 1.0, 1.0), constant=radius * radius, rows=rows, anchor=tuple(center))  # type: ignore[arg-type]
         cells.append(assembly.cell(Cell((Face(surface, 0),))))
-    entries.add_many(CELL, np.array(cells, np.int32), boxes, -1)
+    entries.add_many(CELL, np.array(cells, np.int32), boxes, frame)

@@ -104,6 +104,7 @@ class Entries:
     boxes: list[Floats] = field(default_factory=list)
     body_face: list[Ints] = field(default_factory=list)
     faces: list[Floats] = field(default_factory=list)
+    ball_frames: list[Floats] = field(default_factory=list)
     face_count: int = 0
     body_count: int = 0
 
@@ -177,6 +178,7 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         entry_index=_joined(entries.indices, np.int32),
         entry_body=_joined(entries.bodies, np.int32),
         body_face=_joined(entries.body_face, np.int32),
+        ball_frames=np.array(entries.ball_frames, dtype=np.float64).reshape(-1, 9),
         face_uv=np.array(entries.faces, dtype=np.float64).reshape(-1, 13),
         node_boxes=np.zeros((0, 6, 8)),
         node_children=np.zeros((0, 8), np.int32),

@@ -18,7 +18,7 @@ class Spheres(Solid):
     """N balls |x - centers[i]|² <= radii[i]² as N bodies with consecutive ids.
 
     `centers` (N, 3), `radii` (N,) or one number for all. A scene entry only: it does not combine
-    with ``| & - ~`` (use `Sphere` there). uv and face as for `Sphere`, about the axes of the world.
+    with ``| & - ~`` (use `Sphere` there). uv and face as for `Sphere`.
     """
 
     centers: Any
@@ -37,7 +37,7 @@ class Spheres(Solid):
         if radii.shape != (len(centers),):
             raise ValueError(f"Spheres: radii must have shape ({len(centers)},) as there are centers, got {radii.shape}")
         for field, values in (("centers", centers), ("radii", radii)):
-            bad = np.flatnonzero(~np.isfinite(values.reshape(len(centers), values.size // max(len(centers), 1))).all(axis=1))
+            bad = np.flatnonzero(~np.isfinite(np.atleast_2d(values.T)).all(axis=0))
             if len(bad):
                 raise ValueError(f"Spheres: {field}[{bad[0]}] must be finite, got {values[bad[0]]}")
         small = np.flatnonzero(radii <= 0)

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import SPHERE, Floats, Geometry, Ints, Signs, real, integer
+from ..geometry.tables import Floats, Geometry, Ints, Signs, integer
 from ..geometry.vectors import dot
 from ..jit import allocator, fma, inline, kernel
 from .events import entry_crossings, is_solid
-from .kernels import blocked, collect, first_crossing, normal_at, scaled_ray, uv_at
+from .kernels import blocked, collect, first_crossing, from_center, normal_at, scaled_ray, uv_at
 from .scratch import Scratch, new_scratch
 
 DEAD = -2
@@ -215,12 +215,10 @@ def local_points_of(
             local[i, 0], local[i, 1], local[i, 2] = math.nan, math.nan, math.nan
             continue
         row = body_frame[body]
+        if row < 0:
+            own = from_center(geometry, -1 - row, ids[i, 1], points[i, 0], points[i, 1], points[i, 2])
+            local[i, 0], local[i, 1], local[i, 2] = own
+            continue
         for k in range(3):
-            if row < 0:
-                at = integer(geometry, table.SURFACE_ROW, ids[i, 1])
-                ball = integer(geometry, table.SURFACE_KIND, ids[i, 1]) == SPHERE
-                center = real(geometry, table.SPHERES, 4 * at + k) if ball else real(geometry, table.QUADRICS, 19 * at + k)
-                local[i, k] = points[i, k] - center
-            else:
-                f = frames[row]
-                local[i, k] = dot(f[k, 0], f[k, 1], f[k, 2], points[i, 0], points[i, 1], points[i, 2]) + f[k, 3]
+            f = frames[row]
+            local[i, k] = dot(f[k, 0], f[k, 1], f[k, 2], points[i, 0], points[i, 1], points[i, 2]) + f[k, 3]

@@ -247,7 +247,7 @@ def turns(x: float, y: float) -> float:
     """The angle of (x, y) as a fraction of a full turn, in [0, 1)."""
     angle = math.atan2(y, x) / (2.0 * math.pi)
     angle = angle + 1.0 if angle < 0.0 else angle
-    return 0.0 if angle >= 1.0 else angle
+    return 0.0 if angle >= 1.0 else angle + 0.0
 
 
 @inline
@@ -255,7 +255,7 @@ def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: f
     """uv of a point of a face, by the map its shape documents."""
     first = integer(geometry, table.BODY_FACE, body)
     if first < 0:
-        return ball_uv(geometry, surface, x, y, z)
+        return ball_uv(geometry, -1 - first, surface, x, y, z)
     a = _uv_row(geometry, first + face, 1, x, y, z)
     b = _uv_row(geometry, first + face, 5, x, y, z)
     if real(geometry, table.FACE_UV, 13 * (first + face)) == 0.0:
@@ -264,15 +264,31 @@ def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: f
 
 
 @inline
-def ball_uv(geometry: Geometry, surface: int, x: float, y: float, z: float) -> tuple[float, float]:
-    """(longitude / 360, height in [0, 1]) on one of many balls, or on the ellipsoid it was made."""
+def from_center(
+    geometry: Geometry, frame: int, surface: int, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """A point relative to the center of one of many balls, along the ball's own axes."""
     row = integer(geometry, table.SURFACE_ROW, surface)
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-        cx, cy, cz, r = load_sphere(geometry, row)
+        cx, cy, cz, _ = load_sphere(geometry, row)
     else:
         quadric = load_quadric(geometry, row)
-        cx, cy, cz, r = quadric[0], quadric[1], quadric[2], math.sqrt(quadric[18] / quadric[14]) / abs(quadric[11])
-    return turns(x - cx, y - cy), 0.5 * (z - cz) / r + 0.5
+        cx, cy, cz = quadric[0], quadric[1], quadric[2]
+    x, y, z = x - cx, y - cy, z - cz
+    at = geometry.places[table.BALL_FRAMES, 0] + 9 * frame
+    f = geometry.floats
+    return (
+        dot(f[at], f[at + 1], f[at + 2], x, y, z),
+        dot(f[at + 3], f[at + 4], f[at + 5], x, y, z),
+        dot(f[at + 6], f[at + 7], f[at + 8], x, y, z),
+    )
+
+
+@inline
+def ball_uv(geometry: Geometry, frame: int, surface: int, x: float, y: float, z: float) -> tuple[float, float]:
+    """(longitude / 360, height in [0, 1]) on one of many balls."""
+    x, y, z = from_center(geometry, frame, surface, x, y, z)
+    return turns(x, y), 0.5 * z / math.sqrt(dot(x, y, z, x, y, z)) + 0.5
 
 
 __all__ = ["Scratch", "blocked", "collect", "media", "nearest", "new_scratch", "normal_at", "uv_at"]

@@ -30,7 +30,8 @@ EXACT = {
     "quarter turn about z": (lambda s: s.rotate((0, 0, 1), 90), lambda v: np.stack([-v[:, 1], v[:, 0], v[:, 2]], axis=1)),
     "half turn about x": (lambda s: s.rotate((2, 0, 0), 180), lambda v: v * (1, -1, -1)),
     "twice as large": (lambda s: s.scale(2), lambda v: v * 2),
-    "mirrored in an eighth": (lambda s: s.scale(-0.125), lambda v: v * -0.125),
+    "an eighth": (lambda s: s.scale(0.125), lambda v: v * 0.125),
+    "turned inside out": (lambda s: s.scale(-1), lambda v: -v),
 }
 
 
@@ -75,8 +76,8 @@ def test_local_points_and_uv_do_not_move_and_normals_keep_their_side(name, trans
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("transform", EXACT)
 def test_quarter_turns_and_powers_of_two_are_exact(name, transform):
-    """Powers of two change no bit of any t. Turns permute the terms of sums, whose order of rounding may show in t;
-    their parameters are exact, so the crossings are the same ones."""
+    """Powers of two change no bit of any t. Turns and mirrors permute the terms of sums and change the signs of zeros,
+    which may show in the last bits of t; their parameters are exact, so the crossings are the same ones."""
     move, carry = EXACT[transform]
     base = Subject(name, SHAPES[name], 150)
     o, d = base.rays

@@ -60,7 +60,9 @@ def test_spot_and_its_soft_edge(aim, share):
     assert color([floor(co.matte(WHITE))], [light]) == pytest.approx([share] * 3, rel=1e-6, abs=1e-9)
 
 
-@pytest.mark.parametrize(("material", "cosine"), [(co.phong, math.cos(math.pi / 4)), (co.blinn_phong, math.cos(math.pi / 8))])
+@pytest.mark.parametrize(
+    ("material", "cosine"), [(co.phong, math.cos(math.pi / 4)), (co.blinn_phong, math.cos(math.pi / 8))]
+)
 def test_highlights(material, cosine):
     """Light at 45°, eye along the normal: (R·E)^n = cos^n 45°, (H·N)^n = cos^n 22.5°."""
     surface = material((0, 0, 0), specular=(1, 0.5, 0), shininess=12)
@@ -143,10 +145,16 @@ def test_beers_law_through_a_slab(index):
 
 def test_a_white_furnace_shows_no_glass():
     """Inside uniform light of 1 a clear body of any shape sends back 1: energy is kept at every wall."""
-    shapes = [co.Sphere(1), co.Box((-1.5, -0.4, -0.4), (-1.1, 0.4, 0.4)), co.Sphere(0.9, (2, 0, 0)) - co.Sphere(0.5, (2, 0, 0))]
+    shapes = [
+        co.Sphere(1),
+        co.Box((-1.5, -0.4, -0.4), (-1.1, 0.4, 0.4)),
+        co.Sphere(0.9, (2, 0, 0)) - co.Sphere(0.5, (2, 0, 0)),
+    ]
     camera = co.Camera((0, -8, 2), (0, 0, 0), field_of_view=30)
     bodies = [co.Body(shape, co.glass(specular=0)) for shape in shapes]
-    pixels = co.Scene(bodies, lights=[co.AmbientLight()], camera=camera, background=WHITE).render(96, 64, 1, depth=60).pixels
+    pixels = (
+        co.Scene(bodies, lights=[co.AmbientLight()], camera=camera, background=WHITE).render(96, 64, 1, depth=60).pixels
+    )
     assert pixels.max() <= 1 + 1e-6
     assert pixels.min() > 0.95
     assert pixels.mean() > 0.999
@@ -155,7 +163,9 @@ def test_a_white_furnace_shows_no_glass():
 def test_glass_ball_turns_the_world_upside_down():
     camera = co.Camera((0, -6, 0), (0, 0, 0), field_of_view=30)
     sky = co.Sky((0, 0, 1), (0, 0, 0), (1, 0, 0))
-    ball = co.Scene([co.Body(co.Sphere(1), co.glass(specular=0))], lights=[co.AmbientLight()], camera=camera, background=sky)
+    ball = co.Scene(
+        [co.Body(co.Sphere(1), co.glass(specular=0))], lights=[co.AmbientLight()], camera=camera, background=sky
+    )
     pixels = ball.render(61, 61, 1).pixels
     above, below = pixels[20, 30], pixels[40, 30]
     assert above[0] > 0.3 > above[2]
@@ -243,7 +253,9 @@ def test_what_stands_behind_glass_that_touches_it_is_seen():
     first = co.Scene([plate, GROUND], lights=LIGHTS, camera=CAMERA).render(72, 54, 2).pixels
     last = co.Scene([GROUND, plate], lights=LIGHTS, camera=CAMERA).render(72, 54, 2).pixels
     assert (first == last).all()
-    seen = color([co.Body(co.Box((-9, -9, 0), (9, 9, 2)), co.glass(1, absorption=0.5, specular=0)), floor(co.matte(WHITE))])
+    seen = color(
+        [co.Body(co.Box((-9, -9, 0), (9, 9, 2)), co.glass(1, absorption=0.5, specular=0)), floor(co.matte(WHITE))]
+    )
     assert seen == pytest.approx([math.exp(-1)] * 3, rel=1e-6)
 
 
@@ -261,7 +273,7 @@ def test_a_camera_may_stand_in_water():
 
 
 def test_checker_in_space_is_steady_on_the_boundary_of_its_cubes():
-    """The floor's top is z = 0, where cubes meet: the colour is that of the matter below, on every pixel of a square."""
+    """The floor's top is z = 0, where cubes meet: the colour is that of the matter below, on every pixel."""
     checker = co.matte(co.Checker((1, 1, 1), (0, 0, 0), scale=1, space=True), ambient=1)
     camera = co.OrthographicCamera((0.5, 0.5, 10), (0.5, 0.5, 0), up=(0, 1, 0), height=3)
     pixels = co.Scene([floor(checker)], lights=[co.AmbientLight(1)], camera=camera).render(30, 30, 1).pixels[..., 0]

@@ -76,13 +76,19 @@ def test_the_default_camera_has_all_corners_in_view_and_not_far_off(aspect):
     half = math.tan(math.radians(camera.field_of_view) / 2)
     reach = 0.0
     for corner in np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T - camera.position:
-        reach = max(reach, abs(corner @ right) / (corner @ forward) / half / aspect, abs(corner @ up) / (corner @ forward) / half)
+        reach = max(
+            reach,
+            abs(corner @ right) / (corner @ forward) / half / aspect,
+            abs(corner @ up) / (corner @ forward) / half,
+        )
     assert 0.8 < reach < 1
 
 
 def test_the_extent_of_unbounded_scenes_is_finite():
     inf = math.inf
-    low, high = extent([(np.array([-1.0, -1, 0]), np.array([1.0, 1, 1])), (np.full(3, -inf), np.array([inf, inf, 0.0]))])
+    low, high = extent(
+        [(np.array([-1.0, -1, 0]), np.array([1.0, 1, 1])), (np.full(3, -inf), np.array([inf, inf, 0.0]))]
+    )
     assert (low == (-1, -1, 0)).all()
     assert (high == (1, 1, 1)).all()
     low, high = extent([(np.full(3, -inf), np.full(3, inf))])

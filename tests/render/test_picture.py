@@ -86,6 +86,8 @@ def test_many_bodies_of_one_entry_share_a_material():
     centers = np.array([(x, 0.0, 0.0) for x in (-2, 0, 2)])
     camera = co.OrthographicCamera((0, -5, 0), (0, 0, 0), height=2)
     balls = co.Body(co.Spheres(centers, np.full(3, 0.5)), co.matte((1, 0, 0)))
-    pixels = co.Scene([balls], lights=[co.AmbientLight(1)], camera=camera, background=(0, 0, 1)).render(60, 20, 1).pixels
+    pixels = (
+        co.Scene([balls], lights=[co.AmbientLight(1)], camera=camera, background=(0, 0, 1)).render(60, 20, 1).pixels
+    )
     assert (pixels[10, [10, 30, 50]] == (1, 0, 0)).all()
     assert (pixels[10, [0, 20, 40]] == (0, 0, 1)).all()

@@ -109,7 +109,13 @@ def test_highlights_are_full_along_the_mirror_direction_and_none_behind():
 
 @pytest.mark.parametrize(
     ("point", "even"),
-    [((0.5, 0.5, 0.5), True), ((1.5, 0.5, 0.5), False), ((-0.5, 0.5, 0.5), False), ((-0.5, -0.5, 0.5), True), ((2, 3, 0), False)],
-)  # fmt: skip
+    [
+        ((0.5, 0.5, 0.5), True),
+        ((1.5, 0.5, 0.5), False),
+        ((-0.5, 0.5, 0.5), False),
+        ((-0.5, -0.5, 0.5), True),
+        ((2, 3, 0), False),
+    ],
+)
 def test_checker_parity(point, even):
     assert is_even(*map(float, point)) == even

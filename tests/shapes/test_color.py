@@ -48,7 +48,9 @@ def test_colours_stay_as_written():
     assert amount_rgb(0.25) == (0.25, 0.25, 0.25)
 
 
-@pytest.mark.parametrize("bad", ["reddish", "#12345", "#gggggg", "", "hsl(0, 0%, 0%)", (1, 0), (1, 0, 2), (0, math.nan, 0), None, 1])
+@pytest.mark.parametrize(
+    "bad", ["reddish", "#12345", "#gggggg", "", "hsl(0, 0%, 0%)", (1, 0), (1, 0, 2), (0, math.nan, 0), None, 1]
+)
 def test_what_is_no_colour_is_refused_by_name(bad):
     with pytest.raises(ValueError, match="Material: color"):
         checked_color("Material", "color", bad)

@@ -84,12 +84,12 @@ def test_bad_checkers_name_the_field(fields, message):
         (lambda: co.PointLight((0, 0, 0), intensity=-1), "PointLight: intensity must be >= 0"),
         (lambda: co.DirectionalLight((0, 0, 0)), "DirectionalLight: direction must not be zero"),
         (lambda: co.SpotLight((0, 0, 0), (0, 0, 1), angle=0), r"SpotLight: angle must be in \(0, 180\], got 0"),
-        (lambda: co.SpotLight((0, 0, 0), (0, 0, 1), angle=9, soft_edge=10), r"SpotLight: soft_edge must be in \[0, angle = 9\]"),
+        (lambda: co.SpotLight((0, 0, 0), (0, 0, 1), 9, 10), r"SpotLight: soft_edge must be in \[0, angle = 9\]"),
         (lambda: co.AmbientLight("reddish"), "AmbientLight: intensity must be"),
         (lambda: co.Sky(zenith=(-1, 0, 0)), r"Sky: zenith\[0\] must be >= 0"),
         (lambda: as_background("reddish"), "Scene: background must be"),
     ],
-)  # fmt: skip
+)
 def test_bad_lights_and_backgrounds_name_the_field(make, message):
     with pytest.raises(ValueError, match=message):
         make()

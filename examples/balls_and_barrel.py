@@ -1,0 +1,46 @@
+"""Shining balls and a barrel: the truncated ellipsoid of seed 004 (its figure 3.2.2, ALLIPS and ALLOID)."""
+
+from __future__ import annotations
+
+import conicoid as co
+from studio import backdrop, lights
+
+
+def barrel() -> list[co.Body]:
+    """An ellipsoid cut by two planes, with staves on uv, a sunk lid, and four hoops."""
+    wood = co.Checker("#a5672f", "#8f5526", scale=(1 / 28, 2))
+    body = co.Ellipsoid((1.05, 1.05, 2.1), z_range=(-1.25, 1.25))
+    lid = co.Cylinder((0, 0, 1.13), (0, 0, 2), 0.74)
+    hoops = [
+        co.Ellipsoid((1.075, 1.075, 2.15), z_range=(z, z + 0.13)) - co.Ellipsoid((1.04, 1.04, 2.08))
+        for z in (-1.2, -0.7, 0.57, 1.07)
+    ]
+    staves = co.Body(body - lid, co.blinn_phong(wood, specular=0.15, shininess=40), name="barrel")
+    iron = co.metal("#6f7378", shininess=80, reflectivity=0.25)
+    return [co.Body(hoop.translate((0, 0, 1.25)), iron) for hoop in hoops] + [
+        co.Body(staves.shape.translate((0, 0, 1.25)), staves.material, staves.name)
+    ]
+
+
+def scene() -> co.Scene:
+    """The barrel among balls of many finishes."""
+    balls = [
+        (0.95, (2.25, 0.5), co.lacquer("#b3131b")),
+        (0.62, (1.1, -1.35), co.lacquer("#e0a526")),
+        (0.48, (-1.75, -1.2), co.lacquer("#1f5f8b")),
+        (0.3, (0.05, -1.75), co.mirror(0.9)),
+        (0.36, (2.75, -1.15), co.metal("#d8a657")),
+        (0.7, (-2.3, 0.9), co.lacquer("#2e6e4e")),
+        (0.22, (-0.75, -2.1), co.lacquer("#6d2a5c")),
+    ]
+    bodies = [co.Body(co.Sphere(r, (x, y, r)), finish) for r, (x, y), finish in balls]
+    camera = co.Camera((0.4, -10.5, 3.6), (0.25, 0, 1.0), field_of_view=26)
+    return co.Scene([*barrel(), *bodies, *backdrop()], lights=lights(), camera=camera)
+
+
+def picture(progress: object = None) -> co.Image:
+    return scene().render(880, 560, samples=9, progress=progress)
+
+
+if __name__ == "__main__":
+    picture().save("balls_and_barrel.png")

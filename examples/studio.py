@@ -1,0 +1,26 @@
+"""A photographer's studio for the pictures: a floor that bends up into a wall without an edge, and three lights."""
+
+from __future__ import annotations
+
+import conicoid as co
+
+_BEND = 6.0
+
+
+def backdrop(color: str = "#e9e6e1", wall: float = 9.0) -> list[co.Body]:
+    """Floor z = 0, wall y = wall, and a quarter of a cylinder between them."""
+    paper = co.matte(color)
+    start = wall - _BEND
+    floor = co.Plane((0, 0, 1), 0) & co.HalfSpace((0, 1, 0), start)
+    upright = co.Plane((0, -1, 0), -wall) & co.HalfSpace((0, 0, -1), -_BEND)
+    bend = co.CylinderPatch((-60, start, _BEND), (60, start, _BEND), _BEND, 0, 90, reference=(-60, start, 0))
+    return [co.Body(floor, paper), co.Body(upright, paper), co.Body(bend, paper)]
+
+
+def lights(key: float = 0.75) -> list[co.AmbientLight | co.PointLight]:
+    """A key light from the upper left, a weaker one from the right, and what the room sends back."""
+    return [
+        co.AmbientLight((0.24, 0.25, 0.27)),
+        co.PointLight((-7, -9, 11), (key, 0.97 * key, 0.92 * key)),
+        co.PointLight((9, -8, 6), (0.16, 0.17, 0.19)),
+    ]

@@ -1,0 +1,215 @@
+"""Random shapes, motions, bodies and scenes for Hypothesis.
+
+Arguments are drawn by the kinds that scene files know; a class that wants more than its types say
+gets a line in `SPECIAL`. A new shape with fields of the usual kinds needs nothing here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from hypothesis import assume
+from hypothesis import strategies as st
+
+import conicoid as co
+from conicoid.formats.fields import ShapeKind, fields_of
+from conicoid.formats.kinds import Choice, Fixed, Flag, Kind, Maybe, Named, Number, OneOf, Several, Text
+from conicoid.shapes import REGISTRY, Sheet, Solid
+from conicoid.shapes.light import LIGHTS
+from conicoid.shapes.material import CONSTRUCTORS, Material
+
+COMBINED = ("Union", "Intersection", "Difference", "Complement", "ClippedSheet")
+PRIMITIVES = sorted(set(REGISTRY) - set(COMBINED))
+SOLIDS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Solid) and name != "Spheres"]
+SHEETS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Sheet)]
+
+numbers = st.one_of(
+    st.floats(-1e3, 1e3, allow_subnormal=False),
+    st.integers(-10, 10).map(float),
+    st.floats(-1e30, 1e30),
+    st.sampled_from([0.1, 1e-9, 1e16, -0.0, 1 / 3, 123456789.0, 5e-324, 2.0**60]),
+)
+positive = st.one_of(st.floats(1e-3, 1e3), st.integers(1, 10).map(float), st.floats(1e-30, 1e30))
+ranges = st.tuples(
+    st.one_of(st.just(-math.inf), st.floats(-5, 0)), st.one_of(st.just(math.inf), st.floats(0.1, 5))
+).filter(lambda pair: pair != (-math.inf, math.inf))
+texts = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=12)
+
+_near = st.integers(-8, 8).map(lambda k: k / 4)
+points = st.tuples(_near, _near, _near)
+flat_points = st.tuples(st.sampled_from([0.0, 0.5, -1.0]), st.lists(st.tuples(_near, _near), min_size=3, max_size=8)).map(
+    lambda drawn: [(x, y, drawn[0]) for x, y in drawn[1]]
+)
+angles = st.tuples(st.floats(-360, 360), st.floats(1, 360)).map(lambda a: {"start_angle": a[0], "end_angle": a[0] + a[1]})
+
+
+def _round(cls: str) -> st.SearchStrategy[Any]:
+    ends = {"start": points, "end": points, "radius": positive}
+    whole = st.fixed_dictionaries(ends)
+    wedge = st.tuples(st.fixed_dictionaries(ends | {"reference": points}), angles).map(lambda a: a[0] | a[1])
+    return built(cls, st.one_of(whole, wedge))
+
+
+def _polyhedra() -> st.SearchStrategy[Any]:
+    rows = st.lists(st.tuples(points, st.floats(-3, 3)), min_size=1, max_size=6)
+    return built("Polyhedron", rows.map(lambda r: {"normals": [n for n, _ in r], "offsets": [o for _, o in r]}))
+
+
+def _quadrics() -> st.SearchStrategy[Any]:
+    names = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
+    matrix = st.fixed_dictionaries({"matrix": st.tuples(*[st.tuples(*[_near] * 4)] * 4)})
+    named = st.fixed_dictionaries({"coefficients": st.dictionaries(st.sampled_from(names), _near, min_size=1)})
+    return built("Quadric", st.one_of(matrix, named))
+
+
+def _ellipsoids() -> st.SearchStrategy[Any]:
+    radii = st.fixed_dictionaries({"radii": st.tuples(*[positive] * 3)}, optional={"center": points, "z_range": ranges})
+    named = st.fixed_dictionaries({"coefficients": st.tuples(*[positive] * 3)}, optional={"z_range": ranges})
+    return built("Ellipsoid", st.one_of(radii, named))
+
+
+def _spheres() -> st.SearchStrategy[Any]:
+    rows = st.lists(st.tuples(points, positive), max_size=130)
+    return built("Spheres", rows.map(lambda r: {"centers": [c for c, _ in r], "radii": [k for _, k in r]}))
+
+
+def built(name: str, arguments: st.SearchStrategy[dict[str, Any]]) -> st.SearchStrategy[Any]:
+    """Shapes of a class from arguments, those that it refuses left out."""
+
+    def make(drawn: dict[str, Any]) -> Any:
+        try:
+            return REGISTRY[name](**drawn)
+        except ValueError:
+            return None
+
+    return arguments.map(make).filter(lambda shape: shape is not None)
+
+
+SPECIAL: dict[str, Any] = {
+    "Cylinder": lambda: _round("Cylinder"), "CylinderPatch": lambda: _round("CylinderPatch"),
+    "Polyhedron": _polyhedra, "Quadric": _quadrics, "Ellipsoid": _ellipsoids, "Spheres": _spheres,
+    "Polygon": lambda: built("Polygon", flat_points.map(lambda vertices: {"vertices": vertices})),
+    "Triangle": lambda: built("Triangle", st.fixed_dictionaries({"a": points, "b": points, "c": points})),
+    "Box": lambda: built("Box", st.tuples(points, st.tuples(*[st.floats(0.5, 9)] * 3)).map(
+        lambda drawn: {"low": drawn[0], "high": [a + b for a, b in zip(*drawn, strict=True)]})),
+}  # fmt: skip
+
+
+def of_kind(kind: Kind, name: str) -> st.SearchStrategy[Any]:
+    """Values of a kind; `name` tells lengths and texts with a meaning from plain ones."""
+    if isinstance(kind, Maybe):
+        return st.none() | of_kind(kind.item, name)
+    if isinstance(kind, Number):
+        return positive if name in ("radius", "slope", "scale") or name.isupper() or "radius" in name else numbers
+    if isinstance(kind, Fixed):
+        return ranges if kind.count == 2 else st.tuples(*[of_kind(kind.item, name)] * kind.count)
+    if isinstance(kind, Several):
+        return st.lists(of_kind(kind.item, name), min_size=1, max_size=5)
+    if isinstance(kind, Named):
+        return st.dictionaries(texts, of_kind(kind.item, name), max_size=3)
+    if isinstance(kind, OneOf):
+        return st.one_of(*[of_kind(item, name) for item in kind.items])
+    if isinstance(kind, Choice):
+        return st.sampled_from(kind.values)
+    if isinstance(kind, Flag):
+        return st.booleans()
+    if isinstance(kind, ShapeKind):
+        return primitive(kind.base.__name__)
+    assert isinstance(kind, Text), f"no values for {kind} of {name}"
+    return texts
+
+
+def primitive(name: str) -> st.SearchStrategy[Any]:
+    """Unmoved shapes of a class."""
+    if name in SPECIAL:
+        return SPECIAL[name]()
+    fields = fields_of(REGISTRY[name]).items()
+    required = {name: of_kind(field.kind, name) for name, field in fields if field.required}
+    optional = {name: of_kind(field.kind, name) for name, field in fields if not field.required}
+    return built(name, st.fixed_dictionaries(required, optional=optional))
+
+
+@st.composite
+def moved(draw: Any, shapes: st.SearchStrategy[Any]) -> Any:
+    """Shapes after up to three steps of motion."""
+    shape = draw(shapes)
+    for _ in range(draw(st.integers(0, 3))):
+        verb = draw(st.sampled_from(["translate", "rotate", "scale", "transform"]))
+        try:
+            if verb == "translate":
+                shape = shape.translate(draw(st.tuples(numbers, numbers, numbers)))
+            elif verb == "rotate":
+                shape = shape.rotate(draw(points), draw(st.one_of(st.sampled_from([90.0, -45.0]), st.floats(-400, 400))))
+            elif verb == "scale":
+                shape = shape.scale(draw(st.one_of(st.floats(0.1, 10), st.tuples(*[st.floats(-3, 3)] * 3))))
+            else:
+                rows = [[draw(_near) for _ in range(4)] for _ in range(3)]
+                shape = shape.transform([*rows, [0, 0, 0, 1]])
+        except ValueError:
+            assume(False)
+    return shape
+
+
+def solids() -> st.SearchStrategy[Any]:
+    """Solids of every class, moved, combined and moved again."""
+    leaves = moved(st.sampled_from(SOLIDS).flatmap(primitive))
+
+    def combined(parts: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+        pair = st.tuples(parts, parts)
+        return moved(
+            st.one_of(
+                pair.map(lambda p: p[0] | p[1]),
+                pair.map(lambda p: p[0] & p[1]),
+                pair.map(lambda p: p[0] - p[1]),
+                parts.map(lambda p: ~p),
+                parts.map(lambda p: p | p.translate((1, 0, 0))),
+            )
+        )
+
+    return st.recursive(leaves, combined, max_leaves=6)
+
+
+def sheets() -> st.SearchStrategy[Any]:
+    leaves = moved(st.sampled_from(SHEETS).flatmap(primitive))
+    clips = st.tuples(leaves, solids())
+    return st.one_of(leaves, clips.map(lambda p: p[0] & p[1]), clips.map(lambda p: p[0] - p[1]))
+
+
+unit = st.floats(0, 1)
+colors = st.one_of(st.tuples(unit, unit, unit), st.sampled_from(["red", "steelblue", "#fa0", "#00ff7f"]))
+amounts = st.one_of(unit, colors)
+checkers = st.builds(co.Checker, colors, colors, st.one_of(positive, st.tuples(positive, positive)), st.booleans())
+materials = st.one_of(
+    st.builds(Material, color=st.one_of(colors, checkers), specular=amounts, shininess=positive, reflectivity=amounts,
+              absorption=st.one_of(positive, st.tuples(unit, unit, unit)), fresnel=st.booleans(),
+              highlight=st.sampled_from(["phong", "blinn_phong"])),
+    st.sampled_from(sorted(CONSTRUCTORS)).map(lambda name: CONSTRUCTORS[name]()),
+)  # fmt: skip
+directions = points.filter(any)
+lights = st.one_of(
+    st.builds(LIGHTS["PointLight"], points, amounts, st.sampled_from(["none", "inverse_square"])),
+    st.builds(LIGHTS["DirectionalLight"], directions, positive),
+    st.builds(LIGHTS["AmbientLight"], amounts),
+    st.builds(LIGHTS["SpotLight"], points, directions, st.floats(6, 180)),
+)
+cameras = st.one_of(
+    st.none(),
+    st.builds(co.Camera, st.just((5.0, 4.0, 3.0)), points, field_of_view=st.floats(1, 179)),
+    st.builds(co.OrthographicCamera, st.just((5.0, 4.0, 3.0)), points, height=positive),
+)
+backgrounds = st.one_of(st.none(), colors, st.builds(co.Sky, colors, colors, st.one_of(st.none(), colors)))
+
+
+@st.composite
+def scenes(draw: Any) -> co.Scene:
+    shapes = draw(st.lists(st.one_of(solids(), sheets(), moved(primitive("Spheres"))), max_size=4))
+    names = draw(st.lists(st.one_of(st.none(), texts), min_size=len(shapes), max_size=len(shapes)))
+    given = [name for name in names if name is not None]
+    assume(len(set(given)) == len(given))
+    looks = draw(st.lists(st.one_of(st.none(), materials), min_size=len(shapes), max_size=len(shapes)))
+    bodies = [co.Body(*parts) for parts in zip(shapes, looks, names, strict=True)]
+    return co.Scene(bodies, draw(st.lists(lights, max_size=3)), draw(cameras), draw(backgrounds))
+
+
+__all__ = ["PRIMITIVES", "moved", "primitive", "scenes", "sheets", "solids"]

@@ -1,0 +1,204 @@
+"""What is saved comes back equal: values to the bit, steps of motions, order, names, materials."""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import conicoid as co
+from conicoid.formats.scene_file import Parts, read, write
+from conicoid.shapes import Shape
+
+from .strategies import PRIMITIVES, moved, primitive, scenes, sheets, solids
+
+RELAXED = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+
+
+def again(scene: co.Scene, name: str = "scene.yaml") -> co.Scene:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        co.save(scene, path)
+        return co.load(path)
+
+
+def check(shape: Shape) -> None:
+    scene = co.Scene([shape])
+    back = again(scene)
+    assert back == scene
+    assert repr(back.bodies) == repr(scene.bodies)  # == takes -0.0 for 0.0
+    assert repr(back.bodies[0].shape.motion) == repr(shape.motion)
+
+
+@pytest.mark.parametrize("name", PRIMITIVES)
+def test_every_shape(name):
+    @RELAXED
+    @given(moved(primitive(name)))
+    def run(shape):
+        check(shape)
+
+    run()
+
+
+@settings(RELAXED, max_examples=60)
+@given(st.one_of(solids(), sheets()))
+def test_booleans(shape):
+    check(shape)
+
+
+@settings(RELAXED, max_examples=60)
+@given(scenes())
+def test_scenes(scene):
+    back = again(scene)
+    assert back == scene
+    assert repr((back.bodies, back.lights, back.camera, back.background)) == repr(
+        (scene.bodies, scene.lights, scene.camera, scene.background)
+    )
+
+
+@given(scenes())
+@settings(RELAXED, max_examples=25)
+def test_json(scene):
+    try:
+        assert again(scene, "scene.json") == scene
+    except ValueError as error:
+        assert "JSON has no infinite numbers" in str(error)
+
+
+def test_json_files_are_json(tmp_path):
+    scene = co.Scene([co.Body(co.Sphere(0.1), name="Größe 😀 \x7f")], background="red")
+    co.save(scene, tmp_path / "scene.json")
+    data = json.loads((tmp_path / "scene.json").read_text(encoding="utf-8"))
+    assert data["bodies"][0]["name"] == "Größe 😀 \x7f"
+    assert co.load(tmp_path / "scene.json") == scene
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["no", "on", "1e-9", "0x1F", "1_000", "null", "~", "a: b", "a #b", "- a", "'", '"', "{", " x ", "x\ny", "\u2028",
+     "\x7f", "\x1b[31m", "ü", "日本", "😀", "a" * 5000, "*a", "&a", "!a", "%a", "@a", "`a", "?", "=", "<<", "2001-01-01", "12:30"],
+)  # fmt: skip
+def test_names_that_mean_something_in_yaml(name):
+    scene = co.Scene([co.Body(co.Sphere(), name=name)])
+    assert again(scene) == scene
+
+
+def test_names_that_are_no_unicode_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="not Unicode"):
+        co.save(co.Scene([co.Body(co.Sphere(), name="\ud800")]), tmp_path / "scene.yaml")
+    assert not list(tmp_path.iterdir())
+
+
+def test_shared_booleans_are_written_once():
+    shape = co.Sphere(0.5)
+    for step in range(15):
+        shape = shape | shape.translate((2.0**step, 0, 0))  # 2^15 balls
+    scene = co.Scene([shape, co.Body(shape.rotate((0, 0, 1), 90))])
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.yaml"
+        co.save(scene, path)
+        assert path.stat().st_size < 5000
+        back = co.load(path)
+    assert back.bodies[1].shape.motion == scene.bodies[1].shape.motion
+    assert (back.bounds[0] == scene.bounds[0]).all()
+    assert (back.bounds[1] == scene.bounds[1]).all()
+
+
+def test_a_tree_too_deep_for_a_file_is_refused_when_saving(tmp_path):
+    shape = co.Sphere()
+    for _ in range(120):
+        shape = ~shape
+    with pytest.raises(ValueError, match="at most 100 levels"):
+        co.save(co.Scene([shape]), tmp_path / "scene.yaml")
+
+
+def test_many_balls_go_to_a_file_beside_the_scene(tmp_path):
+    rng = np.random.default_rng(1)
+    many, few = co.Spheres(rng.normal(size=(500, 3)), rng.uniform(0.1, 1, 500)), co.Spheres([(1, 2, 3)], [0.1])
+    scene = co.Scene([co.Body(many, name="many"), few, many.translate((1, 0, 0))])
+    co.save(scene, tmp_path / "balls.yaml")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["balls-spheres-1.npy", "balls-spheres-2.npy", "balls.yaml"]
+    assert np.load(tmp_path / "balls-spheres-1.npy", allow_pickle=False).shape == (500, 4)
+    assert co.load(tmp_path / "balls.yaml") == scene
+
+
+def test_balls_from_csv(tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "balls.csv").write_text("# balls\nx, y, z, radius\n0, 0, 0, 1\n\n1e-9, 2, 3, 0.5\n")
+    (tmp_path / "scene.yaml").write_text("bodies:\n  - shape: {Spheres: {file: data/balls.csv}}\n")
+    assert co.load(tmp_path / "scene.yaml") == co.Scene([co.Spheres([(0, 0, 0), (1e-9, 2, 3)], [1, 0.5])])
+
+
+def test_parts_without_a_scene(tmp_path):
+    parts = Parts((co.Body(co.Sphere(2.0)),))
+    write(parts, tmp_path / "scene.yaml")
+    assert read(tmp_path / "scene.yaml") == parts
+
+
+def test_motions_stay_the_steps_they_were(tmp_path):
+    shape = co.Box().translate((1, 0, 0)).rotate((0, 0, 1), 30).scale(2).scale((1, -1, 0.5))
+    co.save(co.Scene([shape]), tmp_path / "scene.yaml")
+    text = (tmp_path / "scene.yaml").read_text()
+    steps = ["{translate: [1, 0, 0]}", "{rotate: {axis: [0, 0, 1], degrees: 30}}", "{scale: 2}", "{scale: [1, -1, 0.5]}"]
+    positions = [text.index(step) for step in steps]
+    assert positions == sorted(positions)
+
+
+def test_the_whole_of_a_file_by_hand(tmp_path):
+    (tmp_path / "scene.yaml").write_text(
+        """%YAML 1.2
+---
+conicoid: 1
+camera: {position: [4, -6, 3], look_at: [0, 0, 0], field_of_view: 40}
+background: {Sky: {zenith: "#4070c0"}}
+lights:
+  - PointLight: {position: [3, -5, 8], intensity: 1e-9}
+  - AmbientLight:
+materials:
+  no: {phong: {color: [0.8, 0.1, 0.1]}}
+  tiles: {matte: {color: {Checker: {a: white, scale: [2, 3], space: true}}}}
+shapes:
+  bore: {Cylinder: {start: [0, 0, -9], end: [0, 0, 9], radius: .5}}
+  wheel: {Difference: [{Sphere: {radius: 0x2}}, bore]}
+bodies:
+  - name: barrel
+    shape: {Ellipsoid: {radii: [1, 2, 3], z_range: [-1, .inf]}}
+    move:
+      - translate: [0, 0, 1]
+      - rotate: {axis: [0, 0, 1], degrees: 30}
+      - scale: 2
+    material: no
+  - shape: wheel
+    material: tiles
+  - shape: {Union: [{shape: wheel, move: [{translate: [1, 0, 0]}]}, {Complement: {Box: {}}}]}
+    material: {mirror: {}}
+    move: [{scale: [1, 1, -1]}]
+  - shape:
+      ClippedSheet: {base: {Plane: {normal: [0, 0, 1], offset: 0}}, solid: bore, keep: outside}
+"""
+    )
+    bore = co.Cylinder((0, 0, -9), (0, 0, 9), 0.5)
+    wheel = co.Difference((co.Sphere(2), bore))
+    expected = co.Scene(
+        [
+            co.Body(
+                co.Ellipsoid((1, 2, 3), z_range=(-1, math.inf)).translate((0, 0, 1)).rotate((0, 0, 1), 30).scale(2),
+                co.phong((0.8, 0.1, 0.1)),
+                "barrel",
+            ),
+            co.Body(wheel, co.matte(co.Checker("white", scale=(2, 3), space=True))),
+            co.Body((wheel.translate((1, 0, 0)) | ~co.Box()).scale((1, 1, -1)), co.mirror()),
+            co.Plane((0, 0, 1), 0) - bore,
+        ],
+        [co.PointLight((3, -5, 8), 1e-9), co.AmbientLight()],
+        co.Camera((4, -6, 3), (0, 0, 0), field_of_view=40),
+        co.Sky("#4070c0"),
+    )
+    assert co.load(tmp_path / "scene.yaml") == expected
+    assert again(expected) == expected
