@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import conicoid as co
-from studio import backdrop, lights
+from studio import ROOM, backdrop, lights
 
 
 def barrel() -> list[co.Body]:
     """An ellipsoid cut by two planes, with staves on uv, a sunk lid, and four hoops."""
-    wood = co.Checker("#a5672f", "#8f5526", scale=(1 / 28, 2))
-    body = co.Ellipsoid((1.05, 1.05, 2.1), z_range=(-1.25, 1.25))
-    lid = co.Cylinder((0, 0, 1.13), (0, 0, 2), 0.74)
+    staves = co.blinn_phong(co.Checker("#a5672f", "#8f5526", scale=(1 / 28, 2)), specular=0.15, shininess=40)
+    planks = co.blinn_phong(co.Checker("#94602f", "#85542a", scale=(0.3, 9)), specular=0.15, shininess=40)
+    iron = co.metal("#6f7378", shininess=80, reflectivity=0.25)
+    side = co.Ellipsoid((1.05, 1.05, 2.1), z_range=(-1.25, 1.25)) - co.Cylinder((0, 0, 1.13), (0, 0, 2), 0.74)
     hoops = [
         co.Ellipsoid((1.075, 1.075, 2.15), z_range=(z, z + 0.13)) - co.Ellipsoid((1.04, 1.04, 2.08))
         for z in (-1.2, -0.7, 0.57, 1.07)
     ]
-    staves = co.Body(body - lid, co.blinn_phong(wood, specular=0.15, shininess=40), name="barrel")
-    iron = co.metal("#6f7378", shininess=80, reflectivity=0.25)
-    return [co.Body(hoop.translate((0, 0, 1.25)), iron) for hoop in hoops] + [
-        co.Body(staves.shape.translate((0, 0, 1.25)), staves.material, staves.name)
-    ]
+    lid = co.Cylinder((0, 0, 1.05), (0, 0, 1.13), 0.74)
+    parts = [(lid, planks), (side, staves), *((hoop, iron) for hoop in hoops)]
+    return [co.Body(part.translate((0, 0, 1.25)), finish) for part, finish in parts]
 
 
 def scene() -> co.Scene:
@@ -34,8 +33,8 @@ def scene() -> co.Scene:
         (0.22, (-0.75, -2.1), co.lacquer("#6d2a5c")),
     ]
     bodies = [co.Body(co.Sphere(r, (x, y, r)), finish) for r, (x, y), finish in balls]
-    camera = co.Camera((0.4, -10.5, 3.6), (0.25, 0, 1.0), field_of_view=26)
-    return co.Scene([*barrel(), *bodies, *backdrop()], lights=lights(), camera=camera)
+    camera = co.Camera((0.4, -10.3, 4.7), (0.25, 0, 1.0), field_of_view=26)
+    return co.Scene([*barrel(), *bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
 
 
 def picture(progress: object = None) -> co.Image:

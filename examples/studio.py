@@ -5,6 +5,8 @@ from __future__ import annotations
 import conicoid as co
 
 _BEND = 6.0
+ROOM = co.Sky(zenith=(0.72, 0.76, 0.82), horizon=(0.6, 0.59, 0.57))
+"""What is behind the camera, for things that shine to reflect."""
 
 
 def backdrop(color: str = "#e9e6e1", wall: float = 9.0) -> list[co.Body]:

@@ -11,8 +11,8 @@ JCGT 2, 2013; the even-odd rule is seed 000's.)
 from __future__ import annotations
 
 from ..jit import fma, inline
-from .errorfree import difference_of_products, two_difference
 from . import tables as table
+from .errorfree import difference_of_products, two_difference
 from .tables import Geometry, Ray, real
 
 

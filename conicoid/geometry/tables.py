@@ -73,11 +73,13 @@ class Tables(NamedTuple):
     ball_frames: Floats  # [frames, 9] world directions to those of the balls' own axes
     face_uv: Floats  # [faces, 13] 1 for angular, then 3 x 4 matrix from world coordinates
 
-    # Tree over the bounded entries, 8 wide
+    # Trees, 8 wide: one over the leaves of each program, and last the scene's over its entries
     node_boxes: Floats  # [nodes, 6, 8] low xyz, high xyz
     node_children: Ints  # [nodes, 8] 0 empty; > 0 node; < 0 leaf -(first << 4 | count) - 1
-    tree_order: Ints  # entries in leaf order, those that no box holds last
-    roots: Ints  # where a walk begins: the node 0, and leaves of what no box holds
+    tree_order: Ints  # what the trees hold, in leaf order
+    tree_root: Ints  # [programs + 2] first of its roots
+    roots: Ints  # where a walk begins: a node, and leaves of what no box holds
+    tree_depth: Ints  # [1] the most that a walk's stack holds
 
 
 # The number of each table, by which kernels find it
@@ -86,8 +88,9 @@ class Tables(NamedTuple):
     PLANE_SURFACE, PLANE_SIDE, PLANE_FACE, PROGRAM_LEAF, PROGRAM_GATE, LEAF_CELL, LEAF_GATE, LEAF_NEGATED,
     LEAF_SENSE, LEAF_BOUNDS, GATE_PARENT, GATE_NEED, GATE_NEGATED, GATE_START, SHEET_SURFACE, SHEET_PROGRAM,
     SHEET_SIDE, SHEET_ONE_SIDED, POLYGON_SURFACE, POLYGON_SIDE, POLYGON_FIRST, POLYGON_PROGRAM, VERTICES,
-    ENTRY_KIND, ENTRY_INDEX, ENTRY_BODY, BODY_FACE, BALL_FRAMES, FACE_UV, NODE_BOXES, NODE_CHILDREN, TREE_ORDER, ROOTS,
-) = range(42)
+    ENTRY_KIND, ENTRY_INDEX, ENTRY_BODY, BODY_FACE, BALL_FRAMES, FACE_UV, NODE_BOXES, NODE_CHILDREN, TREE_ORDER,
+    TREE_ROOT, ROOTS, TREE_DEPTH,
+) = range(44)
 
 
 class Geometry(NamedTuple):

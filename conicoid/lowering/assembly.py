@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables, Ints, Signs
-from ..shapes.cells import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
+from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
+from ..shapes.cells import All, Cell, Not, PolygonSheet, SurfaceSheet, Tree
 from ..shapes.surface import PlaneSurface
 from ..shapes.vector import Box
 from .surfaces import SurfaceArrays, SurfaceTable
@@ -183,7 +183,9 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         node_boxes=np.zeros((0, 6, 8)),
         node_children=np.zeros((0, 8), np.int32),
         tree_order=np.zeros(0, np.int32),
+        tree_root=np.zeros(0, np.int32),
         roots=np.zeros(0, np.int32),
+        tree_depth=np.zeros(1, np.int32),
     )
     boxes = np.concatenate([np.zeros((0, 6)), *entries.boxes])
     return _balls_direct(tables, table, single), boxes

@@ -173,7 +173,11 @@ class Motion:
 
     def check(self, owner: str) -> None:
         """Refuse a product that float64 cannot hold."""
-        for m in (self.matrix, self.inverse_matrix):
+        try:
+            matrices = self.matrix, self.inverse_matrix
+        except ZeroDivisionError:
+            raise ValueError(f"{owner}: motion must be invertible, its determinant vanishes in 400 bits") from None
+        for m in matrices:
             if not np.isfinite(m).all():
                 raise ValueError(f"{owner}: motion overflows float64 (entries up to {np.abs(m).max()})")
 

@@ -13,7 +13,7 @@ from ..geometry.vectors import dot
 from ..jit import allocator, fma, inline, kernel
 from .events import entry_crossings, is_solid
 from .kernels import blocked, collect, first_crossing, from_center, normal_at, scaled_ray, uv_at
-from .scratch import Scratch, new_scratch
+from .scratch import new_scratch
 
 DEAD = -2
 """Start of a ray that does not exist: the continuation of a miss."""

@@ -13,36 +13,16 @@ from ..geometry import tables as table
 from ..geometry.cell import cell_spans, curved_roots, is_curved, plane_crossing, slot_face
 from ..geometry.polygon import inside_loop
 from ..geometry.program import root_value, turn_leaf
-from ..geometry.tables import BALL, CELL, REGION, SHEET, Geometry, Ray, real, integer
+from ..geometry.tables import BALL, CELL, REGION, SHEET, Geometry, Ray, integer
 from ..jit import helper, inline
 from .scratch import Scratch
+from .walk import walk
 
 
 @inline
 def span_inverse(ray: Ray) -> float:
     """1 / d·d"""
     return 1.0 / (ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])
-
-
-@inline
-def _between(low: float, high: float, o: float, d: float, near: float, far: float) -> tuple[float, float]:
-    """The part of [near, far] in which o + t d is within [low, high]."""
-    if d == 0.0:
-        return (near, far) if low <= o <= high else (math.inf, -math.inf)
-    a, b = (low - o) / d, (high - o) / d
-    return max(near, min(a, b)), min(far, max(a, b))
-
-
-@inline
-def misses_leaf(geometry: Geometry, leaf: int, ray: Ray) -> bool:
-    """Does the ray, within its interval, pass the box of a leaf for certain?"""
-    ox, oy, oz, dx, dy, dz, near, far, _ = ray
-    at = 6 * leaf
-    bounds = table.LEAF_BOUNDS
-    near, far = _between(real(geometry, bounds, at), real(geometry, bounds, at + 3), ox, dx, near, far)
-    near, far = _between(real(geometry, bounds, at + 1), real(geometry, bounds, at + 4), oy, dy, near, far)
-    near, far = _between(real(geometry, bounds, at + 2), real(geometry, bounds, at + 5), oz, dz, near, far)
-    return near > far and not near - far <= 1e-15 * (abs(near) + abs(far))
 
 
 @inline
@@ -54,14 +34,21 @@ def _put(scratch: Scratch, count: int, t: float, leaf: int, slot: int, on: int) 
     return count + 1
 
 
+@inline
+def leaves_met(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
+    """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many."""
+    return walk(
+        geometry, scratch.near, scratch.inner_stack, scratch.inner_stack_t, program, ray, scratch.found_leaves
+    )
+
+
 @helper
 def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
     """Put the span ends of all leaves that the ray can meet into scratch, sorted; their number."""
     count = 0
     inverse = span_inverse(ray)
-    for leaf in range(integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)):
-        if misses_leaf(geometry, leaf, ray):
-            continue
+    for k in range(leaves_met(geometry, scratch, program, ray)):
+        leaf = scratch.found_leaves[k]
         spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse)
         if spans > 0:
             count = _put(scratch, count, in1, leaf, a1, 1)
@@ -168,13 +155,13 @@ def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: 
 @helper
 def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> bool:
     """Is the point at t in a region, its leaves taken as closed?"""
-    inverse = span_inverse(ray)
-    first, last = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
+    ox, oy, oz, dx, dy, dz, _, _, start = ray
+    events = gather(geometry, scratch, program, (ox, oy, oz, dx, dy, dz, t, t, start))
     for sweep in range(2):
-        for leaf in range(first, last):
-            spans, in1, out1, _, _, in2, out2, _, _ = cell_spans(geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse)
-            if (spans > 0 and in1 <= t <= out1) or (spans > 1 and in2 <= t <= out2):
-                turn_leaf(geometry, scratch.counts, leaf, sweep == 0)
+        for i in range(events):
+            enters = scratch.event_on[i] == 1
+            if scratch.event_t[i] < t or (enters and scratch.event_t[i] == t):
+                turn_leaf(geometry, scratch.counts, scratch.event_leaf[i], enters == (sweep == 0))
         if sweep == 0:
             inside = root_value(geometry, scratch.counts, program)
     return inside

@@ -10,69 +10,16 @@ import numpy as np
 from ..geometry import tables as table
 from ..geometry.cell import load_plane, load_quadric, load_sphere
 from ..geometry.quadric import quadric_gradient
-from ..geometry.tables import PLANE, SPHERE, Geometry, Ints, Ray, Signs, length, real, integer
+from ..geometry.tables import PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real
 from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
 from .events import entry_crossings, entry_sides
 from .scratch import Scratch, new_scratch
+from .walk import boxes_met, leaf_range, push_children, push_roots, reciprocal, walk
 
 Hit: TypeAlias = tuple[float, int, int, int, int, bool]
 
 _FAR = 2.0**100
-
-
-@inline
-def _boxes_met(geometry: Geometry, scratch: Scratch, node: int, ray: Ray, ix: float, iy: float, iz: float, t_max: float) -> None:
-    """Where the ray enters each child's box, into scratch; inf where it passes by."""
-    at = geometry.places[table.NODE_BOXES, 0] + 48 * node
-    boxes, entered = geometry.floats, scratch.near
-    ox, oy, oz, t_min = ray[0], ray[1], ray[2], ray[6]
-    for i in range(8):
-        a, b = (boxes[at + i] - ox) * ix, (boxes[at + 24 + i] - ox) * ix
-        first, last = max(min(a, b), t_min), min(max(a, b), t_max)
-        a, b = (boxes[at + 8 + i] - oy) * iy, (boxes[at + 32 + i] - oy) * iy
-        first, last = max(min(a, b), first), min(max(a, b), last)
-        a, b = (boxes[at + 16 + i] - oz) * iz, (boxes[at + 40 + i] - oz) * iz
-        first, last = max(min(a, b), first), min(max(a, b), last)
-        slack = (abs(first) + abs(last)) * 4e-16
-        entered[i] = first if first <= last + slack else math.inf
-
-
-@inline
-def _reciprocal(d: float) -> float:
-    """1 / d, finite: a direction along a wall of a box lies on one side of it."""
-    return 1.0 / d if abs(d) > 1e-290 else math.copysign(1e290, d)
-
-
-@inline
-def _push_children(geometry: Geometry, scratch: Scratch, node: int, top: int) -> int:
-    """Put the children that the ray meets on the stack, the nearest on top."""
-    base = top
-    entered, nodes, places = scratch.near, scratch.stack, scratch.stack_t
-    for i in range(8):
-        t = entered[i]
-        child = integer(geometry, table.NODE_CHILDREN, 8 * node + i)
-        if child == 0 or not t < math.inf:
-            continue
-        slot = top
-        while slot > base and places[slot - 1] < t:
-            places[slot] = places[slot - 1]
-            nodes[slot] = nodes[slot - 1]
-            slot -= 1
-        places[slot] = t
-        nodes[slot] = child
-        top += 1
-    return top
-
-
-@inline
-def _push_roots(geometry: Geometry, scratch: Scratch) -> int:
-    """Start a walk of the tree: what no box holds is on top. Returns the height of the stack."""
-    count = length(geometry, table.ROOTS)
-    for k in range(count):
-        scratch.stack[k] = integer(geometry, table.ROOTS, k)
-        scratch.stack_t[k] = -math.inf
-    return count
 
 
 @inline
@@ -84,6 +31,12 @@ def scaled_ray(ray: Ray) -> tuple[Ray, float]:
         return ray, 1.0
     scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
     return (ox, oy, oz, dx * scale, dy * scale, dz * scale, t_min / scale, t_max / scale, start), scale
+
+
+@inline
+def scene_tree(geometry: Geometry) -> int:
+    """The number of the tree over all entries."""
+    return length(geometry, table.TREE_ROOT) - 2
 
 
 @inline
@@ -119,19 +72,19 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     ray, scale = scaled_ray(ray)
     best = _no_hit()
     some = len(blocks) > 0
-    ix, iy, iz = _reciprocal(ray[3]), _reciprocal(ray[4]), _reciprocal(ray[5])
-    top = _push_roots(geometry, scratch)
+    ix, iy, iz = reciprocal(ray[3]), reciprocal(ray[4]), reciprocal(ray[5])
+    top = push_roots(geometry, scratch.stack, scratch.stack_t, scene_tree(geometry))
     while top > 0:
         top -= 1
         if scratch.stack_t[top] > best[0] + abs(best[0]) * 1e-15:
             continue
         code = scratch.stack[top]
         if code >= 0:
-            _boxes_met(geometry, scratch, code, ray, ix, iy, iz, min(ray[7], best[0]))
-            top = _push_children(geometry, scratch, code, top)
+            boxes_met(geometry, scratch.near, code, ray, ix, iy, iz, min(ray[7], best[0]))
+            top = push_children(geometry, scratch.near, scratch.stack, scratch.stack_t, code, top)
             continue
-        first, count = (-code - 1) >> 4, (-code - 1) & 15
-        for k in range(first, first + count):
+        first, last = leaf_range(code)
+        for k in range(first, last):
             entry = integer(geometry, table.TREE_ORDER, k)
             if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
                 continue
@@ -178,20 +131,9 @@ def _sort(values: Ints, count: int) -> None:
 @helper
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     """Put the entries whose boxes the ray meets within its interval into scratch, by number of body."""
-    count = 0
-    ix, iy, iz = _reciprocal(ray[3]), _reciprocal(ray[4]), _reciprocal(ray[5])
-    top = _push_roots(geometry, scratch)
-    while top > 0:
-        top -= 1
-        code = scratch.stack[top]
-        if code >= 0:
-            _boxes_met(geometry, scratch, code, ray, ix, iy, iz, ray[7])
-            top = _push_children(geometry, scratch, code, top)
-            continue
-        first, size = (-code - 1) >> 4, (-code - 1) & 15
-        for k in range(first, first + size):
-            scratch.found[count] = integer(geometry, table.TREE_ORDER, k)
-            count += 1
+    count = walk(
+        geometry, scratch.near, scratch.stack, scratch.stack_t, scene_tree(geometry), ray, scratch.found
+    )
     _sort(scratch.found, count)
     return count
 

@@ -11,6 +11,7 @@ from ..geometry.program import root_value, turn_leaf
 from ..geometry.quadric import quadric_value
 from ..geometry.tables import BALL, CELL, REGION, SPHERE, Floats, Geometry, Ints, integer
 from ..jit import helper, inline, kernel
+from .events import leaves_met
 from .kernels import collect
 from .scratch import Scratch, new_scratch
 
@@ -52,7 +53,8 @@ def entry_holds(geometry: Geometry, scratch: Scratch, entry: int, x: float, y: f
     if kind != REGION:
         return False
     held = 0
-    for leaf in range(integer(geometry, table.PROGRAM_LEAF, index), integer(geometry, table.PROGRAM_LEAF, index + 1)):
+    for k in range(leaves_met(geometry, scratch, index, (x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, -1))):
+        leaf = scratch.found_leaves[k]
         if cell_holds(geometry, integer(geometry, table.LEAF_CELL, leaf), x, y, z):
             turn_leaf(geometry, scratch.counts, leaf, True)
             scratch.event_leaf[held] = leaf

@@ -15,7 +15,7 @@ from .membership import locate
 from .rays import FloatArray, Rays, points_array
 from .spans import Crossings, Spans
 from .threads import run_chunks
-from .tree import with_tree
+from .tree import with_trees
 
 _CHUNK = 4096
 
@@ -29,7 +29,7 @@ class Prepared:
 
     @classmethod
     def of(cls, lowered: Lowered) -> Prepared:
-        return cls(lowered, with_tree(lowered))
+        return cls(lowered, with_trees(lowered))
 
 
 def as_rays(origins: Any, directions: Any) -> Rays:

@@ -1,4 +1,4 @@
-"""The tree over a scene's entries: eight boxes to a node, built by binned surface area heuristic.
+"""Trees over a scene's entries and over a body's leaves: eight boxes to a node, built by binned surface area heuristic.
 
 Each node is filled by splitting its costliest group of entries until there are eight groups
 (Wald, Benthin, Boulos: Getting rid of packets, RT 2008; binning after Wald, RT 2007). Boxes are widened
@@ -7,38 +7,86 @@ by some ulps, so that the rounding of a slab test never loses what they hold.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, Ints, pack
+from ..geometry.tables import Floats, Geometry, Ints, Tables, pack
 from ..jit import allocator, helper, inline, kernel
 from ..lowering import Lowered
 
 WIDTH = 8
 LEAF = 4
 _MOST = 15
+_FEW = 12
 _BINS = 16
 _WIDEN = 16 * 2.0**-53
 
 
-def with_tree(lowered: Lowered) -> Geometry:
-    """The geometry of a lowered scene, with the tree over its bounded entries."""
-    boxes = lowered.boxes
-    empty = (boxes[:, :3] > boxes[:, 3:]).any(axis=1)
-    endless = ~np.isfinite(boxes).all(axis=1) & ~empty
-    bounded = np.flatnonzero(~endless & ~empty).astype(np.int32)
-    nodes, children, order = build(widened(boxes[bounded]))
-    unbounded = np.flatnonzero(endless).astype(np.int32)
-    roots = [0] if len(children) else []
-    for first in range(0, len(unbounded), _MOST):
-        roots.append(leaf_code(len(bounded) + first, min(_MOST, len(unbounded) - first)))
-    return pack(
-        lowered.tables._replace(
-            node_boxes=nodes,
-            node_children=children,
-            tree_order=np.concatenate([bounded[order], unbounded]),
-            roots=np.array(roots, dtype=np.int32),
+def with_trees(lowered: Lowered) -> Geometry:
+    """The geometry of a lowered scene, with the trees over its entries and over the leaves of its bodies."""
+    tables, forest = lowered.tables, _Forest()
+    for program in range(len(tables.program_leaf) - 1):
+        first, last = int(tables.program_leaf[program]), int(tables.program_leaf[program + 1])
+        leaves = np.arange(first, last, dtype=np.int32)
+        if last - first <= _FEW:
+            forest.add_unordered(leaves)
+        else:
+            forest.add(tables.leaf_bounds[first:last], leaves)
+    forest.add(lowered.boxes, np.arange(len(lowered.boxes), dtype=np.int32))
+    return pack(forest.in_tables(tables))
+
+
+@dataclass
+class _Forest:
+    """Trees one after the other in common arrays."""
+
+    nodes: list[Floats] = field(default_factory=list)
+    children: list[Ints] = field(default_factory=list)
+    order: list[Ints] = field(default_factory=list)
+    roots: list[int] = field(default_factory=list)
+    tree_root: list[int] = field(default_factory=lambda: [0])
+    node_count: int = 0
+    placed: int = 0
+    depth: int = 1
+
+    def add_unordered(self, items: Ints) -> None:
+        """A handful of items without boxes; the roots of a tree end with it."""
+        for first in range(0, len(items), _MOST):
+            self.roots.append(leaf_code(self.placed + first, min(_MOST, len(items) - first)))
+        self.order.append(items)
+        self.placed += len(items)
+        self.depth = max(self.depth, len(self.roots) - self.tree_root[-1] + 1)
+        self.tree_root.append(len(self.roots))
+
+    def add(self, boxes: Floats, items: Ints) -> None:
+        """A tree over the items with finite boxes; those without an end go beside it, empty ones nowhere."""
+        empty = (boxes[:, :3] > boxes[:, 3:]).any(axis=1)
+        endless = ~np.isfinite(boxes).all(axis=1) & ~empty
+        bounded = np.flatnonzero(~endless & ~empty)
+        nodes, children, order, levels = build(widened(boxes[bounded]))
+        if len(nodes):
+            self.roots.append(self.node_count)
+            self.depth = max(self.depth, WIDTH * (levels + 1) + int(endless.sum()) // _MOST + 1)
+            inner, outer = children > 0, children < 0
+            children[inner] += self.node_count
+            children[outer] -= self.placed << 4
+        self.nodes.append(nodes)
+        self.children.append(children)
+        self.order.append(items[bounded[order]])
+        self.node_count += len(nodes)
+        self.placed += len(bounded)
+        self.add_unordered(items[endless])
+
+    def in_tables(self, tables: Tables) -> Tables:
+        return tables._replace(
+            node_boxes=np.concatenate(self.nodes),
+            node_children=np.concatenate(self.children),
+            tree_order=np.concatenate(self.order),
+            tree_root=np.array(self.tree_root, dtype=np.int32),
+            roots=np.array(self.roots, dtype=np.int32),
+            tree_depth=np.array([self.depth + WIDTH], dtype=np.int32),
         )
-    )
 
 
 @inline
@@ -54,34 +102,35 @@ def widened(boxes: Floats) -> Floats:
     return np.concatenate([low - margin, high + margin], axis=1)
 
 
-def build(boxes: Floats) -> tuple[Floats, Ints, Ints]:
-    """(node boxes (n, 6, 8), children (n, 8), order of the entries in the leaves)."""
+def build(boxes: Floats) -> tuple[Floats, Ints, Ints, int]:
+    """(node boxes (n, 6, 8), children (n, 8), order of the entries in the leaves, levels)."""
     count = len(boxes)
     order = np.arange(count, dtype=np.int32)
     if count == 0:
-        return np.zeros((0, 6, WIDTH)), np.zeros((0, WIDTH), np.int32), order
+        return np.zeros((0, 6, WIDTH)), np.zeros((0, WIDTH), np.int32), order, 0
     capacity = max(1, count)
     nodes = np.empty((capacity, 6, WIDTH))
     children = np.zeros((capacity, WIDTH), np.int32)
-    used = _build(np.ascontiguousarray(boxes), order, nodes, children)
-    return nodes[:used].copy(), children[:used].copy(), order
+    used, levels = _build(np.ascontiguousarray(boxes), order, nodes, children)
+    return nodes[:used].copy(), children[:used].copy(), order, levels
 
 
 @kernel
-def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> int:
-    """Fill nodes depth first; returns how many there are."""
+def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> tuple[int, int]:
+    """Fill nodes depth first; returns how many nodes and how many levels there are."""
     first = np.empty(WIDTH, np.int64)
     last = np.empty(WIDTH, np.int64)
     cost = np.empty(WIDTH)
     box = np.empty(6)
     scratch = np.empty(len(order), np.int32)
-    stack = np.empty((len(order) + 1, 3), np.int64)
-    stack[0, 0], stack[0, 1], stack[0, 2] = 0, 0, len(order)
-    top, used = 1, 1
+    stack = np.empty((len(order) + 1, 4), np.int64)
+    stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, len(order), 1
+    top, used, levels = 1, 1, 1
     while top > 0:
         top -= 1
         node = stack[top, 0]
-        first[0], last[0] = stack[top, 1], stack[top, 2]
+        first[0], last[0], level = stack[top, 1], stack[top, 2], stack[top, 3]
+        levels = max(levels, level)
         cost[0] = np.inf
         groups = 1
         while groups < WIDTH:
@@ -112,10 +161,10 @@ def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> int:
                 children[node, g] = leaf_code(first[g], size)
             else:
                 children[node, g] = used
-                stack[top, 0], stack[top, 1], stack[top, 2] = used, first[g], last[g]
+                stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = used, first[g], last[g], level + 1
                 used += 1
                 top += 1
-    return used
+    return used, levels
 
 
 @helper

@@ -1,0 +1,137 @@
+"""A thousand bounces inside closed bodies: never out, never stuck; abutting bodies share their wall."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+N, BOUNCES = 60, 1000
+
+
+def start(random, middle=(0, 0, 0)):
+    d = random.normal(size=(N, 3))
+    return np.asarray(middle) + random.uniform(-0.3, 0.3, (N, 3)), d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def bounce(scene, origins, directions, check):
+    rays = co.Rays(origins, directions)
+    previous = None
+    for step in range(BOUNCES):
+        hits = scene.first_hit(rays)
+        assert np.isfinite(hits.t).all(), f"{np.isinf(hits.t).sum()} rays escape at bounce {step}"
+        assert not hits.entering.any()
+        assert (hits.t > 0).all()
+        check(hits, previous)
+        directions = co.reflect(rays.directions, hits.normal)
+        previous, rays = hits, hits.spawn(directions)
+
+
+def test_sphere_keeps_its_chord():
+    """All chords of a path inside a sphere have one length, 2 r cos θ."""
+    chords = []
+
+    def check(hits, previous):
+        assert np.abs(np.linalg.norm(hits.point - (1, 2, 3), axis=1) - 2).max() < 1e-13
+        if previous is not None:
+            chords.append(hits.t * np.linalg.norm(hits.rays.directions, axis=1))
+
+    bounce(co.Scene([co.Sphere(2, (1, 2, 3))]), *start(np.random.default_rng(1), (1, 2, 3)), check)
+    assert np.abs(np.ptp(chords, axis=0)).max() < 1e-11
+
+
+def test_grazing_inside_a_sphere():
+    """Whispering gallery: chords of 1e-6 of the radius, a thousand of them."""
+    def check(hits, previous):
+        if previous is not None:
+            chord = hits.t * np.linalg.norm(hits.rays.directions, axis=1)
+            assert np.abs(chord / 2e-6 - 1).max() < 1e-3
+
+    angle = np.linspace(0, 2 * np.pi, N, endpoint=False)
+    origins = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1) * np.sqrt(1 - 1e-12)
+    bounce(co.Scene([co.Sphere()]), origins, np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1), check)
+
+
+@pytest.mark.parametrize("motion", [lambda s: s, lambda s: s.rotate((1, 2, 3), 40).translate((0.1, 0.1, 0.1))], ids=["still", "turned"])
+def test_box_never_returns_to_the_same_face(motion):
+    def check(hits, previous):
+        assert previous is None or (hits.face != previous.face).all()
+
+    bounce(co.Scene([motion(co.Box((-1, -2, -1.5), (1, 2, 1.5)))]), *start(np.random.default_rng(2)), check)
+
+
+def test_cylinder():
+    """Radius and height are kept; a cap is never met twice running; on the side the angular momentum is kept."""
+    def check(hits, previous):
+        radius = np.hypot(*hits.point[:, :2].T)
+        side = hits.face == 0
+        assert np.abs(radius[side] - 1).max(initial=0) < 1e-13
+        assert (radius <= 1 + 1e-13).all()
+        assert (np.abs(hits.point[:, 2]) <= 1.5).all()
+        if previous is not None:
+            assert (side | (hits.face != previous.face)).all()
+
+    bounce(co.Scene([co.Cylinder((0, 0, -1.5), (0, 0, 1.5), 1)]), *start(np.random.default_rng(3)), check)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        co.Cone((0, 0, -1), (0, 0, 1), 1, 0.5), co.Ellipsoid((1, 2, 3), z_range=(-1, 2)), co.Polyhedron([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], [2] * 8),
+        co.Sphere(1.5) & co.Box(), (co.Sphere(1) | co.Sphere(1, (1, 0, 0))), co.OneSheetHyperboloid(1, 1, 1, (-1, 1)),
+    ],
+    ids=["frustum", "barrel", "octahedron", "rounded box", "two balls", "cooling tower"],
+)  # fmt: skip
+def test_other_bodies(shape):
+    bounce(co.Scene([shape]), *start(np.random.default_rng(4)), lambda hits, previous: None)
+
+
+def test_abutting_boxes_share_their_wall():
+    """One t, one surface id; a ray that goes on from the wall does not meet it again, from either body."""
+    scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 0, 0), (2.5, 1, 1))])
+    random = np.random.default_rng(5)
+    targets = np.stack([np.ones(500), *random.uniform(0.01, 0.99, (2, 500))], axis=1)
+    d = np.abs(random.normal(size=(500, 3))) * (1, 0.1, 0.1) + (0.1, 0, 0)
+    o = targets - d * 0.3 / d[:, :1]
+    spans = scene.spans(o, d)
+    assert (np.diff(spans.offsets) == 2).all()
+    assert np.array_equal(spans.t_exit[::2], spans.t_enter[1::2])
+    assert np.array_equal(spans.body.reshape(-1, 2), np.broadcast_to([0, 1], (500, 2)))
+    crossings = scene.crossings(o, d)
+    wall = crossings.t == np.repeat(spans.t_exit[::2], np.diff(crossings.offsets))
+    assert len(set(crossings.surface[wall].tolist())) == 1
+    leaving = scene.first_hit(o, d)
+    assert (leaving.body == 0).all()
+    onward = scene.first_hit(leaving.spawn(d))
+    assert (onward.body == 1).all()
+    assert not onward.entering.any()
+    assert np.allclose(onward.t + leaving.t, spans.t_exit[1::2], rtol=1e-14)
+
+
+def test_nested_and_touching_round_bodies():
+    """A cylinder in a fitting bore, a ball in its shell: walls in common are one surface with one t."""
+    bore = co.Box((-2, -2, 0), (2, 2, 1)) - co.Cylinder((0, 0, 0), (0, 0, 1), 1)
+    for outer, inner in ((bore, co.Cylinder((0, 0, 0), (0, 0, 1), 1)), (co.Sphere(2) - co.Sphere(1), co.Sphere(1))):
+        scene = co.Scene([outer, inner])
+        random = np.random.default_rng(6)
+        targets = random.uniform(0.2, 0.6, (500, 3))
+        d = random.normal(size=(500, 3))
+        spans = scene.spans(targets - 9 * d, d)
+        ray = np.repeat(np.arange(500), np.diff(spans.offsets))
+        same = np.diff(ray) == 0
+        touching = same & (spans.body[1:] != spans.body[:-1])
+        assert np.array_equal(spans.t_exit[:-1][touching], spans.t_enter[1:][touching])
+        assert touching.sum() > 500
+
+
+def test_spawned_misses_stay_misses_and_hits_keep_their_shape():
+    scene = co.Scene([co.Sphere()])
+    o = np.array([[[0, 0, 5.0], [0, 3, 5.0]], [[0.5, 0, 5.0], [0, 0, 0.0]]])
+    hits = scene.first_hit(o, (0, 0, -1))
+    assert np.array_equal(np.isfinite(hits.t), [[True, False], [True, True]])
+    again = scene.first_hit(hits.spawn((0, 0, -1)))
+    assert again.t.shape == (2, 2)
+    assert again.t[0, 0] == pytest.approx(2, rel=1e-15)
+    assert np.isinf(again.t[0, 1])
+    assert np.isinf(again.t[1, 1])  # left through the far wall

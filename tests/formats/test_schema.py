@@ -1,0 +1,90 @@
+"""The published schema: valid itself, accepts what loads, rejects what editors should mark."""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+import conicoid as co
+from conicoid.formats.nodes import Listing, Node, Scalar, is_null, is_text, number, truth
+from conicoid.formats.schema import scene_schema
+from conicoid.formats.yaml_parser import parse
+from conicoid.shapes import REGISTRY
+
+from .broken import CASES
+from .strategies import scenes
+
+ROOT = Path(__file__).resolve().parents[2]
+VALIDATOR = jsonschema.Draft202012Validator(scene_schema())
+
+TYPES = (
+    "a word", "a list", "a number", "no bodies", "unknown section", "bodies as a word", "a body without shape",
+    "misspelt key", "name is a number", "material is a number", "unknown shape", "lower case", "shape is a number",
+    "two shapes in one", "no shape at all", "unknown field", "radius is text", "radius is a list", "center is short",
+    "missing field", "range of one", "flag is a text", "matrix is small", "Boolean of nothing", "Boolean of a number",
+    "Boolean with a mistake inside", "Boolean of a sheet", "sheet clipped by a sheet", "unknown step", "short step",
+    "rotate without axis", "balls without radii", "balls and a file", "unknown look", "unknown highlight", "lights as a mapping",
+    "unknown light", "light without a place", "camera is a word", "camera misspelt", "background is half a color",
+)  # fmt: skip
+
+
+def plain(node: Node) -> Any:
+    """What a YAML 1.2 reader makes of a node."""
+    if isinstance(node, Listing):
+        return [plain(item) for item in node.items]
+    if not isinstance(node, Scalar):
+        return {key: plain(item) for key, item in node.entries.items()}
+    if is_null(node):
+        return None
+    if is_text(node):
+        return node.text
+    flag = truth(node)
+    return number(node) if flag is None else flag
+
+
+def tree(text: str) -> Any:
+    root, problems = parse(text)
+    assert root is not None
+    assert not problems
+    return plain(root)
+
+
+def test_the_schema_is_one():
+    jsonschema.Draft202012Validator.check_schema(scene_schema())
+    json.dumps(scene_schema(), allow_nan=False)
+
+
+def test_every_shape_stands_in_it():
+    assert set(REGISTRY) <= set(scene_schema()["$defs"])
+
+
+@given(scenes())
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+def test_what_is_saved_is_valid(scene):
+    with tempfile.TemporaryDirectory() as folder:
+        co.save(scene, Path(folder) / "scene.yaml")
+        VALIDATOR.validate(tree((Path(folder) / "scene.yaml").read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").rglob("*.yaml")), ids=lambda path: path.name)
+def test_examples_are_valid(path):
+    VALIDATOR.validate(tree(path.read_text(encoding="utf-8")))
+    co.load(path)
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_mistakes_of_type_are_invalid(name):
+    (case,) = (case for case in CASES if case.name == name)
+    assert not VALIDATOR.is_valid(tree(case.content.decode()))
+
+
+def test_infinities_are_numbers():
+    data = {"bodies": [{"shape": {"Ellipsoid": {"z_range": [-math.inf, 0.5]}}}]}
+    assert VALIDATOR.is_valid(data)

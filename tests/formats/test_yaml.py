@@ -1,0 +1,153 @@
+"""What words mean (YAML 1.2, section 10.3.2, with its own examples) and how they are written."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+from ruamel.yaml import YAML
+
+from conicoid.formats.nodes import Scalar, Table, integer, is_null, is_text, number, shown, truth
+from conicoid.formats.yaml_parser import Unreadable, parse
+from conicoid.formats.yaml_writer import dump, scalar, word
+
+
+def plain(text: str) -> Scalar:
+    return Scalar(1, 1, text, plain=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("0", 0.0), ("-0", -0.0), ("3", 3.0), ("-19", -19.0), ("0o7", 7.0), ("0x3A", 58.0), ("0.", 0.0), ("-0.0", -0.0),
+     (".5", 0.5), ("+12e03", 12000.0), ("-2E+05", -200000.0), ("1e-9", 1e-9), ("1e16", 1e16), (".inf", math.inf),
+     ("-.Inf", -math.inf), ("+.INF", math.inf), ("007", 7.0), ("5e-324", 5e-324)],
+)  # fmt: skip
+def test_numbers(text, value):
+    found = number(plain(text))
+    assert found == value
+    assert math.copysign(1, found) == math.copysign(1, value)
+    assert not is_text(plain(text))
+
+
+@pytest.mark.parametrize("text", [".nan", ".NaN", ".NAN"])
+def test_nan(text):
+    assert math.isnan(number(plain(text)))
+
+
+@pytest.mark.parametrize(
+    "text", ["no", "yes", "on", "off", "y", "n", "1_000", "1,5", "0b11", "1:30", "2001-01-01", "inf", "nan", "1e", "e5", "--1", "0xG", "TrUE", "nUll", "<<", "="]
+)  # fmt: skip
+def test_texts(text):
+    assert is_text(plain(text))
+    assert number(plain(text)) is None
+    assert truth(plain(text)) is None
+
+
+@pytest.mark.parametrize("text", ["null", "Null", "NULL", "~", ""])
+def test_null(text):
+    assert is_null(plain(text))
+    assert not is_null(Scalar(1, 1, text, plain=False))
+
+
+def test_truth():
+    assert [truth(plain(text)) for text in ("true", "True", "TRUE", "false", "False", "FALSE")] == [True] * 3 + [False] * 3
+    assert truth(Scalar(1, 1, "true", plain=False)) is None
+
+
+@pytest.mark.parametrize("text", ["1e400", "-1e400", "1e-400", "9" * 400, "0x" + "f" * 300])
+def test_numbers_beyond_float64_are_not_bent(text):
+    with pytest.raises(OverflowError):
+        number(plain(text))
+
+
+def test_integers():
+    assert [integer(plain(text)) for text in ("5", "+5", "-5", "0x10", "0o10")] == [5, 5, -5, 16, 8]
+    assert [integer(plain(text)) for text in ("5.0", "1e3", "five", "9" * 30)] == [None] * 4
+
+
+@given(st.floats(allow_nan=False))
+def test_written_floats_read_back_to_the_bit(value):
+    text = scalar(value)
+    again = number(plain(text))
+    assert again == value
+    assert math.copysign(1, again) == math.copysign(1, value)
+
+
+@given(st.floats(allow_nan=False))
+def test_other_readers_agree_on_floats(value):
+    """PyYAML reads YAML 1.1, ruamel.yaml 1.2."""
+    text = f"a: {scalar(value)}\n"
+    assert yaml.safe_load(text)["a"] == value
+    assert YAML(typ="safe", pure=True).load(text)["a"] == value
+
+
+@given(st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=30))
+def test_written_texts_read_back(text):
+    root, _ = parse(f"a: {word(text)}\n{word(text)}: [{word(text)}]\n")
+    assert isinstance(root, Table)
+    if text == "a":
+        return
+    assert root.entries["a"].text == text
+    assert is_text(root.entries["a"])
+    assert root.entries[text].items[0].text == text
+
+
+@given(st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_size=30))
+def test_other_readers_agree_on_texts(text):
+    assert yaml.safe_load(f"a: {word(text)}\n") == {"a": text}
+
+
+def test_half_a_surrogate_pair_cannot_be_written():
+    with pytest.raises(ValueError, match="not Unicode"):
+        word("\udc00")
+
+
+def test_long_things_take_several_lines():
+    data = {"conicoid": 1, "bodies": [{"name": "a", "shape": {"Union": [{"Sphere": {"radius": float(i)}} for i in range(20)]}}]}
+    text = dump(data)
+    assert max(len(line) for line in text.splitlines()) <= 120
+    assert yaml.safe_load(text) == data
+
+
+def test_lines_and_columns_count_from_one():
+    root, _ = parse("a: 1\nbcd:\n  - x\n  -   yz\n")
+    assert isinstance(root, Table)
+    item = root.entries["bcd"].items[1]
+    assert (item.line, item.column) == (4, 7)
+    assert (root.keys["bcd"].line, root.keys["bcd"].column) == (2, 1)
+
+
+def test_aliases_stand_for_their_anchors():
+    root, _ = parse("a: &x [1, 2]\nb: *x\n")
+    assert isinstance(root, Table)
+    assert root.entries["a"] is root.entries["b"]
+
+
+def test_json_is_read():
+    root, _ = parse('{\n\t"a": [1, -2.5e3, true, null, "\\u00e9\\ud83d\\ude00\\/"]\n}')
+    assert isinstance(root, Table)
+    items = root.entries["a"].items
+    assert [number(items[0]), number(items[1]), truth(items[2]), is_null(items[3])] == [1, -2500, True, True]
+    assert items[4].text == "é😀/"
+
+
+def test_a_backslash_before_an_escape_stays():
+    root, _ = parse(r'{"a": "\\ud83d\\ude00"}')
+    assert isinstance(root, Table)
+    assert root.entries["a"].text == r"\ud83d\ude00"
+
+
+def test_comments_and_directives_before_the_document():
+    root, _ = parse("# hello\n%YAML 1.2\n---\na: |\n  %x\n")
+    assert isinstance(root, Table)
+    with pytest.raises(Unreadable, match="directive"):
+        parse("%FOO bar\n---\na: 1\n")
+
+
+def test_values_are_shown_shortened():
+    root, _ = parse("[" + "abcdefghij, " * 200 + "]")
+    assert root is not None
+    assert len(shown(root)) == 60
