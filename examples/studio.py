@@ -20,9 +20,9 @@ def backdrop(color: str = "#e9e6e1", wall: float = 9.0) -> list[co.Body]:
 
 
 def lights(key: float = 0.75) -> list[co.AmbientLight | co.PointLight]:
-    """A key light from the upper left, a weaker one from the right, and what the room sends back."""
+    """A key light from the upper left, a weaker one from the camera's right, and what the room sends back."""
     return [
         co.AmbientLight((0.24, 0.25, 0.27)),
         co.PointLight((-7, -9, 11), (key, 0.97 * key, 0.92 * key)),
-        co.PointLight((9, -8, 6), (0.16, 0.17, 0.19)),
+        co.PointLight((4, -14, 9), (0.15, 0.16, 0.18)),
     ]

@@ -133,6 +133,12 @@ class Motion:
             raise ValueError("transform: matrix must be invertible, its determinant is 0")
         return self.then(Motion((step,)))
 
+    @property
+    def shift(self) -> Vector | None:
+        """The offset, where the motion is one translation and needs no exact arithmetic."""
+        first = self.steps[0] if len(self.steps) == 1 else None
+        return first.offset if isinstance(first, Translate) else None
+
     @cached_property
     def affine(self) -> tuple[ex.Rows, ex.Row]:
         """The product of all steps as (3 rows, translation), in 400 bits."""
@@ -160,12 +166,12 @@ class Motion:
     @cached_property
     def matrix(self) -> FloatArray:
         """(4, 4) float64, each entry rounded once."""
-        return _as_matrix(*self.affine)
+        return _as_matrix(*self.affine) if self.shift is None else _translation(self.shift, 1.0)
 
     @cached_property
     def inverse_matrix(self) -> FloatArray:
         """(4, 4) float64 of the inverse, each entry rounded once."""
-        return _as_matrix(*self.inverse)
+        return _as_matrix(*self.inverse) if self.shift is None else _translation(self.shift, -1.0)
 
     @property
     def is_identity(self) -> bool:
@@ -183,6 +189,13 @@ class Motion:
 
 
 STILL = Motion()
+
+
+def _translation(offset: Vector, sign: float) -> FloatArray:
+    result = np.eye(4)
+    result[:3, 3] = offset
+    result[:3, 3] *= sign
+    return result
 
 
 def _as_matrix(rows: ex.Rows, shift: ex.Row) -> FloatArray:

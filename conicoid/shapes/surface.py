@@ -63,6 +63,8 @@ class QuadricSurface:
         """The image: own coordinates are reached by the inverse motion."""
         if motion.is_identity:
             return self
+        if motion.shift is not None and self.anchor is ORIGIN:
+            return QuadricSurface(self.squares, self.linear, self.constant, self.rows, motion.shift)
         back, _ = motion.inverse
         rows, shift = motion.affine
         own = tuple(ex.exact_row(row) for row in self.rows)

@@ -1,0 +1,70 @@
+"""The nine canonical quadrics on one sheet (seed 000), with the sections by the coordinate planes and by z = h painted on."""
+
+from __future__ import annotations
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+import conicoid as co
+from studio import ROOM, backdrop, lights
+
+ROOMY = co.Box((-1.15, -1.15, -1), (1.15, 1.15, 1))
+PLATES = [
+    ("ellipsoid", "Ax² + Ey² + Hz² = 1", co.Ellipsoid.from_coefficients(0.5, 1.2, 1.0), "#a62b2b"),
+    ("elliptic paraboloid", "Ax² + Ey² − z = 0", co.EllipticParaboloid(1.5, 2.2, (0, 2)).translate((0, 0, -1)), "#c2622d"),
+    ("hyperbolic paraboloid", "Ax² − Ey² − z = 0", ROOMY - co.HyperbolicParaboloid(0.7, 0.7), "#d29a35"),
+    ("hyperboloid of one sheet", "Ax² + Ey² − Hz² = 1", co.OneSheetHyperboloid(3.5, 5, 2.6, (-1, 1)), "#6b8f3e"),
+    ("hyperboloid of two sheets", "Ax² + Ey² − Hz² = −1", co.TwoSheetHyperboloid(9, 13, 14, (-1, 1)), "#2f7d5b"),
+    ("elliptic cone", "Ax² + Ey² − Hz² = 0", co.EllipticCone(1, 1.5, 1, (-1, 1)), "#2a7f8c"),
+    ("elliptic cylinder", "Ax² + Ey² = 1", co.EllipticCylinder(0.9, 1.7, (-1, 1)), "#2b5f93"),
+    ("hyperbolic cylinder", "Ax² − Ey² = 1", co.HyperbolicCylinder(6, 3, within=ROOMY), "#59468f"),
+    ("parabolic cylinder", "x² − 2Gy = 0", co.ParabolicCylinder(0.35, ROOMY.translate((0, 0.9, 0))).translate((0, -0.9, 0)), "#8d3c78"),
+]
+LINE = 0.012
+INK, PAPER = "#3a3632", "#e9e6e1"
+
+
+def sections(solid: co.Solid) -> list[co.Body]:
+    """Thin slices of the solid about the planes x = 0, y = 0 and z = ±1/2: listed first, they paint its surface."""
+    planes = [((1, 0, 0), 0.0), ((0, 1, 0), 0.0), ((0, 0, 1), -0.5), ((0, 0, 1), 0.5)]
+    slices = []
+    for normal, height in planes:
+        back = tuple(-n for n in normal)
+        slices.append(solid & co.Polyhedron([normal, back], [height + LINE, LINE - height]))
+    return [co.Body(part, co.matte("#f6f1e4")) for part in slices]
+
+
+def scene(solid: co.Solid, color: str) -> co.Scene:
+    """One quadric on the studio's floor."""
+    lift = (0, 0, 1.02)
+    bodies = [*sections(solid), co.Body(solid, co.lacquer(color))]
+    raised = [co.Body(body.shape.translate(lift), body.material) for body in bodies]
+    camera = co.Camera((3.4, -8.4, 4.1), (0, 0, 0.88), field_of_view=20)
+    return co.Scene([*raised, *backdrop(PAPER, wall=14)], lights=lights(), camera=camera, background=ROOM)
+
+
+def picture(progress: object = None, width: int = 320, height: int = 290) -> co.Image:
+    """Nine pictures, three by three, each with its name and equation."""
+    rows = []
+    for first in range(0, 9, 3):
+        row = [scene(solid, color).render(width, height, samples=9).pixels for _, _, solid, color in PLATES[first : first + 3]]
+        rows.append(np.concatenate(row, axis=1))
+        if progress is not None:
+            progress(first // 3 + 1, 3)  # type: ignore[operator]
+    return labelled(np.concatenate(rows), width, height)
+
+
+def labelled(pixels: np.ndarray, width: int, height: int) -> co.Image:
+    """Names and equations, drawn by Pillow in a mask and laid over the picture."""
+    mask = Image.new("L", (3 * width, 3 * height))
+    pen = ImageDraw.Draw(mask)
+    for k, (name, equation, _, _) in enumerate(PLATES):
+        x, y = (k % 3 + 0.5) * width, (k // 3 + 1) * height
+        pen.text((x, y - 34), name, 255, ImageFont.load_default(16), anchor="mm")
+        pen.text((x, y - 15), equation, 255, ImageFont.load_default(13), anchor="mm")
+    share = np.asarray(mask)[..., None] / 255
+    return co.Image(pixels * (1 - share) + share * 0.035)
+
+
+if __name__ == "__main__":
+    picture().save("nine_quadrics.png")

@@ -1,0 +1,169 @@
+"""Files made to hurt: a clear error in seconds and bounded memory, nothing executed, nothing outside read."""
+
+from __future__ import annotations
+
+import os
+import time
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.formats.errors import SceneFileError
+from conicoid.formats.scene_file import read
+
+MB = 1 << 20
+SECONDS = 20  # far more than any of them takes, for slow machines
+
+HOSTILE = {
+    "100 MB of brackets": (b"[" * (100 * MB), "is too large: 100 MB"),
+    "30 MB of brackets": (b"[" * (30 * MB), "nested deeper than 250 levels"),
+    "30 MB of braces": (b"{a: " * (15 * MB // 2), "nested deeper than 250 levels"),
+    "30 MB of dashes": (b"- " * (15 * MB), "nested deeper than 250 levels"),
+    "a staircase": (b"".join(b" " * i + b"a:\n" for i in range(5000)), "nested deeper than 250 levels"),
+    "30 MB of spaces": (b" " * (30 * MB), "is empty"),
+    "30 MB of comments": (b"#\n" * (15 * MB), "is empty"),
+    "10 MB of empty lists": (b"[" + b"[]," * (10 * MB // 3), "more than 1,000,000 values"),
+    "a long word": (b"a" * (30 * MB), "must be a mapping"),
+    "a long number": (b"bodies: [{shape: {Sphere: {radius: " + b"1" * (20 * MB) + b"}}}]", "must be a number"),
+    "a long name": (b"bodies: [{name: " + b"n" * (20 * MB) + b"}]", "shape must be given"),
+    "a long alias": (b"*" + b"a" * (30 * MB), "has no anchor"),
+    "many directives": (b"".join(b"%%TAG !a%d! x\n" % i for i in range(200_000)), "not allowed"),
+    "many mistakes": (b"bodies:\n" + b"- {shape: {Spere: {}}}\n" * 50_000, "more problems"),
+    "many unknown keys": (b"bodies: [{" + b",".join(b"k%d: 1" % i for i in range(100_000)) + b"}]", "more problems"),
+    "many steps": (b"bodies: [{shape: {Sphere: {}}, move: [" + b"{scale: 2}," * 50_000 + b"]}]", "at most 1000 steps"),
+    "random bytes": (np.random.default_rng(0).bytes(10 * MB), "UTF-8"),
+    "zeros": (b"\0" * (30 * MB), "binary"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_refused_in_seconds(name, tmp_path):
+    content, phrase = HOSTILE[name]
+    path = tmp_path / "scene.yaml"
+    path.write_bytes(content)
+    started = time.perf_counter()
+    with pytest.raises(SceneFileError) as caught:
+        read(path)
+    assert phrase in str(caught.value)
+    assert len(str(caught.value)) < 20_000
+    assert time.perf_counter() - started < SECONDS
+
+
+def test_memory_is_bounded(tmp_path):
+    path = tmp_path / "scene.yaml"
+    laughs = "".join(f"a{i}: &a{i} [{','.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 100))
+    path.write_text("a0: &a0 [1,1,1,1,1,1,1,1,1,1]\n" + laughs)
+    tracemalloc.start()
+    with pytest.raises(SceneFileError, match="aliases expanded"):
+        read(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 5 * MB
+
+
+def test_tags_execute_nothing(tmp_path):
+    path, witness = tmp_path / "scene.yaml", tmp_path / "witness"
+    for tag in ("!!python/object/apply:os.mkdir", "!!python/object/new:os.mkdir", "!<tag:yaml.org,2002:python/name:os.mkdir>", "!x"):
+        path.write_text(f"bodies: {tag} ['{witness}']\n")
+        with pytest.raises(SceneFileError, match="tags"):
+            read(path)
+    assert not witness.exists()
+
+
+def test_pickled_balls_are_not_unpickled(tmp_path):
+    class Trap:
+        def __reduce__(self):
+            return os.mkdir, (str(tmp_path / "witness"),)
+
+    np.save(tmp_path / "balls.npy", np.array([Trap()], dtype=object), allow_pickle=True)
+    (tmp_path / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.npy}}}]\n")
+    with pytest.raises(SceneFileError, match=r"balls.npy is not a .npy file of numbers"):
+        read(tmp_path / "scene.yaml")
+    assert not (tmp_path / "witness").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "phrase"),
+    [
+        ("balls.npy", b"", "is not a .npy file"),
+        ("balls.npy", b"\x93NUMPY\x01\x00v\x00{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000, 4)}", "is not a .npy file"),
+        ("balls.npy", b"hello", "is not a .npy file"),
+        ("balls.csv", b"1,2,3\n", "balls.csv:1: must be 4 numbers (x, y, z, radius), got '1,2,3'"),
+        ("balls.csv", b"x,y,z,r\n1,2,3,4\n1,2,3,1_0\n", "balls.csv:3: must be 4 numbers"),
+        ("balls.csv", b"1,2,3,4\n1,2,three,4\n", "balls.csv:2: must be 4 numbers"),
+        ("balls.csv", b"1,2,3,\xff\n", "is not a text in UTF-8"),
+        ("balls.csv", b"1,2,3,nan\n", "radii[0] must be finite"),
+        ("balls.csv", b"1,2,3,0\n", "radii[0] must be > 0"),
+        ("balls.txt", b"1,2,3,4\n", "must be a .npy or .csv file"),
+    ],
+)  # fmt: skip
+def test_bad_files_of_balls(name, content, phrase, tmp_path):
+    (tmp_path / name).write_bytes(content)
+    (tmp_path / "scene.yaml").write_text(f"bodies:\n  - shape: {{Spheres: {{file: {name}}}}}\n")
+    with pytest.raises(SceneFileError) as caught:
+        read(tmp_path / "scene.yaml")
+    assert phrase in str(caught.value)
+    assert "scene.yaml:2:" in str(caught.value)
+
+
+@pytest.mark.parametrize("shape", [(4,), (3, 3), (2, 4, 1)])
+def test_arrays_of_balls_have_four_columns(shape, tmp_path):
+    np.save(tmp_path / "balls.npy", np.ones(shape))
+    (tmp_path / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.npy}}}]\n")
+    with pytest.raises(SceneFileError, match=r"shape \(N, 4\): x, y, z, radius"):
+        read(tmp_path / "scene.yaml")
+
+
+def test_links_do_not_lead_out(tmp_path):
+    inside = tmp_path / "scenes"
+    inside.mkdir()
+    np.save(tmp_path / "secret.npy", np.ones((1, 4)))
+    (inside / "balls.npy").symlink_to(tmp_path / "secret.npy")
+    (inside / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.npy}}}]\n")
+    with pytest.raises(SceneFileError, match="must stay inside the scene's folder"):
+        read(inside / "scene.yaml")
+
+
+def test_no_file_no_text(tmp_path):
+    for path, phrase in (
+        (tmp_path / "none.yaml", "no such file"),
+        (tmp_path, "is a directory"),
+        (Path(os.devnull), "is not a regular file"),
+        (tmp_path / ("x" * 5000), "cannot be read"),
+        ("zero\0character.yaml", "cannot be read"),
+    ):
+        with pytest.raises(SceneFileError, match=phrase):
+            read(path)
+
+
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "scene.yaml")
+    with pytest.raises(SceneFileError, match="is not a regular file"):
+        read(tmp_path / "scene.yaml")
+
+
+def test_many_bodies_are_fine(tmp_path):
+    (tmp_path / "scene.yaml").write_text("bodies:\n" + "  - {shape: {Sphere: {radius: 2}}}\n" * 20_000)
+    assert len(co.load(tmp_path / "scene.yaml").bodies) == 20_000
+
+
+def test_errors_cannot_drive_a_terminal(tmp_path):
+    (tmp_path / "scene.yaml").write_text('bodies: [{name: "a\\e[31m\\nb", "\\e]0;x\\a": 1}]\n')
+    with pytest.raises(SceneFileError) as caught:
+        read(tmp_path / "scene.yaml")
+    assert "\x1b" not in str(caught.value)
+    assert "\x07" not in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 2
+
+
+def test_several_mistakes_are_reported_together(tmp_path):
+    (tmp_path / "scene.yaml").write_text(
+        "bodies:\n  - {shape: {Sphere: {radius: big, center: [0]}}}\n  - {shap: 1}\nlights: [{PointLight: {}}]\ncamra: 1\n"
+    )
+    with pytest.raises(SceneFileError) as caught:
+        read(tmp_path / "scene.yaml")
+    assert [problem.line for problem in caught.value.problems] == [2, 2, 3, 3, 4, 5]
+    assert isinstance(caught.value, ValueError)
