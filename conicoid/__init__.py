@@ -1,9 +1,9 @@
 """Exact ray tracing of quadric solids: spheres, cylinders, cones, all quadrics, and their Boolean combinations.
 
-    import conicoid as co
+import conicoid as co
 
-    scene = co.Scene([co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)])
-    hits = scene.first_hit((0.7, 0, 5), (0, 0, -1))
+scene = co.Scene([co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)])
+hits = scene.first_hit((0.7, 0, 5), (0, 0, -1))
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ _SHAPES = {
     "Material": "material", "matte": "material", "phong": "material", "blinn_phong": "material", "lacquer": "material",
     "mirror": "material", "glass": "material", "metal": "material",
     "AIR": "material", "WATER": "material", "GLASS": "material", "VACUUM": "material", "Checker": "checker",
-    "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light", "Sky": "background",
+    "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light",
+    "Sky": "background",
 }  # fmt: skip
 _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",

@@ -54,7 +54,7 @@ def allocator(function: Function) -> Function:
     return cast(Function, njit(nogil=True, error_model="numpy")(function))
 
 
-@intrinsic
+@intrinsic  # type: ignore[untyped-decorator]
 def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
     """a b + c with one rounding (IEEE 754 fusedMultiplyAdd), in a vector lane where it stands in a loop."""
 

@@ -170,7 +170,9 @@ class Scene:
         from .image import Image
         from .render import render
 
-        return Image(render(self, width=width, height=height, samples=samples, integrator=integrator, seed=seed, **options))
+        return Image(
+            render(self, width=width, height=height, samples=samples, integrator=integrator, seed=seed, **options)
+        )
 
 
 def _as_body(index: int, item: Any) -> Body:

@@ -10,7 +10,7 @@ def barrel() -> list[co.Body]:
     """An ellipsoid cut by two planes, with staves on uv, a sunk lid, and four hoops."""
     staves = co.blinn_phong(co.Checker("#a5672f", "#8f5526", scale=(1 / 28, 2)), specular=0.15, shininess=40)
     planks = co.blinn_phong(co.Checker("#94602f", "#85542a", scale=(0.3, 9)), specular=0.15, shininess=40)
-    iron = co.metal("#6f7378", shininess=80, reflectivity=0.25)
+    iron = co.metal("#8d9297", shininess=80, reflectivity=0.6)
     side = co.Ellipsoid((1.05, 1.05, 2.1), z_range=(-1.25, 1.25)) - co.Cylinder((0, 0, 1.13), (0, 0, 2), 0.74)
     hoops = [
         co.Ellipsoid((1.075, 1.075, 2.15), z_range=(z, z + 0.13)) - co.Ellipsoid((1.04, 1.04, 2.08))

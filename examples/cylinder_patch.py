@@ -13,7 +13,7 @@ def scene() -> co.Scene:
     patch = co.Body(
         co.CylinderPatch(p1, p2, 1.25, 60, 310, reference=p3), co.blinn_phong(squares, specular=0.4, shininess=120)
     )
-    brass = co.metal("#c79a4b", reflectivity=0.5)
+    brass = co.metal("#d9a64a")
     axis = co.Body(co.Cylinder(p1, p2, 0.035), brass)
     points = [co.Body(co.Sphere(0.085, p), brass) for p in (p1, p2)]
     mark = co.Body(co.Sphere(0.085, p3), co.lacquer("#b3131b"))

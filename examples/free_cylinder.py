@@ -11,19 +11,20 @@ from studio import ROOM, backdrop, lights
 def pierced(start: tuple[float, ...], end: tuple[float, ...], radius: float, color: str, stripes: int) -> list[co.Body]:
     """A closed cylinder with white stripes, and a thin rod along its axis that shows how it stands in space.
 
-    The stripes are cylinders of the same axis and radius. Their sides lie exactly in the big one's side; where
-    bodies coincide the one listed first is seen.
+    The stripes are slices of the cylinder itself: they share its surface, and where bodies coincide the one
+    listed first is seen.
     """
     a, b = np.array(start), np.array(end)
     along = (b - a) / np.linalg.norm(b - a)
-    steel = co.metal("#b9bec4", reflectivity=0.5)
+    steel = co.metal("#b9bec4", reflectivity=0.8)
     rod = co.Cylinder(a - 0.6 * along, b + 0.6 * along, 0.035)
     tip = co.Cone(b + 0.6 * along, b + 0.85 * along, 0.1, 0)
-    cuts = [a + (b - a) * (k + 1) / (2 * stripes + 1) for k in range(2 * stripes)]
-    rings = [co.Cylinder(cuts[2 * k], cuts[2 * k + 1], radius) for k in range(stripes)]
+    cylinder = co.Cylinder(start, end, radius)
+    cuts = along @ a + np.linspace(0, np.linalg.norm(b - a), 2 * stripes + 2)[1:-1]
+    rings = [cylinder & co.HalfSpace(along, high) & co.HalfSpace(-along, -low) for low, high in cuts.reshape(-1, 2)]
     return [
         *(co.Body(ring, co.lacquer("#ece7da")) for ring in rings),
-        co.Body(co.Cylinder(start, end, radius), co.lacquer(color)),
+        co.Body(cylinder, co.lacquer(color)),
         co.Body(rod, steel),
         co.Body(tip, steel),
     ]

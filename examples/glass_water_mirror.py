@@ -7,32 +7,32 @@ import conicoid as co
 
 def columns() -> list[co.Body]:
     """Something to be seen through the balls, and upside down."""
-    colors = ["#a62b2b", "#d29a35", "#2f7d5b", "#2b5f93", "#6d3a86"]
     bodies = []
-    for i, color in enumerate(colors):
-        x = 2.6 * (i - 2)
-        bodies.append(co.Body(co.Cone((x, 7, 0), (x, 7, 3.2), 0.42, 0.34), co.lacquer(color)))
-        bodies.append(co.Body(co.Sphere(0.5, (x, 7, 3.6)), co.lacquer(color)))
+    for i, color in enumerate(["#a62b2b", "#d29a35", "#2f7d5b", "#2b5f93", "#6d3a86"]):
+        x, y = 2.3 * (i - 2), 5.5 - 0.35 * (i - 2) ** 2
+        bodies.append(co.Body(co.Cone((x, y, 0), (x, y, 1.9), 0.4, 0.3), co.lacquer(color)))
+        bodies.append(co.Body(co.Sphere(0.46, (x, y, 2.2)), co.lacquer(color)))
     return bodies
 
 
 def scene() -> co.Scene:
-    """Three balls, a prism that turns what is beside it by total reflection, and a drop with an air bubble."""
-    clear = co.glass(absorption=(0.05, 0.02, 0.03))
-    water = co.glass(co.WATER, absorption=(0.12, 0.03, 0.015))
-    prism = co.Polyhedron([(0, -1, 0), (0, 0, -1), (0, 1, 1), (1, 0, 0), (-1, 0, 0)], [0, 0, 0.9, 0.75, 0.75])
-    balls = [
-        co.Body(co.Sphere(1.25, (-2.15, 0.4, 1.25)), clear),
-        co.Body(co.Sphere(1.05, (0.75, 1.9, 1.05)), co.mirror(0.92)),
-        co.Body(co.Sphere(0.95, (2.35, -0.45, 0.95)), water),
-        co.Body(co.Sphere(0.28, (0.55, -1.75, 0.3)), co.glass(1.0, specular=0)),
-        co.Body(co.Sphere(0.52, (0.5, -1.7, 0.52)), clear),
-        co.Body(prism.rotate((0, 0, 1), 155).translate((-0.35, -0.9, 0)), clear),
+    """Glass, mirror and water; in front a ball with a bubble of air, and a cube whose sides reflect totally."""
+    glass = co.glass(absorption=(0.06, 0.02, 0.03))
+    water = co.glass(co.WATER, absorption=(0.16, 0.04, 0.02))
+    air = co.glass(co.AIR, specular=0)
+    cube = co.Box((-0.45, -0.45, 0), (0.45, 0.45, 0.9)).rotate((0, 0, 1), 28).translate((-0.75, -2.15, 0))
+    things = [
+        co.Body(co.Sphere(1.25, (-2.1, 0.3, 1.25)), glass),
+        co.Body(co.Sphere(1.1, (0.45, 1.6, 1.1)), co.mirror(0.92)),
+        co.Body(co.Sphere(1.0, (2.35, -0.2, 1.0)), water),
+        co.Body(co.Sphere(0.33, (0.78, -1.9, 0.62)), air, name="bubble"),
+        co.Body(co.Sphere(0.6, (0.78, -1.9, 0.6)), glass),
+        co.Body(cube, glass),
     ]
-    floor = co.Body(co.Plane((0, 0, 1), 0), co.matte(co.Checker("#f0ece2", "#3d4a57", scale=1.0, space=True)))
-    light = [co.AmbientLight(0.3), co.DirectionalLight((0.55, 0.75, -0.9), (0.8, 0.77, 0.72))]
-    camera = co.Camera((0.2, -8.6, 3.0), (0.1, 0, 0.95), field_of_view=34)
-    return co.Scene([*balls, *columns(), floor], light, camera, co.Sky((0.18, 0.36, 0.68), (0.86, 0.9, 0.94)))
+    floor = co.Body(co.Disc((0, 0, 0), (0, 0, 1), 11), co.matte(co.Checker("#f0ece2", "#3d4a57", scale=1.0, space=True)))
+    light = [co.AmbientLight(0.3), co.DirectionalLight((0.6, 0.75, -0.95), (0.8, 0.77, 0.72))]
+    camera = co.Camera((0.3, -9.6, 4.0), (0.15, 0, 0.85), field_of_view=29)
+    return co.Scene([*things, *columns(), floor], light, camera, co.Sky((0.2, 0.38, 0.68), (0.88, 0.91, 0.94)))
 
 
 def picture(progress: object = None) -> co.Image:

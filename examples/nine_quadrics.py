@@ -8,17 +8,17 @@ from PIL import Image, ImageDraw, ImageFont
 import conicoid as co
 from studio import ROOM, backdrop, lights
 
-ROOMY = co.Box((-1.15, -1.15, -1), (1.15, 1.15, 1))
+ROOMY = co.Box((-1, -1, -1), (1, 1, 1))
 PLATES = [
     ("ellipsoid", "Ax² + Ey² + Hz² = 1", co.Ellipsoid.from_coefficients(0.5, 1.2, 1.0), "#a62b2b"),
-    ("elliptic paraboloid", "Ax² + Ey² − z = 0", co.EllipticParaboloid(1.5, 2.2, (0, 2)).translate((0, 0, -1)), "#c2622d"),
-    ("hyperbolic paraboloid", "Ax² − Ey² − z = 0", ROOMY - co.HyperbolicParaboloid(0.7, 0.7), "#d29a35"),
-    ("hyperboloid of one sheet", "Ax² + Ey² − Hz² = 1", co.OneSheetHyperboloid(3.5, 5, 2.6, (-1, 1)), "#6b8f3e"),
-    ("hyperboloid of two sheets", "Ax² + Ey² − Hz² = −1", co.TwoSheetHyperboloid(9, 13, 14, (-1, 1)), "#2f7d5b"),
-    ("elliptic cone", "Ax² + Ey² − Hz² = 0", co.EllipticCone(1, 1.5, 1, (-1, 1)), "#2a7f8c"),
+    ("elliptic paraboloid", "Ax² + Ey² – z = 0", co.EllipticParaboloid(1.5, 2.2, (0, 2)).translate((0, 0, -1)), "#c2622d"),
+    ("hyperbolic paraboloid", "Ax² – Ey² – z = 0", ROOMY - co.HyperbolicParaboloid(0.8, 0.8), "#d29a35"),
+    ("hyperboloid of one sheet", "Ax² + Ey² – Hz² = 1", co.OneSheetHyperboloid(3.5, 5, 2.6, (-1, 1)), "#6b8f3e"),
+    ("hyperboloid of two sheets", "Ax² + Ey² – Hz² = –1", co.TwoSheetHyperboloid(9, 13, 14, (-1, 1)), "#2f7d5b"),
+    ("elliptic cone", "Ax² + Ey² – Hz² = 0", co.EllipticCone(1, 1.5, 1, (-1, 1)), "#2a7f8c"),
     ("elliptic cylinder", "Ax² + Ey² = 1", co.EllipticCylinder(0.9, 1.7, (-1, 1)), "#2b5f93"),
-    ("hyperbolic cylinder", "Ax² − Ey² = 1", co.HyperbolicCylinder(6, 3, within=ROOMY), "#59468f"),
-    ("parabolic cylinder", "x² − 2Gy = 0", co.ParabolicCylinder(0.35, ROOMY.translate((0, 0.9, 0))).translate((0, -0.9, 0)), "#8d3c78"),
+    ("hyperbolic cylinder", "Ax² – Ey² = 1", co.HyperbolicCylinder(6, 3, within=ROOMY), "#59468f"),
+    ("parabolic cylinder", "x² – 2Gy = 0", co.ParabolicCylinder(0.3, ROOMY.translate((0, 0.9, 0))).translate((0, -0.9, 0)), "#8d3c78"),
 ]
 LINE = 0.012
 INK, PAPER = "#3a3632", "#e9e6e1"
@@ -39,7 +39,7 @@ def scene(solid: co.Solid, color: str) -> co.Scene:
     lift = (0, 0, 1.02)
     bodies = [*sections(solid), co.Body(solid, co.lacquer(color))]
     raised = [co.Body(body.shape.translate(lift), body.material) for body in bodies]
-    camera = co.Camera((3.4, -8.4, 4.1), (0, 0, 0.88), field_of_view=20)
+    camera = co.Camera((3.4, -8.4, 4.1), (0.05, 0, 0.7), field_of_view=21.5)
     return co.Scene([*raised, *backdrop(PAPER, wall=14)], lights=lights(), camera=camera, background=ROOM)
 
 
@@ -60,10 +60,21 @@ def labelled(pixels: np.ndarray, width: int, height: int) -> co.Image:
     pen = ImageDraw.Draw(mask)
     for k, (name, equation, _, _) in enumerate(PLATES):
         x, y = (k % 3 + 0.5) * width, (k // 3 + 1) * height
-        pen.text((x, y - 34), name, 255, ImageFont.load_default(16), anchor="mm")
-        pen.text((x, y - 15), equation, 255, ImageFont.load_default(13), anchor="mm")
+        pen.text((x, y - 36), name, 255, ImageFont.load_default(16), anchor="mm")
+        write(pen, x, y - 17, equation)
     share = np.asarray(mask)[..., None] / 255
     return co.Image(pixels * (1 - share) + share * 0.035)
+
+
+def write(pen: ImageDraw.ImageDraw, middle: float, y: float, equation: str) -> None:
+    """An equation with raised twos, for the font has none of its own."""
+    base, raised = ImageFont.load_default(14), ImageFont.load_default(10)
+    parts = [(text, base) for text in equation.split("²")]
+    parts = [part for pair in zip(parts, [("2", raised)] * len(parts), strict=True) for part in pair][:-1]
+    x = middle - sum(font.getlength(text) for text, font in parts) / 2
+    for text, font in parts:
+        pen.text((x, y - (5 if font is raised else 0)), text, 255, font, anchor="lm")
+        x += font.getlength(text)
 
 
 if __name__ == "__main__":

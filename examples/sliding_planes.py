@@ -6,17 +6,18 @@ import conicoid as co
 from studio import ROOM, backdrop, lights
 
 HEIGHT = 2.0
-LOWER_PLANES = (-1.0, -0.7, -0.4, 0.0, 0.4)
+LOWER_PLANES = (-1.0, -0.7, -0.4, 0.0, 0.5)
+PLACES = (-5.0, -2.9, -0.7, 1.9, 5.0)
 
 
 def scene() -> co.Scene:
     """x² + y² <= slope² z² between two planes 2 apart, standing in a row; each next pair of planes is further up."""
     finishes = ["#8c1d2f", "#b5472d", "#d08a2c", "#4f7d4a", "#22577a"]
     bodies = []
-    for i, (low, color) in enumerate(zip(LOWER_PLANES, finishes, strict=True)):
-        solid = co.DoubleCone(slope=0.55, z_range=(low, low + HEIGHT)).translate((2.75 * (i - 2), 0, -low))
+    for low, x, color in zip(LOWER_PLANES, PLACES, finishes, strict=True):
+        solid = co.DoubleCone(slope=0.55, z_range=(low, low + HEIGHT)).translate((x, 0, -low))
         bodies.append(co.Body(solid, co.lacquer(color)))
-    camera = co.Camera((0, -17, 6.2), (0.15, 0, 0.75), field_of_view=20)
+    camera = co.Camera((0, -17, 6.4), (0.15, 0, 0.95), field_of_view=18.5)
     return co.Scene([*bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
 
 

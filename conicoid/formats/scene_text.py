@@ -38,7 +38,7 @@ def _read_bytes(path: Path) -> bytes:
     if not stat.S_ISREG(status.st_mode):
         raise _NoText("is not a regular file")
     with path.open("rb") as file:
-        raw = file.read(MAX_BYTES + 1)
+        raw = file.read(min(status.st_size, MAX_BYTES) + 1)
     if len(raw) > MAX_BYTES:
         size, most = max(status.st_size, len(raw)) >> 20, MAX_BYTES >> 20
         raise _NoText(f"is too large: {size} MB, a scene file has at most {most} MB (bulk data belongs in a .npy file)")

@@ -120,10 +120,21 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans
 def slot_face(geometry: Geometry, cell: int, slot: int) -> tuple[int, int, int]:
     """(surface, face number, side) of a slot; side +1 where the surface's gradient points out of the cell."""
     if slot == QUADRIC_SLOT:
-        return integer(geometry, table.CELL_QUADRIC, cell), integer(geometry, table.CELL_FACE, cell), integer(geometry, table.CELL_SIDE, cell)
-    return integer(geometry, table.PLANE_SURFACE, slot), integer(geometry, table.PLANE_FACE, slot), integer(geometry, table.PLANE_SIDE, slot)
+        return (
+            integer(geometry, table.CELL_QUADRIC, cell),
+            integer(geometry, table.CELL_FACE, cell),
+            integer(geometry, table.CELL_SIDE, cell),
+        )
+    return (
+        integer(geometry, table.PLANE_SURFACE, slot),
+        integer(geometry, table.PLANE_FACE, slot),
+        integer(geometry, table.PLANE_SIDE, slot),
+    )
 
 
 @inline
 def is_curved(geometry: Geometry, surface: int) -> bool:
-    return integer(geometry, table.SURFACE_KIND, surface) == SPHERE or integer(geometry, table.SURFACE_KIND, surface) == QUADRIC
+    return (
+        integer(geometry, table.SURFACE_KIND, surface) == SPHERE
+        or integer(geometry, table.SURFACE_KIND, surface) == QUADRIC
+    )

@@ -33,9 +33,7 @@ def difference_of_products(a: float, b: float, c: float, d: float) -> float:
 
 
 @helper
-def accurate_dot(
-    ax: float, ay: float, az: float, bx: float, by: float, bz: float, more: float, tiny: float
-) -> float:
+def accurate_dot(ax: float, ay: float, az: float, bx: float, by: float, bz: float, more: float, tiny: float) -> float:
     """a·b + more + tiny as if in twice the precision, then rounded; tiny is small against the rest."""
     p = ax * bx
     q = ay * by

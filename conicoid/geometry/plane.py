@@ -14,9 +14,7 @@ _OBLIQUE = 1.0 / 32.0
 
 
 @inline
-def plane_on_ray(
-    plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
-) -> tuple[float, float]:
+def plane_on_ray(plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> tuple[float, float]:
     """(height, rate): the plane's value n·x - offset along the ray is height + rate t.
 
     `plane` = (normal, height of the anchor over the plane, anchor). The origin is taken relative
@@ -35,4 +33,3 @@ def plane_on_ray(
         rate = accurate_dot(nx, ny, nz, dx, dy, dz, 0.0, 0.0)
         height = accurate_dot(nx, ny, nz, px, py, pz, over, dot(nx, ny, nz, ex, ey, ez))
     return height, rate
-

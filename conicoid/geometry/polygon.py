@@ -35,7 +35,11 @@ def seen_along(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[fl
 @inline
 def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float]:
     at = 3 * vertex
-    x, y, z = real(geometry, table.VERTICES, at), real(geometry, table.VERTICES, at + 1), real(geometry, table.VERTICES, at + 2)
+    x, y, z = (
+        real(geometry, table.VERTICES, at),
+        real(geometry, table.VERTICES, at + 1),
+        real(geometry, table.VERTICES, at + 2),
+    )
     return seen_along(axis, x, y, z, ray)
 
 

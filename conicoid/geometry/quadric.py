@@ -165,7 +165,15 @@ def _moment(a: Pair, b: Pair, c: Pair, d: Pair) -> Pair:
 def quadric_value(quadric: Quadric, x: float, y: float, z: float) -> float:
     """The left side of the equation at a point: <= 0 inside."""
     y0, y1, y2 = own_coordinates(quadric, x, y, z)
-    s0, s1, s2, b0, b1, b2, k = quadric[12], quadric[13], quadric[14], quadric[15], quadric[16], quadric[17], quadric[18]
+    s0, s1, s2, b0, b1, b2, k = (
+        quadric[12],
+        quadric[13],
+        quadric[14],
+        quadric[15],
+        quadric[16],
+        quadric[17],
+        quadric[18],
+    )
     return dot(fma(s0, y0, 2.0 * b0), fma(s1, y1, 2.0 * b1), fma(s2, y2, 2.0 * b2), y0, y1, y2) - k
 
 

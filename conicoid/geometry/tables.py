@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -84,12 +84,50 @@ class Tables(NamedTuple):
 
 # The number of each table, by which kernels find it
 (
-    SURFACE_KIND, SURFACE_ROW, PLANES, SPHERES, QUADRICS, CELL_QUADRIC, CELL_SIDE, CELL_FACE, CELL_FIRST,
-    PLANE_SURFACE, PLANE_SIDE, PLANE_FACE, PROGRAM_LEAF, PROGRAM_GATE, LEAF_CELL, LEAF_GATE, LEAF_NEGATED,
-    LEAF_SENSE, LEAF_BOUNDS, GATE_PARENT, GATE_NEED, GATE_NEGATED, GATE_START, SHEET_SURFACE, SHEET_PROGRAM,
-    SHEET_SIDE, SHEET_ONE_SIDED, POLYGON_SURFACE, POLYGON_SIDE, POLYGON_FIRST, POLYGON_PROGRAM, VERTICES,
-    ENTRY_KIND, ENTRY_INDEX, ENTRY_BODY, BODY_FACE, BALL_FRAMES, FACE_UV, NODE_BOXES, NODE_CHILDREN, TREE_ORDER,
-    TREE_ROOT, ROOTS, TREE_DEPTH,
+    SURFACE_KIND,
+    SURFACE_ROW,
+    PLANES,
+    SPHERES,
+    QUADRICS,
+    CELL_QUADRIC,
+    CELL_SIDE,
+    CELL_FACE,
+    CELL_FIRST,
+    PLANE_SURFACE,
+    PLANE_SIDE,
+    PLANE_FACE,
+    PROGRAM_LEAF,
+    PROGRAM_GATE,
+    LEAF_CELL,
+    LEAF_GATE,
+    LEAF_NEGATED,
+    LEAF_SENSE,
+    LEAF_BOUNDS,
+    GATE_PARENT,
+    GATE_NEED,
+    GATE_NEGATED,
+    GATE_START,
+    SHEET_SURFACE,
+    SHEET_PROGRAM,
+    SHEET_SIDE,
+    SHEET_ONE_SIDED,
+    POLYGON_SURFACE,
+    POLYGON_SIDE,
+    POLYGON_FIRST,
+    POLYGON_PROGRAM,
+    VERTICES,
+    ENTRY_KIND,
+    ENTRY_INDEX,
+    ENTRY_BODY,
+    BODY_FACE,
+    BALL_FRAMES,
+    FACE_UV,
+    NODE_BOXES,
+    NODE_CHILDREN,
+    TREE_ORDER,
+    TREE_ROOT,
+    ROOTS,
+    TREE_DEPTH,
 ) = range(44)
 
 
@@ -110,7 +148,8 @@ def pack(tables: Tables) -> Geometry:
     integers: list[Ints] = []
     floats: list[Floats] = []
     ends = [0, 0]
-    for k, table in enumerate(tables):
+    arrays: tuple[npt.NDArray[Any], ...] = tables
+    for k, table in enumerate(arrays):
         real = table.dtype == np.float64
         places[k] = ends[real], table.size
         ends[real] += table.size
@@ -118,14 +157,12 @@ def pack(tables: Tables) -> Geometry:
             floats.append(np.ravel(table))
         else:
             integers.append(np.ravel(table).astype(np.int32))
-    return Geometry(
-        places, np.concatenate([np.zeros(0, np.int32), *integers]), np.concatenate([np.zeros(0), *floats])
-    )
+    return Geometry(places, np.concatenate([np.zeros(0, np.int32), *integers]), np.concatenate([np.zeros(0), *floats]))
 
 
 @inline
-def integer(geometry: Geometry, table: int, index: int) -> int:
-    """An element of a table of integers."""
+def integer(geometry: Geometry, table: int, index: int) -> Any:
+    """An element of a table of integers, an int64."""
     return np.int64(geometry.integers[geometry.places[table, 0] + index])
 
 

@@ -114,7 +114,7 @@ def _add_spheres(assembly: Assembly, entries: Entries, shape: Spheres) -> None:
     centers, linear, factor = shape.placed(STILL)
     reach = shape.radii[:, None] * np.sqrt((linear**2).sum(axis=1))
     boxes = np.concatenate([np.nextafter(centers - reach, -np.inf), np.nextafter(centers + reach, np.inf)], axis=1)
-    back = np.linalg.inv(linear)
+    back: FloatArray = np.asarray(np.linalg.inv(linear), dtype=np.float64)
     entries.ball_frames.append(back.ravel())
     frame = -len(entries.ball_frames)
     if factor is not None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -207,12 +209,12 @@ def _balls_direct(tables: Tables, table: SurfaceArrays, single: int) -> Tables:
     return tables._replace(entry_kind=kind, entry_index=index)
 
 
-def _column(rows: list[tuple[int, ...]] | list[tuple[int, int]], column: int) -> Ints:
+def _column(rows: Sequence[tuple[Any, ...]], column: int) -> Ints:
     return np.array([row[column] for row in rows], dtype=np.int32)
 
 
-def _joined(parts: list[Ints] | list[Signs], dtype: type[np.int8] | type[np.int32]) -> Ints:
+def _joined(parts: Sequence[Ints] | Sequence[Signs], dtype: type[np.int8] | type[np.int32]) -> Any:
     return np.concatenate([np.zeros(0, dtype), *parts])
 
 
-__all__ = ["Assembly", "Entries", "REGION", "finished_tables"]
+__all__ = ["REGION", "Assembly", "Entries", "finished_tables"]

@@ -81,8 +81,10 @@ def _moved(tree: Tree, motion: Motion, faces: Faces, first: int) -> Tree:
 
 
 def _cells(tree: Tree) -> list[Cell]:
-    """All cells of a primitive, which may be passed over where a ray misses the primitive's box. None
-    where a complement stands in its tree: it might be inside although all of its cells are not."""
+    """All cells of a primitive, which may be passed over where a ray misses the primitive's box.
+
+    None where a complement stands in its tree: it might be inside although all of its cells are not.
+    """
     cells, pending = [], [tree]
     while pending:
         part = pending.pop()

@@ -1,5 +1,8 @@
-"""What a user can say: frozen dataclasses, data only. Every file here that defines a shape
-registers it by defining it; scene files and the contract tests find it in `REGISTRY`."""
+"""What a user can say: frozen dataclasses, data only.
+
+Every file here that defines a shape registers it by defining it; scene files and the contract
+tests find it in `REGISTRY`.
+"""
 
 from __future__ import annotations
 

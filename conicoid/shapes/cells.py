@@ -73,8 +73,11 @@ class Face:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """The points inside all faces. At most one face is a quadric, and it then comes first;
-    numbers rise along the tuple (ties at equal t go to the lower number)."""
+    """The points inside all faces.
+
+    At most one face is a quadric, and it then comes first; numbers rise along the tuple (ties at
+    equal t go to the lower number).
+    """
 
     faces: tuple[Face, ...]
 

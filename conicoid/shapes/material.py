@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
 from .checker import Checker
-from .color import Amount, Color, checked_amount, checked_color
+from .color import Amount, Color, checked_amount, checked_color, linear_rgb
 from .validate import number, positive
 
 Highlight: TypeAlias = Literal["phong", "blinn_phong"]
@@ -137,12 +137,12 @@ def glass(
     )
 
 
-def metal(color: Color = (0.9, 0.6, 0.3), shininess: float = 200.0, reflectivity: Amount | None = None) -> Material:
-    """A polished metal: reflections and highlight in its own tint, whiter towards the rim."""
-    tint = color if reflectivity is None else reflectivity
-    return Material(
-        color, ambient=0.1, diffuse=0.1, specular=color, shininess=shininess, reflectivity=tint, fresnel=True
-    )
+def metal(color: Color = (0.9, 0.6, 0.3), shininess: float = 200.0, reflectivity: float = 1.0) -> Material:
+    """A polished metal: highlight and reflections (times `reflectivity`) in its own tint, whiter towards the rim."""
+    share = number("metal", "reflectivity", reflectivity)
+    r, g, b = linear_rgb(color, "metal", "color")
+    tint = (share * r, share * g, share * b)
+    return Material(color, 0.4, 0.4, specular=color, shininess=shininess, reflectivity=tint, fresnel=True)
 
 
 CONSTRUCTORS = {f.__name__: f for f in (matte, phong, blinn_phong, lacquer, mirror, glass, metal)}

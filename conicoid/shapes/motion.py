@@ -88,7 +88,9 @@ class Frame:
             least = min(range(3), key=lambda i: abs(self.axis[i]))
             towards = ex.IDENTITY[least]
         else:
-            towards = tuple(ex.dot((r, o), (ex.ONE, -ex.ONE)) for r, o in zip(ex.exact_row(self.reference), origin, strict=True))
+            towards = tuple(
+                ex.dot((r, o), (ex.ONE, -ex.ONE)) for r, o in zip(ex.exact_row(self.reference), origin, strict=True)
+            )
         along = ex.dot(towards, z)
         x = ex.unit(tuple(ex.dot((t, along), (ex.ONE, -a)) for t, a in zip(towards, z, strict=True)))
         return ex.transpose((x, ex.cross(z, x), z)), origin
@@ -104,7 +106,7 @@ class Motion:
     steps: tuple[Step, ...] = ()
 
     def then(self, other: Motion) -> Motion:
-        """This motion followed by `other`."""
+        """The motion followed by `other`."""
         if not other.steps:
             return self
         return Motion(self.steps + other.steps) if self.steps else other
@@ -150,7 +152,11 @@ class Motion:
             if linear is not ex.IDENTITY:
                 rows = ex.multiply(linear, rows) if rows is not ex.IDENTITY else linear
                 shift = ex.apply(linear, shift)
-            shift = (ex.cancelling_sum((shift[0], x)), ex.cancelling_sum((shift[1], y)), ex.cancelling_sum((shift[2], z)))
+            shift = (
+                ex.cancelling_sum((shift[0], x)),
+                ex.cancelling_sum((shift[1], y)),
+                ex.cancelling_sum((shift[2], z)),
+            )
         return rows, shift
 
     @cached_property
@@ -204,4 +210,3 @@ def _as_matrix(rows: ex.Rows, shift: ex.Row) -> FloatArray:
         result[i, :3] = [ex.rounded(x) for x in rows[i]]
         result[i, 3] = ex.rounded(shift[i])
     return result
-

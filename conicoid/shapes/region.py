@@ -113,7 +113,9 @@ def solids(owner: str, operands: Any) -> tuple[Solid, ...]:
         raise ValueError(f"{owner}: operands must hold at least one solid, got none")
     for item in items:
         if isinstance(item, Sheet):
-            raise TypeError(f"{owner}: {type(item).__name__} is a sheet: only `sheet & solid` and `sheet - solid` clip it")
+            raise TypeError(
+                f"{owner}: {type(item).__name__} is a sheet: only `sheet & solid` and `sheet - solid` clip it"
+            )
         if not isinstance(item, Solid) or not getattr(item, "combines", True):
             raise TypeError(f"{owner}: operands must be solids, got {type(item).__name__}")
     return items
@@ -145,7 +147,9 @@ def difference(a: Solid, b: Solid) -> Difference:
 
 def clip(sheet: Sheet, solid: Any, *, keep_inside: bool) -> ClippedSheet:
     if not isinstance(solid, Solid):
-        raise TypeError(f"{type(sheet).__name__} is a sheet: it can be clipped by a solid, not by {type(solid).__name__}")
+        raise TypeError(
+            f"{type(sheet).__name__} is a sheet: it can be clipped by a solid, not by {type(solid).__name__}"
+        )
     return ClippedSheet(sheet, solid, "inside" if keep_inside else "outside")
 
 

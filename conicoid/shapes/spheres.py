@@ -35,7 +35,9 @@ class Spheres(Solid):
         if radii.ndim == 0:
             radii = np.full(len(centers), float(radii))
         if radii.shape != (len(centers),):
-            raise ValueError(f"Spheres: radii must have shape ({len(centers)},) as there are centers, got {radii.shape}")
+            raise ValueError(
+                f"Spheres: radii must have shape ({len(centers)},) as there are centers, got {radii.shape}"
+            )
         for field, values in (("centers", centers), ("radii", radii)):
             bad = np.flatnonzero(~np.isfinite(np.atleast_2d(values.T)).all(axis=0))
             if len(bad):

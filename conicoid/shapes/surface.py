@@ -91,7 +91,8 @@ class QuadricSurface:
             for i in range(3)
         ]
         constant = ex.cancelling_sum(
-            [t for k in range(3) for t in (s[k] * shift[k] * shift[k], 2 * b[k] * shift[k])] + [-ex.exact(self.constant)]
+            [t for k in range(3) for t in (s[k] * shift[k] * shift[k], 2 * b[k] * shift[k])]
+            + [-ex.exact(self.constant)]
         )
         return (*second, *first, constant)
 
@@ -104,7 +105,7 @@ Surface: TypeAlias = PlaneSurface | QuadricSurface
 
 
 def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:
-    return tuple(ex.dot(row, point, t) for row, t in zip(rows, shift, strict=True))  # type: ignore[return-value]
+    return tuple(ex.dot(row, point, t) for row, t in zip(rows, shift, strict=True))
 
 
 def _named(kind: str, coefficients: Sequence[ex.Exact]) -> tuple[Key, int]:

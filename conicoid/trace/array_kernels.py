@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import Floats, Geometry, Ints, Signs, integer
+from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, integer
 from ..geometry.vectors import dot
 from ..jit import allocator, fma, inline, kernel
 from .events import entry_crossings, is_solid
@@ -21,12 +21,14 @@ DEAD = -2
 
 @kernel
 def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
-    """(index, reason) of the first ray that cannot be traced: 1 origin, 2 direction not finite, 3 zero; (-1, 0) if none."""
+    """(index, reason) of the first ray that cannot be traced, (-1, 0) if none.
+
+    Reasons: 1 the origin is not finite, 2 the direction is not finite, 3 the direction is zero.
+    """
     for i in range(len(origins)):
         x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
-        if not math.isfinite(origins[i, 0] + origins[i, 1] + origins[i, 2]):
-            if not (math.isfinite(origins[i, 0]) and math.isfinite(origins[i, 1]) and math.isfinite(origins[i, 2])):
-                return i, 1
+        if not (math.isfinite(origins[i, 0]) and math.isfinite(origins[i, 1]) and math.isfinite(origins[i, 2])):
+            return i, 1
         if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
             return i, 2
         if x == 0.0 and y == 0.0 and z == 0.0:
@@ -35,14 +37,12 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
 
 
 @inline
-def load_ray(
-    origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, i: int
-) -> tuple[float, float, float, float, float, float, float, float, int]:
+def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, i: int) -> Ray:
     """Ray i; t_min, t_max and starts hold one value for all or one for each."""
-    return (
-        origins[i, 0], origins[i, 1], origins[i, 2], directions[i, 0], directions[i, 1], directions[i, 2],
-        t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0], np.int64(starts[i if len(starts) > 1 else 0]),
-    )  # fmt: skip
+    start = np.int64(starts[i if len(starts) > 1 else 0])
+    first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
+    ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
+    return ox, oy, oz, directions[i, 0], directions[i, 1], directions[i, 2], first, last, start  # type: ignore[return-value]
 
 
 @kernel
@@ -185,7 +185,9 @@ def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end
 
 
 @kernel
-def normals_of(geometry: Geometry, ids: Ints, flags: Signs, points: Floats, begin: int, end: int, normals: Floats) -> None:
+def normals_of(
+    geometry: Geometry, ids: Ints, flags: Signs, points: Floats, begin: int, end: int, normals: Floats
+) -> None:
     """Outward unit normals at hit points; NaN for misses."""
     for i in range(begin, end):
         x, y, z = math.nan, math.nan, math.nan

@@ -37,9 +37,7 @@ def _put(scratch: Scratch, count: int, t: float, leaf: int, slot: int, on: int) 
 @inline
 def leaves_met(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
     """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many."""
-    return walk(
-        geometry, scratch.near, scratch.inner_stack, scratch.inner_stack_t, program, ray, scratch.found_leaves
-    )
+    return walk(geometry, scratch.near, scratch.inner_stack, scratch.inner_stack_t, program, ray, scratch.found_leaves)
 
 
 @helper
@@ -49,7 +47,9 @@ def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
     inverse = span_inverse(ray)
     for k in range(leaves_met(geometry, scratch, program, ray)):
         leaf = scratch.found_leaves[k]
-        spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse)
+        spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(
+            geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse
+        )
         if spans > 0:
             count = _put(scratch, count, in1, leaf, a1, 1)
             count = _put(scratch, count, out1, leaf, b1, 0)
@@ -84,9 +84,7 @@ def _sort(scratch: Scratch, count: int) -> None:
 
 
 @helper
-def region_crossings(
-    geometry: Geometry, scratch: Scratch, program: int, ray: Ray, limit: int
-) -> tuple[int, bool]:
+def region_crossings(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, limit: int) -> tuple[int, bool]:
     """(number of crossings in ]t_min, t_max[, inside just after t_min) of a region; stops after `limit`."""
     t_min, t_max = ray[6], ray[7]
     events = gather(geometry, scratch, program, ray)
@@ -213,11 +211,19 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
 @helper
 def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: Ray) -> int:
     """The crossing of a polygon in ]t_min, t_max[, if any."""
-    surface, program = integer(geometry, table.POLYGON_SURFACE, polygon), integer(geometry, table.POLYGON_PROGRAM, polygon)
+    surface, program = (
+        integer(geometry, table.POLYGON_SURFACE, polygon),
+        integer(geometry, table.POLYGON_PROGRAM, polygon),
+    )
     t, _, rate = plane_crossing(geometry, surface, ray)
     if rate == 0.0 or not counts_in(t, surface, ray):
         return 0
-    if not inside_loop(geometry, integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1), ray):
+    if not inside_loop(
+        geometry,
+        integer(geometry, table.POLYGON_FIRST, polygon),
+        integer(geometry, table.POLYGON_FIRST, polygon + 1),
+        ray,
+    ):
         return 0
     if program >= 0 and not inside_program_at(geometry, scratch, program, ray, t):
         return 0

@@ -109,7 +109,9 @@ class Hits:
         bad = np.flatnonzero(hit & ~(np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)))
         if len(bad):
             where = tuple(int(i) for i in np.unravel_index(bad[0], self.rays.shape))
-            raise ValueError(f"spawn: direction must be finite and not zero, got {tuple(flat[bad[0]].tolist())} at {where}")
+            raise ValueError(
+                f"spawn: direction must be finite and not zero, got {tuple(flat[bad[0]].tolist())} at {where}"
+            )
         starts = np.where(hit, self._ids[:, 1], DEAD).astype(np.int32)
         return Rays._spawned(self._points.reshape(shape).copy(), d, starts)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from .events import entry_crossings, entry_sides
 from .scratch import Scratch, new_scratch
 from .walk import boxes_met, leaf_range, push_children, push_roots, reciprocal, walk
 
-Hit: TypeAlias = tuple[float, int, int, int, int, bool]
+Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any]
+"""t, body, surface, face, side, entered"""
 
 _FAR = 2.0**100
 
@@ -131,17 +132,17 @@ def _sort(values: Ints, count: int) -> None:
 @helper
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     """Put the entries whose boxes the ray meets within its interval into scratch, by number of body."""
-    count = walk(
-        geometry, scratch.near, scratch.stack, scratch.stack_t, scene_tree(geometry), ray, scratch.found
-    )
+    count = walk(geometry, scratch.near, scratch.stack, scratch.stack_t, scene_tree(geometry), ray, scratch.found)
     _sort(scratch.found, count)
     return count
 
 
 @helper
 def media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: Signs) -> tuple[int, int]:
-    """(before, after): the lowest-numbered body with is_medium[body] != 0 that the ray is inside of, just
-    before and just after t; -1 for none. All that crosses at the same t acts together."""
+    """(before, after): the first body with is_medium[body] != 0 that the ray is in, just before and after t.
+
+    -1 for none. All that crosses at the same t acts together.
+    """
     ray, scale = scaled_ray(ray)
     t = t / scale
     ox, oy, oz, dx, dy, dz, _, _, start = ray

@@ -55,7 +55,7 @@ def _limits(rays: Rays, name: str, value: Any) -> FloatArray:
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
 
 
-def _arguments(rays: Rays, t_min: Any, t_max: Any) -> tuple[Any, ...]:
+def _arguments(rays: Rays, t_min: Any, t_max: Any) -> tuple[Any, Any, Any, Any, Any]:
     return (
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),

@@ -18,7 +18,9 @@ def points_array(owner: str, field: str, values: Any) -> FloatArray:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise ValueError(f"{owner}: {field} must be an array of numbers (..., 3), got {type(values).__name__}") from None
+        raise ValueError(
+            f"{owner}: {field} must be an array of numbers (..., 3), got {type(values).__name__}"
+        ) from None
     if array.ndim == 1 and array.size == 0:
         array = array.reshape(0, 3)
     if array.ndim == 0 or array.shape[-1] != 3:
@@ -36,6 +38,9 @@ class Rays:
     """
 
     __slots__ = ("_starts", "directions", "origins")
+    origins: FloatArray
+    directions: FloatArray
+    _starts: npt.NDArray[np.int32]
 
     def __init__(self, origins: Any, directions: Any) -> None:
         from .array_kernels import first_invalid

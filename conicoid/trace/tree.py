@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
 from ..geometry.tables import Floats, Geometry, Ints, Tables, pack
 from ..jit import allocator, helper, inline, kernel
@@ -226,7 +227,7 @@ def _split(boxes: Floats, order: Ints, scratch: Ints, first: int, last: int) -> 
 
 
 @allocator
-def _best_border(bins: Floats, counts: Ints, scale: Floats) -> tuple[int, int]:
+def _best_border(bins: Floats, counts: npt.NDArray[np.int64], scale: Floats) -> tuple[int, int]:
     """(axis, bin) with the least sum of area times count on both sides; axis -1 if nothing can be split."""
     best, best_axis, best_border = np.inf, -1, 0
     right_cost = np.empty(_BINS)

@@ -16,7 +16,7 @@ from .along import CLOSE, first, flat, spans
 def test_plane():
     """x + 2y + 2z = 6, that is D = -6/3 with a unit normal; from (1, 1, 8) along (0, 0, -1): t = (1 + 2 + 16 - 6) / 2."""
     hit = first(co.Plane((1, 2, 2), 6), (1, 1, 8), (0, 0, -1))
-    assert hit.t == 6.5
+    assert hit.t == pytest.approx(6.5, **CLOSE)
     assert hit.point == pytest.approx([1, 1, 1.5], **CLOSE)
     assert hit.normal == pytest.approx([1 / 3, 2 / 3, 2 / 3], **CLOSE)
     assert hit.entering

@@ -69,7 +69,7 @@ def test_equation_13_4():
 
 def test_sphere_of_radius_3():
     """Scaling the unit sphere by 3 gives diag(1/9, 1/9, 1/9, -1)."""
-    q, m = UNIT_SPHERE.tolist(), np.diag([3.0, 3.0, 3.0, 1.0]).tolist()
+    q, m = np.diag([1, 1, 1, -1]).tolist(), np.diag([3, 3, 3, 1]).tolist()
     ninth = Fraction(1, 9)
     expected = [[ninth if i == j < 3 else Fraction(-1) if i == j else 0 for j in range(4)] for i in range(4)]
     assert moved(q, m) == expected

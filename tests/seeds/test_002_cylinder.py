@@ -81,7 +81,7 @@ def test_angles_of_equation_12(start, end):
     """From the axis outwards at angle θ: the patch is met where θ is in the range, whatever atan2 says."""
     patch = co.CylinderPatch(P1, P2, RADIUS, start, end, P3)
     wedge = co.Cylinder(P1, P2, RADIUS, start, end, P3)
-    for theta in range(-175, 540, 10):
+    for theta in range(-177, 540, 10):
         inside = any(start <= theta + 360 * k <= end for k in range(-3, 4))
         outward = BASIS.T @ [math.cos(math.radians(theta)), math.sin(math.radians(theta)), 0]
         hit = first(patch, world((0, 0, 1)), outward)
@@ -129,10 +129,12 @@ def test_tilted_cylinder_against_equations_5_to_10():
         o, d = basis @ (origin - p1), basis @ direction
         b, a = o[0] * d[0] + o[1] * d[1], d[0] ** 2 + d[1] ** 2
         discriminant = b * b - a * (o[0] ** 2 + o[1] ** 2 - radius**2)
-        if discriminant <= 0.01:
+        if discriminant <= 0.01 or a <= 0.01:
             continue
         t = (-b - math.sqrt(discriminant)) / a
         local = o + t * d
+        if t < 0:
+            continue
         if not 0.01 < local[2] < np.linalg.norm(p2 - p1) - 0.01:
             continue
         tried += 1

@@ -31,7 +31,8 @@ def test_constructors_choose_the_model():
     assert co.blinn_phong("red").highlight == "blinn_phong"
     assert co.glass(co.WATER).refractive_index == 1.33
     assert co.mirror(0.9).reflectivity == 0.9
-    assert co.metal("gold").reflectivity == "gold"
+    assert co.metal((1, 0.5, 0.2), reflectivity=0.5).reflectivity == (0.5, 0.25, 0.1)
+    assert co.metal((1, 0.5, 0.2)).fresnel
     assert co.matte("red").specular == 0
 
 
