@@ -54,9 +54,9 @@ class Spans:
                 "use line_integral(values), or t_enter, t_exit and body"
             )
         ray, chord = self._chords()
-        result: FloatArray = (
-            np.bincount(ray * bodies + self.body, chord, rays * bodies) if rays * bodies else np.zeros(0)
-        )
+        result = np.zeros(rays * bodies)
+        if len(chord):
+            result += np.bincount(ray * bodies + self.body, chord, rays * bodies)
         return result.reshape((*self._rays.shape, bodies))
 
     def line_integral(self, values: Any) -> Any:
