@@ -27,12 +27,12 @@ def scene() -> co.Scene:
         co.Body(co.Sphere(1.0, (2.35, -0.2, 1.0)), water),
         co.Body(co.Sphere(0.33, (0.78, -1.9, 0.62)), air, name="bubble"),
         co.Body(co.Sphere(0.6, (0.78, -1.9, 0.6)), glass),
-        co.Body(cube, glass),
+        co.Body(cube, co.glass(absorption=(0.75, 0.2, 0.4))),
     ]
     floor = co.Body(co.Disc((0, 0, 0), (0, 0, 1), 11), co.matte(co.Checker("#f0ece2", "#3d4a57", scale=1.0, space=True)))
     light = [co.AmbientLight(0.3), co.DirectionalLight((0.6, 0.75, -0.95), (0.8, 0.77, 0.72))]
     camera = co.Camera((0.3, -9.6, 4.0), (0.15, 0, 0.85), field_of_view=29)
-    return co.Scene([*things, *columns(), floor], light, camera, co.Sky((0.2, 0.38, 0.68), (0.88, 0.91, 0.94)))
+    return co.Scene([*things, *columns(), floor], light, camera, co.Sky((0.12, 0.28, 0.58), (0.66, 0.76, 0.85)))
 
 
 def picture(progress: object = None) -> co.Image:

@@ -11,14 +11,14 @@ from studio import ROOM, backdrop, lights
 ROOMY = co.Box((-1, -1, -1), (1, 1, 1))
 PLATES = [
     ("ellipsoid", "Ax² + Ey² + Hz² = 1", co.Ellipsoid.from_coefficients(0.5, 1.2, 1.0), "#a62b2b"),
-    ("elliptic paraboloid", "Ax² + Ey² – z = 0", co.EllipticParaboloid(1.5, 2.2, (0, 2)).translate((0, 0, -1)), "#c2622d"),
-    ("hyperbolic paraboloid", "Ax² – Ey² – z = 0", ROOMY - co.HyperbolicParaboloid(0.8, 0.8), "#d29a35"),
-    ("hyperboloid of one sheet", "Ax² + Ey² – Hz² = 1", co.OneSheetHyperboloid(3.5, 5, 2.6, (-1, 1)), "#6b8f3e"),
-    ("hyperboloid of two sheets", "Ax² + Ey² – Hz² = –1", co.TwoSheetHyperboloid(9, 13, 14, (-1, 1)), "#2f7d5b"),
-    ("elliptic cone", "Ax² + Ey² – Hz² = 0", co.EllipticCone(1, 1.5, 1, (-1, 1)), "#2a7f8c"),
+    ("elliptic paraboloid", "Ax² + Ey² - z = 0", co.EllipticParaboloid(1.5, 2.2, (0, 2)).translate((0, 0, -1)), "#c2622d"),
+    ("hyperbolic paraboloid", "Ax² - Ey² - z = 0", ROOMY - co.HyperbolicParaboloid(0.8, 0.8), "#d29a35"),
+    ("hyperboloid of one sheet", "Ax² + Ey² - Hz² = 1", co.OneSheetHyperboloid(3.5, 5, 2.6, (-1, 1)), "#6b8f3e"),
+    ("hyperboloid of two sheets", "Ax² + Ey² - Hz² = -1", co.TwoSheetHyperboloid(9, 13, 14, (-1, 1)), "#2f7d5b"),
+    ("elliptic cone", "Ax² + Ey² - Hz² = 0", co.EllipticCone(1, 1.5, 1, (-1, 1)), "#2a7f8c"),
     ("elliptic cylinder", "Ax² + Ey² = 1", co.EllipticCylinder(0.9, 1.7, (-1, 1)), "#2b5f93"),
-    ("hyperbolic cylinder", "Ax² – Ey² = 1", co.HyperbolicCylinder(6, 3, within=ROOMY), "#59468f"),
-    ("parabolic cylinder", "x² – 2Gy = 0", co.ParabolicCylinder(0.3, ROOMY.translate((0, 0.9, 0))).translate((0, -0.9, 0)), "#8d3c78"),
+    ("hyperbolic cylinder", "Ax² - Ey² = 1", co.HyperbolicCylinder(6, 3, within=ROOMY), "#59468f"),
+    ("parabolic cylinder", "x² - 2Gy = 0", co.ParabolicCylinder(0.3, ROOMY.translate((0, 0.9, 0))).translate((0, -0.9, 0)), "#8d3c78"),
 ]
 LINE = 0.012
 INK, PAPER = "#3a3632", "#e9e6e1"

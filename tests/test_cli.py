@@ -45,6 +45,11 @@ def run(*arguments: object):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+def arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path, allow_pickle=False) as found:
+        return {name: found[name] for name in found.files}
+
+
 def refused(*arguments: object) -> str:
     """The message of a command that fails by the user's mistake."""
     result = run(*arguments)
@@ -71,7 +76,12 @@ def test_help_has_an_example(command):
 
 def test_help_lists_what_there_is_and_no_more():
     text = run("--help").stdout
-    assert re.findall(r"^\W*(render|info|trace|schema|view|import|bench) ", text, re.MULTILINE) == ["render", "info", "trace", "schema"]
+    assert re.findall(r"^\W*(render|info|trace|schema|view|import|bench) ", text, re.MULTILINE) == [
+        "render",
+        "info",
+        "trace",
+        "schema",
+    ]
 
 
 def test_help_and_mistakes_come_without_the_compiler(tmp_path):
@@ -104,7 +114,11 @@ def test_broken_scenes(case, tmp_path):
 
 @pytest.mark.parametrize("command", ["render", "info", "trace"])
 def test_a_scene_that_is_none(command, tmp_path, scene):
-    rest = {"render": ["-o", tmp_path / "x.png"], "info": [], "trace": [tmp_path / "rays.csv", "-o", tmp_path / "x.csv"]}[command]
+    rest = {
+        "render": ["-o", tmp_path / "x.png"],
+        "info": [],
+        "trace": [tmp_path / "rays.csv", "-o", tmp_path / "x.csv"],
+    }[command]
     (tmp_path / "rays.csv").write_text("0,0,5,0,0,-1\n")
     assert "no such file" in refused(command, tmp_path / "none.yaml", *rest)
     assert "is a directory" in refused(command, tmp_path, *rest)
@@ -124,7 +138,12 @@ def test_100_mb_of_brackets_in_a_process_of_its_own(tmp_path):
     command = [sys.executable, "-m", "conicoid", "render", "scene.yaml", "-o", "x.png"]
     root = str(Path(__file__).resolve().parent.parent)
     ran = subprocess.run(
-        command, cwd=tmp_path, capture_output=True, text=True, check=False, env={"PYTHONPATH": root, "PATH": "/usr/bin:/bin"}
+        command,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": root, "PATH": "/usr/bin:/bin"},
     )
     assert ran.returncode == 2
     assert "error: scene.yaml: is too large: 100 MB" in ran.stderr
@@ -169,7 +188,9 @@ def test_mistakes_in_rays(scene, tmp_path, rays, output, phrase):
     assert not (tmp_path / output).exists()
 
 
-@pytest.mark.parametrize(("error", "code", "said"), [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "memory")])
+@pytest.mark.parametrize(
+    ("error", "code", "said"), [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "memory")]
+)
 def test_other_exit_codes(scene, monkeypatch, error, code, said):
     def fail(path: object) -> None:
         raise error
@@ -202,7 +223,7 @@ def test_info(scene):
     assert "z [-inf, -3]" in lines[4]
     totals = dict(line.split(maxsplit=1) for line in lines[6:])
     assert totals["bodies"] == "5"
-    assert totals["surfaces"] == "10"  # 3 + 1 balls, 6 planes of the box less none, the half-space: 1 + 6 + 2 + 1
+    assert totals["surfaces"] == "10"  # a ball, six walls, two balls, a half-space
     assert totals["memory"].split()[1] in ("bytes", "kB")
 
 
@@ -223,10 +244,13 @@ def test_schema():
 
 
 def test_render(scene, tmp_path):
-    result = run("render", scene, "-o", tmp_path / "x.png", "--width", 32, "--height", 24, "--samples", 1, "--threads", 1)
+    result = run(
+        "render", scene, "-o", tmp_path / "x.png", "--width", 32, "--height", 24, "--samples", 1, "--threads", 1
+    )
     assert result.exit_code == 0, result.output
     assert result.stdout == ""
-    assert PillowImage.open(tmp_path / "x.png").size == (32, 24)
+    with PillowImage.open(tmp_path / "x.png") as picture:
+        assert picture.size == (32, 24)
     co.set_threads(None)
     other = run("render", scene, "-o", tmp_path / "y.png", "--width", 32, "--height", 24, "--samples", 1)
     assert other.exit_code == 0
@@ -245,7 +269,7 @@ def test_trace_first_hits(scene, tmp_path):
     rays = np.array([[0, 0, 3, 0, 0, -1], [0, 5, 0.5, 0, 1, 0], [0, 0, 1.5, 2, 0, -0.5]])
     np.save(tmp_path / "rays.npy", rays)
     assert run("trace", scene, tmp_path / "rays.npy", "-o", tmp_path / "hits.npz").exit_code == 0
-    hits = np.load(tmp_path / "hits.npz", allow_pickle=False)
+    hits = arrays(tmp_path / "hits.npz")
     assert hits["t"].tolist() == [2.0, np.inf, 1.0]
     assert hits["body"].tolist() == [0, -1, 1]
     assert hits["point"][0].tolist() == [0, 0, 1]
@@ -273,7 +297,7 @@ def test_trace_keeps_the_shape_and_the_interval_of_rays(scene, tmp_path):
     t_max = np.array([[1.0, 11.5, 30.0]])
     np.savez(tmp_path / "rays.npz", origins=origins, directions=np.array([0, 0, -1.0]), t_max=t_max)
     assert run("trace", scene, tmp_path / "rays.npz", "-o", tmp_path / "hits.npz").exit_code == 0
-    hits = np.load(tmp_path / "hits.npz")
+    hits = arrays(tmp_path / "hits.npz")
     assert hits["t"].tolist() == [[np.inf, 10.0, 10.0]] * 2
     assert hits["point"].shape == (2, 3, 3)
     np.savez(tmp_path / "rays.npz", origins=origins, directions=np.array([0, 0, -1.0]), t_max=np.zeros(4))
@@ -288,7 +312,7 @@ def test_trace_in_pieces(scene, tmp_path, monkeypatch):
     for options, names in (([], ("t", "body")), (["--spans"], ("offsets", "t_enter", "t_exit", "body"))):
         assert run("trace", scene, tmp_path / "rays.npy", "-o", tmp_path / "out.npz", *options).exit_code == 0
         ask = loaded.spans if options else loaded.first_hit
-        expected, found = ask(rays[:, :3], rays[:, 3:]), np.load(tmp_path / "out.npz")
+        expected, found = ask(rays[:, :3], rays[:, 3:]), arrays(tmp_path / "out.npz")
         for name in names:
             assert np.array_equal(found[name], getattr(expected, name))
 
@@ -345,7 +369,13 @@ def test_the_first_compilation_is_announced_once(capsys):
 
 def test_numbers_for_people():
     assert [terminal.with_prefix(n) for n in (0, 12.345, 1234, 5.6e6, 7e9)] == ["0 ", "12.3 ", "1.23 k", "5.6 M", "7 G"]
-    assert [terminal.with_bytes(n) for n in (0, 999, 1000, 12_300_000, 5 * 10**12)] == ["0 bytes", "999 bytes", "1 kB", "12.3 MB", "5e+03 GB"]
+    assert [terminal.with_bytes(n) for n in (0, 999, 1000, 12_300_000, 5 * 10**12)] == [
+        "0 bytes",
+        "999 bytes",
+        "1 kB",
+        "12.3 MB",
+        "5e+03 GB",
+    ]
 
 
 def test_scene_file_errors_are_value_errors(tmp_path):

@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.tables import Floats, Geometry, Ints, Tables, pack
+from ..geometry.tables import BALL, Floats, Geometry, Ints, Tables, pack
 from ..jit import allocator, helper, inline, kernel
 from ..lowering import Lowered
 
 WIDTH = 8
-LEAF = 4
+_BALLS_IN_LEAF = 4  # balls are tested about as fast as boxes
 _MOST = 15
 _FEW = 12
 _BINS = 16
@@ -34,7 +34,8 @@ def with_trees(lowered: Lowered) -> Geometry:
             forest.add_unordered(leaves)
         else:
             forest.add(tables.leaf_bounds[first:last], leaves)
-    forest.add(lowered.boxes, np.arange(len(lowered.boxes), dtype=np.int32))
+    leaf = _BALLS_IN_LEAF if (tables.entry_kind == BALL).all() else 1
+    forest.add(lowered.boxes, np.arange(len(lowered.boxes), dtype=np.int32), leaf)
     return pack(forest.in_tables(tables))
 
 
@@ -60,12 +61,12 @@ class _Forest:
         self.depth = max(self.depth, len(self.roots) - self.tree_root[-1] + 1)
         self.tree_root.append(len(self.roots))
 
-    def add(self, boxes: Floats, items: Ints) -> None:
+    def add(self, boxes: Floats, items: Ints, leaf: int = 1) -> None:
         """A tree over the items with finite boxes; those without an end go beside it, empty ones nowhere."""
         empty = (boxes[:, :3] > boxes[:, 3:]).any(axis=1)
         endless = ~np.isfinite(boxes).all(axis=1) & ~empty
         bounded = np.flatnonzero(~endless & ~empty)
-        nodes, children, order, levels = build(widened(boxes[bounded]))
+        nodes, children, order, levels = build(widened(boxes[bounded]), leaf)
         if len(nodes):
             self.roots.append(self.node_count)
             self.depth = max(self.depth, WIDTH * (levels + 1) + int(endless.sum()) // _MOST + 1)
@@ -103,8 +104,11 @@ def widened(boxes: Floats) -> Floats:
     return np.concatenate([low - margin, high + margin], axis=1)
 
 
-def build(boxes: Floats) -> tuple[Floats, Ints, Ints, int]:
-    """(node boxes (n, 6, 8), children (n, 8), order of the entries in the leaves, levels)."""
+def build(boxes: Floats, leaf: int) -> tuple[Floats, Ints, Ints, int]:
+    """(node boxes (n, 6, 8), children (n, 8), order of the entries in the leaves, levels).
+
+    A leaf holds at most `leaf` entries.
+    """
     count = len(boxes)
     order = np.arange(count, dtype=np.int32)
     if count == 0:
@@ -112,12 +116,12 @@ def build(boxes: Floats) -> tuple[Floats, Ints, Ints, int]:
     capacity = max(1, count)
     nodes = np.empty((capacity, 6, WIDTH))
     children = np.zeros((capacity, WIDTH), np.int32)
-    used, levels = _build(np.ascontiguousarray(boxes), order, nodes, children)
+    used, levels = _build(np.ascontiguousarray(boxes), order, nodes, children, leaf)
     return nodes[:used].copy(), children[:used].copy(), order, levels
 
 
 @kernel
-def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> tuple[int, int]:
+def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints, leaf: int) -> tuple[int, int]:
     """Fill nodes depth first; returns how many nodes and how many levels there are."""
     first = np.empty(WIDTH, np.int64)
     last = np.empty(WIDTH, np.int64)
@@ -138,7 +142,7 @@ def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> tuple[i
             # The costliest group that is still too large for a leaf
             worst, worst_cost = -1, -1.0
             for g in range(groups):
-                if last[g] - first[g] > LEAF and cost[g] > worst_cost:
+                if last[g] - first[g] > leaf and cost[g] > worst_cost:
                     worst, worst_cost = g, cost[g]
             if worst < 0:
                 break
@@ -158,7 +162,7 @@ def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> tuple[i
             for k in range(6):
                 nodes[node, k, g] = box[k]
             size = last[g] - first[g]
-            if size <= LEAF:
+            if size <= leaf:
                 children[node, g] = leaf_code(first[g], size)
             else:
                 children[node, g] = used

@@ -3,7 +3,6 @@
 Line 0 stands for the file as a whole. Contents are bytes where they are no text.
 """
 
-# ruff: noqa: E501
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -38,10 +38,12 @@ texts = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=
 
 _near = st.integers(-8, 8).map(lambda k: k / 4)
 points = st.tuples(_near, _near, _near)
-flat_points = st.tuples(st.sampled_from([0.0, 0.5, -1.0]), st.lists(st.tuples(_near, _near), min_size=3, max_size=8)).map(
-    lambda drawn: [(x, y, drawn[0]) for x, y in drawn[1]]
+flat_points = st.tuples(
+    st.sampled_from([0.0, 0.5, -1.0]), st.lists(st.tuples(_near, _near), min_size=3, max_size=8)
+).map(lambda drawn: [(x, y, drawn[0]) for x, y in drawn[1]])
+angles = st.tuples(st.floats(-360, 360), st.floats(1, 360)).map(
+    lambda a: {"start_angle": a[0], "end_angle": a[0] + a[1]}
 )
-angles = st.tuples(st.floats(-360, 360), st.floats(1, 360)).map(lambda a: {"start_angle": a[0], "end_angle": a[0] + a[1]})
 
 
 def _round(cls: str) -> st.SearchStrategy[Any]:
@@ -140,7 +142,9 @@ def moved(draw: Any, shapes: st.SearchStrategy[Any]) -> Any:
             if verb == "translate":
                 shape = shape.translate(draw(st.tuples(numbers, numbers, numbers)))
             elif verb == "rotate":
-                shape = shape.rotate(draw(points), draw(st.one_of(st.sampled_from([90.0, -45.0]), st.floats(-400, 400))))
+                shape = shape.rotate(
+                    draw(points), draw(st.one_of(st.sampled_from([90.0, -45.0]), st.floats(-400, 400)))
+                )
             elif verb == "scale":
                 shape = shape.scale(draw(st.one_of(st.floats(0.1, 10), st.tuples(*[st.floats(-3, 3)] * 3))))
             else:

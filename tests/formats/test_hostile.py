@@ -66,7 +66,12 @@ def test_memory_is_bounded(tmp_path):
 
 def test_tags_execute_nothing(tmp_path):
     path, witness = tmp_path / "scene.yaml", tmp_path / "witness"
-    for tag in ("!!python/object/apply:os.mkdir", "!!python/object/new:os.mkdir", "!<tag:yaml.org,2002:python/name:os.mkdir>", "!x"):
+    for tag in (
+        "!!python/object/apply:os.mkdir",
+        "!!python/object/new:os.mkdir",
+        "!<tag:yaml.org,2002:python/name:os.mkdir>",
+        "!x",
+    ):
         path.write_text(f"bodies: {tag} ['{witness}']\n")
         with pytest.raises(SceneFileError, match="tags"):
             read(path)

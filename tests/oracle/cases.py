@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from .formula import carried, unnumbered
+from .formula import Not, carried, unnumbered
 from .frames import Affine, chain
-from .sheets import SHEETS, SheetOracle, sheet_carried
+from .sheets import SHEETS, clipped, sheet_carried
 from .solids import COMBINED, SOLIDS
 
 Random = np.random.Generator
@@ -48,14 +48,18 @@ class Case:
 
     @property
     def is_sheet(self) -> bool:
-        return self.kind in SHEETS
+        return self.kind in SHEETS or self.kind == "ClippedSheet"
 
     def reference(self) -> Any:
         """The oracle's formula or sheet."""
+        if self.kind == "ClippedSheet":
+            base, solid = (operand.reference() for operand in self.operands)
+            sheet = clipped(base, Not(solid) if self.parameters["keep"] == "outside" else solid)
+            return sheet_carried(sheet, self.motion.inverse()) if self.steps else sheet
         if self.operands:
             formula = COMBINED[self.kind](*(unnumbered(operand.reference()) for operand in self.operands))
         elif self.is_sheet:
-            sheet: SheetOracle = SHEETS[self.kind](**self.parameters)
+            sheet = SHEETS[self.kind](**self.parameters)
             return sheet_carried(sheet, self.motion.inverse()) if self.steps else sheet
         else:
             formula = SOLIDS[self.kind](**self.parameters)
@@ -64,7 +68,7 @@ class Case:
     def shape(self, library: Any) -> Any:
         """The library's shape, through the public interface."""
         if self.operands:
-            shape = _combine(self.kind, [operand.shape(library) for operand in self.operands])
+            shape = _combine(self.kind, [operand.shape(library) for operand in self.operands], self.parameters.get("keep") == "outside")
         else:
             parameters = dict(self.parameters)
             if parameters.get("within") is not None:
@@ -75,8 +79,10 @@ class Case:
         return shape
 
 
-def _combine(kind: str, shapes: list[Any]) -> Any:
+def _combine(kind: str, shapes: list[Any], outside: bool = False) -> Any:
     result = shapes[0]
+    if kind == "ClippedSheet":
+        return result - shapes[1] if outside else result & shapes[1]
     if kind == "Complement":
         return ~result
     for shape in shapes[1:]:
@@ -298,6 +304,15 @@ def boolean(kind: str) -> Callable[[Random, float], Case]:
     return make
 
 
+def clipped_sheet(r: Random, s: float) -> Case:
+    """A sheet about the origin, inside or outside of a bounded solid there."""
+    base = PRIMITIVES[str(r.choice(["Plane", "Disc", "Triangle", "Polygon", "CylinderPatch"]))](r, s)
+    home = ("translate", floats(-np.array(base.center)))
+    base = Case(base.kind, base.parameters, base.center, base.size, base.bounded, (home,))
+    solid = boolean("Intersection")(r, s).operands[0]
+    return Case("ClippedSheet", {"keep": str(r.choice(["inside", "outside"]))}, (0, 0, 0), s * 2, base.bounded, (), (base, solid))
+
+
 PRIMITIVES: dict[str, Callable[[Random, float], Case]] = {
     "Sphere": sphere, "Ellipsoid": ellipsoid, "Box": box, "Cylinder": cylinder, "Cone": cone,
     "DoubleCone": double_cone, "EllipticParaboloid": elliptic("EllipticParaboloid", 2),
@@ -310,7 +325,7 @@ PRIMITIVES: dict[str, Callable[[Random, float], Case]] = {
     "Plane": plane_sheet, "Disc": disc, "Triangle": triangle, "Polygon": polygon, "CylinderPatch": cylinder_patch,
 }  # fmt: skip
 BUILDING_BLOCKS = ("Sphere", "Ellipsoid", "Box", "Cylinder", "Cone", "Polyhedron", "OneSheetHyperboloid", "EllipticParaboloid")
-KINDS = {**PRIMITIVES, **{kind: boolean(kind) for kind in COMBINED}}
+KINDS = {**PRIMITIVES, "ClippedSheet": clipped_sheet, **{kind: boolean(kind) for kind in COMBINED}}
 
 
 def motion(r: Random, size: float) -> tuple[tuple[Any, ...], ...]:

@@ -11,7 +11,7 @@ meets the surface at a grazing angle of |cos θ| < 1/56 (or the solid was moved 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from .sheets import SheetCrossing, sheet_crossings
 from .trace import Crossing, Line, Run, line, trace
 
 TOLERANCE = mp.mpf("1e-13")
+ULP = mp.mpf(2) ** -53
 STEEP = 1 / 56
 """|cos θ| from which the bound of 1e-13 holds as it stands."""
 
@@ -50,6 +51,8 @@ class Score:
     """The same where |cos θ| >= STEEP."""
     displacements: list[float] = field(default_factory=list)
     """error · |cos θ| in units of 2^-53: how far beside the surface the crossing lies."""
+    normals: list[float] = field(default_factory=list)
+    """|normal - exact| of first hits."""
     failures: list[str] = field(default_factory=list)
 
     def add(self, other: Score) -> None:
@@ -96,10 +99,12 @@ def compare(case: Case, library: Any, origins: np.ndarray, directions: np.ndarra
         ]
         clusters = _clusters(case, reference, ray, reach)
         one = Score(crossings=len(found), in_band=int(not all(c.certain for c in clusters)))
-        _match(clusters, found, ray, number(case.world_size), one)
+        pairs = _match(clusters, found, ray, number(case.world_size), one)
         ahead = [f.t for f in found if f.t > 0]
         if float(first.t[i]) != (float(ahead[0]) if ahead else np.inf):
             one.failures.append(f"first_hit.t = {first.t[i]} but crossings begin with {ahead[:1]}")
+        elif ahead and ahead[0] in pairs:
+            _check_place(first.point[i], first.normal[i], ahead[0], pairs[ahead[0]], ray, one)
         one.failures = [_message(case, origins[i], directions[i], text, found, clusters) for text in one.failures]
         score.add(one)
     return score
@@ -127,7 +132,7 @@ def _run_cluster(run: Run, ray: Line, size: Any) -> Cluster:
 
 def _known_face(crossing: Crossing, run: Run) -> Crossing:
     face = crossing.face if len(run.surfaces) <= 1 else None
-    return Crossing(crossing.t, crossing.entering, face, crossing.cosine)
+    return replace(crossing, face=face)
 
 
 def _sheet_cluster(root: SheetCrossing, ray: Line, size: Any) -> Cluster:
@@ -151,7 +156,9 @@ def _merged(clusters: Iterable[Cluster]) -> list[Cluster]:
     return merged
 
 
-def _match(clusters: list[Cluster], found: list[Found], ray: Line, size: Any, score: Score) -> None:
+def _match(clusters: list[Cluster], found: list[Found], ray: Line, size: Any, score: Score) -> dict[Any, Crossing]:
+    """Count and complain; the exact crossing for each t that has a certain one."""
+    pairs: dict[Any, Crossing] = {}
     for f in found:
         if not any(c.low <= f.t <= c.high for c in clusters):
             score.wrong_hits += 1
@@ -160,9 +167,26 @@ def _match(clusters: list[Cluster], found: list[Found], ray: Line, size: Any, sc
         held = [f for f in found if cluster.low <= f.t <= cluster.high]
         if cluster.certain:
             _match_certain(cluster, held, ray, size, score)
+            pairs.update({f.t: exact for f, (exact, _) in zip(held, cluster.expected, strict=False)})
         elif cluster.parity is not None and len(held) % 2 != cluster.parity:
             score.failures.append(f"odd number of crossings in the band at t = {mp.nstr(cluster.low, 20)}: {len(held)}")
             score.wrong_misses += 1
+    return pairs
+
+
+def _check_place(point: Any, normal: Any, t: Any, exact: Crossing, ray: Line, score: Score) -> None:
+    """The point as o + t d to a few roundings; the normal as exact as its curvature and the point let it be."""
+    wanted = ray.at(t)
+    reach = max(abs(x) for x in (*ray.origin, *wanted))
+    if max(abs(mp.mpf(float(p)) - x) for p, x in zip(point, wanted, strict=True)) > 4 * ULP * reach:
+        score.failures.append(f"point {tuple(point)} is not o + t d")
+    off = abs(t - exact.t) * ray.speed + 8 * ULP * reach
+    if exact.face is None or exact.bend * off > mp.mpf("1e-3"):
+        return
+    turned = mp.norm([mp.mpf(float(n)) - x for n, x in zip(normal, exact.normal, strict=True)])
+    if turned > 2 * exact.bend * off + 16 * ULP:
+        score.failures.append(f"normal {tuple(normal)} is {mp.nstr(turned, 5)} off")
+    score.normals.append(float(turned))
 
 
 def _match_certain(cluster: Cluster, held: list[Found], ray: Line, size: Any, score: Score) -> None:

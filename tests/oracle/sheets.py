@@ -79,16 +79,13 @@ def sheet_crossings(sheet: SheetOracle, ray: Line, size: Any, reach: Any) -> lis
             continue
         holders = [span for span in doubtful if span[0] <= root <= span[1]]
         low, high = min(s[0] for s in holders), max(s[1] for s in holders)
-        gradient = main.gradient(root)
-        slope = dot(gradient, ray.direction) * sheet.side
-        cosine = slope / (length(gradient) * ray.speed)
-        on = _on_sheet(sheet, ray, size, (low, root, high), abs(cosine), frames)
+        crossing = main.crossing(root, sheet.side, 0)
+        on = _on_sheet(sheet, ray, size, (low, root, high), abs(crossing.cosine), frames)
         if on is False:
             continue
-        if sheet.one_sided and cosine > 0:
+        if sheet.one_sided and crossing.cosine > 0:
             continue
         alone = sum(1 for other in main.roots if low <= other <= high) == 1
-        crossing = Crossing(root, bool(slope < 0), 0, cosine)
         found.append(SheetCrossing(crossing, max(high - root, root - low), on if alone else None))
     for low, high in doubtful:
         if not any(low <= root <= high for root in main.roots):
@@ -97,11 +94,22 @@ def sheet_crossings(sheet: SheetOracle, ray: Line, size: Any, reach: Any) -> lis
     return sorted(found, key=lambda item: item.crossing.t)
 
 
-def _on_sheet(sheet: SheetOracle, ray: Line, size: Any, around: tuple[Any, Any, Any], cosine: Any, frames: dict[int, Any]) -> Truth:
-    if sheet.clip is not None:
-        parts = {s: Restricted(s, ray, size, frames) for s in dict.fromkeys(sheet.clip.surfaces())}
-        values = {sheet.clip.truth(lambda s, t=t: parts[s].below_between(t, t)) for t in around}
-        return values.pop() if len(values) == 1 else None
+def _on_sheet(
+    sheet: SheetOracle, ray: Line, size: Any, around: tuple[Any, Any, Any], cosine: Any, frames: dict[int, Any]
+) -> Truth:
+    answers = (_in_clip(sheet, ray, size, around, frames), _in_loop(sheet, ray, size, around, cosine))
+    return False if False in answers else None if None in answers else True
+
+
+def _in_clip(sheet: SheetOracle, ray: Line, size: Any, around: tuple[Any, Any, Any], frames: dict[int, Any]) -> Truth:
+    if sheet.clip is None:
+        return True
+    parts = {s: Restricted(s, ray, size, frames) for s in dict.fromkeys(sheet.clip.surfaces())}
+    values = {sheet.clip.truth(lambda s, t=t: parts[s].below_between(t, t)) for t in around}
+    return values.pop() if len(values) == 1 else None
+
+
+def _in_loop(sheet: SheetOracle, ray: Line, size: Any, around: tuple[Any, Any, Any], cosine: Any) -> Truth:
     if sheet.loop is not None:
         own = sheet.loop.own
         point = own.point(ray.at(around[1]))
@@ -115,6 +123,12 @@ def _on_sheet(sheet: SheetOracle, ray: Line, size: Any, around: tuple[Any, Any, 
             return None
         return sheet.loop.contains(point, own_normal)
     return True
+
+
+def clipped(sheet: SheetOracle, solid: Formula) -> SheetOracle:
+    """The part of a sheet inside a solid."""
+    clip = solid if sheet.clip is None else AllOf((sheet.clip, solid))
+    return SheetOracle(sheet.surface, clip, sheet.loop, sheet.side, sheet.one_sided)
 
 
 def sheet_carried(sheet: SheetOracle, back: Affine, exact: bool = False) -> SheetOracle:

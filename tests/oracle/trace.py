@@ -54,12 +54,15 @@ def line(origin: Sequence[Any], direction: Sequence[Any]) -> Line:
 
 @dataclass(frozen=True)
 class Crossing:
-    """`cosine` = unit outward normal · unit direction; negative where the ray enters."""
+    """`cosine` = normal · unit direction, negative where the ray enters; `bend`: |hessian f| / |grad f|, a bound of
+    how fast the unit outward `normal` turns along the surface."""
 
     t: Any
     entering: bool
     face: int | None
     cosine: Any
+    normal: tuple[Any, ...] = ()
+    bend: Any = ZERO
 
 
 @dataclass
@@ -112,9 +115,21 @@ class Restricted:
         eta = BAND * (abs(t) * self.line.speed + self.size)
         if not self.surface.exact:
             eta += BAKED * length(self.line.at(t))
-        bend = sum((abs(k) for k, i, j in self.surface.terms if j < 3), ZERO)
-        bend *= sum((r * r for row in self.surface.own.rows for r in row), ZERO)
-        return eta * _norm(self.gradient(t)) + eta * eta * bend
+        return eta * _norm(self.gradient(t)) + eta * eta * self.bend
+
+    @cached_property
+    def bend(self) -> Any:
+        """At least half of the hessian's norm in the world."""
+        own = sum((abs(k) for k, _, j in self.surface.terms if j < 3), ZERO)
+        return own * sum((r * r for row in self.surface.own.rows for r in row), ZERO)
+
+    def crossing(self, t: Any, sign: int, face: int | None) -> Crossing:
+        """The crossing at a root with the normal sign · grad f."""
+        gradient = self.gradient(t)
+        size = _norm(gradient) or mp.one
+        normal = tuple(sign * g / size for g in gradient)
+        cosine = dot(normal, self.line.direction) / self.line.speed
+        return Crossing(t, bool(cosine < 0), face, cosine, normal, 2 * self.bend / size)
 
     @cached_property
     def roots(self) -> list[Any]:
@@ -268,10 +283,9 @@ def _truth_at(formula: Formula, restricted: dict[Surface, Restricted], t: Any) -
 
 
 def _crossing(on: Restricted, t: Any, entering: bool, simple: bool) -> Crossing:
-    gradient = on.gradient(t)
-    size = _norm(gradient)
-    cosine = abs(dot(gradient, on.line.direction)) / (size * on.line.speed) if size else ZERO
-    return Crossing(t, entering, on.surface.face if simple else None, -cosine if entering else cosine)
+    """Outward is against the ray where it enters."""
+    rising = dot(on.gradient(t), on.line.direction) > 0
+    return on.crossing(t, -1 if rising == entering else 1, on.surface.face if simple else None)
 
 
 def inside(formula: Formula, point: Sequence[Any]) -> bool:
