@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import conicoid as co
-from studio import ROOM, backdrop, lights
+from studio import ROOM, Progress, backdrop, lights
 
 
 def barrel() -> list[co.Body]:
@@ -37,8 +37,9 @@ def scene() -> co.Scene:
     return co.Scene([*barrel(), *bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
 
 
-def picture(progress: object = None) -> co.Image:
-    return scene().render(880, 560, samples=9, progress=progress)
+def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
+    """The picture, `scale` times its full size."""
+    return scene().render(round(880 * scale), round(560 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import conicoid as co
-from studio import ROOM, backdrop, lights
+from studio import ROOM, Progress, backdrop, lights
 
 
 def scene() -> co.Scene:
@@ -18,13 +18,16 @@ def scene() -> co.Scene:
     points = [co.Body(co.Sphere(0.085, p), brass) for p in (p1, p2)]
     mark = co.Body(co.Sphere(0.085, p3), co.lacquer("#b3131b"))
     arm = co.Body(co.Cylinder(p1, p3, 0.022), brass)
-    wedge = co.Body(co.Cylinder((3.5, 0.2, 0), (3.5, 0.2, 1.1), 0.95, -160, 120, reference=(3.5, -2, 0)), co.lacquer("#c4572b"))
+    wedge = co.Body(
+        co.Cylinder((3.5, 0.2, 0), (3.5, 0.2, 1.1), 0.95, -160, 120, reference=(3.5, -2, 0)), co.lacquer("#c4572b")
+    )
     camera = co.Camera((-3.0, -11.5, 4.6), (0.75, 0, 1.2), field_of_view=23)
     return co.Scene([patch, axis, arm, *points, mark, wedge, *backdrop()], lights(), camera, ROOM)
 
 
-def picture(progress: object = None) -> co.Image:
-    return scene().render(800, 520, samples=9, progress=progress)
+def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
+    """The picture, `scale` times its full size."""
+    return scene().render(round(800 * scale), round(520 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

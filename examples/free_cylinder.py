@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import conicoid as co
-from studio import ROOM, backdrop, lights
+from studio import ROOM, Progress, backdrop, lights
 
 
 def pierced(start: tuple[float, ...], end: tuple[float, ...], radius: float, color: str, stripes: int) -> list[co.Body]:
@@ -41,8 +41,9 @@ def scene() -> co.Scene:
     return co.Scene([*bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
 
 
-def picture(progress: object = None) -> co.Image:
-    return scene().render(800, 560, samples=9, progress=progress)
+def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
+    """The picture, `scale` times its full size."""
+    return scene().render(round(800 * scale), round(560 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import conicoid as co
+from studio import Progress
 
 
 def columns() -> list[co.Body]:
@@ -29,14 +30,17 @@ def scene() -> co.Scene:
         co.Body(co.Sphere(0.6, (0.78, -1.9, 0.6)), glass),
         co.Body(cube, co.glass(absorption=(0.75, 0.2, 0.4))),
     ]
-    floor = co.Body(co.Disc((0, 0, 0), (0, 0, 1), 11), co.matte(co.Checker("#f0ece2", "#3d4a57", scale=1.0, space=True)))
+    floor = co.Body(
+        co.Disc((0, 0, 0), (0, 0, 1), 11), co.matte(co.Checker("#f0ece2", "#3d4a57", scale=1.0, space=True))
+    )
     light = [co.AmbientLight(0.3), co.DirectionalLight((0.6, 0.75, -0.95), (0.8, 0.77, 0.72))]
     camera = co.Camera((0.3, -9.6, 4.0), (0.15, 0, 0.85), field_of_view=29)
     return co.Scene([*things, *columns(), floor], light, camera, co.Sky((0.12, 0.28, 0.58), (0.66, 0.76, 0.85)))
 
 
-def picture(progress: object = None) -> co.Image:
-    return scene().render(960, 540, samples=9, depth=12, progress=progress)
+def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
+    """The picture, `scale` times its full size."""
+    return scene().render(round(960 * scale), round(540 * scale), samples=9, depth=12, progress=progress)
 
 
 if __name__ == "__main__":

@@ -6,19 +6,29 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import conicoid as co
-from studio import ROOM, backdrop, lights
+from studio import ROOM, Progress, backdrop, lights
 
 ROOMY = co.Box((-1, -1, -1), (1, 1, 1))
 PLATES = [
     ("ellipsoid", "Ax² + Ey² + Hz² = 1", co.Ellipsoid.from_coefficients(0.5, 1.2, 1.0), "#a62b2b"),
-    ("elliptic paraboloid", "Ax² + Ey² - z = 0", co.EllipticParaboloid(1.5, 2.2, (0, 2)).translate((0, 0, -1)), "#c2622d"),
+    (
+        "elliptic paraboloid",
+        "Ax² + Ey² - z = 0",
+        co.EllipticParaboloid(1.5, 2.2, (0, 2)).translate((0, 0, -1)),
+        "#c2622d",
+    ),
     ("hyperbolic paraboloid", "Ax² - Ey² - z = 0", ROOMY - co.HyperbolicParaboloid(0.8, 0.8), "#d29a35"),
     ("hyperboloid of one sheet", "Ax² + Ey² - Hz² = 1", co.OneSheetHyperboloid(3.5, 5, 2.6, (-1, 1)), "#6b8f3e"),
     ("hyperboloid of two sheets", "Ax² + Ey² - Hz² = -1", co.TwoSheetHyperboloid(9, 13, 14, (-1, 1)), "#2f7d5b"),
     ("elliptic cone", "Ax² + Ey² - Hz² = 0", co.EllipticCone(1, 1.5, 1, (-1, 1)), "#2a7f8c"),
     ("elliptic cylinder", "Ax² + Ey² = 1", co.EllipticCylinder(0.9, 1.7, (-1, 1)), "#2b5f93"),
     ("hyperbolic cylinder", "Ax² - Ey² = 1", co.HyperbolicCylinder(6, 3, within=ROOMY), "#59468f"),
-    ("parabolic cylinder", "x² - 2Gy = 0", co.ParabolicCylinder(0.3, ROOMY.translate((0, 0.9, 0))).translate((0, -0.9, 0)), "#8d3c78"),
+    (
+        "parabolic cylinder",
+        "x² - 2Gy = 0",
+        co.ParabolicCylinder(0.3, ROOMY.translate((0, 0.9, 0))).translate((0, -0.9, 0)),
+        "#8d3c78",
+    ),
 ]
 LINE = 0.012
 INK, PAPER = "#3a3632", "#e9e6e1"
@@ -43,15 +53,15 @@ def scene(solid: co.Solid, color: str) -> co.Scene:
     return co.Scene([*raised, *backdrop(PAPER, wall=14)], lights=lights(), camera=camera, background=ROOM)
 
 
-def picture(progress: object = None, width: int = 320, height: int = 290) -> co.Image:
+def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """Nine pictures, three by three, each with its name and equation."""
-    rows = []
-    for first in range(0, 9, 3):
-        row = [scene(solid, color).render(width, height, samples=9).pixels for _, _, solid, color in PLATES[first : first + 3]]
-        rows.append(np.concatenate(row, axis=1))
+    width, height = round(320 * scale), round(290 * scale)
+    plates = []
+    for k, (_, _, solid, color) in enumerate(PLATES):
+        plates.append(scene(solid, color).render(width, height, samples=9).pixels)
         if progress is not None:
-            progress(first // 3 + 1, 3)  # type: ignore[operator]
-    return labelled(np.concatenate(rows), width, height)
+            progress(k + 1, len(PLATES))
+    return labelled(np.concatenate([np.concatenate(plates[k : k + 3], axis=1) for k in (0, 3, 6)]), width, height)
 
 
 def labelled(pixels: np.ndarray, width: int, height: int) -> co.Image:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import conicoid as co
-from studio import ROOM, backdrop, lights
+from studio import ROOM, Progress, backdrop, lights
 
 GOLDEN = (1 + math.sqrt(5)) / 2
 
@@ -36,7 +36,9 @@ def icosahedron(size: float) -> list[co.Triangle]:
 
 def scene() -> co.Scene:
     """A concave star, a star polygon {7/3} that even-odd takes apart, and a body of triangles."""
-    concave = co.Polygon(star(5, 1, 1.25, 0.52)).rotate((1, 0, 0), -14).rotate((0, 0, 1), 24).translate((-2.35, 0.7, 1.2))
+    concave = (
+        co.Polygon(star(5, 1, 1.25, 0.52)).rotate((1, 0, 0), -14).rotate((0, 0, 1), 24).translate((-2.35, 0.7, 1.2))
+    )
     crossed = co.Polygon(star(7, 3, 1.2)).rotate((1, 0, 0), -12).rotate((0, 0, 1), -26).translate((2.5, 0.8, 1.17))
     palette = ["#8c1d2f", "#b5472d", "#d08a2c", "#4f7d4a", "#22577a", "#4b4279", "#8d3c78"]
     gem = [
@@ -48,8 +50,9 @@ def scene() -> co.Scene:
     return co.Scene([*stars, *gem, *backdrop()], lights=lights(), camera=camera, background=ROOM)
 
 
-def picture(progress: object = None) -> co.Image:
-    return scene().render(800, 500, samples=9, progress=progress)
+def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
+    """The picture, `scale` times its full size."""
+    return scene().render(round(800 * scale), round(500 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import conicoid as co
-from studio import ROOM, backdrop, lights
+from studio import ROOM, Progress, backdrop, lights
 
 FIGURES = Path(__file__).with_name("shepp_logan.csv")
 
@@ -36,26 +36,29 @@ def projection(size: int = 512) -> np.ndarray:
 
 
 def scene() -> co.Scene:
-    """The head without the front and right of its upper half; the cuts show each part in its own colour."""
+    """The head without the front and left of its upper half; the cuts show each part in its own colour."""
     solids, density = head()
     tissue = {1.0: "#efe7d3", 0.2: "#b5746a", 0.0: "#2c3c55", 0.3: "#e3b45c"}
-    rest = co.HalfSpace((0, 0, 1), 0) | (co.HalfSpace((1, 0, 0), 0) & co.HalfSpace((0, -1, 0), 0))
+    rest = co.HalfSpace((0, 0, 1), 0) | (co.HalfSpace((-1, 0, 0), 0) & co.HalfSpace((0, -1, 0), 0))
     bodies = []
     # The inner parts first: on the cuts, where all of them coincide, the one listed first is seen
     for i in (9, 8, 7, 6, 5, 4, 3, 2, 1, 0):
         total = density[0] if i == 0 else density[:2].sum() + (density[i] if i > 1 else 0)
         part = (solids[i] & rest).translate((0, 0, 0.86)).scale(1.6)
         bodies.append(co.Body(part, co.blinn_phong(tissue[round(float(total), 1)], specular=0.25, shininess=60)))
-    camera = co.Camera((3.9, -9.2, 6.6), (0, 0, 1.15), field_of_view=21)
+    camera = co.Camera((-3.4, -8.6, 6.2), (0.1, 0, 1.15), field_of_view=18.5)
     return co.Scene([*bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
 
 
-def x_ray(progress: object = None) -> co.Image:
-    return co.Image(projection(), colormap="grey", vmin=0)
+def x_ray(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
+    """The projection as a picture, 512 × 512 at full size."""
+    del progress
+    return co.Image(projection(round(512 * scale)), colormap="grey", vmin=0)
 
 
-def picture(progress: object = None) -> co.Image:
-    return scene().render(720, 560, samples=9, progress=progress)
+def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
+    """The picture, `scale` times its full size."""
+    return scene().render(round(720 * scale), round(560 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import conicoid as co
-from studio import ROOM, backdrop, lights
+from studio import ROOM, Progress, backdrop, lights
 
 HEIGHT = 2.0
 LOWER_PLANES = (-1.0, -0.7, -0.4, 0.0, 0.5)
@@ -21,8 +21,9 @@ def scene() -> co.Scene:
     return co.Scene([*bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
 
 
-def picture(progress: object = None) -> co.Image:
-    return scene().render(960, 420, samples=9, progress=progress)
+def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
+    """The picture, `scale` times its full size."""
+    return scene().render(round(960 * scale), round(420 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import conicoid as co
 
+Progress = Callable[[int, int], None]
 _BEND = 6.0
 ROOM = co.Sky(zenith=(0.72, 0.76, 0.82), horizon=(0.6, 0.59, 0.57))
 """What is behind the camera, for things that shine to reflect."""

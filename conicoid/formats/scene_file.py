@@ -14,28 +14,21 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..shapes.background import Background
 from ..shapes.body import Body
-from ..shapes.light import LIGHTS
-from ..shapes.material import CONSTRUCTORS, Material
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
 from .atomic import write_text
 from .data_files import save_array
 from .errors import Problem, SceneFileError
-from .fields import Arguments, Tagged, kind_of
-from .kinds import Integer, Kind, Schema, Several, Text
+from .kinds import Integer, Text
 from .nodes import Listing, Node, Scalar, Table, is_null, is_text, shortened
 from .plain import ShapeWriter, body_data
 from .reading import BAD, Bad, Reader, TooManyProblems
 from .scene_text import read_text
+from .sections import BODY, SECTIONS, VERSION, CameraKind, background_kind, light_kind, material_kind
 from .shape_nodes import ShapeReader
 from .yaml_parser import Unreadable, parse
 from .yaml_writer import dump, json_text
-
-VERSION = 1
-SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "bodies")
-BODY = ("name", "shape", "move", "material")
 
 
 @dataclass(frozen=True)
@@ -59,44 +52,6 @@ class SceneLike(Protocol):
     def camera(self) -> Any: ...
     @property
     def background(self) -> Any: ...
-
-
-class CameraKind(Kind):
-    """The fields of a `Camera`, or ``{ClassName: fields}`` for any camera."""
-
-    phrase = "the fields of a camera, or a mapping such as {OrthographicCamera: {...}}"
-
-    def __init__(self) -> None:
-        from ..render.camera import CAMERAS
-
-        self.cameras = CAMERAS
-
-    def read(self, node: Node, reader: Reader, where: str) -> Any:
-        entry = reader.only_entry(node)
-        if entry is not None and entry[0] not in Arguments(self.cameras["Camera"]).fields:
-            return Tagged(self.cameras, "camera").read(node, reader, where)
-        if not isinstance(node, Table):
-            return reader.expected(node, where, self.phrase)
-        return Arguments(self.cameras["Camera"]).read(node, reader, where)
-
-    def schema(self) -> Schema:
-        tagged = Tagged(self.cameras, "camera").schema()["anyOf"]
-        return {"anyOf": [Arguments(self.cameras["Camera"]).schema(), *tagged]}
-
-    def fits(self, node: Node) -> bool:
-        return isinstance(node, Table)
-
-
-def light_kind() -> Kind:
-    return Several(Tagged(LIGHTS, "light"))
-
-
-def material_kind() -> Tagged:
-    return Tagged({**CONSTRUCTORS, "Material": Material}, "material")
-
-
-def background_kind() -> Kind:
-    return kind_of(Background | None)
 
 
 def read(path: str | os.PathLike[str]) -> Parts:

@@ -8,7 +8,7 @@ from ..shapes import REGISTRY, Shape, Sheet, Solid
 from ..shapes.spheres import Spheres
 from .fields import Arguments, tagged
 from .kinds import Fixed, Number, Schema, Several
-from .scene_file import VERSION, CameraKind, background_kind, light_kind, material_kind
+from .sections import VERSION, CameraKind, background_kind, light_kind, material_kind
 from .shape_nodes import VECTOR, operand_field
 
 STEPS: dict[str, Schema] = {

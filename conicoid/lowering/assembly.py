@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
-from ..shapes.cells import All, Cell, Not, PolygonSheet, SurfaceSheet, Tree
+from ..shapes.cells import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
 from ..shapes.surface import PlaneSurface
 from ..shapes.vector import Box
 from .surfaces import SurfaceArrays, SurfaceTable
@@ -53,37 +53,45 @@ class Assembly:
         return len(self.cells) - 1
 
     def program(self, tree: Tree, bounds: LeafBounds) -> int:
-        """Gates for a Boolean tree, parents before children; `bounds` as in `Faces`."""
-        negated = isinstance(tree, Not)
-        inner = tree.part if isinstance(tree, Not) else tree
-        parts = (inner,) if isinstance(inner, Cell) else getattr(inner, "parts", ())
-        need = len(parts) if isinstance(inner, (All, Cell)) else 1
-        self._gate(parts, need, -1, int(negated), -1 if negated else 1, bounds)
+        """Gates and leaves for a Boolean tree, parents before children; `bounds` as in `Faces`."""
+        first = len(self.gates)
+        pending: list[tuple[Tree, int, int]] = [(tree, -1, 1)]  # part, the gate it feeds, sense
+        while pending:
+            part, gate, sense = pending.pop()
+            negated = isinstance(part, Not)
+            inner = part.part if isinstance(part, Not) else part
+            sense = -sense if negated else sense
+            if isinstance(inner, Cell):
+                if gate < 0:
+                    gate = self._gate(-1, 1, negated)
+                    negated = False
+                self.leaves.append((self.cell(inner), gate, int(negated), sense))
+                self.leaf_bounds.append(bounds.get(id(inner), UNBOUNDED))
+                continue
+            assert isinstance(inner, (All, Any_)), "negation() leaves no complement of a complement"
+            parts = inner.parts
+            its_gate = self._gate(gate, len(parts) if isinstance(inner, All) else 1, negated)
+            pending.extend((child, its_gate, sense) for child in reversed(parts))
+        self._count_at_start(first, self.program_leaf[-1])
         self.program_leaf.append(len(self.leaves))
         self.program_gate.append(len(self.gates))
         return len(self.program_leaf) - 2
 
-    def _gate(
-        self, parts: tuple[Tree, ...], need: int, parent: int, negated: int, sense: int, bounds: LeafBounds
-    ) -> None:
-        gate = len(self.gates)
-        self.gates.append((parent, need, negated, 0))
-        true_at_start = 0
-        for part in parts:
-            turned = isinstance(part, Not)
-            inner = part.part if isinstance(part, Not) else part
-            its_sense = -sense if turned else sense
-            if isinstance(inner, Cell):
-                self.leaves.append((self.cell(inner), gate, int(turned), its_sense))
-                self.leaf_bounds.append(bounds.get(id(inner), UNBOUNDED))
-                true_at_start += turned
-                continue
-            child = len(self.gates)
-            inputs = getattr(inner, "parts", ())
-            self._gate(inputs, len(inputs) if isinstance(inner, All) else 1, gate, int(turned), its_sense, bounds)
-            _, child_need, _, child_start = self.gates[child]
-            true_at_start += (child_start >= child_need) != turned
-        self.gates[gate] = (parent, need, negated, true_at_start)
+    def _gate(self, parent: int, need: int, negated: bool) -> int:
+        self.gates.append((parent, need, int(negated), 0))
+        return len(self.gates) - 1
+
+    def _count_at_start(self, first_gate: int, first_leaf: int) -> None:
+        """How many inputs of each gate are true while every leaf is outside; children come after parents."""
+        true = [0] * (len(self.gates) - first_gate)
+        for _, gate, negated, _ in self.leaves[first_leaf:]:
+            true[gate - first_gate] += negated
+        for gate in range(len(self.gates) - 1, first_gate - 1, -1):
+            parent, need, negated, _ = self.gates[gate]
+            count = true[gate - first_gate]
+            self.gates[gate] = (parent, need, negated, count)
+            if parent >= 0:
+                true[parent - first_gate] += (count >= need) != bool(negated)
 
     def sheet(self, sheet: SurfaceSheet | PolygonSheet, program: int) -> tuple[int, int]:
         """(kind of entry, index)"""

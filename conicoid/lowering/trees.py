@@ -11,7 +11,7 @@ from ..geometry.tables import Floats
 from ..shapes.base import PrimitiveSolid, Solid
 from ..shapes.cells import UV, All, Any_, Cell, Not, Tree
 from ..shapes.motion import Motion
-from ..shapes.region import Complement, Difference, Intersection, Union
+from ..shapes.region import Boolean, Complement, Difference, Union
 
 
 @dataclass
@@ -37,20 +37,34 @@ class Faces:
 
 def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:
     """The tree of a solid moved by `outer`; its faces take the next numbers."""
-    if isinstance(solid, PrimitiveSolid):
-        tree = _moved(solid.tree(), solid.under(outer), faces, len(faces.rows))
-        faces.primitives.append((solid, outer, tree))
-        return tree
-    motion = solid.motion.then(outer)
-    if isinstance(solid, Complement):
-        return negation(world_tree(solid.operand, motion, faces))
-    if not isinstance(solid, (Union, Intersection, Difference)):
-        raise TypeError(f"{type(solid).__name__} cannot be part of a Boolean combination")
-    parts = [world_tree(part, motion, faces) for part in solid.operands]
-    if isinstance(solid, Union):
+    results: list[Tree] = []
+    pending: list[tuple[Solid, Motion, bool]] = [(solid, outer, False)]
+    while pending:
+        node, motion, combine = pending.pop()
+        if isinstance(node, PrimitiveSolid):
+            tree = _moved(node.tree(), node.under(motion), faces, len(faces.rows))
+            faces.primitives.append((node, motion, tree))
+            results.append(tree)
+        elif not isinstance(node, Boolean):
+            raise TypeError(f"{type(node).__name__} cannot be part of a Boolean combination")
+        elif combine:
+            parts = results[-len(node.operands) :]
+            del results[-len(node.operands) :]
+            results.append(_combined(node, parts))
+        else:
+            pending.append((node, motion, True))
+            inner = node.motion.then(motion)
+            pending.extend((part, inner, False) for part in reversed(node.operands))
+    return results[0]
+
+
+def _combined(node: Boolean, parts: list[Tree]) -> Tree:
+    if isinstance(node, Complement):
+        return negation(parts[0])
+    if isinstance(node, Union):
         return _joined(Any_, parts)
-    if isinstance(solid, Difference):
-        parts[1:] = [negation(part) for part in parts[1:]]
+    if isinstance(node, Difference):
+        return _joined(All, [parts[0], *(negation(part) for part in parts[1:])])
     return _joined(All, parts)
 
 

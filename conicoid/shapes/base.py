@@ -197,9 +197,11 @@ class PrimitiveSheet(Sheet, Primitive, abstract=True):
 
 def leaves(shape: Shape) -> Iterator[Shape]:
     """The primitives a shape is made of, left to right."""
-    operands = getattr(shape, "operands", None)
-    if operands is None:
-        yield shape
-    else:
-        for operand in operands:
-            yield from leaves(operand)
+    pending = [shape]
+    while pending:
+        node = pending.pop()
+        operands: tuple[Shape, ...] | None = getattr(node, "operands", None)
+        if operands is None:
+            yield node
+        else:
+            pending.extend(reversed(operands))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,8 +15,35 @@ from .vector import Box
 EVERYWHERE: Box = (np.full(3, -np.inf), np.full(3, np.inf))
 
 
-@dataclass(frozen=True)
-class Union(Solid):
+class Boolean(Solid, abstract=True):
+    """A combination of solids, of any depth: nothing here calls itself from level to level."""
+
+    operands: tuple[Solid, ...]
+
+    def bounds_under(self, outer: Motion) -> Box:
+        return region_bounds(self, outer)
+
+    def outside_bounds_under(self, outer: Motion) -> Box:
+        return region_bounds(Complement(self), outer)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Boolean):
+            return NotImplemented
+        return self is other or list(_spelled(self)) == list(_spelled(other))
+
+    def __hash__(self) -> int:
+        return hash(tuple(_spelled(self)))
+
+    def __repr__(self) -> str:
+        shown = ", ".join(
+            f"{type(part).__name__}(...)" if isinstance(part, Boolean) else repr(part) for part in self.operands[:8]
+        )
+        more = f", ... {len(self.operands) - 8} more" if len(self.operands) > 8 else ""
+        return f"{type(self).__name__}(({shown}{more}))"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Union(Boolean):
     """Inside any operand: ``a | b``. Faces: those of the operands, numbered on from left to right."""
 
     operands: tuple[Solid, ...]
@@ -24,12 +51,9 @@ class Union(Solid):
     def __post_init__(self) -> None:
         object.__setattr__(self, "operands", solids("Union", self.operands))
 
-    def bounds_under(self, outer: Motion) -> Box:
-        return around([part.bounds_under(self.motion.then(outer)) for part in self.operands])
 
-
-@dataclass(frozen=True)
-class Intersection(Solid):
+@dataclass(frozen=True, eq=False, repr=False)
+class Intersection(Boolean):
     """Inside every operand: ``a & b``. Faces: those of the operands, numbered on from left to right."""
 
     operands: tuple[Solid, ...]
@@ -37,12 +61,9 @@ class Intersection(Solid):
     def __post_init__(self) -> None:
         object.__setattr__(self, "operands", solids("Intersection", self.operands))
 
-    def bounds_under(self, outer: Motion) -> Box:
-        return common([part.bounds_under(self.motion.then(outer)) for part in self.operands])
 
-
-@dataclass(frozen=True)
-class Difference(Solid):
+@dataclass(frozen=True, eq=False, repr=False)
+class Difference(Boolean):
     """Inside the first operand and outside the others: ``a - b``. A cut shows the cutter's face number."""
 
     operands: tuple[Solid, ...]
@@ -50,14 +71,9 @@ class Difference(Solid):
     def __post_init__(self) -> None:
         object.__setattr__(self, "operands", solids("Difference", self.operands))
 
-    def bounds_under(self, outer: Motion) -> Box:
-        motion = self.motion.then(outer)
-        holes = [Complement(part).bounds_under(motion) for part in self.operands[1:]]
-        return common([self.operands[0].bounds_under(motion), *holes])
 
-
-@dataclass(frozen=True)
-class Complement(Solid):
+@dataclass(frozen=True, eq=False, repr=False)
+class Complement(Boolean):
     """Outside the operand: ``~a``; contains exactly the points that `a` does not."""
 
     operand: Solid
@@ -66,23 +82,43 @@ class Complement(Solid):
         object.__setattr__(self, "operand", solids("Complement", (self.operand,))[0])
 
     @property
-    def operands(self) -> tuple[Solid, ...]:
+    def operands(self) -> tuple[Solid, ...]:  # type: ignore[override]
+        """The one operand, as a tuple."""
         return (self.operand,)
 
-    def bounds_under(self, outer: Motion) -> Box:
-        """Infinite, but for the complement of a complement (De Morgan carries it inward)."""
-        motion = self.motion.then(outer)
-        inner, motion = self.operand, self.operand.motion.then(motion)
-        if isinstance(inner, Complement):
-            return inner.operand.bounds_under(motion)
-        if isinstance(inner, Union):
-            return common([Complement(part).bounds_under(motion) for part in inner.operands])
-        if isinstance(inner, Intersection):
-            return around([Complement(part).bounds_under(motion) for part in inner.operands])
-        if isinstance(inner, Difference):
-            rest = [part.bounds_under(motion) for part in inner.operands[1:]]
-            return around([Complement(inner.operands[0]).bounds_under(motion), *rest])
-        return inner.outside_bounds_under(self.motion.then(outer))
+
+def _spelled(solid: Solid) -> Iterator[Any]:
+    """A tree as a flat sequence, parents first: what makes two of them equal."""
+    pending = [solid]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, Boolean):
+            yield type(node), node.motion, len(node.operands)
+            pending.extend(reversed(node.operands))
+        else:
+            yield node
+
+
+def region_bounds(solid: Solid, outer: Motion) -> Box:
+    """Bounds of a Boolean tree: unions surround, intersections cut, complements are carried inward (De Morgan)."""
+    results: list[Box] = []
+    pending: list[tuple[Solid, Motion, bool, bool]] = [(solid, outer, True, False)]
+    while pending:
+        node, motion, inside, combine = pending.pop()
+        if not isinstance(node, Boolean):
+            results.append(node.bounds_under(motion) if inside else node.outside_bounds_under(motion))
+        elif combine:
+            parts = results[-len(node.operands) :]
+            del results[-len(node.operands) :]
+            joined = isinstance(node, Union) == inside
+            results.append(parts[0] if isinstance(node, Complement) else (around if joined else common)(parts))
+        else:
+            motion_inside = node.motion.then(motion)
+            pending.append((node, motion, inside, True))
+            for k in range(len(node.operands) - 1, -1, -1):
+                turned = isinstance(node, Complement) or (isinstance(node, Difference) and k > 0)
+                pending.append((node.operands[k], motion_inside, inside != turned, False))
+    return results[0]
 
 
 @dataclass(frozen=True)
@@ -125,8 +161,8 @@ def _flat(kind: type, shapes: Sequence[Solid]) -> tuple[Solid, ...]:
     """Operands with unmoved ones of the same kind opened up, so that a | b | c is one node."""
     parts: list[Solid] = []
     for shape in shapes:
-        opened = isinstance(shape, kind) and shape.motion == STILL
-        parts.extend(shape.operands if opened else (shape,))  # type: ignore[attr-defined]
+        opened = isinstance(shape, kind) and isinstance(shape, Boolean) and shape.motion == STILL
+        parts.extend(shape.operands if isinstance(shape, Boolean) and opened else (shape,))
     return tuple(parts)
 
 

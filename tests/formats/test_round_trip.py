@@ -113,6 +113,13 @@ def test_shared_booleans_are_written_once():
     assert (back.bounds[1] == scene.bounds[1]).all()
 
 
+def test_a_tree_as_deep_as_files_allow():
+    shape = co.Sphere()
+    for radius in range(2, 51):
+        shape = ~(shape | co.Sphere(radius))
+    check(~shape)
+
+
 def test_a_tree_too_deep_for_a_file_is_refused_when_saving(tmp_path):
     shape = co.Sphere()
     for _ in range(120):

@@ -1,0 +1,55 @@
+"""The sections of a scene file, and the kind of what stands in each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..shapes.background import Background
+from ..shapes.light import LIGHTS
+from ..shapes.material import CONSTRUCTORS, Material
+from .fields import Arguments, Tagged, kind_of
+from .kinds import Kind, Schema, Several
+from .nodes import Node, Table
+from .reading import Reader
+
+VERSION = 1
+SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "bodies")
+BODY = ("name", "shape", "move", "material")
+
+
+class CameraKind(Kind):
+    """The fields of a `Camera`, or ``{ClassName: fields}`` for any camera."""
+
+    phrase = "the fields of a camera, or a mapping such as {OrthographicCamera: {...}}"
+
+    def __init__(self) -> None:
+        from ..render.camera import CAMERAS
+
+        self.cameras = CAMERAS
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        entry = reader.only_entry(node)
+        if entry is not None and entry[0] not in Arguments(self.cameras["Camera"]).fields:
+            return Tagged(self.cameras, "camera").read(node, reader, where)
+        if not isinstance(node, Table):
+            return reader.expected(node, where, self.phrase)
+        return Arguments(self.cameras["Camera"]).read(node, reader, where)
+
+    def schema(self) -> Schema:
+        tagged = Tagged(self.cameras, "camera").schema()["anyOf"]
+        return {"anyOf": [Arguments(self.cameras["Camera"]).schema(), *tagged]}
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, Table)
+
+
+def light_kind() -> Kind:
+    return Several(Tagged(LIGHTS, "light"))
+
+
+def material_kind() -> Tagged:
+    return Tagged({**CONSTRUCTORS, "Material": Material}, "material")
+
+
+def background_kind() -> Kind:
+    return kind_of(Background | None)

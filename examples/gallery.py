@@ -1,0 +1,61 @@
+"""Render every picture of the gallery: python examples/gallery.py [folder] [scale]"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+import balls_and_barrel
+import cylinder_patch
+import free_cylinder
+import glass_water_mirror
+import nine_quadrics
+import polygons
+import shepp_logan
+import sliding_planes
+
+PICTURES = {
+    "balls_and_barrel": balls_and_barrel.picture,
+    "free_cylinder": free_cylinder.picture,
+    "sliding_planes": sliding_planes.picture,
+    "nine_quadrics": nine_quadrics.picture,
+    "cylinder_patch": cylinder_patch.picture,
+    "glass_water_mirror": glass_water_mirror.picture,
+    "polygons": polygons.picture,
+    "shepp_logan_x_ray": shepp_logan.x_ray,
+    "shepp_logan_cut": shepp_logan.picture,
+}
+
+
+def render_all(folder: Path, scale: float, console: Console) -> None:
+    """One file for each picture; those that are finished stay if the rest is stopped."""
+    folder.mkdir(parents=True, exist_ok=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console) as bars:
+        for name, picture in PICTURES.items():
+            task = bars.add_task(f"{name} (compiling kernels, if this is the first time)", total=None)
+
+            def show(done: int, count: int, task: TaskID = task, name: str = name) -> None:
+                if done:
+                    bars.update(task, description=name, completed=done, total=count)
+
+            image = picture(show, scale)
+            image.save(folder / f"{name}.png")
+            bars.update(task, description=str(folder / f"{name}.png"), completed=1, total=1)
+
+
+def main() -> None:
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
+    scale = float(sys.argv[2]) if len(sys.argv) > 2 else 1.0
+    console = Console()
+    start = time.perf_counter()
+    render_all(folder, scale, console)
+    console.print(f"{len(PICTURES)} pictures in {folder.resolve()}, after {time.perf_counter() - start:.0f} seconds")
+
+
+if __name__ == "__main__":
+    main()
