@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .colormap import COLORMAPS, mapped
+from .shapes.color import srgb_decode
 
 Pixels = npt.NDArray[np.float32]
 
@@ -17,7 +18,7 @@ Pixels = npt.NDArray[np.float32]
 class Image:
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 
-    array: any real numbers; rows from top to bottom.
+    array: any real numbers; rows from top to bottom. Colours in uint8 are taken for sRGB bytes, as PNG has them.
     colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness) or "grey".
     vmin, vmax: the numbers at the two ends of the map; by default the least and the greatest finite one.
     Numbers that are not finite are shown in pale grey.
@@ -37,9 +38,11 @@ class Image:
         if colormap not in COLORMAPS:
             raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {colormap!r}")
         self.values = values
-        self.pixels: Pixels = np.asarray(
-            values if values.ndim == 3 else mapped(values, colormap, vmin, vmax), dtype=np.float32
-        )
+        if values.ndim == 2:
+            colors = mapped(values, colormap, vmin, vmax)
+        else:
+            colors = srgb_decode(values / 255) if values.dtype == np.uint8 else values
+        self.pixels: Pixels = np.asarray(colors, dtype=np.float32)
         self.values.setflags(write=False)
         self.pixels.setflags(write=False)
 
@@ -67,7 +70,7 @@ class Image:
         elif suffix == ".exr":
             from .formats.exr import write_exr
 
-            write_exr(path, self.values)
+            write_exr(path, self.pixels if self.values.ndim == 3 else self.values)
         else:
             raise ValueError(f"Image: pictures are saved as .png or .exr, got {os.fspath(path)!r}")
 

@@ -34,7 +34,7 @@ def scene() -> co.Scene:
     ]
     bodies = [co.Body(co.Sphere(r, (x, y, r)), finish) for r, (x, y), finish in balls]
     camera = co.Camera((0.4, -10.3, 4.7), (0.25, 0, 1.0), field_of_view=26)
-    return co.Scene([*barrel(), *bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
+    return co.Scene([*barrel(), *bodies, *backdrop()], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:

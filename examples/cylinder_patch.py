@@ -18,11 +18,10 @@ def scene() -> co.Scene:
     points = [co.Body(co.Sphere(0.085, p), brass) for p in (p1, p2)]
     mark = co.Body(co.Sphere(0.085, p3), co.lacquer("#b3131b"))
     arm = co.Body(co.Cylinder(p1, p3, 0.022), brass)
-    wedge = co.Body(
-        co.Cylinder((3.5, 0.2, 0), (3.5, 0.2, 1.1), 0.95, -160, 120, reference=(3.5, -2, 0)), co.lacquer("#c4572b")
-    )
+    sector = co.Cylinder((3.5, 0.2, 0), (3.5, 0.2, 1.1), 0.95, -160, 120, reference=(3.5, -2, 0))
+    wedge = co.Body(sector, co.lacquer("#c4572b"))
     camera = co.Camera((-3.0, -11.5, 4.6), (0.75, 0, 1.2), field_of_view=23)
-    return co.Scene([patch, axis, arm, *points, mark, wedge, *backdrop()], lights(), camera, ROOM)
+    return co.Scene([patch, axis, arm, *points, mark, wedge, *backdrop()], lights(camera), camera, ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:

@@ -38,7 +38,7 @@ def scene() -> co.Scene:
         *pierced((-2.6, -0.9, 0.6), (-1.4, -1.8, 0.45), 0.36, "#e0a526", 1),
     ]
     camera = co.Camera((0.5, -11, 4.2), (0.15, 0, 1.35), field_of_view=26)
-    return co.Scene([*bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
+    return co.Scene([*bodies, *backdrop()], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:

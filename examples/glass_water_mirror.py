@@ -1,4 +1,4 @@
-"""Glass, water and mirror balls over a checked plane: refraction, the inverted image, total internal reflection (seed 000)."""
+"""Glass, water and mirror balls over a checked plane: refraction, inverted images, total reflection (seed 000)."""
 
 from __future__ import annotations
 
@@ -30,9 +30,8 @@ def scene() -> co.Scene:
         co.Body(co.Sphere(0.6, (0.78, -1.9, 0.6)), glass),
         co.Body(cube, co.glass(absorption=(0.75, 0.2, 0.4))),
     ]
-    floor = co.Body(
-        co.Disc((0, 0, 0), (0, 0, 1), 11), co.matte(co.Checker("#f0ece2", "#3d4a57", scale=1.0, space=True))
-    )
+    squares = co.Checker("#f0ece2", "#3d4a57", scale=1.0, space=True)
+    floor = co.Body(co.Disc((0, 0, 0), (0, 0, 1), 11), co.matte(squares))
     light = [co.AmbientLight(0.3), co.DirectionalLight((0.6, 0.75, -0.95), (0.8, 0.77, 0.72))]
     camera = co.Camera((0.3, -9.6, 4.0), (0.15, 0, 0.85), field_of_view=29)
     return co.Scene([*things, *columns(), floor], light, camera, co.Sky((0.12, 0.28, 0.58), (0.66, 0.76, 0.85)))

@@ -1,4 +1,4 @@
-"""The nine canonical quadrics on one sheet (seed 000), with the sections by the coordinate planes and by z = h painted on."""
+"""The nine canonical quadrics on one sheet (seed 000), with sections by x = 0, y = 0 and z = h painted on."""
 
 from __future__ import annotations
 
@@ -8,35 +8,30 @@ from PIL import Image, ImageDraw, ImageFont
 import conicoid as co
 from studio import ROOM, Progress, backdrop, lights
 
-ROOMY = co.Box((-1, -1, -1), (1, 1, 1))
+ROOM_AROUND, ROOM_BESIDE = co.Box((-1, -1, -1), (1, 1, 1)), co.Box((-1, -0.1, -1), (1, 1.9, 1))
+HERE, LOWER, NEARER = (0, 0, 0), (0, 0, -1), (0, -0.9, 0)
+
+# name, equation, solid, where to put it, colour
 PLATES = [
-    ("ellipsoid", "Ax² + Ey² + Hz² = 1", co.Ellipsoid.from_coefficients(0.5, 1.2, 1.0), "#a62b2b"),
-    (
-        "elliptic paraboloid",
-        "Ax² + Ey² - z = 0",
-        co.EllipticParaboloid(1.5, 2.2, (0, 2)).translate((0, 0, -1)),
-        "#c2622d",
-    ),
-    ("hyperbolic paraboloid", "Ax² - Ey² - z = 0", ROOMY - co.HyperbolicParaboloid(0.8, 0.8), "#d29a35"),
-    ("hyperboloid of one sheet", "Ax² + Ey² - Hz² = 1", co.OneSheetHyperboloid(3.5, 5, 2.6, (-1, 1)), "#6b8f3e"),
-    ("hyperboloid of two sheets", "Ax² + Ey² - Hz² = -1", co.TwoSheetHyperboloid(9, 13, 14, (-1, 1)), "#2f7d5b"),
-    ("elliptic cone", "Ax² + Ey² - Hz² = 0", co.EllipticCone(1, 1.5, 1, (-1, 1)), "#2a7f8c"),
-    ("elliptic cylinder", "Ax² + Ey² = 1", co.EllipticCylinder(0.9, 1.7, (-1, 1)), "#2b5f93"),
-    ("hyperbolic cylinder", "Ax² - Ey² = 1", co.HyperbolicCylinder(6, 3, within=ROOMY), "#59468f"),
-    (
-        "parabolic cylinder",
-        "x² - 2Gy = 0",
-        co.ParabolicCylinder(0.3, ROOMY.translate((0, 0.9, 0))).translate((0, -0.9, 0)),
-        "#8d3c78",
-    ),
+    ("ellipsoid", "Ax² + Ey² + Hz² = 1", co.Ellipsoid.from_coefficients(0.5, 1.2, 1.0), HERE, "#a62b2b"),
+    ("elliptic paraboloid", "Ax² + Ey² - z = 0", co.EllipticParaboloid(1.5, 2.2, (0, 2)), LOWER, "#c2622d"),
+    ("hyperbolic paraboloid", "Ax² - Ey² - z = 0", ROOM_AROUND - co.HyperbolicParaboloid(0.8, 0.8), HERE, "#d29a35"),
+    ("hyperboloid of one sheet", "Ax² + Ey² - Hz² = 1", co.OneSheetHyperboloid(3.5, 5, 2.6, (-1, 1)), HERE, "#6b8f3e"),
+    ("hyperboloid of two sheets", "Ax² + Ey² - Hz² = -1", co.TwoSheetHyperboloid(9, 13, 14, (-1, 1)), HERE, "#2f7d5b"),
+    ("elliptic cone", "Ax² + Ey² - Hz² = 0", co.EllipticCone(1, 1.5, 1, (-1, 1)), HERE, "#2a7f8c"),
+    ("elliptic cylinder", "Ax² + Ey² = 1", co.EllipticCylinder(0.9, 1.7, (-1, 1)), HERE, "#2b5f93"),
+    ("hyperbolic cylinder", "Ax² - Ey² = 1", co.HyperbolicCylinder(6, 3, ROOM_AROUND), HERE, "#59468f"),
+    ("parabolic cylinder", "x² - 2Gy = 0", co.ParabolicCylinder(0.3, ROOM_BESIDE), NEARER, "#8d3c78"),
 ]
 LINE = 0.012
-INK, PAPER = "#3a3632", "#e9e6e1"
+PAPER = "#e9e6e1"
 
 
 def sections(solid: co.Solid) -> list[co.Body]:
-    """Thin slices of the solid about the planes x = 0, y = 0 and z = ±1/2: listed first, they paint its surface."""
-    planes = [((1, 0, 0), 0.0), ((0, 1, 0), 0.0), ((0, 0, 1), -0.5), ((0, 0, 1), 0.5)]
+    """Thin slices of the solid about planes: listed first, they paint its surface."""
+    planes = [((1, 0, 0), 0.0), ((0, 0, 1), -0.5), ((0, 0, 1), 0.5), ((0, 0, 1), 1.5)]
+    if not isinstance(solid, co.ParabolicCylinder):  # which y = 0 only touches
+        planes.append(((0, 1, 0), 0.0))
     slices = []
     for normal, height in planes:
         back = tuple(-n for n in normal)
@@ -44,21 +39,20 @@ def sections(solid: co.Solid) -> list[co.Body]:
     return [co.Body(part, co.matte("#f6f1e4")) for part in slices]
 
 
-def scene(solid: co.Solid, color: str) -> co.Scene:
+def scene(solid: co.Solid, place: tuple[float, float, float], color: str) -> co.Scene:
     """One quadric on the studio's floor."""
-    lift = (0, 0, 1.02)
     bodies = [*sections(solid), co.Body(solid, co.lacquer(color))]
-    raised = [co.Body(body.shape.translate(lift), body.material) for body in bodies]
+    raised = [co.Body(body.shape.translate(place).translate((0, 0, 1.02)), body.material) for body in bodies]
     camera = co.Camera((3.4, -8.4, 4.1), (0.05, 0, 0.7), field_of_view=21.5)
-    return co.Scene([*raised, *backdrop(PAPER, wall=14)], lights=lights(), camera=camera, background=ROOM)
+    return co.Scene([*raised, *backdrop(PAPER, wall=14)], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """Nine pictures, three by three, each with its name and equation."""
     width, height = round(320 * scale), round(290 * scale)
     plates = []
-    for k, (_, _, solid, color) in enumerate(PLATES):
-        plates.append(scene(solid, color).render(width, height, samples=9).pixels)
+    for k, (_, _, solid, place, color) in enumerate(PLATES):
+        plates.append(scene(solid, place, color).render(width, height, samples=9).pixels)
         if progress is not None:
             progress(k + 1, len(PLATES))
     return labelled(np.concatenate([np.concatenate(plates[k : k + 3], axis=1) for k in (0, 3, 6)]), width, height)
@@ -68,7 +62,7 @@ def labelled(pixels: np.ndarray, width: int, height: int) -> co.Image:
     """Names and equations, drawn by Pillow in a mask and laid over the picture."""
     mask = Image.new("L", (3 * width, 3 * height))
     pen = ImageDraw.Draw(mask)
-    for k, (name, equation, _, _) in enumerate(PLATES):
+    for k, (name, equation, *_) in enumerate(PLATES):
         x, y = (k % 3 + 0.5) * width, (k // 3 + 1) * height
         pen.text((x, y - 36), name, 255, ImageFont.load_default(16), anchor="mm")
         write(pen, x, y - 17, equation)

@@ -36,18 +36,17 @@ def icosahedron(size: float) -> list[co.Triangle]:
 
 def scene() -> co.Scene:
     """A concave star, a star polygon {7/3} that even-odd takes apart, and a body of triangles."""
-    concave = (
-        co.Polygon(star(5, 1, 1.25, 0.52)).rotate((1, 0, 0), -14).rotate((0, 0, 1), 24).translate((-2.35, 0.7, 1.2))
-    )
-    crossed = co.Polygon(star(7, 3, 1.2)).rotate((1, 0, 0), -12).rotate((0, 0, 1), -26).translate((2.5, 0.8, 1.17))
+    concave = co.Polygon(star(5, 1, 1.25, 0.52)).rotate((1, 0, 0), -14).rotate((0, 0, 1), 24)
+    crossed = co.Polygon(star(7, 3, 1.2)).rotate((1, 0, 0), -12).rotate((0, 0, 1), -26)
+    concave, crossed = concave.translate((-2.4, 1.3, 1.2)), crossed.translate((2.5, 0.8, 1.17))
     palette = ["#8c1d2f", "#b5472d", "#d08a2c", "#4f7d4a", "#22577a", "#4b4279", "#8d3c78"]
-    gem = [
-        co.Body(face.rotate((1, 1, 0), 20).translate((0.05, -0.4, 0.93)), co.lacquer(palette[3 * k % 7]))
-        for k, face in enumerate(icosahedron(0.5))
-    ]
+    gem = []
+    for k, face in enumerate(icosahedron(0.5)):
+        paint = co.blinn_phong(palette[3 * k % 7], specular=0.2)
+        gem.append(co.Body(face.rotate((1, 1, 0), 20).translate((0.05, -0.6, 0.93)), paint))
     stars = [co.Body(concave, co.lacquer("#e0a526")), co.Body(crossed, co.lacquer("#1f5f8b"))]
     camera = co.Camera((0.2, -10.5, 3.5), (0.1, 0, 1.1), field_of_view=27)
-    return co.Scene([*stars, *gem, *backdrop()], lights=lights(), camera=camera, background=ROOM)
+    return co.Scene([*stars, *gem, *backdrop()], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:

@@ -47,7 +47,7 @@ def scene() -> co.Scene:
         part = (solids[i] & rest).translate((0, 0, 0.86)).scale(1.6)
         bodies.append(co.Body(part, co.blinn_phong(tissue[round(float(total), 1)], specular=0.25, shininess=60)))
     camera = co.Camera((-3.4, -8.6, 6.2), (0.1, 0, 1.15), field_of_view=18.5)
-    return co.Scene([*bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
+    return co.Scene([*bodies, *backdrop()], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def x_ray(progress: Progress | None = None, scale: float = 1.0) -> co.Image:

@@ -18,7 +18,7 @@ def scene() -> co.Scene:
         solid = co.DoubleCone(slope=0.55, z_range=(low, low + HEIGHT)).translate((x, 0, -low))
         bodies.append(co.Body(solid, co.lacquer(color)))
     camera = co.Camera((0, -17, 6.4), (0.15, 0, 0.95), field_of_view=18.5)
-    return co.Scene([*bodies, *backdrop()], lights=lights(), camera=camera, background=ROOM)
+    return co.Scene([*bodies, *backdrop()], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:

@@ -22,10 +22,10 @@ def backdrop(color: str = "#e9e6e1", wall: float = 9.0) -> list[co.Body]:
     return [co.Body(floor, paper), co.Body(upright, paper), co.Body(bend, paper)]
 
 
-def lights(key: float = 0.75) -> list[co.AmbientLight | co.PointLight]:
-    """A key light from the upper left, a weaker one from the camera's right, and what the room sends back."""
+def lights(camera: co.Camera) -> list[co.AmbientLight | co.PointLight]:
+    """A key light from the upper left, a weak one at the lens, whose shadows nobody sees, and the room's own."""
     return [
         co.AmbientLight((0.24, 0.25, 0.27)),
-        co.PointLight((-7, -9, 11), (key, 0.97 * key, 0.92 * key)),
-        co.PointLight((4, -14, 9), (0.15, 0.16, 0.18)),
+        co.PointLight((-7, -9, 11), (0.75, 0.73, 0.69)),
+        co.PointLight(camera.position, (0.16, 0.17, 0.19)),
     ]

@@ -30,6 +30,13 @@ def test_png_holds_the_standards_values(tmp_path):
         assert seen[0, i].tolist() == [standard(float(value)), standard(float(value**2)), standard(float(value**3))]
 
 
+def test_bytes_survive_a_png():
+    pixels = np.random.default_rng(2).integers(0, 256, (20, 30, 3), dtype=np.uint8)
+    again = np.asarray(PIL.Image.open(io.BytesIO(co.Image(pixels)._repr_png_())))
+    assert (again == pixels).all()
+    assert (co.Image(again).pixels == co.Image(pixels).pixels).all()
+
+
 def test_png_says_that_it_is_srgb():
     assert PIL.Image.open(io.BytesIO(co.Image(np.zeros((2, 2, 3)))._repr_png_())).info["srgb"] == 0
 

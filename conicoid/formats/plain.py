@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -15,9 +15,10 @@ from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
 from ..shapes.spheres import Spheres
 from .fields import fields_of
 from .kinds import Several
-from .shape_nodes import MAX_LEVELS, operand_field, parts_of
+from .shape_nodes import operand_field, parts_of
 
 INLINE_SPHERES = 100
+LEVELS_INLINE = 20
 
 Identity: TypeAlias = tuple[Any, ...]
 
@@ -26,36 +27,30 @@ KeepSpheres = Callable[[Spheres], str]
 
 
 class ShapeWriter:
-    """Turns shapes into data. A Boolean used more than once, moved or not, is written once, under a name."""
+    """Turns shapes into data. A Boolean stands under a name if it is used more than once, moved or not, or is deep."""
 
     def __init__(self, shapes: Iterable[Shape], keep_spheres: KeepSpheres) -> None:
         self.keep_spheres = keep_spheres
         self.named: dict[str, Any] = {}
         self.names: dict[Identity, str] = {}
-        self.uses: Counter[Identity] = Counter()
-        for shape in shapes:
-            self._count(shape, 1)
-
-    def _count(self, shape: Shape, level: int) -> None:
-        if level > MAX_LEVELS:
-            owner = type(shape).__name__
-            raise ValueError(f"{owner}: a scene file holds shapes of at most {MAX_LEVELS} levels, this one has more")
-        self.uses[identity(shape)] += 1
-        if self.uses[identity(shape)] == 1:
-            for part in parts_of(shape):
-                self._count(part, level + 1)
+        uses: Counter[Identity] = Counter()
+        heights: dict[Identity, int] = {}
+        for shape in list(parts_first(shapes, uses)):
+            key = identity(shape)
+            height = 1 + max((heights[identity(part)] for part in parts_of(shape)), default=-1)
+            heights[key] = height
+            if height and (uses[key] > 1 or height % LEVELS_INLINE == 0):
+                written = {type(shape).__name__: self._fields(shape)}
+                self.names[key] = f"shape {len(self.named) + 1}"
+                self.named[self.names[key]] = written
 
     def data(self, shape: Shape) -> Any:
-        """``{ClassName: fields, move: steps}``, or a reference to a shape that is used again."""
+        """``{ClassName: fields, move: steps}``, or a reference to a shape that stands under a name."""
         move = {"move": steps(shape.motion)} if shape.motion.steps else {}
-        key = identity(shape)
-        if self.uses[key] < 2 or not parts_of(shape):
+        name = self.names.get(identity(shape))
+        if name is None:
             return {type(shape).__name__: self._fields(shape)} | move
-        if key not in self.names:
-            written = {type(shape).__name__: self._fields(shape)}
-            self.names[key] = f"shape {len(self.named) + 1}"
-            self.named[self.names[key]] = written
-        return {"shape": self.names[key]} | move if move else self.names[key]
+        return {"shape": name} | move if move else name
 
     def _fields(self, shape: Shape) -> Any:
         if isinstance(shape, Spheres):
@@ -94,6 +89,20 @@ class ShapeWriter:
         if isinstance(value, (list, tuple)):
             return [self.value(item) for item in value]
         return value
+
+
+def parts_first(shapes: Iterable[Shape], uses: Counter[Identity]) -> Iterator[Shape]:
+    """Each shape once, after the shapes it is made of; `uses` counts how often it occurs. No recursion."""
+    pending = [(shape, False) for shape in shapes][::-1]
+    while pending:
+        shape, parts_done = pending.pop()
+        if parts_done:
+            yield shape
+            continue
+        uses[identity(shape)] += 1
+        if uses[identity(shape)] == 1:
+            pending.append((shape, True))
+            pending.extend((part, False) for part in reversed(parts_of(shape)))
 
 
 def identity(shape: Shape) -> Identity:

@@ -24,7 +24,7 @@ from .reading import BAD, Bad, Reader
 
 MAX_LEVELS = 100
 MAX_STEPS = 1000
-MAX_PRIMITIVES = 1_000_000
+MAX_PARTS = 1_000_000
 SPHERE_COLUMNS = ("x", "y", "z", "radius")
 
 VECTOR = Fixed(Number(), 3)
@@ -44,7 +44,7 @@ class ShapeReader:
         self.built: dict[str, Shape | Bad] = {}
         self.open: list[str] = []
         self.level = 0
-        self.sizes: dict[int, tuple[Shape, int, int]] = {}  # by id: the shape (kept alive), primitives, levels
+        self.sizes: dict[int, tuple[Shape, int]] = {}  # by id: the shape, kept alive, and its parts
         reader.shape = self.read
 
     def read_named(self) -> None:
@@ -55,7 +55,9 @@ class ShapeReader:
     def read(self, node: Node, where: str, base: type = Shape) -> Any:
         """The shape at a node, or BAD after a report; it must be of class `base`."""
         if self.level >= MAX_LEVELS:
-            return self.reader.report(node, where, f"shapes are nested deeper than {MAX_LEVELS} levels")
+            return self.reader.report(
+                node, where, f"nested deeper than {MAX_LEVELS} levels (put parts under `shapes`, each before its use)"
+            )
         self.level += 1
         try:
             shape = self._reference(node, where) if is_text(node) else self._written(node, where)
@@ -67,22 +69,23 @@ class ShapeReader:
         return self.reader.report(node, where, f"must be {ShapeKind(base).phrase}, got {found}")
 
     def check_size(self, node: Node, where: str, shape: Shape) -> Shape | Bad:
-        """Refuse what references would blow up to more primitives or levels than any scene needs."""
-        _, primitives, levels = self._size(shape)
-        if primitives > MAX_PRIMITIVES:
-            return self.reader.report(
-                node, where, f"has more than {MAX_PRIMITIVES:,} primitives, references written out"
-            )
-        if levels > MAX_LEVELS:
-            return self.reader.report(node, where, f"is nested deeper than {MAX_LEVELS} levels, references written out")
+        """Refuse what references would blow up to more primitives than any scene needs."""
+        if self._size(shape) > MAX_PARTS:
+            return self.reader.report(node, where, f"has more than {MAX_PARTS:,} parts, references written out")
         return shape
 
-    def _size(self, shape: Shape) -> tuple[Shape, int, int]:
-        if id(shape) not in self.sizes:
-            parts = [self._size(part) for part in parts_of(shape)]
-            primitives = sum(part[1] for part in parts) or 1
-            self.sizes[id(shape)] = (shape, primitives, 1 + max((part[2] for part in parts), default=0))
-        return self.sizes[id(shape)]
+    def _size(self, shape: Shape) -> int:
+        """How many primitives and Booleans a shape is made of, fully written out. No recursion."""
+        pending = [shape]
+        while pending:
+            top = pending[-1]
+            unknown = [part for part in parts_of(top) if id(part) not in self.sizes]
+            if unknown:
+                pending.extend(unknown)
+                continue
+            self.sizes[id(top)] = top, 1 + sum(self.sizes[id(part)][1] for part in parts_of(top))
+            pending.pop()
+        return self.sizes[id(shape)][1]
 
     def _reference(self, node: Node, where: str) -> Any:
         name = node.text if isinstance(node, Scalar) else ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from ..jit import inline
+from ..jit import helper, inline
 from .errorfree import accurate_dot, two_difference
 from .vectors import dot
 
@@ -17,9 +17,22 @@ _OBLIQUE = 1.0 / 32.0
 def plane_on_ray(plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> tuple[float, float]:
     """(height, rate): the plane's value n·x - offset along the ray is height + rate t.
 
-    `plane` = (normal, height of the anchor over the plane, anchor). The origin is taken relative
-    to the anchor in two floats. Where the terms of one of the dot products cancel, it is
-    done again in twice the precision, so that t = -height / rate keeps its digits for grazing rays.
+    Where the terms of one of the dot products cancel, it is done again in twice the precision, so
+    that t = -height / rate keeps its digits for grazing rays.
+    """
+    height, rate, cancels = plain_plane(plane, ox, oy, oz, dx, dy, dz)
+    if cancels:
+        height, rate = careful_plane(plane, ox, oy, oz, dx, dy, dz)
+    return height, rate
+
+
+@inline
+def plain_plane(
+    plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
+) -> tuple[float, float, bool]:
+    """(height, rate, cancels). `plane` = (normal, height of the anchor over the plane, anchor).
+
+    The origin is taken relative to the anchor in two floats.
     """
     nx, ny, nz, over, ax, ay, az = plane
     px, ex = two_difference(ox, ax)
@@ -29,7 +42,17 @@ def plane_on_ray(plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: f
     height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
     size = abs(nx * dx) + abs(ny * dy) + abs(nz * dz)
     reach = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
-    if abs(rate) < _OBLIQUE * size or abs(height) < _OBLIQUE * reach:
-        rate = accurate_dot(nx, ny, nz, dx, dy, dz, 0.0, 0.0)
-        height = accurate_dot(nx, ny, nz, px, py, pz, over, dot(nx, ny, nz, ex, ey, ez))
-    return height, rate
+    return height, rate, (abs(rate) < _OBLIQUE * size) | (abs(height) < _OBLIQUE * reach)
+
+
+@helper
+def careful_plane(
+    plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
+) -> tuple[float, float]:
+    """(height, rate) in twice the precision, rounded once."""
+    nx, ny, nz, over, ax, ay, az = plane
+    px, ex = two_difference(ox, ax)
+    py, ey = two_difference(oy, ay)
+    pz, ez = two_difference(oz, az)
+    rate = accurate_dot(nx, ny, nz, dx, dy, dz, 0.0, 0.0)
+    return accurate_dot(nx, ny, nz, px, py, pz, over, dot(nx, ny, nz, ex, ey, ez)), rate

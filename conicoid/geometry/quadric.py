@@ -77,9 +77,26 @@ def sphere_roots(
 def quadric_roots(
     quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
 ) -> Roots:
-    """Crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on it.
+    """Crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on it."""
+    a, b, c, discriminant, foot, cancels = quadratic_on_ray(quadric, ox, oy, oz, dx, dy, dz, inverse, starts)
+    if cancels:
+        a, b, c, discriminant = careful_quadratic(quadric, ox, oy, oz, dx, dy, dz, foot)
+    return settled_roots(a, b, c, discriminant, foot, starts)
 
-    The root a ray starts on is taken out by setting c = 0: what remains is t = 0 and -2 b / a.
+
+@inline
+def settled_roots(a: float, b: float, c: float, discriminant: float, foot: float, starts: bool) -> Roots:
+    """Roots; the one a ray starts on is taken out by setting c = 0: what remains is t = 0 and -2 b / a."""
+    return roots_of(a, b, 0.0 if starts else c, b * b if starts else discriminant, foot)
+
+
+@inline
+def quadratic_on_ray(
+    quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
+) -> tuple[float, float, float, float, float, bool]:
+    """(a, b, c, b² - a c, foot, cancels): the quadric on the ray about o + foot d.
+
+    `cancels`: terms of a or of the discriminant do, and all of it is to be done again in two floats.
     """
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     # Origin relative to the anchor in two floats, then the foot of the perpendicular
@@ -105,14 +122,11 @@ def quadric_roots(
     t0, t1, t2 = s1 * s2 * (m0 * m0), s0 * s2 * (m1 * m1), s0 * s1 * (m2 * m2)
     h = dot(m0, m1, m2, f1 * b2 - f2 * b1, f2 * b0 - f0 * b2, f0 * b1 - f1 * b0)
     discriminant = (a * k - ((t0 + t1) + t2)) + fma(g, g, 2.0 * h)
-    # Where terms cancel, all of it again in two floats
+    # Where terms cancel
     size = abs(f0 * e0) + abs(f1 * e1) + abs(f2 * e2)
     terms = abs(size * k) + abs(t0) + abs(t1) + abs(t2) + g * g + 2.0 * abs(h)
-    if abs(discriminant) < _CANCELS * terms or abs(a) < _CANCELS * size:
-        a, b, c, discriminant = careful_quadratic(quadric, ox, oy, oz, dx, dy, dz, foot)
-    c = 0.0 if starts else c
-    discriminant = b * b if starts else discriminant
-    return roots_of(a, b, c, discriminant, foot)
+    cancels = (abs(discriminant) < _CANCELS * terms) | (abs(a) < _CANCELS * size)
+    return a, b, c, discriminant, foot, cancels
 
 
 @helper

@@ -80,6 +80,7 @@ class Tables(NamedTuple):
     tree_root: Ints  # [programs + 2] first of its roots
     roots: Ints  # where a walk begins: a node, and leaves of what no box holds
     tree_depth: Ints  # [1] the most that a walk's stack holds
+    extent: Floats  # [5] diagonal of the box of what is bounded, an entry's share of it, its middle
 
 
 # The number of each table, by which kernels find it
@@ -128,7 +129,8 @@ class Tables(NamedTuple):
     TREE_ROOT,
     ROOTS,
     TREE_DEPTH,
-) = range(44)
+    EXTENT,
+) = range(45)
 
 
 class Geometry(NamedTuple):

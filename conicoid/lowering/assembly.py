@@ -196,6 +196,7 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         tree_root=np.zeros(0, np.int32),
         roots=np.zeros(0, np.int32),
         tree_depth=np.zeros(1, np.int32),
+        extent=np.zeros(5),
     )
     boxes = np.concatenate([np.zeros((0, 6)), *entries.boxes])
     return _balls_direct(tables, table, single), boxes

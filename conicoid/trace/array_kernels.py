@@ -12,9 +12,11 @@ from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, integer
 from ..geometry.vectors import dot
 from ..jit import allocator, fma, inline, kernel
 from .events import entry_crossings, is_solid
-from .kernels import blocked, collect, first_crossing, from_center, normal_at, scaled_ray, uv_at
+from .kernels import blocked, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
+from .packet import FLOAT_ROWS, LANES, MARK_ROWS, packet_hit, put_ray, trace_packet
 from .scratch import new_scratch
 
+_SEVERAL = 4.0
 DEAD = -2
 """Start of a ray that does not exist: the continuation of a miss."""
 
@@ -45,21 +47,84 @@ def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, 
     return ox, oy, oz, directions[i, 0], directions[i, 1], directions[i, 2], first, last, start  # type: ignore[return-value]
 
 
+@inline
+def ray_of_lane(packet: int, lane: int, width: int, count: int) -> int:
+    """The ray in a lane: 64 in a row, or 8 x 8 of a picture of some width; -1 beyond the end."""
+    if width == 0:
+        i = 64 * packet + lane
+        return i if i < count else -1
+    across = (width + 7) >> 3
+    x, y = 8 * (packet % across) + (lane & 7), 8 * (packet // across) + (lane >> 3)
+    i = y * width + x
+    return i if x < width and i < count else -1
+
+
+@inline
+def coherent(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, starts: Ints, packet: int, width: int
+) -> bool:
+    """Do the rays of a packet see about the same part of the scene?
+
+    Their origins and, at the far end of the scene, their points must lie within a few times the
+    size that a body has when the scene's box is shared out among all. Rays that start on a surface
+    with t_min < 0, or whose directions are not of ordinary length, go one by one.
+    """
+    extent = geometry.places[table.EXTENT, 0]
+    diagonal, cell = geometry.floats[extent], geometry.floats[extent + 1]
+    first = -1
+    spread, apart = 0.0, 0.0
+    ox, oy, oz, dx, dy, dz, reach = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for lane in range(LANES):
+        i = ray_of_lane(packet, lane, width, len(origins))
+        if i < 0:
+            continue
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        length = math.sqrt(x * x + y * y + z * z)
+        start = starts[i if len(starts) > 1 else 0]
+        if not 1e-30 < length < 1e30 or start == DEAD or (start >= 0 and t_min[i if len(t_min) > 1 else 0] < 0.0):
+            return False
+        x, y, z = x / length, y / length, z / length
+        if first < 0:
+            first = i
+            ox, oy, oz, dx, dy, dz = origins[i, 0], origins[i, 1], origins[i, 2], x, y, z
+            cx, cy, cz = geometry.floats[extent + 2], geometry.floats[extent + 3], geometry.floats[extent + 4]
+            reach = math.sqrt((ox - cx) ** 2 + (oy - cy) ** 2 + (oz - cz) ** 2) + 0.5 * diagonal
+        spread = max(spread, max(abs(x - dx), max(abs(y - dy), abs(z - dz))))
+        apart = max(apart, abs(origins[i, 0] - ox) + abs(origins[i, 1] - oy) + abs(origins[i, 2] - oz))
+    return spread * reach + apart <= _SEVERAL * cell
+
+
 @kernel
 def trace_first(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    begin: int, end: int, t: Floats, ids: Ints, flags: Signs,
+    width: int, begin: int, end: int, t: Floats, ids: Ints, flags: Signs,
 ) -> None:  # fmt: skip
-    """First hits: t, ids (n, 3) body, surface, face, flags (n, 2) side, entered."""
+    """First hits of packets begin..end of 64 rays: t, ids (n, 3) body, surface, face, flags (n, 2) side, entered."""
     scratch = new_scratch(geometry)
-    everything = scratch.nothing
-    for i in range(begin, end):
-        ray = load_ray(origins, directions, t_min, t_max, starts, i)
-        hit = (math.inf, -1, -1, -1, 0, False)
-        if ray[8] != DEAD:
-            hit = first_crossing(geometry, scratch, ray, everything, False)
-        t[i], ids[i, 0], ids[i, 1], ids[i, 2] = hit[0], hit[1], hit[2], hit[3]
-        flags[i, 0], flags[i, 1] = hit[4], 1 if hit[5] else 0
+    lanes, marks = np.empty((FLOAT_ROWS, LANES)), np.empty((MARK_ROWS, LANES), np.int64)
+    for packet in range(begin, end):
+        together = coherent(geometry, origins, directions, t_min, starts, packet, width)
+        if together:
+            for lane in range(LANES):
+                i = ray_of_lane(packet, lane, width, len(origins))
+                ray = load_ray(origins, directions, t_min, t_max, starts, max(i, 0))
+                if i < 0:
+                    ray = ray[:6] + (0.0, -1.0, np.int64(-1))
+                put_ray(lanes, marks, lane, ray)
+            trace_packet(geometry, scratch, lanes, marks)
+        for lane in range(LANES):
+            i = ray_of_lane(packet, lane, width, len(origins))
+            if i < 0:
+                continue
+            hit = no_hit()
+            if together:
+                hit = packet_hit(geometry, lanes, marks, lane)
+            else:
+                ray = load_ray(origins, directions, t_min, t_max, starts, i)
+                if ray[8] != DEAD:
+                    hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+            t[i], ids[i, 0], ids[i, 1], ids[i, 2] = hit[0], hit[1], hit[2], hit[3]
+            flags[i, 0], flags[i, 1] = hit[4], 1 if hit[5] else 0
 
 
 @kernel

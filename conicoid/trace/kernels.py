@@ -41,7 +41,7 @@ def scene_tree(geometry: Geometry) -> int:
 
 
 @inline
-def _no_hit() -> Hit:
+def no_hit() -> Hit:
     nothing = np.int64(-1)
     return math.inf, nothing, nothing, nothing, np.int64(0), False
 
@@ -52,7 +52,7 @@ def _closer(t: float, body: int, best: Hit) -> bool:
 
 
 @inline
-def _try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
+def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
     """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     limit = min(t_max, best[0] + abs(best[0]) * 1e-15 + 1e-300)
@@ -71,7 +71,7 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     (t, body, surface, face, side, entered); t = inf and ids -1 for a miss.
     """
     ray, scale = scaled_ray(ray)
-    best = _no_hit()
+    best = no_hit()
     some = len(blocks) > 0
     ix, iy, iz = reciprocal(ray[3]), reciprocal(ray[4]), reciprocal(ray[5])
     top = push_roots(geometry, scratch.stack, scratch.stack_t, scene_tree(geometry))
@@ -89,7 +89,7 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
             entry = integer(geometry, table.TREE_ORDER, k)
             if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
                 continue
-            best = _try_entry(geometry, scratch, entry, ray, best)
+            best = try_entry(geometry, scratch, entry, ray, best)
             if any_hit and best[1] >= 0:
                 return best
     return _unscaled(best, scale)

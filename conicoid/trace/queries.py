@@ -18,6 +18,7 @@ from .threads import run_chunks
 from .tree import with_trees
 
 _CHUNK = 4096
+_PACKETS = 64
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,9 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     arguments = _arguments(rays, t_min, t_max)
     count = len(arguments[0])
     t, ids, flags = np.empty(count), np.empty((count, 3), np.int32), np.empty((count, 2), np.int8)
-    run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, a, b, t, ids, flags), count, _CHUNK)
+    width = rays.shape[-1] if len(rays.shape) == 2 else 0
+    packets = -(-width // 8) * -(-rays.shape[0] // 8) if width else -(-count // 64)
+    run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, t, ids, flags), packets, _PACKETS)
     return Hits(scene, rays, t, ids, flags)
 
 

@@ -7,6 +7,7 @@ by some ulps, so that the rounding of a slab test never loses what they hold.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -36,7 +37,17 @@ def with_trees(lowered: Lowered) -> Geometry:
             forest.add(tables.leaf_bounds[first:last], leaves)
     leaf = _BALLS_IN_LEAF if (tables.entry_kind == BALL).all() else 1
     forest.add(lowered.boxes, np.arange(len(lowered.boxes), dtype=np.int32), leaf)
-    return pack(forest.in_tables(tables))
+    return pack(forest.in_tables(tables._replace(extent=_extent(lowered.boxes))))
+
+
+def _extent(boxes: Floats) -> Floats:
+    """(diagonal, an entry's share of it, middle) of the finite boxes."""
+    finite = boxes[np.isfinite(boxes).all(axis=1)]
+    if not len(finite):
+        return np.array([0.0, math.inf, 0.0, 0.0, 0.0])
+    low, high = finite[:, :3].min(axis=0), finite[:, 3:].max(axis=0)
+    diagonal = float(np.linalg.norm(high - low))
+    return np.array([diagonal, diagonal / len(finite) ** (1 / 3), *(0.5 * (low + high))])
 
 
 @dataclass

@@ -221,8 +221,8 @@ broken(
     "shapes:\n  s0: {Sphere: {}}\n"
     + "".join(f"  s{i}: {{Union: [s{i - 1}, s{i - 1}]}}\n" for i in range(1, 31))
     + "bodies: []\n",
-    22,
-    "more than 1,000,000 primitives, references written out",
+    21,  # 2^20 - 1 parts
+    "more than 1,000,000 parts, references written out",
 )
 broken(
     "deep Boolean",
@@ -231,12 +231,13 @@ broken(
     "nested deeper than 100 levels",
 )
 broken(
-    "deep references",
-    "shapes:\n  s0: {Sphere: {}}\n"
-    + "".join(f"  s{i}: {{Complement: s{i - 1}}}\n" for i in range(1, 3000))
-    + "bodies: []\n",
-    102,
+    "deep references to what comes later",
+    "shapes:\n"
+    + "".join(f"  s{i}: {{Complement: s{i + 1}}}\n" for i in range(300))
+    + "  s300: {Sphere: {}}\nbodies: []\n",
+    52,
     "nested deeper than 100 levels",
+    "each before its use",
 )
 
 # Motions --------------------------------------------------------------------------------------------

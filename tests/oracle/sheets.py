@@ -81,11 +81,10 @@ def sheet_crossings(sheet: SheetOracle, ray: Line, size: Any, reach: Any) -> lis
         low, high = min(s[0] for s in holders), max(s[1] for s in holders)
         crossing = main.crossing(root, sheet.side, 0)
         on = _on_sheet(sheet, ray, size, (low, root, high), abs(crossing.cosine), frames)
-        if on is False:
+        # a stretch that ends at +-reach leaves open which side the ray comes from
+        alone = -reach < low and high < reach and sum(1 for other in main.roots if low <= other <= high) == 1
+        if on is False or (sheet.one_sided and alone and crossing.cosine > 0):
             continue
-        if sheet.one_sided and crossing.cosine > 0:
-            continue
-        alone = sum(1 for other in main.roots if low <= other <= high) == 1
         found.append(SheetCrossing(crossing, max(high - root, root - low), on if alone else None))
     for low, high in doubtful:
         if not any(low <= root <= high for root in main.roots):

@@ -7,7 +7,7 @@ displaced along its normal, each by its own amount, by up to
     eta(t) = BAND · (|t| |d| + size) [+ BAKED · |x(t)| for a solid that was moved]
 
 at the point x(t) = o + t d: |t| |d| is the distance travelled, `size` the largest extent of the
-solid. BAND = 2^-49, eight units in the last place; BAKED = 2^-52 is what one rounding of an anchor
+solid. BAND = 2^-49, sixteen half units in the last place; BAKED = 2^-52 is what one rounding of an anchor
 may move it by. To second order a surface f = 0 displaced by eta passes through x where
 
     |f(x)| <= kappa = eta |grad f| + eta² |hessian f| / 2.

@@ -1,0 +1,202 @@
+"""Intersections of half-spaces and unions, without the parts that say nothing new.
+
+A pin in a lattice is the intersection of its cell, the lattice element, and the cells around the lattice: a
+dozen half-spaces or more, of which two or three matter. A part is left out only where the others
+imply it, as fractions show; an intersection of which fractions show that it has no volume is None.
+Which parts are left never changes a point's cell, except on the surface of a part left out.
+
+Why it is right to test one part after another: `extent` is always a box around the parts that are
+kept. A round part whose bounds are an end of the box cannot contain the box, so it does not vanish by
+its own help; and a round part that made a plane or another round part vanish is pinned: it stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import TypeAlias
+
+from .extent import EVERYWHERE, Extent
+from .region import Both, Either, Half, Region
+from .surfaces import FlatSurface, RoundSurface, Surface
+
+MOST_PAIRS = 100_000
+"""Pairs of parts that are compared with each other; beyond, superfluous ones just stay."""
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """One closed side of a plane, the solid side of a curved surface, or the open outer one."""
+
+    surface: Surface
+    positive: bool
+    pinned: bool = False
+
+    def of(self, extent: Extent) -> int:
+        """-1 where all of the extent is on this side, +1 where none of it is (but for its surface), else 0."""
+        side = self.surface.side_of(extent)
+        return -side if self.positive else side
+
+
+@dataclass(frozen=True, slots=True)
+class AllOf:
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AnyOf:
+    parts: tuple[Part, ...]
+
+
+Part: TypeAlias = Side | AllOf | AnyOf
+
+
+def bound(region: Region, surfaces: Mapping[int, Surface]) -> Part:
+    """The region with surfaces in the place of their numbers."""
+    if isinstance(region, Half):
+        return Side(surfaces[region.surface], region.positive)
+    kind = AllOf if isinstance(region, Both) else AnyOf
+    return kind(tuple(bound(part, surfaces) for part in region.parts))
+
+
+@dataclass(frozen=True, slots=True)
+class Conjunction:
+    """In every part; `extent` is a box around that."""
+
+    parts: tuple[Part, ...] = ()
+    extent: Extent = EVERYWHERE
+
+    def and_(self, parts: Iterable[Part], extent: Extent = EVERYWHERE) -> Conjunction | None:
+        """With further parts, which may be known to lie in an extent; None where nothing is left."""
+        sides, unions = _sorted((*self.parts, *parts))
+        box = self.extent.common(extent)
+        box = reduce(Extent.common, (side.surface.extent(side.positive) for side in sides), box)
+        if box.is_empty:
+            return None
+        apart = _without_pairs(sides)
+        kept = None if apart is None else _without_shown(_without_idle_planes(apart, box), box)
+        if kept is None:
+            return None
+        left = [_within(union, box) for union in unions]
+        if False in left:
+            return None
+        branches = [part for part in left if not isinstance(part, bool)]
+        still = tuple(part for part in branches if isinstance(part, AnyOf))
+        result = Conjunction((*kept, *still), box)
+        opened = [part for part in branches if not isinstance(part, AnyOf)]
+        return result.and_(opened) if opened else result
+
+
+def _sorted(parts: Iterable[Part]) -> tuple[list[Side], list[AnyOf]]:
+    """Sides, each once, and unions."""
+    sides: dict[tuple[Surface, bool], Side] = {}
+    unions: dict[AnyOf, None] = {}
+    pending = list(reversed(tuple(parts)))
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Side):
+            key = part.surface, part.positive
+            if key not in sides or part.pinned:
+                sides[key] = part
+        elif isinstance(part, AllOf):
+            pending.extend(reversed(part.parts))
+        else:
+            unions[part] = None
+    return list(sides.values()), list(unions)
+
+
+def _without_shown(sides: list[Side], box: Extent) -> list[Side] | None:
+    """Without the curved sides that all of the box is on; None where it is all beyond some side."""
+    kept = []
+    for side in sides:
+        relation = side.of(box)
+        if relation > 0:
+            return None
+        if relation == 0 or side.pinned or isinstance(side.surface, FlatSurface):
+            kept.append(side)
+    return kept
+
+
+def _without_idle_planes(sides: list[Side], box: Extent) -> list[Side]:
+    """Without the planes across an axis that are no end of the box; each end is needed once."""
+    kept: list[Side] = []
+    ends: set[tuple[int, bool]] = set()
+    pins: set[int] = set()
+    for side in sides:
+        plane = side.surface
+        axis = plane.axis if isinstance(plane, FlatSurface) else None
+        if axis is None or not isinstance(plane, FlatSurface):
+            kept.append(side)
+            continue
+        above = side.positive == (plane.normal[axis] > 0)
+        end = plane.offset / plane.normal[axis]
+        if end == (box.low if above else box.high)[axis] and (axis, above) not in ends:
+            ends.add((axis, above))
+            kept.append(side)
+        elif (axis, above) not in ends:
+            pins.update(_holders(sides, axis, above, box))
+    return [replace(side, pinned=True) if id(side) in pins else side for side in kept]
+
+
+def _holders(sides: list[Side], axis: int, above: bool, box: Extent) -> list[int]:
+    """The curved sides whose bounds are the end of the box."""
+    end = (box.low if above else box.high)[axis]
+    found = []
+    for side in sides:
+        if isinstance(side.surface, RoundSurface) and not side.positive:
+            own = side.surface.extent(False)
+            if (own.low if above else own.high)[axis] == end:
+                found.append(id(side))
+    return found
+
+
+def _without_pairs(sides: list[Side]) -> list[Side] | None:
+    """Without the sides that a single round solid implies, which is pinned; None where two exclude each other."""
+    rounds = [side for side in sides if isinstance(side.surface, RoundSurface) and not side.positive]
+    if len(rounds) * len(sides) > MOST_PAIRS:
+        return sides
+    implied: set[int] = set()
+    pins: set[int] = set()
+    for solid in rounds:
+        if id(solid) in implied:
+            continue
+        for side in sides:
+            if side is solid or id(side) in implied or id(side) in pins or side.pinned:
+                continue
+            relation = _relation(solid.surface, side)  # type: ignore[arg-type]
+            if relation > 0:
+                return None
+            if relation < 0:
+                implied.add(id(side))
+                pins.add(id(solid))
+    return [replace(s, pinned=True) if id(s) in pins else s for s in sides if id(s) not in implied]
+
+
+def _relation(solid: RoundSurface, side: Side) -> int:
+    """-1 where all of a round solid is on a side, +1 where none of it is, else 0."""
+    other = side.surface
+    if isinstance(other, FlatSurface):
+        relation = solid.side_of_plane(other)
+    elif isinstance(other, RoundSurface):
+        relation = -1 if solid.is_within(other) else int(solid.is_apart(other))
+    else:
+        relation = 0
+    return -relation if side.positive else relation
+
+
+def _within(part: Part, box: Extent) -> Part | bool:
+    """What is left to ask of a part for points in the box: nothing (True), or it has none of them (False)."""
+    if isinstance(part, Side):
+        relation = part.of(box)
+        return part if relation == 0 else relation < 0
+    decisive = isinstance(part, AnyOf)
+    left = []
+    for piece in (_within(inner, box) for inner in part.parts):
+        if piece is decisive:
+            return decisive
+        if not isinstance(piece, bool):
+            left.append(piece)
+    if not left:
+        return not decisive
+    return left[0] if len(left) == 1 else type(part)(tuple(left))

@@ -1,0 +1,135 @@
+"""The grammar of regions: half-spaces `3` `+3` `-3`, `~` before `&` or blank before `|`, and parentheses.
+
+Complements are carried down to the half-spaces as they are read (De Morgan), as OpenMC does. A blank
+between two operands is an intersection; none is needed where the next operand starts unmistakably.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from ..nodes import shortened
+
+MAX_PARENTHESES = 30
+_TOKEN = re.compile(r"\s*(?:([-+]?)([0-9]{1,18})(?![0-9])|([()|&~]))")
+
+
+@dataclass(frozen=True, slots=True)
+class Half:
+    """One side of a surface, by the number that the file gives it."""
+
+    surface: int
+    positive: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Both:
+    """In every part."""
+
+    parts: tuple[Region, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Either:
+    """In at least one part."""
+
+    parts: tuple[Region, ...]
+
+
+Region: TypeAlias = Half | Both | Either
+
+
+def parse_region(text: str) -> Region:
+    """The region of an expression that is not blank. Raises ValueError saying what is wrong and where."""
+    return _Parser(text).whole()
+
+
+def halves(region: Region) -> Iterator[Half]:
+    """All half-spaces, from left to right."""
+    if isinstance(region, Half):
+        yield region
+    else:
+        for part in region.parts:
+            yield from halves(part)
+
+
+class _Parser:
+    """Recursive descent, one method for each level of precedence; `inside` counts open parentheses."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.at = 0
+        self.inside = 0
+        self.sign, self.digits, self.symbol = "", "", ""
+        self._advance()
+
+    def whole(self) -> Region:
+        region = self._union(False)
+        if self.symbol or self.digits:
+            raise self._wrong("a ')' without its '('")
+        return region
+
+    def _union(self, negated: bool) -> Region:
+        parts = [self._intersection(negated)]
+        while self.symbol == "|":
+            self._advance()
+            parts.append(self._intersection(negated))
+        return _joined(Both if negated else Either, parts)
+
+    def _intersection(self, negated: bool) -> Region:
+        parts = [self._operand(negated)]
+        while self.symbol in ("&", "(", "~") or self.digits:
+            if self.symbol == "&":
+                self._advance()
+            parts.append(self._operand(negated))
+        return _joined(Either if negated else Both, parts)
+
+    def _operand(self, negated: bool) -> Region:
+        while self.symbol == "~":
+            negated = not negated
+            self._advance()
+        if self.digits:
+            half = Half(int(self.digits), (self.sign != "-") != negated)
+            self._advance()
+            return half
+        if self.symbol != "(":
+            raise self._wrong("a surface, '~' or '(' must stand here")
+        if self.inside >= MAX_PARENTHESES:
+            raise self._wrong(f"parentheses nest deeper than {MAX_PARENTHESES} levels")
+        self.inside += 1
+        self._advance()
+        region = self._union(negated)
+        if self.symbol != ")":
+            raise self._wrong("a ')' is missing")
+        self.inside -= 1
+        self._advance()
+        return region
+
+    def _advance(self) -> None:
+        """To the next token; none at the end."""
+        found = _TOKEN.match(self.text, self.at)
+        if found is None:
+            self.sign = self.digits = self.symbol = ""
+            rest = self.text[self.at :].strip()
+            if rest:
+                raise self._wrong(f"{shortened(rest, 20)!r} is no half-space, '~', '&', '|' or parenthesis")
+            self.at = len(self.text)
+            return
+        self.sign, self.digits, self.symbol = (found[i] or "" for i in (1, 2, 3))
+        self.at = found.end()
+
+    def _wrong(self, what: str) -> ValueError:
+        before = " ".join(self.text[: self.at].split())
+        place = f"after '{before if len(before) <= 40 else '...' + before[-37:]}'" if before else "at the beginning"
+        return ValueError(f"region: {what} ({place})")
+
+
+def _joined(kind: type[Both] | type[Either], parts: list[Region]) -> Region:
+    """One node of a kind, nodes of the same kind among the parts opened up."""
+    opened: list[Region] = []
+    for part in parts:
+        opened.extend(part.parts if isinstance(part, kind) else (part,))
+    return opened[0] if len(opened) == 1 else kind(tuple(opened))

@@ -1,0 +1,129 @@
+"""XML as a tree with line numbers, from files that nobody vouches for.
+
+The parser is defusedxml's: document types, entities and external references are refused, so that no
+bomb can go off and no other file is opened. Size, depth and the number of elements are limited.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import stat
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from xml.sax import SAXParseException
+from xml.sax.handler import ContentHandler
+from xml.sax.xmlreader import InputSource
+
+from ..errors import Problem, SceneFileError
+
+MAX_BYTES = 64 << 20
+MAX_DEPTH = 32
+MAX_ELEMENTS = 1_000_000
+
+
+@dataclass(slots=True)
+class Element:
+    """One element: its attributes, its own text (without that of its children), and where it begins."""
+
+    tag: str
+    line: int
+    column: int
+    attributes: dict[str, str]
+    children: list[Element] = field(default_factory=list)
+    pieces: list[str] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        return "".join(self.pieces)
+
+    def all(self, tag: str) -> list[Element]:
+        """The children of a kind, in the order of the file."""
+        return [child for child in self.children if child.tag == tag]
+
+
+def read_xml(path: str | os.PathLike[str]) -> Element:
+    """The root element of a file. Raises SceneFileError for anything that is no harmless XML of bearable size."""
+    from defusedxml.common import DefusedXmlException, DTDForbidden
+    from defusedxml.sax import make_parser
+
+    builder = _Builder()
+    parser = make_parser()
+    parser.forbid_dtd = True
+    parser.setContentHandler(builder)
+    source = InputSource(os.fspath(path))
+    source.setByteStream(io.BytesIO(_bytes(path)))
+    try:
+        parser.parse(source)
+    except SAXParseException as error:
+        line, column = error.getLineNumber() or 0, (error.getColumnNumber() or 0) + 1
+        raise SceneFileError(path, [Problem(line, column, "", f"is not XML: {error.getMessage()}")]) from None
+    except DefusedXmlException as error:
+        what = "a document type (DOCTYPE)" if isinstance(error, DTDForbidden) else "an entity or an external reference"
+        raise SceneFileError(path, [Problem(*builder.place, "", f"is refused: it declares {what}")]) from None
+    except _TooMuch as error:
+        raise SceneFileError(path, [Problem(*builder.place, "", str(error))]) from None
+    except (LookupError, ValueError) as error:
+        raise SceneFileError(path, [Problem(0, 0, "", f"is not XML that can be read: {error}")]) from None
+    return builder.root
+
+
+class _TooMuch(Exception):
+    """A limit is passed."""
+
+
+class _Builder(ContentHandler):
+    """Makes elements of what the parser reports."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[Element] = []
+        self.count = 0
+        self.locator: Any = None
+        self.root: Element
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """Line and column of what is being read, from 1."""
+        return self.locator.getLineNumber() or 0, (self.locator.getColumnNumber() or 0) + 1
+
+    def setDocumentLocator(self, locator: Any) -> None:
+        self.locator = locator
+
+    def startElement(self, name: str, attrs: Any) -> None:
+        element = Element(name, *self.place, dict(attrs.items()))
+        self.count += 1
+        if self.count > MAX_ELEMENTS:
+            raise _TooMuch(f"has more than {MAX_ELEMENTS:,} elements")
+        if len(self.open) >= MAX_DEPTH:
+            raise _TooMuch(f"nests its elements deeper than {MAX_DEPTH} levels")
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+
+    def endElement(self, name: str) -> None:
+        self.open.pop()
+
+    def characters(self, content: str) -> None:
+        self.open[-1].pieces.append(content)
+
+
+def _bytes(path: str | os.PathLike[str]) -> bytes:
+    """The contents of a regular file of bearable size."""
+    try:
+        if "\0" in os.fspath(path):
+            raise OSError(22, "a path cannot hold a zero character")
+        mode = Path(path).stat().st_mode
+        if not stat.S_ISREG(mode):
+            raise OSError(22, "is a directory" if stat.S_ISDIR(mode) else "is not a regular file")
+        with Path(path).open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise SceneFileError(path, [Problem(0, 0, "", f"cannot be read: {reason}")]) from None
+    if len(raw) > MAX_BYTES:
+        raise SceneFileError(path, [Problem(0, 0, "", f"is too large: at most {MAX_BYTES >> 20} MB are read")])
+    return raw
