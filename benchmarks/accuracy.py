@@ -26,11 +26,21 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 import conicoid as co  # noqa: E402
-from tests.oracle.cases import KINDS, generator, random_case  # noqa: E402
 from tests.oracle.compare import Score, compare  # noqa: E402
 from tests.oracle.rays import rays  # noqa: E402
+from tests.oracle.samples import KINDS, generator, random_case  # noqa: E402
 
-HEADINGS = ("shape", "rays", "crossings", "in band", "wrong hits", "wrong misses", "median error", "largest error", "beside, 2^-53")
+HEADINGS = (
+    "shape",
+    "rays",
+    "crossings",
+    "in band",
+    "wrong hits",
+    "wrong misses",
+    "median error",
+    "largest error",
+    "beside, 2^-53",
+)
 
 
 def processor() -> str:

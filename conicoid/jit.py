@@ -45,13 +45,16 @@ def inline(function: Function) -> Function:
 
 
 def helper(function: Function) -> Function:
-    """Compile a function that is called, not merged: for large ones outside of inner loops. It may not allocate."""
-    return cast(Function, njit(nogil=True, error_model="numpy", _nrt=False)(function))
+    """Compile a function that is called, not merged: for large ones outside of inner loops. It may not allocate.
+
+    Numba hands forceinline down to the functions that an inlined one calls, unless they say no.
+    """
+    return cast(Function, njit(nogil=True, error_model="numpy", forceinline=False, _nrt=False)(function))
 
 
 def allocator(function: Function) -> Function:
     """Compile a function that is called from kernels and allocates arrays."""
-    return cast(Function, njit(nogil=True, error_model="numpy")(function))
+    return cast(Function, njit(nogil=True, error_model="numpy", forceinline=False, _nrt=True)(function))
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -17,7 +17,8 @@ def barrel() -> list[co.Body]:
         for z in (-1.2, -0.7, 0.57, 1.07)
     ]
     lid = co.Cylinder((0, 0, 1.05), (0, 0, 1.13), 0.74)
-    parts = [(lid, planks), (side, staves), *((hoop, iron) for hoop in hoops)]
+    rim = side & co.HalfSpace((0, 0, -1), -1.21)
+    parts = [(lid, planks), (rim, co.matte("#8a5829")), (side, staves), *((hoop, iron) for hoop in hoops)]
     return [co.Body(part.translate((0, 0, 1.25)), finish) for part, finish in parts]
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import conicoid as co
+
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 
@@ -39,7 +41,7 @@ def test_the_ball_lens_has_its_paraxial_focus(load):
 
 
 def test_the_head_is_that_of_the_shared_figures(load):
-    """The middle row of the projection at x = 0, z = 0, summed by hand over the chords of the ten ellipsoids."""
+    """Ten ellipsoids; the projection integrates to their mass."""
     head = load("shepp_logan")
     solids, density = head.head()
     assert len(solids) == len(density) == 10
@@ -51,6 +53,33 @@ def test_the_head_is_that_of_the_shared_figures(load):
     assert projection.sum() * (2 / 64) ** 2 == pytest.approx(mass, rel=5e-3)
 
 
+def test_the_head_follows_its_euler_angles(load):
+    """A point is inside where p = Rz(psi) Rx(theta) Rz(phi) (x - centre), as coordinates turn, has Σ (p / axis)² <= 1."""
+    solids, _ = load("shepp_logan").head()
+    points = np.random.default_rng(3).uniform(-1, 1, (20_000, 3))
+    for solid, row in zip(solids, table(), strict=True):
+        _, a, b, c, x, y, z, phi, theta, psi = row
+        turn = about_z(psi) @ about_x(theta) @ about_z(phi)
+        own = (points - (x, y, z)) @ turn.T
+        inside = ((own / (a, b, c)) ** 2).sum(axis=1)
+        clear = np.abs(inside - 1) > 1e-9
+        assert (co.Scene([solid]).contains(points)[clear] == (inside <= 1)[clear]).all()
+
+
+def about_z(degrees: float) -> np.ndarray:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+
+
+def about_x(degrees: float) -> np.ndarray:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
+
+
 def sizes() -> list[list[float]]:
-    lines = (EXAMPLES / "shepp_logan.csv").read_text().splitlines()
-    return [[float(x) for x in line.split(",")[1:4]] for line in lines if line[0] in "-01"]
+    return [row[1:4] for row in table()]
+
+
+def table() -> list[list[float]]:
+    lines = (EXAMPLES / "shepp_logan.csv").read_text(encoding="utf-8").splitlines()
+    return [[float(x) for x in line.split(",")] for line in lines if line[0] in "-01"]

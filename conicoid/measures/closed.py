@@ -138,7 +138,9 @@ def _(cylinder: Cylinder) -> Moments:
     x, y = (0.0, 0.0) if full else (math.sin(b) - math.sin(a), math.cos(a) - math.cos(b))
     centroid = np.array([2 * r / 3 * x / turn, 2 * r / 3 * y / turn, height / 2])
     # ∫ x², ∫ y², ∫ x y about the axis, in units of r⁴ height / 8
-    double, mixed = (0.0, 0.0) if full else ((math.sin(2 * b) - math.sin(2 * a)) / 2, math.sin(b) ** 2 - math.sin(a) ** 2)
+    double, mixed = (
+        (0.0, 0.0) if full else ((math.sin(2 * b) - math.sin(2 * a)) / 2, math.sin(b) ** 2 - math.sin(a) ** 2)
+    )
     second = np.zeros((3, 3))
     second[:2, :2] = r**4 * height / 8 * np.array([[turn + double, mixed], [mixed, turn - double]])
     second[:2, :2] -= volume * np.outer(centroid[:2], centroid[:2])

@@ -31,6 +31,46 @@ _SLACK = 1e-12
 
 
 @dataclass(frozen=True)
+class Rectangles:
+    """Low corners (n, 2) and sides (n, 2)."""
+
+    low: FloatArray
+    size: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.low)
+
+    def __getitem__(self, index: Any) -> Rectangles:
+        return Rectangles(self.low[index], self.size[index])
+
+    def __add__(self, other: Rectangles) -> Rectangles:
+        return Rectangles(np.concatenate([self.low, other.low]), np.concatenate([self.size, other.size]))
+
+    def halved(self) -> Rectangles:
+        """Each cut across its longer side, the halves one after the other."""
+        longer = np.argmax(self.size, axis=1)
+        low, size = np.repeat(self.low, 2, axis=0), np.repeat(self.size, 2, axis=0)
+        both = np.arange(len(size)), np.repeat(longer, 2)
+        size[both] /= 2
+        low[1::2][np.arange(len(longer)), longer] += size[1::2][np.arange(len(longer)), longer]
+        return Rectangles(low, size)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A view along an axis of the box: the directions across it (m, 2), and their places among all."""
+
+    axis: int
+    across: FloatArray
+    chosen: Any
+
+    @classmethod
+    def along(cls, axis: int, directions: FloatArray) -> Sight:
+        chosen = np.flatnonzero(directions[:, axis] == 0)
+        return cls(axis, np.delete(directions[chosen], axis, axis=1), chosen)
+
+
+@dataclass(frozen=True)
 class Hull:
     """`offsets` (directions,): sup u·x. With parts: inside `every` one of them, or any."""
 
@@ -39,23 +79,20 @@ class Hull:
     every: bool = False
     depth: int = 0
 
-    def meets(self, low: FloatArray, size: FloatArray, directions: FloatArray, chosen: Any) -> Mask:
-        """Which rectangles (n, 2) with sides `size` (2,) meet it, seen along an axis; False is certain.
-
-        `directions` (m, 2) are those that lie in the plane of sight, `chosen` their places in `offsets`.
-        """
-        least = low @ directions.T + np.minimum(directions * size, 0.0).sum(axis=1)
-        found: Mask = (least <= self.offsets[chosen]).all(axis=1)
+    def meets(self, rectangles: Rectangles, sight: Sight) -> Mask:
+        """Which rectangles meet it, seen along an axis; False is certain."""
+        least = rectangles.low @ sight.across.T + rectangles.size @ np.minimum(sight.across, 0.0).T
+        found: Mask = (least <= self.offsets[sight.chosen]).all(axis=1)
         if not self.parts:
             return found
         if self.every:
             for part in self.parts:
                 rest = np.flatnonzero(found)
-                found[rest] = part.meets(low[rest], size, directions, chosen)
+                found[rest] = part.meets(rectangles[rest], sight)
             return found
-        pending, result = np.flatnonzero(found), np.zeros(len(low), bool)
+        pending, result = np.flatnonzero(found), np.zeros(len(found), bool)
         for part in self.parts:
-            met = part.meets(low[pending], size, directions, chosen)
+            met = part.meets(rectangles[pending], sight)
             result[pending[met]] = True
             pending = pending[~met]
         return result
@@ -74,7 +111,10 @@ def directions_for(shape: Shape, box: FittedBox) -> FloatArray:
                 if np.hypot(a, b) > 1e-9 * np.abs(own).max():
                     rows.append(_in_plane(axis, np.arctan2(b, a) + np.pi / 2))
     directions = np.array(rows)
-    _, first = np.unique(np.round(directions * np.sign(directions @ (1.0, 0.9, 0.8))[:, None], 9), axis=0, return_index=True)
+    directions[np.abs(directions) < 1e-12] = 0.0
+    _, first = np.unique(
+        np.round(directions * np.sign(directions @ (1.0, 0.9, 0.8))[:, None], 9), axis=0, return_index=True
+    )
     directions = directions[np.sort(first)]
     return np.concatenate([directions, -directions])
 
@@ -86,7 +126,7 @@ def _in_plane(axis: int, angle: float) -> FloatArray:
 def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
     """The hulls of a shape in the frame of the box; complements are carried inward (De Morgan)."""
     world, shift = directions @ box.axes.T, directions @ (box.axes.T @ box.center)
-    slack = _SLACK * (np.abs(directions) @ box.half)
+    slack = _SLACK * (np.abs(directions) @ box.half) + 1e-14 * np.abs(box.center).sum()
     everything = Hull(np.full(len(directions), np.inf))
     results: list[Hull] = []
     pending: list[tuple[Shape, Motion, bool, bool]] = [(shape, STILL, True, False)]
@@ -143,28 +183,10 @@ def _joined(parts: Sequence[Hull], every: bool) -> Hull:
     if every or len(parts) <= _GROUP:
         return Hull(merged, tuple(parts), every, depth)
     # Halve along the direction in which the parts spread most
-    spread = np.where(np.isfinite(offsets).all(axis=0), np.ptp(np.nan_to_num(offsets, posinf=0.0, neginf=0.0), axis=0), -1.0)
+    spread = np.where(
+        np.isfinite(offsets).all(axis=0), np.ptp(np.nan_to_num(offsets, posinf=0.0, neginf=0.0), axis=0), -1.0
+    )
     order = np.argsort(offsets[:, int(np.argmax(spread))])
     half = len(parts) // 2
-    return Hull(merged, tuple(_joined([parts[i] for i in side], False) for side in (order[:half], order[half:])))
-
-
-def cells_seen(hull: Hull, box: FittedBox, axis: int, directions: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
-    """(low corners (n, 2), sides (2,)) of at most `most` equal rectangles that cover the shape's shadow along an axis."""
-    across = [i for i in range(3) if i != axis]
-    chosen = np.flatnonzero(directions[:, axis] == 0)
-    plane = directions[chosen][:, across]
-    low, size = -box.half[None, across], 2 * box.half[across]
-    while True:
-        longer = int(size[1] > size[0])
-        step = size[longer] / 2
-        smaller = size.copy()
-        smaller[longer] = step
-        split = np.repeat(low, 2, axis=0)
-        split[1::2, longer] += step
-        split = split[hull.meets(split, smaller, plane, chosen)]
-        if len(split) > most or step == 0:
-            return low, size
-        low, size = split, smaller
-        if not len(low):
-            return low, size
+    sides = tuple(_joined([parts[i] for i in side], False) for side in (order[:half], order[half:]))
+    return Hull(merged, sides, depth=depth)

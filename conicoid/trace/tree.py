@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.tables import BALL, Floats, Geometry, Ints, Tables, pack
+from ..geometry.tables import Floats, Geometry, Ints, Tables, pack
 from ..jit import allocator, helper, inline, kernel
 from ..lowering import Lowered
 
 WIDTH = 8
-_BALLS_IN_LEAF = 4  # balls are tested about as fast as boxes
+_LEAF = 1  # entries in a leaf of a tree: testing one costs more than its box
 _MOST = 15
 _FEW = 12
 _BINS = 16
@@ -35,8 +35,7 @@ def with_trees(lowered: Lowered) -> Geometry:
             forest.add_unordered(leaves)
         else:
             forest.add(tables.leaf_bounds[first:last], leaves)
-    leaf = _BALLS_IN_LEAF if (tables.entry_kind == BALL).all() else 1
-    forest.add(lowered.boxes, np.arange(len(lowered.boxes), dtype=np.int32), leaf)
+    forest.add(lowered.boxes, np.arange(len(lowered.boxes), dtype=np.int32))
     return pack(forest.in_tables(tables._replace(extent=_extent(lowered.boxes))))
 
 
@@ -72,12 +71,12 @@ class _Forest:
         self.depth = max(self.depth, len(self.roots) - self.tree_root[-1] + 1)
         self.tree_root.append(len(self.roots))
 
-    def add(self, boxes: Floats, items: Ints, leaf: int = 1) -> None:
+    def add(self, boxes: Floats, items: Ints) -> None:
         """A tree over the items with finite boxes; those without an end go beside it, empty ones nowhere."""
         empty = (boxes[:, :3] > boxes[:, 3:]).any(axis=1)
         endless = ~np.isfinite(boxes).all(axis=1) & ~empty
         bounded = np.flatnonzero(~endless & ~empty)
-        nodes, children, order, levels = build(widened(boxes[bounded]), leaf)
+        nodes, children, order, levels = build(widened(boxes[bounded]))
         if len(nodes):
             self.roots.append(self.node_count)
             self.depth = max(self.depth, WIDTH * (levels + 1) + int(endless.sum()) // _MOST + 1)
@@ -115,11 +114,8 @@ def widened(boxes: Floats) -> Floats:
     return np.concatenate([low - margin, high + margin], axis=1)
 
 
-def build(boxes: Floats, leaf: int) -> tuple[Floats, Ints, Ints, int]:
-    """(node boxes (n, 6, 8), children (n, 8), order of the entries in the leaves, levels).
-
-    A leaf holds at most `leaf` entries.
-    """
+def build(boxes: Floats) -> tuple[Floats, Ints, Ints, int]:
+    """(node boxes (n, 6, 8), children (n, 8), order of the entries in the leaves, levels)."""
     count = len(boxes)
     order = np.arange(count, dtype=np.int32)
     if count == 0:
@@ -127,12 +123,12 @@ def build(boxes: Floats, leaf: int) -> tuple[Floats, Ints, Ints, int]:
     capacity = max(1, count)
     nodes = np.empty((capacity, 6, WIDTH))
     children = np.zeros((capacity, WIDTH), np.int32)
-    used, levels = _build(np.ascontiguousarray(boxes), order, nodes, children, leaf)
+    used, levels = _build(np.ascontiguousarray(boxes), order, nodes, children)
     return nodes[:used].copy(), children[:used].copy(), order, levels
 
 
 @kernel
-def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints, leaf: int) -> tuple[int, int]:
+def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints) -> tuple[int, int]:
     """Fill nodes depth first; returns how many nodes and how many levels there are."""
     first = np.empty(WIDTH, np.int64)
     last = np.empty(WIDTH, np.int64)
@@ -153,7 +149,7 @@ def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints, leaf: int)
             # The costliest group that is still too large for a leaf
             worst, worst_cost = -1, -1.0
             for g in range(groups):
-                if last[g] - first[g] > leaf and cost[g] > worst_cost:
+                if last[g] - first[g] > _LEAF and cost[g] > worst_cost:
                     worst, worst_cost = g, cost[g]
             if worst < 0:
                 break
@@ -173,7 +169,7 @@ def _build(boxes: Floats, order: Ints, nodes: Floats, children: Ints, leaf: int)
             for k in range(6):
                 nodes[node, k, g] = box[k]
             size = last[g] - first[g]
-            if size <= leaf:
+            if size <= _LEAF:
                 children[node, g] = leaf_code(first[g], size)
             else:
                 children[node, g] = used

@@ -37,7 +37,11 @@ def grid(low: Any, high: Any) -> list[np.ndarray]:
     """Corners, middles of edges and of faces of a box."""
     low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
     levels = [(a, (a + b) / 2, b) for a, b in zip(low, high, strict=True)]
-    return [np.array(p) for p in itertools.product(*levels) if any(c in (a, b) for c, a, b in zip(p, low, high, strict=True))]
+    return [
+        np.array(p)
+        for p in itertools.product(*levels)
+        if any(c in (a, b) for c, a, b in zip(p, low, high, strict=True))
+    ]
 
 
 TURNS = [0.05, 0.13, 0.3, 0.41, 0.55, 0.77, 0.9]
@@ -59,7 +63,12 @@ def targets() -> list[Target]:
         [(p[0] + 0.5 * p[1], p[1], p[2] + 0.25 * p[0]) for p in corners], [(1, 0, 0.25), (0.5, 1, 0)])  # fmt: skip
     octahedron = co.Polyhedron([tuple(n) for n in SIGNS], [1] * 8)
     points = [*AXES, *-AXES, *((a + b) / 2 for a, b in itertools.combinations([*AXES, *-AXES], 2) if (a + b).any())]
-    add("octahedron", octahedron, points, [a + b for a, b in itertools.combinations([*AXES, *-AXES], 2) if (a + b).any()])
+    add(
+        "octahedron",
+        octahedron,
+        points,
+        [a + b for a, b in itertools.combinations([*AXES, *-AXES], 2) if (a + b).any()],
+    )
     add("tetrahedron", co.Polyhedron([(-1, 0, 0), (0, -1, 0), (0, 0, -1), (1, 1, 1)], [0, 0, 0, 1]),
         [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0, 0), (0.5, 0.5, 0), (0.25, 0.25, 0.5), (0.25, 0.25, 0)],
         [(1, -1, 0), (0, 1, -1), (1, 0, -1)])  # fmt: skip
@@ -79,19 +88,46 @@ def targets() -> list[Target]:
         [(1, 0, -2), (0, 1, -2), (0.6, 0.8, -2)])  # fmt: skip
     add("frustum", co.Cone((0, 0, 0), (0, 0, 1), 2, 1), [*circle((0, 0, 0), 2 * AXES[0], 2 * AXES[1], TURNS), *circle((0, 0, 1), AXES[0], AXES[1], TURNS)],
         [(1, 0, -1), (0, 1, -1), (0.6, 0.8, -1)])  # fmt: skip
-    bow = [(0, 0, 0), *circle((0, 0, 1), AXES[0], AXES[1], TURNS), *circle((0, 0, -1), AXES[0], AXES[1], TURNS), (0.5, 0, 0.5), (0, 0.5, -0.5)]
+    bow = [
+        (0, 0, 0),
+        *circle((0, 0, 1), AXES[0], AXES[1], TURNS),
+        *circle((0, 0, -1), AXES[0], AXES[1], TURNS),
+        (0.5, 0, 0.5),
+        (0, 0.5, -0.5),
+    ]
     add("bow tie", co.DoubleCone(1, (-1, 1)), bow, [(1, 0, 1), (0, 1, 1), (0.6, 0.8, 1), (1, 0, -1)])
     add("bow tie with a cut at the apex", co.DoubleCone(1, (0, 1)), bow, [(1, 0, 1), (0.6, 0.8, 1)])
-    add("barrel", co.Ellipsoid((1, 1, 2), z_range=(-1, 1)), [*circle((0, 0, 1), AXES[0] * np.sqrt(0.75), AXES[1] * np.sqrt(0.75), TURNS), (1, 0, 0), (0, 0, 1)])
+    add(
+        "barrel",
+        co.Ellipsoid((1, 1, 2), z_range=(-1, 1)),
+        [*circle((0, 0, 1), AXES[0] * np.sqrt(0.75), AXES[1] * np.sqrt(0.75), TURNS), (1, 0, 0), (0, 0, 1)],
+    )
     add("cooling tower", co.OneSheetHyperboloid(1, 1, 1, z_range=(-1, 1)), [*circle((0, 0, 1), AXES[0] * np.sqrt(2), AXES[1] * np.sqrt(2), TURNS), (1, 0, 0), (1, 1, 1), (1, -1, -1)],
         [(0, 1, 1), (0, 1, -1), (1, 0, 1)])  # fmt: skip
-    add("saddle block", co.HyperbolicParaboloid(1, 1, co.Box()), [*corners, (0, 0, 0), (1, 1, 0), (1, 0, 1), (0, 1, -1)], [(1, 1, 0), (1, -1, 0)])
+    add(
+        "saddle block",
+        co.HyperbolicParaboloid(1, 1, co.Box()),
+        [*corners, (0, 0, 0), (1, 1, 0), (1, 0, 1), (0, 1, -1)],
+        [(1, 1, 0), (1, -1, 0)],
+    )
     add("sphere", co.Sphere(5), [(3, 4, 0), (0, 3, -4), (5, 0, 0), (0, 0, 5)], [(4, -3, 0), (0, 4, 3)])
-    add("abutting boxes", co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 1)) | co.Box((-1, 1, -1), (1, 2, 1)), grid((-1, -1, -1), (1, 2, 1)) + corners)
-    add("box with a flush hole", cube - co.Box((-0.5, -0.5, -1), (0.5, 0.5, 1)), corners + grid((-0.5, -0.5, -1), (0.5, 0.5, 1)))
+    add(
+        "abutting boxes",
+        co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 1)) | co.Box((-1, 1, -1), (1, 2, 1)),
+        grid((-1, -1, -1), (1, 2, 1)) + corners,
+    )
+    add(
+        "box with a flush hole",
+        cube - co.Box((-0.5, -0.5, -1), (0.5, 0.5, 1)),
+        corners + grid((-0.5, -0.5, -1), (0.5, 0.5, 1)),
+    )
     add("flange", co.Cylinder((0, 0, 0), (0, 0, 1), 2) | co.Cylinder((0, 0, 1), (0, 0, 3), 1) - co.Cylinder((0, 0, 0), (0, 0, 3), 0.5),
         [p for z in (0, 1, 3) for r in (0.5, 1, 2) for p in circle((0, 0, z), r * AXES[0], r * AXES[1], TURNS[:3])])  # fmt: skip
-    add("half ball", co.Sphere(5) & co.HalfSpace((0, 0, 1), 3), [(4, 0, 3), (0, 4, 3), (-4, 0, 3), (0, 0, 3), *circle((0, 0, 3), 4 * AXES[0], 4 * AXES[1], TURNS)])
+    add(
+        "half ball",
+        co.Sphere(5) & co.HalfSpace((0, 0, 1), 3),
+        [(4, 0, 3), (0, 4, 3), (-4, 0, 3), (0, 0, 3), *circle((0, 0, 3), 4 * AXES[0], 4 * AXES[1], TURNS)],
+    )
     add("shell", co.Sphere(2) - co.Sphere(1), [(1, 0, 0), (0, 1, 0), (2, 0, 0), (0, 0, -1)])
     return found
 
@@ -104,7 +140,15 @@ def hard_rays(target: Target, count: int, seed: int = 0) -> tuple[np.ndarray, np
     q = features[random.integers(len(features), size=count)]
     u, v = (lines[random.integers(len(lines), size=count)] for _ in range(2))
     kind = random.integers(0, 5, count)[:, None]
-    d = np.where(kind == 0, q - p, np.where(kind == 1, u, np.where(kind == 2, u + v * random.integers(-3, 4, (count, 1)), random.normal(size=(count, 3)))))
+    d = np.where(
+        kind == 0,
+        q - p,
+        np.where(
+            kind == 1,
+            u,
+            np.where(kind == 2, u + v * random.integers(-3, 4, (count, 1)), random.normal(size=(count, 3))),
+        ),
+    )
     d = np.where((d != 0).any(axis=1)[:, None], d, u) * 2.0 ** random.integers(-3, 4, (count, 1))
     jitter = np.where(kind == 4, random.normal(size=(count, 3)) * 2.0 ** -random.integers(30, 56, (count, 1)), 0)
     extent = np.abs(features).max() * 8

@@ -45,6 +45,7 @@ def test_sphere_keeps_its_chord():
 
 def test_grazing_inside_a_sphere():
     """Whispering gallery: chords of 1e-6 of the radius, a thousand of them."""
+
     def check(hits, previous):
         if previous is not None:
             chord = hits.t * np.linalg.norm(hits.rays.directions, axis=1)
@@ -55,7 +56,9 @@ def test_grazing_inside_a_sphere():
     bounce(co.Scene([co.Sphere()]), origins, np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1), check)
 
 
-@pytest.mark.parametrize("motion", [lambda s: s, lambda s: s.rotate((1, 2, 3), 40).translate((0.1, 0.1, 0.1))], ids=["still", "turned"])
+@pytest.mark.parametrize(
+    "motion", [lambda s: s, lambda s: s.rotate((1, 2, 3), 40).translate((0.1, 0.1, 0.1))], ids=["still", "turned"]
+)
 def test_box_never_returns_to_the_same_face(motion):
     def check(hits, previous):
         assert previous is None or (hits.face != previous.face).all()
@@ -65,6 +68,7 @@ def test_box_never_returns_to_the_same_face(motion):
 
 def test_cylinder():
     """Radius and height are kept; a cap is never met twice running; on the side the angular momentum is kept."""
+
     def check(hits, previous):
         radius = np.hypot(*hits.point[:, :2].T)
         side = hits.face == 0

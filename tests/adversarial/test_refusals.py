@@ -34,7 +34,12 @@ def test_bad_rays_are_refused_with_the_index_of_the_first(query, field, value, w
 @pytest.mark.parametrize("query", QUERIES)
 def test_bad_shapes_and_limits(query):
     ask = getattr(SCENE, query)
-    for origins, directions in ((np.zeros((5, 2)), np.ones((5, 3))), (np.zeros((5, 3)), np.ones((4, 3))), (0, (0, 0, 1)), ("a", (0, 0, 1))):
+    for origins, directions in (
+        (np.zeros((5, 2)), np.ones((5, 3))),
+        (np.zeros((5, 3)), np.ones((4, 3))),
+        (0, (0, 0, 1)),
+        ("a", (0, 0, 1)),
+    ):
         with pytest.raises(ValueError, match=r"origins|directions"):
             ask(origins, directions)
     with pytest.raises(ValueError, match="t_min"):

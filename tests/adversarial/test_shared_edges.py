@@ -9,6 +9,8 @@ import pytest
 
 import conicoid as co
 
+STILL = np.eye(3)
+
 
 def pair(random, kind, folded):
     """Two polygons on the edge p, q; in one plane, or folded by any dihedral angle. Returns vertices and the edge."""
@@ -57,13 +59,13 @@ def rays_through(random, p, q, sides, count):
     return points[: len(d)] - d, d
 
 
-def check(kind, folded, pairs, rays_per_pair, motion=lambda s: s, rows=np.eye(3)):
+def check(kind, folded, pairs, rays_per_pair, motion=lambda s: s, rows=STILL):
     random = np.random.default_rng([len(kind), int(folded), pairs])
     total = 0
     for _ in range(pairs):
         both, p, q, *_ = pair(random, kind, folded)
         shapes = [co.Triangle(*v) if kind == "triangle" and random.random() < 0.5 else co.Polygon(v) for v in both]
-        sides = [np.mean([v for v in vs], axis=0) - p for vs in both]
+        sides = [np.mean(vs, axis=0) - p for vs in both]
         o, d = rays_through(random, p, q, sides, rays_per_pair)
         if not len(d):
             continue
@@ -71,7 +73,9 @@ def check(kind, folded, pairs, rays_per_pair, motion=lambda s: s, rows=np.eye(3)
         o, d = o @ rows.T, d @ rows.T
         counts = np.diff(scene.crossings(o, d, t_min=-math.inf).offsets)
         wrong = np.flatnonzero(counts != 1)
-        assert len(wrong) == 0, f"{counts[wrong[0]]} hits of {both} by the ray {o[wrong[0]].tolist()}, {d[wrong[0]].tolist()} ({len(wrong)} of {len(o)})"
+        assert len(wrong) == 0, (
+            f"{counts[wrong[0]]} hits of {both} by the ray {o[wrong[0]].tolist()}, {d[wrong[0]].tolist()} ({len(wrong)} of {len(o)})"
+        )
         hits = scene.first_hit(o, d)
         assert np.isfinite(hits.t).all()
         assert (np.abs(hits.t - 1) < 1e-9).all()
@@ -105,7 +109,9 @@ def test_exactly_one_after_a_motion(folded):
 
 def test_a_lattice_of_squares_is_tight():
     """Rays through the corners and edges of a 3 × 3 tiling, straight on and slanted, hit exactly one square."""
-    squares = [co.Polygon([(i, j, 0), (i + 1, j, 0), (i + 1, j + 1, 0), (i, j + 1, 0)]) for i in range(3) for j in range(3)]
+    squares = [
+        co.Polygon([(i, j, 0), (i + 1, j, 0), (i + 1, j + 1, 0), (i, j + 1, 0)]) for i in range(3) for j in range(3)
+    ]
     halves = [co.Triangle(a, b, c) for i in range(3) for j in range(3) for a, b, c in (
         ((i, j, 0), (i + 1, j, 0), (i + 1, j + 1, 0)), ((i, j, 0), (i + 1, j + 1, 0), (i, j + 1, 0)))]  # fmt: skip
     x, y = (v.ravel() for v in np.meshgrid(np.arange(0.5, 2.75, 0.25), np.arange(0.5, 2.75, 0.25)))

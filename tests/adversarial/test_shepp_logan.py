@@ -55,6 +55,7 @@ def beam(view, pixels):
 def turned(phi, theta, psi):
     """Rz(ψ) Rx(θ) Rz(φ) by mpmath, to 40 digits."""
     with mpmath.workdps(40):
+
         def rotation(degrees, i, j):
             r, angle = mpmath.eye(3), mpmath.mpf(degrees) * mpmath.pi / 180
             r[i, i] = r[j, j] = mpmath.cos(angle)

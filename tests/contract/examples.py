@@ -131,7 +131,9 @@ def derived(kind: type[Shape]) -> list[Shape]:
     required = [f.name for f in dataclasses.fields(kind) if f.default is f.default_factory is dataclasses.MISSING]
     unknown = [name for name in required if name not in FIELDS]
     if unknown:
-        raise LookupError(f"{kind.__name__}: give it a line in LISTED of tests/contract/examples.py (no sample of {unknown})")
+        raise LookupError(
+            f"{kind.__name__}: give it a line in LISTED of tests/contract/examples.py (no sample of {unknown})"
+        )
     return [kind(**{name: FIELDS[name] for name in required})]
 
 

@@ -101,7 +101,9 @@ def test_clipped_sheets_tile_the_sheet(name):
     pieces = co.Scene([base.shape & OTHER, base.shape - OTHER]).crossings(*base.rays, t_min=-math.inf)
     assert np.array_equal(whole.offsets, pieces.offsets)
     assert np.array_equal(whole.t, pieces.t)
-    points = np.repeat(base.rays[0], np.diff(whole.offsets), axis=0) + whole.t[:, None] * np.repeat(base.rays[1], np.diff(whole.offsets), axis=0)
+    points = np.repeat(base.rays[0], np.diff(whole.offsets), axis=0) + whole.t[:, None] * np.repeat(
+        base.rays[1], np.diff(whole.offsets), axis=0
+    )
     near = np.abs(np.linalg.norm(points - OTHER.center, axis=1) - OTHER.radius) < 1e-9
     assert ((pieces.body == 0) == co.Scene([OTHER]).contains(points))[~near].all()
 
@@ -109,6 +111,13 @@ def test_clipped_sheets_tile_the_sheet(name):
 @pytest.mark.parametrize("name", [n for n, s in SHAPES.items() if s.is_sheet])
 def test_sheets_refuse_other_booleans(name):
     shape = SHAPES[name]
-    for combine in (lambda: shape | OTHER, lambda: OTHER | shape, lambda: OTHER - shape, lambda: ~shape, lambda: shape & shape, lambda: shape - shape):
+    for combine in (
+        lambda: shape | OTHER,
+        lambda: OTHER | shape,
+        lambda: OTHER - shape,
+        lambda: ~shape,
+        lambda: shape & shape,
+        lambda: shape - shape,
+    ):
         with pytest.raises(TypeError):
             combine()

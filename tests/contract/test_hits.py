@@ -32,7 +32,10 @@ def test_crossings_lie_in_the_open_interval_and_are_sorted(subject):
     some = np.diff(whole.offsets) > 0
     first[some] = whole.t[whole.offsets[:-1][some]]
     rest = subject.scene.crossings(*subject.rays, t_min=first)
-    assert np.array_equal(np.diff(rest.offsets)[some], (np.diff(whole.offsets) - np.bincount(ray[whole.t == first[ray]], minlength=subject.count))[some])
+    assert np.array_equal(
+        np.diff(rest.offsets)[some],
+        (np.diff(whole.offsets) - np.bincount(ray[whole.t == first[ray]], minlength=subject.count))[some],
+    )
     before = subject.scene.crossings(*subject.rays, t_min=-math.inf, t_max=np.where(some, first, 0))
     assert (np.diff(before.offsets)[some] == 0).all()
 
@@ -81,7 +84,9 @@ def test_hits_lie_within_the_bounds(subject):
     hits = subject.scene.first_hit(*subject.rays)
     hit = np.isfinite(hits.t)
     low, high = subject.shape.bounds
-    slack = 1e-14 * (np.abs(subject.rays[0][hit]).max(axis=1) + subject.size + hits.t[hit] * subject.speed[hit])[:, None]
+    slack = (
+        1e-14 * (np.abs(subject.rays[0][hit]).max(axis=1) + subject.size + hits.t[hit] * subject.speed[hit])[:, None]
+    )
     assert (hits.point[hit] >= low - slack).all()
     assert (hits.point[hit] <= high + slack).all()
 
@@ -121,7 +126,17 @@ def test_leading_shapes(subject):
     o, d = (x[:12] for x in subject.rays)
     flat = subject.scene.first_hit(o, d)
     grid = subject.scene.first_hit(o.reshape(3, 4, 3), d.reshape(3, 4, 3))
-    widths = {"t": 0, "body": 0, "face": 0, "surface": 0, "entering": 0, "point": 3, "local_point": 3, "normal": 3, "uv": 2}
+    widths = {
+        "t": 0,
+        "body": 0,
+        "face": 0,
+        "surface": 0,
+        "entering": 0,
+        "point": 3,
+        "local_point": 3,
+        "normal": 3,
+        "uv": 2,
+    }
     for name, width in widths.items():
         last = (width,) if width else ()
         assert getattr(flat, name).shape == (12, *last)
@@ -189,7 +204,7 @@ def test_spawned_rays_do_not_meet_their_start_again(subject):
     slack = 1e-12 * (travelled + (np.abs(o[hit]).max(axis=1) + subject.size) / subject.speed[hit])
     close = onward.t[hit] == expected
     both = np.isfinite(expected) & np.isfinite(onward.t[hit])
-    close[both] = (np.abs(onward.t[hit][both] - expected[both]) <= slack[both])
+    close[both] = np.abs(onward.t[hit][both] - expected[both]) <= slack[both]
     steep = np.abs(np.einsum("ij,ij->i", hits.normal, d))[hit] > 0.01 * subject.speed[hit]
     assert close[steep].all()
     assert (onward.t[hit] > 0).all()

@@ -24,10 +24,17 @@ TRANSFORMS = {
 }
 # 90° about (0, 3, 4)/5 = k: k kᵀ + [k]×
 K = np.array([0, 0.6, 0.8])
-TRANSFORMS["rotate"] = (TRANSFORMS["rotate"][0], np.outer(K, K) + np.array([[0, -0.8, 0.6], [0.8, 0, 0], [-0.6, 0, 0]]), (0, 0, 0))
+TRANSFORMS["rotate"] = (
+    TRANSFORMS["rotate"][0],
+    np.outer(K, K) + np.array([[0, -0.8, 0.6], [0.8, 0, 0], [-0.6, 0, 0]]),
+    (0, 0, 0),
+)
 
 EXACT = {
-    "quarter turn about z": (lambda s: s.rotate((0, 0, 1), 90), lambda v: np.stack([-v[:, 1], v[:, 0], v[:, 2]], axis=1)),
+    "quarter turn about z": (
+        lambda s: s.rotate((0, 0, 1), 90),
+        lambda v: np.stack([-v[:, 1], v[:, 0], v[:, 2]], axis=1),
+    ),
     "half turn about x": (lambda s: s.rotate((2, 0, 0), 180), lambda v: v * (1, -1, -1)),
     "twice as large": (lambda s: s.scale(2), lambda v: v * 2),
     "an eighth": (lambda s: s.scale(0.125), lambda v: v * 0.125),

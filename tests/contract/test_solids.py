@@ -16,7 +16,9 @@ def ends(solid: Subject):
     t = np.concatenate([spans.t_enter[~spans.enter_clipped], spans.t_exit[~spans.exit_clipped]])
     both = np.concatenate([ray[~spans.enter_clipped], ray[~spans.exit_clipped]])
     entry = np.concatenate([np.ones((~spans.enter_clipped).sum(), bool), np.zeros((~spans.exit_clipped).sum(), bool)])
-    near = np.abs(solid.at(both, t)).max(axis=1, initial=0) < 1e3  # far ends of unbounded solids round too coarsely to probe
+    near = (
+        np.abs(solid.at(both, t)).max(axis=1, initial=0) < 1e3
+    )  # far ends of unbounded solids round too coarsely to probe
     return both[near], t[near], entry[near]
 
 

@@ -18,8 +18,9 @@ import numpy as np
 
 from .cases import Case
 from .precision import mp, number
+from .restricted import Crossing, Line, line
 from .sheets import SheetCrossing, sheet_crossings
-from .trace import Crossing, Line, Run, line, trace
+from .trace import Run, trace
 
 TOLERANCE = mp.mpf("1e-13")
 ULP = mp.mpf(2) ** -53
@@ -149,7 +150,11 @@ def _merged(clusters: Iterable[Cluster]) -> list[Cluster]:
             last = merged[-1]
             parity = None if last.parity is None or cluster.parity is None else last.parity ^ cluster.parity
             merged[-1] = Cluster(
-                last.low, max(last.high, cluster.high), last.expected + cluster.expected, last.certain and cluster.certain, parity
+                last.low,
+                max(last.high, cluster.high),
+                last.expected + cluster.expected,
+                last.certain and cluster.certain,
+                parity,
             )
         else:
             merged.append(cluster)
@@ -194,12 +199,16 @@ def _match_certain(cluster: Cluster, held: list[Found], ray: Line, size: Any, sc
     if missing:
         score.wrong_misses += max(missing, 0)
         score.wrong_hits += max(-missing, 0)
-        score.failures.append(f"{len(held)} crossings instead of {len(cluster.expected)} at t = {mp.nstr(cluster.low, 20)}")
+        score.failures.append(
+            f"{len(held)} crossings instead of {len(cluster.expected)} at t = {mp.nstr(cluster.low, 20)}"
+        )
         return
     for f, (exact, allowed) in zip(held, cluster.expected, strict=True):
         off = abs(f.t - exact.t)
         if off > allowed:
-            score.failures.append(f"t = {mp.nstr(f.t, 20)} is {mp.nstr(off, 5)} off {mp.nstr(exact.t, 20)}, allowed {mp.nstr(allowed, 5)}")
+            score.failures.append(
+                f"t = {mp.nstr(f.t, 20)} is {mp.nstr(off, 5)} off {mp.nstr(exact.t, 20)}, allowed {mp.nstr(allowed, 5)}"
+            )
         if f.entering != exact.entering:
             score.failures.append(f"entering is {f.entering} at t = {mp.nstr(f.t, 20)}")
         if exact.face is not None and f.face != exact.face:
@@ -219,5 +228,3 @@ def _message(case: Case, origin: Any, direction: Any, text: str, found: list[Fou
         f"{text}\n  {case!r}\n  origin {tuple(map(float, origin))}\n  direction {tuple(map(float, direction))}\n"
         f"  expected {expected}\n  found {got}"
     )
-
-

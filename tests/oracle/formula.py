@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-from .frames import Affine
+from .frames import Affine, transposed
 from .precision import number
 
 Term = tuple[Any, int, int]
@@ -26,6 +27,24 @@ class Surface:
     face: int | None = None
     exact: bool = True
     """False where a motion was baked into the surface, which rounds its coordinates once."""
+
+    @cached_property
+    def columns(self) -> Any:
+        return transposed(self.own.rows)
+
+    @cached_property
+    def float_columns(self) -> tuple[tuple[float, ...], ...]:
+        return tuple(tuple(map(float, column)) for column in self.columns)
+
+    @cached_property
+    def float_terms(self) -> tuple[tuple[float, int, int], ...]:
+        return tuple((float(k), i, j) for k, i, j in self.terms)
+
+    @cached_property
+    def bend(self) -> float:
+        """At least half of the norm of the hessian in the world; 0 for a plane."""
+        own = sum(abs(k) for k, _, j in self.float_terms if j < 3)
+        return own * sum(x * x for column in self.float_columns for x in column)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,4 +145,3 @@ def unnumbered(formula: Any) -> Any:
     if isinstance(formula, Not):
         return Not(unnumbered(formula.part))
     return type(formula)(tuple(unnumbered(part) for part in formula.parts))
-

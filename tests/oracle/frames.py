@@ -29,7 +29,7 @@ class Affine:
     def vector(self, x: Sequence[Any]) -> tuple[Any, ...]:
         if self.rows is UNIT_ROWS:
             return tuple(x)
-        return tuple(dot(row, x) for row in self.rows)
+        return tuple(row[0] * x[0] + row[1] * x[1] + row[2] * x[2] for row in self.rows)
 
     def after(self, first: Affine) -> Affine:
         """This map applied to the result of `first`."""

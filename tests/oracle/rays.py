@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from .cases import Case, Random, direction
+from .cases import Case
 from .formula import Formula, Surface
 from .precision import mp
+from .restricted import Line, Restricted, line
+from .samples import Random, direction
 from .sheets import SheetOracle
-from .trace import Line, Restricted, exact_crossings, line
+from .trace import exact_crossings
 
 Pair = tuple[np.ndarray, np.ndarray]
 
@@ -61,7 +64,7 @@ class Aim:
         found = exact_crossings(self.formula, _restricted(self.formula, through, self.size), 10 * mp.mpf(self.size))
         if len(found) < 2:
             return None
-        pairs = [(a.t, b.t) for a, b in zip(found, found[1:], strict=False) if a.entering]
+        pairs = [(a.t, b.t) for a, b in itertools.pairwise(found) if a.entering]
         if not pairs:
             return None
         low, high = pairs[random.integers(len(pairs))]

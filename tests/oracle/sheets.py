@@ -13,8 +13,8 @@ from typing import Any
 from .formula import AllOf, Formula, Surface, Truth, carried, plane, quadric, slab
 from .frames import Affine, axis_frame, translation
 from .precision import ZERO, cross, dot, length, minus, mp, number, plus, vector
+from .restricted import BAKED, BAND, Crossing, Line, Restricted
 from .solids import HERE, sector
-from .trace import BAKED, BAND, Crossing, Line, Restricted
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,11 @@ def _in_clip(sheet: SheetOracle, ray: Line, size: Any, around: tuple[Any, Any, A
     if sheet.clip is None:
         return True
     parts = {s: Restricted(s, ray, size, frames) for s in dict.fromkeys(sheet.clip.surfaces())}
-    values = {sheet.clip.truth(lambda s, t=t: parts[s].below_between(t, t)) for t in around}
+
+    def below(surface: Surface, t: Any) -> Truth:
+        return None if parts[surface].open_at(t) else parts[surface].below(t)
+
+    values = {sheet.clip.truth(lambda s, t=t: below(s, t)) for t in around}
     return values.pop() if len(values) == 1 else None
 
 

@@ -39,7 +39,9 @@ def box(low: Any = (-1, -1, -1), high: Any = (1, 1, 1)) -> Formula:
     return AllOf(tuple(parts))
 
 
-def sector(own: Affine, start_angle: Any, end_angle: Any, faces: tuple[int | None, int | None] = (3, 4)) -> Formula | None:
+def sector(
+    own: Affine, start_angle: Any, end_angle: Any, faces: tuple[int | None, int | None] = (3, 4)
+) -> Formula | None:
     """The wedge counter-clockwise from start_angle to end_angle about z."""
     turn = number(end_angle) - number(start_angle)
     if turn == 360:
@@ -96,7 +98,7 @@ def boxed(formula: Formula, within: Any) -> Formula:
     """Cut by a box given as (low, high); its faces come after the quadric."""
     if within is None:
         return formula
-    planes = [part for part in box(*within).surfaces()]
+    planes = list(box(*within).surfaces())
     renumbered = [Below(Surface(s.terms, s.own, None if s.face is None else s.face + 1)) for s in planes]
     return AllOf((formula, *renumbered))
 
@@ -136,6 +138,10 @@ def polyhedron(normals: Any, offsets: Any) -> Formula:
     return AllOf(tuple(plane(HERE, n, d, i) for i, (n, d) in enumerate(zip(normals, offsets, strict=True))))
 
 
+def spheres(centers: Any, radii: Any) -> Formula:
+    return AnyOf(tuple(sphere(r, c) for r, c in zip(radii, centers, strict=True)))
+
+
 SOLIDS: dict[str, Callable[..., Formula]] = {
     "Sphere": sphere,
     "Ellipsoid": ellipsoid,
@@ -154,6 +160,7 @@ SOLIDS: dict[str, Callable[..., Formula]] = {
     "Quadric": general,
     "HalfSpace": half_space,
     "Polyhedron": polyhedron,
+    "Spheres": spheres,
 }
 
 COMBINED: dict[str, Callable[..., Formula]] = {
@@ -162,4 +169,3 @@ COMBINED: dict[str, Callable[..., Formula]] = {
     "Difference": lambda first, *others: AllOf((first, *(Not(part) for part in others))),
     "Complement": lambda part: Not(part),
 }
-

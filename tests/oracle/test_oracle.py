@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import conicoid as co
+
 from . import solids
-from .cases import KINDS, Case, generator, random_case
+from .cases import Case
+from .compare import compare
 from .formula import AllOf, AnyOf, Not
 from .frames import chain
 from .precision import mp, number
 from .rays import rays
+from .restricted import line
+from .samples import KINDS, generator, random_case
 from .sheets import cylinder_patch, disc, plane_sheet, polygon, sheet_crossings, triangle
-from .trace import inside, line, trace
+from .trace import inside, trace
 
 SQRT2, SQRT3 = mp.sqrt(2), mp.sqrt(3)
 TINY = mp.mpf(10) ** -80
@@ -62,7 +68,12 @@ def test_cylinder_wedge_angles_are_counter_clockwise():
     for x, y in ((-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)):
         assert not inside(quarter, (x, y, 0.5))
     pacman = solids.cylinder((0, 0, 0), (0, 0, 1), 1, 0, 270, (1, 0, 7))
-    assert [inside(pacman, (x, y, 0.5)) for x, y in ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))] == [True, True, True, False]
+    assert [inside(pacman, (x, y, 0.5)) for x, y in ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))] == [
+        True,
+        True,
+        True,
+        False,
+    ]
     # y = -0.1: out of the disc at x = -√0.99, wall at 270° is x = 0
     close(times(pacman, (-2, Fraction(-1, 10), 0.5), (1, 0, 0)), [2 - mp.sqrt(mp.mpf(99)) / 10, 2])
 
@@ -93,7 +104,10 @@ def test_sections_of_canonical_quadrics(h):
         return [(along_x[1] - along_x[0]) / 2, (along_y[1] - along_y[0]) / 2] if along_x else []
 
     close(half_axes(solids.elliptic_paraboloid(2.0, 0.5)), [mp.sqrt(height / a), mp.sqrt(height / e)])
-    close(half_axes(solids.SOLIDS["OneSheetHyperboloid"](2.0, 0.5, 0.25)), [mp.sqrt((1 + k * height**2) / x) for x in (a, e)])
+    close(
+        half_axes(solids.SOLIDS["OneSheetHyperboloid"](2.0, 0.5, 0.25)),
+        [mp.sqrt((1 + k * height**2) / x) for x in (a, e)],
+    )
     two = half_axes(solids.SOLIDS["TwoSheetHyperboloid"](2.0, 0.5, 0.25))
     close(two, [mp.sqrt((k * height**2 - 1) / x) for x in (a, e)] if h > 2 else [])
     close(half_axes(solids.SOLIDS["EllipticCone"](2.0, 0.5, 0.25)), [mp.sqrt(k * height**2 / x) for x in (a, e)])
@@ -148,7 +162,10 @@ def test_faces_and_cosines():
 
 def test_disc_plane_and_polygons():
     def hits(sheet, origin, direction):
-        return [(h.crossing.t, h.crossing.entering, h.on) for h in sheet_crossings(sheet, line(origin, direction), number(2), number(99))]
+        return [
+            (h.crossing.t, h.crossing.entering, h.on)
+            for h in sheet_crossings(sheet, line(origin, direction), number(2), number(99))
+        ]
 
     assert hits(plane_sheet((0, 0, 2), 4), (0, 0, 0), (0, 0, 1)) == [(2, False, True)]
     assert hits(plane_sheet((0, 0, 2), 4, one_sided=True), (0, 0, 0), (0, 0, 1)) == []
@@ -217,3 +234,44 @@ def test_random_cases_have_hits_misses_and_a_thin_band(kind):
     assert hits >= 5
     assert misses >= 2
     assert band <= 20
+
+
+class Wrong:
+    """A library whose answers are spoilt: `spoil` changes the crossings of one ray."""
+
+    def __init__(self, spoil):
+        self.spoil = spoil
+
+    def __getattr__(self, name):
+        return getattr(co, name)
+
+    def Scene(self, items):
+        scene = co.Scene(items)
+
+        def crossings(*rays, **limits):
+            true = scene.crossings(*rays, **limits)
+            t, entering, face = self.spoil(true.t.copy(), true.entering.copy(), true.face.copy())
+            offsets = np.minimum(true.offsets, len(t))
+            return SimpleNamespace(t=t, entering=entering, face=face, offsets=offsets)
+
+        return SimpleNamespace(crossings=crossings, first_hit=scene.first_hit)
+
+
+SPOILS = {
+    "right": (lambda t, e, f: (t, e, f), ""),
+    "a part in 1e12 off": (lambda t, e, f: (t * (1 + 1e-12), e, f), "allowed"),
+    "the last is missing": (lambda t, e, f: (t[:-1], e[:-1], f[:-1]), "crossings instead of"),
+    "moved far away": (lambda t, e, f: (np.where(np.arange(len(t)) == 0, t * 2, t), e, f), "wrong hit"),
+    "inside out": (lambda t, e, f: (t, ~e, f), "entering is"),
+    "another face": (lambda t, e, f: (t, e, f + 1), "face is"),
+}
+
+
+@pytest.mark.parametrize("spoil", SPOILS)
+def test_the_comparison_sees_errors(spoil):
+    """A ray through a box and a cylinder: every kind of error is reported as such, and a right answer is not."""
+    change, complaint = SPOILS[spoil]
+    for kind, parameters in (("Box", {}), ("Cylinder", {"start": (0, 0, -1), "end": (0, 0, 1), "radius": 1.0})):
+        case = Case(kind, parameters, (0, 0, 0), 4)
+        score = compare(case, Wrong(change), np.array([[-5.0, 0.25, 0.5]]), np.array([[2.0, 0, 0.125]]))
+        assert any(complaint in failure for failure in score.failures) if complaint else not score.failures

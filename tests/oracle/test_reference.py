@@ -11,9 +11,9 @@ import pytest
 
 import conicoid as co
 
-from .cases import KINDS, generator, random_case
 from .compare import Score, compare
 from .rays import rays
+from .samples import KINDS, generator, random_case
 
 
 def score_of(kind: str, cases: int, rays_per_case: int, first: int = 0) -> Score:

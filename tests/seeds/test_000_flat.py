@@ -66,7 +66,17 @@ CONCAVE = ((0, 0, 1), (4, 0, 1), (4, 4, 1), (2, 1, 1), (0, 4, 1))
 
 
 @pytest.mark.parametrize(
-    ("x", "y", "inside"), [(1, 1, True), (3, 1, True), (2, 0.5, True), (2, 2, False), (0.5, 3.9, False), (0.25, 3, True), (5, 1, False), (-1, 0, False)]
+    ("x", "y", "inside"),
+    [
+        (1, 1, True),
+        (3, 1, True),
+        (2, 0.5, True),
+        (2, 2, False),
+        (0.5, 3.9, False),
+        (0.25, 3, True),
+        (5, 1, False),
+        (-1, 0, False),
+    ],
 )
 def test_concave_polygon(x, y, inside):
     """The notch at (2, 1): above it the edges run along y = 1 + 3 |x - 2| / 2."""

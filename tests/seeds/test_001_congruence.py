@@ -93,7 +93,9 @@ def test_the_printed_formula_fails_for_a_translation():
     right = moved(UNIT_SPHERE.tolist(), m.tolist())
     assert roots(right, (0, 0, 0), (1, 0, 0)) == [4, 6]
     assert flat(spans(co.Sphere().transform(m), (0, 0, 0), (1, 0, 0))) == pytest.approx([4, 6], **CLOSE)
-    assert flat(spans(co.Quadric(matrix=UNIT_SPHERE).transform(m), (0, 0, 0), (1, 0, 0))) == pytest.approx([4, 6], **CLOSE)
+    assert flat(spans(co.Quadric(matrix=UNIT_SPHERE).transform(m), (0, 0, 0), (1, 0, 0))) == pytest.approx(
+        [4, 6], **CLOSE
+    )
 
 
 MATRICES = {

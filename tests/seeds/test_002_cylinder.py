@@ -97,7 +97,9 @@ def test_atan2_alone_would_fail_over_180_degrees():
     theta = math.radians(240)
     assert math.degrees(math.atan2(math.sin(theta), math.cos(theta))) == pytest.approx(-120)
     patch = co.CylinderPatch(P1, P2, RADIUS, 10, 300, P3)
-    assert first(patch, world((0, 0, 1)), BASIS.T @ [math.cos(theta), math.sin(theta), 0]).t == pytest.approx(2, **CLOSE)
+    assert first(patch, world((0, 0, 1)), BASIS.T @ [math.cos(theta), math.sin(theta), 0]).t == pytest.approx(
+        2, **CLOSE
+    )
 
 
 def test_wedge_over_180_is_not_convex():

@@ -161,7 +161,12 @@ MOTIONS = {
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize(
     "shape",
-    [co.Ellipsoid((1, 2, 3), z_range=(-1, 2)), co.Cylinder((0, 0, -1), (0, 0, 1), 1), co.Box(), co.Cone((0, 0, -1), (0, 0, 1), 1, 0.5)],
+    [
+        co.Ellipsoid((1, 2, 3), z_range=(-1, 2)),
+        co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+        co.Box(),
+        co.Cone((0, 0, -1), (0, 0, 1), 1, 0.5),
+    ],
     ids=lambda shape: type(shape).__name__,
 )
 def test_inside_and_outward_normal_survive_motions(shape, motion):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from .placement import Point
+from .placement import Placement, Point
 
 End = Fraction | None
 
@@ -26,6 +26,16 @@ class Extent:
         for i in range(3):
             lows.append(_tighter(max, self.low[i], other.low[i]))
             highs.append(_tighter(min, self.high[i], other.high[i]))
+        return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
+
+    def placed(self, place: Placement) -> Extent:
+        """The box after the turn and the shift of a place, before its outer motion."""
+        lows: list[End] = []
+        highs: list[End] = []
+        for source, sign, shift in zip(place.turn.sources, place.turn.signs, place.shift, strict=True):
+            ends = [None if end is None else sign * end + shift for end in (self.low[source], self.high[source])]
+            lows.append(ends[0 if sign > 0 else 1])
+            highs.append(ends[1 if sign > 0 else 0])
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
     @property

@@ -16,25 +16,32 @@ from itertools import product
 
 from .extent import Extent
 from .narrowing import AnyOf, Side
-from .placement import Point
+from .placement import Placement, Point
 from .surface_kinds import titled
 from .surfaces import FlatSurface
 from .xml_tree import Element
 
 Index = tuple[int, ...]
-Planes = tuple[tuple[Point, Fraction], ...]
-"""normal·x <= offset, for each."""
+Plane = tuple[Point, Fraction]
+"""normal·x <= offset"""
 ZERO, ONE, HALF = Fraction(0), Fraction(1), Fraction(1, 2)
 ROOT3 = Fraction(math.sqrt(3.0))
-"""√3 as float64 has it; all of a hexagonal lattice is made of this number, so that its elements fit exactly."""
+"""√3 as float64 has it."""
+LONG = 3 / (2 * ROOT3)
+"""√3/2, so that a hexagonal lattice is the exact image of a regular one and its elements fit without gaps."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prism:
     """The inside of planes, with a box around it."""
 
-    planes: Planes
+    planes: tuple[Plane, ...]
     extent: Extent
+
+    def placed(self, place: Placement) -> Prism:
+        """The prism after the turn and the shift of a place, before its outer motion."""
+        planes = (FlatSurface(*plane).placed(place) for plane in self.planes)
+        return Prism(tuple((plane.normal, plane.offset) for plane in planes), self.extent.placed(place))
 
     def sides(self) -> list[Side]:
         return [Side(FlatSurface(normal, offset), False) for normal, offset in self.planes]
@@ -144,51 +151,76 @@ class HexagonalLattice(Lattice):
     def center(self, index: Index) -> Point:
         i, j = index[:2]
         x, y, z = self.middle
-        if self.axial_pitch is not None:
+        if self.axial_pitch is not None and index[2:]:
             z += (index[2] + HALF * (1 - self.levels)) * self.axial_pitch
         if self.orientation == "y":
-            return x + ROOT3 * HALF * i * self.pitch, y + (j + HALF * i) * self.pitch, z
-        return x + (i + HALF * j) * self.pitch, y + ROOT3 * HALF * j * self.pitch, z
+            return x + LONG * i * self.pitch, y + (j + HALF * i) * self.pitch, z
+        return x + (i + HALF * j) * self.pitch, y + LONG * j * self.pitch, z
 
     def prism(self, index: Index) -> Prism:
-        return self._prism(index, 1)
-
-    def _prism(self, index: Index, size: int) -> Prism:
-        """An element, or a hexagon so many times as large."""
-        i, j = index[:2]
-        mx, my, _ = self.middle
-        s, p, zero, one = ROOT3, self.pitch, ZERO, ONE
-        # (normal, its product with the lattice's center, the height of the element's center in pitches);
-        # a pair of sides with a normal of length 2 is twice as far away
-        if self.orientation == "y":
-            rows = (((s, one, zero), s * mx + my, 2 * i + j), ((s, -one, zero), s * mx - my, i - j))
-            straight, middle, along = (zero, one, zero), my, j + HALF * i
-        else:
-            rows = (((one, s, zero), mx + s * my, i + 2 * j), ((one, -s, zero), mx - s * my, i - j))
-            straight, middle, along = (one, zero, zero), mx, i + HALF * j
-        planes = []
-        for normal, base, height in rows:
-            planes += _slab(normal, base + (height - size) * p, base + (height + size) * p)
-        planes += _slab(straight, middle + (along - HALF * size) * p, middle + (along + HALF * size) * p)
-        x, y, z = self.center(index)
-        reach_x, reach_y = size * p / s, size * p * HALF
-        if self.orientation == "x":
-            reach_x, reach_y = reach_y, reach_x
-        low: tuple[Fraction, Fraction, Fraction | None] = (x - reach_x, y - reach_y, None)
-        high: tuple[Fraction, Fraction, Fraction | None] = (x + reach_x, y + reach_y, None)
-        if self.axial_pitch is not None:
-            bottom, top = z - HALF * self.axial_pitch, z + HALF * self.axial_pitch
-            planes += _slab((zero, zero, one), bottom, top)
-            low, high = (low[0], low[1], bottom), (high[0], high[1], top)
-        return Prism(tuple(planes), Extent(low, high))
+        return self._column(index, self._levels(index[2], index[2] + 1) if index[2:] else None)
 
     @property
     def hull(self) -> list[Prism]:
-        return [self.prism(index) for index in self.universes]
+        """The hexagon through the centers of the outermost ring, which the elements cover, and that ring."""
+        levels = None if self.axial_pitch is None else self._levels(0, self.levels)
+        last = self.rings - 1
+        ring = {index[:2] for index in self.universes if max(map(abs, (*index[:2], index[0] + index[1]))) == last}
+        columns = [self._column(index, levels) for index in sorted(ring)]
+        return columns if last == 0 else [self._inner(last, levels), *columns]
+
+    def _levels(self, first: int, end: int) -> tuple[Fraction, Fraction]:
+        """From the bottom of one level to the bottom of another."""
+        step = self.axial_pitch or ZERO
+        return self.middle[2] + (first - HALF * self.levels) * step, self.middle[2] + (end - HALF * self.levels) * step
+
+    def _column(self, index: Index, levels: tuple[Fraction, Fraction] | None) -> Prism:
+        """One hexagon, in (√3, ±1) and across the third pair of sides; heights are in pitches."""
+        i, j = index[:2]
+        mx, my, _ = self.middle
+        if self.orientation == "y":
+            slanted = (((ROOT3, ONE), 2 * i + j), ((ROOT3, -ONE), i - j))
+            straight, height = (ZERO, ONE), j + HALF * i
+        else:
+            slanted = (((ONE, ROOT3), i + 2 * j), ((ONE, -ROOT3), i - j))
+            straight, height = (ONE, ZERO), i + HALF * j
+        planes = []
+        for (a, b), k in slanted:
+            base = a * mx + b * my
+            planes += _slab((a, b, ZERO), base + (k - 1) * self.pitch, base + (k + 1) * self.pitch)
+        base = straight[0] * mx + straight[1] * my
+        planes += _slab((*straight, ZERO), base + (height - HALF) * self.pitch, base + (height + HALF) * self.pitch)
+        return self._between(planes, levels, self.center(index), self.pitch / ROOT3, HALF * self.pitch)
+
+    def _inner(self, last: int, levels: tuple[Fraction, Fraction] | None) -> Prism:
+        """The hexagon through the centers of a ring: its sides are turned by 30 degrees against an element's."""
+        mx, my, _ = self.middle
+        planes = []
+        for normal, reach in (((ROOT3, 3 * ONE), 3), ((ROOT3, -3 * ONE), 3), ((ROOT3, ZERO), 3 * HALF)):
+            a, b = normal if self.orientation == "y" else normal[::-1]
+            base, way = a * mx + b * my, reach * last * self.pitch
+            planes += _slab((a, b, ZERO), base - way, base + way)
+        return self._between(planes, levels, self.middle, LONG * last * self.pitch, last * self.pitch)
+
+    def _between(
+        self,
+        planes: list[Plane],
+        levels: tuple[Fraction, Fraction] | None,
+        center: Point,
+        wide: Fraction,
+        high: Fraction,
+    ) -> Prism:
+        """Sides with a bottom and a top; the box around them reaches `wide` along x for orientation "y"."""
+        reach_x, reach_y = (wide, high) if self.orientation == "y" else (high, wide)
+        if levels is not None:
+            planes = planes + _slab((ZERO, ZERO, ONE), *levels)
+        bottom, top = levels or (None, None)
+        x, y, _ = center
+        return Prism(tuple(planes), Extent((x - reach_x, y - reach_y, bottom), (x + reach_x, y + reach_y, top)))
 
     @property
     def steps(self) -> list[Point]:
-        p, half, long = self.pitch, HALF * self.pitch, ROOT3 * HALF * self.pitch
+        p, half, long = self.pitch, HALF * self.pitch, LONG * self.pitch
         level = [] if self.axial_pitch is None else [(ZERO, ZERO, self.axial_pitch)]
         if self.orientation == "y":
             return [(long, half, ZERO), (ZERO, p, ZERO), *level]
@@ -204,14 +236,16 @@ class HexagonalLattice(Lattice):
         """Columns (or rows) of hexagons first, then along each; a neighbour more on every side."""
         low, high = [float(v or 0) for v in extent.low], [float(v or 0) for v in extent.high]
         across, along = (0, 1) if self.orientation == "y" else (1, 0)
-        p, wide = float(self.pitch), float(ROOT3 * HALF * self.pitch)
+        p, wide = float(self.pitch), float(LONG * self.pitch)
         m = [float(value) for value in self.middle]
         levels: list[Index] = [()]
         if self.axial_pitch is not None:
             step, bottom = float(self.axial_pitch), m[2] - 0.5 * self.levels * float(self.axial_pitch)
             first, last = math.floor((low[2] - bottom) / step) - 1, math.ceil((high[2] - bottom) / step) + 1
             levels = [(k,) for k in range(first, last + 1)]
-        columns = range(math.floor((low[across] - m[across]) / wide) - 1, math.ceil((high[across] - m[across]) / wide) + 2)
+        columns = range(
+            math.floor((low[across] - m[across]) / wide) - 1, math.ceil((high[across] - m[across]) / wide) + 2
+        )
         for level, i in product(levels, columns):
             first = math.floor((low[along] - m[along]) / p - 0.5 * i) - 1
             last = math.ceil((high[along] - m[along]) / p - 0.5 * i) + 1
@@ -229,7 +263,7 @@ def ring_order(rings: int, orientation: str) -> list[tuple[int, int]]:
     return sorted(inside, key=lambda index: (-index[1], index[0]))
 
 
-def _slab(normal: Point, low: Fraction, high: Fraction) -> list[tuple[Point, Fraction]]:
+def _slab(normal: Point, low: Fraction, high: Fraction) -> list[Plane]:
     x, y, z = normal
     return [((-x, -y, -z), -low), (normal, high)]
 

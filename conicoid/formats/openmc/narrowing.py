@@ -18,7 +18,7 @@ from functools import reduce
 from typing import TypeAlias
 
 from .extent import EVERYWHERE, Extent
-from .region import Both, Either, Half, Region
+from .region import Both, Half, Region
 from .surfaces import FlatSurface, RoundSurface, Surface
 
 MOST_PAIRS = 100_000
@@ -41,11 +41,15 @@ class Side:
 
 @dataclass(frozen=True, slots=True)
 class AllOf:
+    """In every part."""
+
     parts: tuple[Part, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf:
+    """In at least one part."""
+
     parts: tuple[Part, ...]
 
 

@@ -37,6 +37,11 @@ class Turn:
         p, q, r = (sign * first.signs[source] for source, sign in zip(self.sources, self.signs, strict=True))
         return Turn((a, b, c), (p, q, r))
 
+    @property
+    def inverse(self) -> Turn:
+        a, b, c = (self.sources.index(i) for i in range(3))
+        return Turn((a, b, c), (self.signs[a], self.signs[b], self.signs[c]))
+
     def axis(self, axis: int) -> int:
         """Where an axis goes, its sense aside."""
         return self.sources.index(axis)
@@ -59,6 +64,9 @@ class Rotation:
 
     turn: Turn = UNTURNED
     motion: Motion = STILL
+
+
+STRAIGHT = Rotation()
 
 
 def rotation_by_angles(angles: Point) -> Rotation:
@@ -95,8 +103,11 @@ def rotation_by_matrix(rows: Rows) -> Rotation | None:
 
 def departure(rows: Rows) -> float:
     """How far a matrix is from a rotation: the largest entry of |M Mᵀ - 1|."""
-    products = [[sum(a * b for a, b in zip(u, v, strict=True)) for v in rows] for u in rows]
-    return float(max(abs(products[i][j] - (i == j)) for i in range(3) for j in range(3)))
+    return max(
+        abs(float(sum((a * b for a, b in zip(u, v, strict=True)), Fraction(-(i == j)))))
+        for i, u in enumerate(rows)
+        for j, v in enumerate(rows)
+    )
 
 
 @dataclass(frozen=True)
@@ -112,7 +123,14 @@ class Placement:
         a, b, c = self.turn.apply(own)
         return a + self.shift[0], b + self.shift[1], c + self.shift[2]
 
-    def inner(self, shift: Point, rotation: Rotation = Rotation()) -> Placement:
+    @property
+    def back(self) -> Placement:
+        """From before the outer motion to the universe."""
+        turn = self.turn.inverse
+        x, y, z = turn.apply(self.shift)
+        return Placement(turn, (-x, -y, -z))
+
+    def inner(self, shift: Point, rotation: Rotation = STRAIGHT) -> Placement:
         """The placement of what is rotated and then translated by `shift` within this."""
         whole = self.point(shift)
         if rotation.motion.is_identity:

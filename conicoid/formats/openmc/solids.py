@@ -42,7 +42,11 @@ class SolidMaker:
         outside: list[Solid] = []
         for part in parts:
             if not isinstance(part, Side):
-                inside.append(self.union(part))
+                beyond = _planes_beyond(part)
+                if beyond:
+                    outside.append(self.polyhedron(beyond))
+                else:
+                    inside.append(self.union(part))
             elif isinstance(part.surface, FlatSurface):
                 planes.append(part.surface.solid(part.positive))
             else:
@@ -69,6 +73,16 @@ class SolidMaker:
         if surface not in self.curved:
             self.curved[surface] = surface.solid()
         return self.curved[surface]
+
+
+def _planes_beyond(union: Part) -> tuple[HalfSpace, ...]:
+    """The planes of a polyhedron whose outside the union is, empty where it is none."""
+    planes = []
+    for piece in () if isinstance(union, Side) else union.parts:
+        if not isinstance(piece, Side) or not isinstance(piece.surface, FlatSurface):
+            return ()
+        planes.append(piece.surface.solid(not piece.positive))
+    return tuple(planes)
 
 
 def _convex(planes: tuple[HalfSpace, ...]) -> Solid:

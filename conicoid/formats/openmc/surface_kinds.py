@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from ..nodes import shortened
 from .placement import ORIGIN
 from .surfaces import ConeSurface, FlatSurface, QuadricSurface, RoundSurface, Surface
-from .values import Mistake, Values
+from .values import Values
 from .xml_tree import Element
 
 Coefficients = tuple[Fraction, ...]
@@ -34,7 +35,7 @@ class NamedSurface:
 
 def titled(kind: str, number: int, name: str) -> str:
     """surface 3 'top'"""
-    return f"{kind} {number} {name!r}" if name else f"{kind} {number}"
+    return f"{kind} {number} {shortened(name)!r}" if name else f"{kind} {number}"
 
 
 def read_surface(element: Element) -> NamedSurface:
@@ -127,5 +128,3 @@ _KINDS: dict[str, tuple[int, Callable[[Coefficients], Surface]]] = {
     "x-cone": (4, _cone(0)), "y-cone": (4, _cone(1)), "z-cone": (4, _cone(2)),
     "quadric": (10, _quadric),
 }  # fmt: skip
-
-__all__ = ["Mistake", "NamedSurface", "read_surface", "titled"]

@@ -55,16 +55,16 @@ class Values:
         return None if value is None else value.split()
 
     def integer(self, name: str) -> int:
-        return self._integer(name, self.required(name))
+        return self.integer_word(name, self.required(name))
 
     def optional_integer(self, name: str) -> int | None:
         value = self.text(name)
-        return None if value is None else self._integer(name, value)
+        return None if value is None else self.integer_word(name, value)
 
     def integers(self, name: str) -> list[int]:
-        return [self._integer(name, word) for word in self.required(name).split()]
+        return [self.integer_word(name, word) for word in self.required(name).split()]
 
-    def _integer(self, name: str, word: str) -> int:
+    def integer_word(self, name: str, word: str) -> int:
         if not _INTEGER.fullmatch(word):
             raise self.mistake(f"{name} must be an integer, got {_shown(word)}")
         return int(word)

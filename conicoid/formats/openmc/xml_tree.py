@@ -23,7 +23,7 @@ MAX_DEPTH = 32
 MAX_ELEMENTS = 1_000_000
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Element:
     """One element: its attributes, its own text (without that of its children), and where it begins."""
 

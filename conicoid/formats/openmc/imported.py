@@ -1,0 +1,106 @@
+"""What an import gives: bodies, the legend of their colours, and what there is to say about it."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from ...shapes.body import Body
+from .expansion import Expansion, Progress
+from .geometry import Geometry
+from .palette import color_of
+from .reading import read_geometry
+from .values import listed
+
+MAX_BODIES = 50_000
+
+
+@dataclass(frozen=True)
+class LegendEntry:
+    """A material with its colour and how many bodies have it; `material` and `color` are None for void."""
+
+    material: int | None
+    name: str
+    color: str | None
+    bodies: int
+
+    def __str__(self) -> str:
+        number = "void" if self.material is None else f"material {self.material}"
+        return f"{self.color or 'invisible':<9}  {number:<14} {self.bodies:>9,} bodies  {self.name}".rstrip()
+
+
+@dataclass(frozen=True)
+class Imported:
+    """The parts of a scene, which `conicoid.Scene` and `conicoid.save` take, with `legend` and `notes`."""
+
+    bodies: tuple[Body, ...]
+    legend: tuple[LegendEntry, ...]
+    notes: tuple[str, ...]
+    lights: tuple[Any, ...] = ()
+    camera: Any = None
+    background: Any = None
+
+
+def read(
+    path: str | os.PathLike[str], *, void: bool = True, max_bodies: int = MAX_BODIES, progress: Progress | None = None
+) -> Imported:
+    """The bodies of an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.
+
+    A cell gives one body for each place where it stands, named such as "cell 5 'fuel' @ cell 9, lattice 2 [3, 4]".
+    With `void`, cells without material are bodies too, invisible, so that `scene.body_at` finds every cell.
+    progress(done, most) is called now and then with numbers of bodies.
+    Raises `SceneFileError`, a ValueError, that lists the mistakes found with their lines; also for tori and meshes,
+    which are no quadrics, and for more than `max_bodies` bodies, which are counted before they are made.
+    """
+    geometry = read_geometry(path)
+    expansion = Expansion(path, geometry, max_bodies, void, progress)
+    expansion.run()
+    return Imported(tuple(expansion.bodies), _legend(expansion), tuple(_notes(expansion)))
+
+
+def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:
+    names = expansion.geometry.materials or {}
+    entries = []
+    for number, count in sorted(expansion.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
+        color = None if number is None else color_of(number)
+        entries.append(LegendEntry(number, "" if number is None else names.get(number, ""), color, count))
+    return tuple(entries)
+
+
+def _notes(expansion: Expansion) -> Iterator[str]:
+    geometry = expansion.geometry
+    sizes = (
+        (geometry.cells, "cell"), (geometry.surfaces, "surface"),
+        (geometry.universes, "universe"), (geometry.lattices, "lattice"),
+    )  # fmt: skip
+    yield ", ".join(_counted(len(items), what) for items, what in sizes)
+    without = f"; {_counted(expansion.empty, 'place')} without volume left out" if expansion.empty else ""
+    yield _counted(len(expansion.bodies), "body") + without
+    yield from _boundaries(geometry)
+    for cell in geometry.cells.values():
+        if len(cell.materials) > 1:
+            given = listed("void" if material is None else material for material in cell.materials)
+            yield f"{cell}: has a material for each place ({given}); the first is taken for all"
+        if cell.skew > 1e-9:
+            yield f"{cell}: its rotation matrix is {cell.skew:.2g} away from a rotation; it is applied as it is"
+    for number in sorted(expansion.open_lattices):
+        yield f"{geometry.lattices[number]}: the cell around it may reach beyond it, and there is no outer universe"
+    if geometry.materials is None:
+        yield "no list of materials: they are known by number only"
+
+
+def _boundaries(geometry: Geometry) -> Iterator[str]:
+    """Boundary conditions are about particles: they change no shape."""
+    kinds = Counter(surface.boundary for surface in geometry.surfaces.values())
+    for kind in sorted(set(kinds) - {"transmission"}):
+        numbers = [surface.id for surface in geometry.surfaces.values() if surface.boundary == kind]
+        yield f"boundary {kind}: surface{'s' if len(numbers) > 1 else ''} {listed(numbers)}"
+
+
+def _counted(count: int, what: str) -> str:
+    """3 cells"""
+    plural = what[:-1] + "ies" if what.endswith("y") else what + "s"
+    return f"{count:,} {what if count == 1 else plural}"
