@@ -23,6 +23,7 @@ _SHAPES = {
     "Polygon": "polygon", "Polyhedron": "polyhedron", "Quadric": "quadric", "Sphere": "sphere", "Spheres": "spheres",
     "Triangle": "triangle", "TwoSheetHyperboloid": "two_sheet_hyperboloid",
     "Union": "region", "Intersection": "region", "Difference": "region", "Complement": "region",
+    "Painted": "region",
     "Shape": "base", "Solid": "base", "Sheet": "base", "Body": "body",
     "Material": "material", "matte": "material", "phong": "material", "blinn_phong": "material", "lacquer": "material",
     "mirror": "material", "glass": "material", "metal": "material",
@@ -94,6 +95,7 @@ if TYPE_CHECKING:
     from .shapes.region import Complement as Complement
     from .shapes.region import Difference as Difference
     from .shapes.region import Intersection as Intersection
+    from .shapes.region import Painted as Painted
     from .shapes.region import Union as Union
     from .shapes.sphere import Sphere as Sphere
     from .shapes.spheres import Spheres as Spheres

@@ -20,7 +20,7 @@ from ..shading.background import background_color
 from ..shading.fresnel import dielectric, schlick
 from ..shading.local import direct_light, surface_color
 from ..shading.look import Look
-from ..shading.materials import Materials
+from ..shading.materials import Materials, material_row
 from ..shading.media import OUTSIDE, absorbed, index_of, medium_of
 from ..shading.reflect import reflect
 from ..shading.refract import refract
@@ -105,7 +105,7 @@ def whitted_radiance(
         wr, wg, wb = absorbed(materials, before, t, wr, wg, wb)
 
         # The surface there, its normal turned to the eye
-        row = materials.rows[materials.row_of[body]]
+        row = materials.rows[material_row(geometry, materials, body, face)]
         x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
         nx, ny, nz = normal_at(geometry, surface, side, x, y, z)
         cr, cg, cb = surface_color(geometry, materials, body, face, surface, x, y, z, nx, ny, nz)

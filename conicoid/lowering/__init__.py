@@ -15,6 +15,7 @@ from ..geometry.tables import BALL, CELL, REGION, Floats, Ints, Tables
 from ..shapes.base import PrimitiveSheet, Shape, Sheet, Solid
 from ..shapes.body import Body
 from ..shapes.cells import All, Cell, Face, PolygonSheet, SurfaceSheet, Tree
+from ..shapes.material import Material
 from ..shapes.motion import STILL, Motion
 from ..shapes.region import ClippedSheet
 from ..shapes.spheres import Spheres
@@ -33,6 +34,7 @@ class Lowered:
     frames: Floats  # (bodies with a frame, 3, 4) world to own coordinates
     body_frame: Ints  # (bodies,) row in frames; -1 - k: about the ball's center, by ball frame k
     body_item: Ints  # (bodies,) which entry of the scene's list a body comes from
+    face_paint: dict[int, Material]  # row of a face -> its material, where it is not the body's
     body_count: int
     low: FloatArray
     high: FloatArray
@@ -62,6 +64,7 @@ def lower(bodies: Sequence[Body]) -> Lowered:
         np.array(frames).reshape(-1, 3, 4),
         np.concatenate([np.zeros(0, np.int32), *body_frame]),
         np.concatenate([np.zeros(0, np.int32), *body_item]),
+        entries.paints,
         entries.body_count,
         low,
         high,
@@ -91,7 +94,7 @@ def _add_shape(assembly: Assembly, entries: Entries, shape: Shape) -> None:
         kind, index = assembly.sheet(sheet, -1 if clip is None else assembly.program(clip, {}))
     else:
         raise TypeError(f"{type(shape).__name__} is neither a solid nor a sheet")
-    entries.add(kind, index, shape.bounds, faces.rows)
+    entries.add(kind, index, shape.bounds, faces.rows, faces.paints)
 
 
 def _world_sheet(sheet: Any, outer: Motion, faces: Faces) -> tuple[SurfaceSheet | PolygonSheet, Tree | None]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
 from ..shapes.cells import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
+from ..shapes.material import Material
 from ..shapes.surface import PlaneSurface
 from ..shapes.vector import Box
 from .surfaces import SurfaceArrays, SurfaceTable
@@ -114,12 +115,14 @@ class Entries:
     boxes: list[Floats] = field(default_factory=list)
     body_face: list[Ints] = field(default_factory=list)
     faces: list[Floats] = field(default_factory=list)
+    paints: dict[int, Material] = field(default_factory=dict)  # by row of face
     ball_frames: list[Floats] = field(default_factory=list)
     face_count: int = 0
     body_count: int = 0
 
-    def add(self, kind: int, index: int, box: Box, faces: list[Floats]) -> None:
-        """One body with its faces' uv maps."""
+    def add(self, kind: int, index: int, box: Box, faces: list[Floats], paints: dict[int, Material]) -> None:
+        """One body with the uv maps of its faces, and the materials of those that have their own."""
+        self.paints.update((self.face_count + number, material) for number, material in paints.items())
         self.add_many(kind, np.array([index], np.int32), np.concatenate(box)[None, :], self.face_count)
         self.faces.extend(faces)
         self.face_count += len(faces)

@@ -10,8 +10,9 @@ import numpy as np
 from ..geometry.tables import Floats
 from ..shapes.base import PrimitiveSolid, Solid
 from ..shapes.cells import UV, All, Any_, Cell, Not, Tree
+from ..shapes.material import Material
 from ..shapes.motion import Motion
-from ..shapes.region import Boolean, Complement, Difference, Union
+from ..shapes.region import Boolean, Complement, Difference, Painted, Union
 
 
 @dataclass
@@ -19,6 +20,8 @@ class Faces:
     """The uv maps of a body's faces, in the order of their numbers, and boxes around its cells."""
 
     rows: list[Floats] = field(default_factory=list)
+    paints: dict[int, Material] = field(default_factory=dict)
+    """Material of a face, where it is not the body's."""
     primitives: list[tuple[PrimitiveSolid, Motion, Tree]] = field(default_factory=list)
 
     def bounds(self) -> dict[int, Floats]:
@@ -38,29 +41,34 @@ class Faces:
 def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:
     """The tree of a solid moved by `outer`; its faces take the next numbers."""
     results: list[Tree] = []
-    pending: list[tuple[Solid, Motion, bool]] = [(solid, outer, False)]
+    pending: list[tuple[Solid, Motion, int]] = [(solid, outer, -1)]
     while pending:
-        node, motion, combine = pending.pop()
+        node, motion, first_face = pending.pop()
         if isinstance(node, PrimitiveSolid):
             tree = _moved(node.tree(), node.under(motion), faces, len(faces.rows))
             faces.primitives.append((node, motion, tree))
             results.append(tree)
         elif not isinstance(node, Boolean):
             raise TypeError(f"{type(node).__name__} cannot be part of a Boolean combination")
-        elif combine:
+        elif first_face >= 0:
             parts = results[-len(node.operands) :]
             del results[-len(node.operands) :]
             results.append(_combined(node, parts))
+            if isinstance(node, Painted):
+                for face in range(first_face, len(faces.rows)):
+                    faces.paints.setdefault(face, node.material)
         else:
-            pending.append((node, motion, True))
+            pending.append((node, motion, len(faces.rows)))
             inner = node.motion.then(motion)
-            pending.extend((part, inner, False) for part in reversed(node.operands))
+            pending.extend((part, inner, -1) for part in reversed(node.operands))
     return results[0]
 
 
 def _combined(node: Boolean, parts: list[Tree]) -> Tree:
     if isinstance(node, Complement):
         return negation(parts[0])
+    if isinstance(node, Painted):
+        return parts[0]
     if isinstance(node, Union):
         return _joined(Any_, parts)
     if isinstance(node, Difference):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from ..shapes.region import Boolean, ClippedSheet
 from ..shapes.vector import Box, FloatArray
 
 _CANDIDATES = 8
+_BOUNDED_PARTS = 2000  # parts bounded for all candidates together
 _CLEARLY_SMALLER = 0.99
 
 
@@ -74,13 +76,15 @@ def parts_of(shape: Shape) -> Iterator[tuple[Shape, Motion]]:
 def _candidates(shape: Shape) -> Iterator[FloatArray]:
     """Rotations to the axes of the first few parts that stand askew, all different."""
     found: list[FloatArray] = [np.eye(3)]
-    for part, outer in parts_of(shape):
+    parts = list(itertools.islice(parts_of(shape), _BOUNDED_PARTS))
+    most = min(_CANDIDATES, _BOUNDED_PARTS // len(parts) - 1)
+    for part, outer in parts if most > 0 else ():
         axes = _own_axes(part, outer)
         if axes is None or any(_same_axes(axes, other) for other in found):
             continue
         found.append(axes)
         yield axes
-        if len(found) > _CANDIDATES:
+        if len(found) > most:
             return
 
 

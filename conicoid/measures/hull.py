@@ -7,7 +7,8 @@ does not count. A column of space that misses the hulls misses the shape, and th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,11 +23,12 @@ from .frames import FittedBox, parts_of
 
 Mask = npt.NDArray[np.bool_]
 
-_TURNS = 8  # directions in each half-plane that every hull has
+_TURNS = 8  # directions in half of each coordinate plane that every hull has
 _OWN_AXES = 6  # parts whose own axes give further directions
-_MOST_SUPPORTS = 40_000
-_DEEPEST = 30  # nodes below are merged into one hull
+_MANY = 1000  # parts of a shape that get boxes instead
+_DEEPEST = 30  # levels; below, hulls are merged into one
 _GROUP = 4
+_BLOCK = 1 << 15
 _SLACK = 1e-12
 
 
@@ -46,14 +48,25 @@ class Rectangles:
     def __add__(self, other: Rectangles) -> Rectangles:
         return Rectangles(np.concatenate([self.low, other.low]), np.concatenate([self.size, other.size]))
 
+    def without(self, index: Any) -> Rectangles:
+        return Rectangles(np.delete(self.low, index, axis=0), np.delete(self.size, index, axis=0))
+
+    def pieces(self, step: int) -> Iterator[tuple[int, Rectangles]]:
+        """(place of the first, `step` of them)"""
+        for begin in range(0, len(self), step):
+            yield begin, self[begin : begin + step]
+
+    @property
+    def areas(self) -> FloatArray:
+        result: FloatArray = self.size.prod(axis=1)
+        return result
+
     def halved(self) -> Rectangles:
         """Each cut across its longer side, the halves one after the other."""
-        longer = np.argmax(self.size, axis=1)
-        low, size = np.repeat(self.low, 2, axis=0), np.repeat(self.size, 2, axis=0)
-        both = np.arange(len(size)), np.repeat(longer, 2)
-        size[both] /= 2
-        low[1::2][np.arange(len(longer)), longer] += size[1::2][np.arange(len(longer)), longer]
-        return Rectangles(low, size)
+        longer = np.arange(2) == np.argmax(self.size, axis=1)[:, None]
+        size = np.where(longer, self.size / 2, self.size)
+        low = np.stack([self.low, self.low + np.where(longer, size, 0.0)], axis=1)
+        return Rectangles(low.reshape(-1, 2), np.repeat(size, 2, axis=0))
 
 
 @dataclass(frozen=True)
@@ -66,6 +79,7 @@ class Sight:
 
     @classmethod
     def along(cls, axis: int, directions: FloatArray) -> Sight:
+        """From directions (n, 3): those without a component along the axis."""
         chosen = np.flatnonzero(directions[:, axis] == 0)
         return cls(axis, np.delete(directions[chosen], axis, axis=1), chosen)
 
@@ -79,44 +93,44 @@ class Hull:
     every: bool = False
     depth: int = 0
 
-    def meets(self, rectangles: Rectangles, sight: Sight) -> Mask:
-        """Which rectangles meet it, seen along an axis; False is certain."""
+    def seen(self, rectangles: Rectangles, sight: Sight) -> Rectangles:
+        """Those that meet the hull, seen along an axis; those left out certainly miss the shape."""
+        met = [np.zeros(0, bool), *(self._meets(part, sight) for _, part in rectangles.pieces(_BLOCK))]
+        return rectangles[np.concatenate(met)]
+
+    def _meets(self, rectangles: Rectangles, sight: Sight) -> Mask:
         least = rectangles.low @ sight.across.T + rectangles.size @ np.minimum(sight.across, 0.0).T
         found: Mask = (least <= self.offsets[sight.chosen]).all(axis=1)
-        if not self.parts:
-            return found
-        if self.every:
+        if self.every or not self.parts:
             for part in self.parts:
                 rest = np.flatnonzero(found)
-                found[rest] = part.meets(rectangles[rest], sight)
+                found[rest] = part._meets(rectangles[rest], sight)
             return found
         pending, result = np.flatnonzero(found), np.zeros(len(found), bool)
         for part in self.parts:
-            met = part.meets(rectangles[pending], sight)
+            met = part._meets(rectangles[pending], sight)
             result[pending[met]] = True
             pending = pending[~met]
         return result
 
 
 def directions_for(shape: Shape, box: FittedBox) -> FloatArray:
-    """(n, 3) unit vectors in the frame of the box, each in one of its coordinate planes; signs included."""
-    rows = [_in_plane(axis, np.pi * k / _TURNS) for axis in range(3) for k in range(_TURNS)]
-    for number, (part, outer) in enumerate(parts_of(shape)):
-        if number >= _OWN_AXES:
-            break
+    """(n, 3) unit vectors in the frame of the box, with their opposites, each in one of its coordinate planes."""
+    first = list(itertools.islice(parts_of(shape), _MANY + 1))
+    turns = 2 if len(first) > _MANY else _TURNS
+    rows = [_in_plane(axis, np.pi * k / turns) for axis in range(3) for k in range(turns)]
+    for part, outer in first[: _OWN_AXES if len(first) <= _MANY else 0]:
         for own in (box.axes.T @ part.under(outer).matrix[:3, :3]).T:
             for axis in range(3):
-                # across the image of the part's own axis in the plane of sight
+                # Across the image of one of the part's own axes in the plane of sight
                 a, b = np.delete(own, axis)
                 if np.hypot(a, b) > 1e-9 * np.abs(own).max():
                     rows.append(_in_plane(axis, np.arctan2(b, a) + np.pi / 2))
     directions = np.array(rows)
-    directions[np.abs(directions) < 1e-12] = 0.0
-    _, first = np.unique(
-        np.round(directions * np.sign(directions @ (1.0, 0.9, 0.8))[:, None], 9), axis=0, return_index=True
-    )
-    directions = directions[np.sort(first)]
-    return np.concatenate([directions, -directions])
+    directions[np.abs(directions) < _SLACK] = 0.0
+    directions = np.concatenate([directions, -directions])
+    _, different = np.unique(np.round(directions, 9) + 0.0, axis=0, return_index=True)
+    return directions[np.sort(different)]
 
 
 def _in_plane(axis: int, angle: float) -> FloatArray:
@@ -125,9 +139,9 @@ def _in_plane(axis: int, angle: float) -> FloatArray:
 
 def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
     """The hulls of a shape in the frame of the box; complements are carried inward (De Morgan)."""
-    world, shift = directions @ box.axes.T, directions @ (box.axes.T @ box.center)
-    slack = _SLACK * (np.abs(directions) @ box.half) + 1e-14 * np.abs(box.center).sum()
-    everything = Hull(np.full(len(directions), np.inf))
+    world = directions @ box.axes.T
+    # Relative to the center of the box, with room for rounding
+    shift = _SLACK * (np.abs(directions) @ box.half + np.abs(box.center).sum() / 100) - world @ box.center
     results: list[Hull] = []
     pending: list[tuple[Shape, Motion, bool, bool]] = [(shape, STILL, True, False)]
     while pending:
@@ -141,12 +155,11 @@ def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
         elif operands:
             pending.append((node, outer, inside, True))
             inner = node.motion.then(outer)
-            for part, turned in reversed(operands):
-                pending.append((part, inner, inside != turned, False))
+            pending.extend((part, inner, inside != turned, False) for part, turned in reversed(operands))
         elif inside and isinstance(node, Primitive):
-            results.append(Hull(_supports(node, outer, world) - shift + slack))
+            results.append(Hull(_supports(node, outer, world) + shift))
         else:
-            results.append(everything)
+            results.append(Hull(np.full(len(directions), np.inf)))
     return results[0]
 
 
@@ -183,9 +196,8 @@ def _joined(parts: Sequence[Hull], every: bool) -> Hull:
     if every or len(parts) <= _GROUP:
         return Hull(merged, tuple(parts), every, depth)
     # Halve along the direction in which the parts spread most
-    spread = np.where(
-        np.isfinite(offsets).all(axis=0), np.ptp(np.nan_to_num(offsets, posinf=0.0, neginf=0.0), axis=0), -1.0
-    )
+    finite = np.isfinite(offsets).all(axis=0)
+    spread = np.where(finite, np.ptp(np.where(finite, offsets, 0.0), axis=0), -1.0)
     order = np.argsort(offsets[:, int(np.argmax(spread))])
     half = len(parts) // 2
     sides = tuple(_joined([parts[i] for i in side], False) for side in (order[:half], order[half:]))

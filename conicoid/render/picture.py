@@ -75,7 +75,7 @@ def _look(scene: Any, camera: Any) -> Any:
             raise TypeError(f"render: material of bodies[{i}] must be a Material, got {type(material).__name__}")
     sheets = [body.shape.is_sheet for body in scene.bodies]
     lights = scene.lights or fitting_lights(camera)
-    return lower_look(materials, sheets, scene.lowered.body_item, lights, scene.background)
+    return lower_look(materials, sheets, scene.lowered.body_item, lights, scene.background, scene.lowered.face_paint)
 
 
 def _check_integrator(name: str) -> None:

@@ -12,7 +12,7 @@ from ..trace.kernels import uv_at
 from ..trace.scratch import Scratch
 from .lights import share, towards
 from .look import Look
-from .materials import CHECKER_UV, PLAIN, Materials, color_in_space, color_on_uv, pick
+from .materials import CHECKER_UV, PLAIN, Materials, color_in_space, color_on_uv, material_row, pick
 from .phong import half_vector, phong
 from .shadow import light_through
 
@@ -25,7 +25,7 @@ def surface_color(
     x: float, y: float, z: float, nx: float, ny: float, nz: float,
 ) -> tuple[float, float, float]:  # fmt: skip
     """The diffuse colour at a point; n is the body's outward normal."""
-    row = materials.rows[materials.row_of[body]]
+    row = materials.rows[material_row(geometry, materials, body, face)]
     if row.pattern == PLAIN:
         return pick(row, True)
     if row.pattern == CHECKER_UV:

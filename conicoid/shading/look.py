@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,8 +28,8 @@ class Look(NamedTuple):
 
 def lower_look(
     materials: Sequence[Material], sheets: Sequence[bool], item_of: Ints,
-    lights: Iterable[Light], background: Background | None,
+    lights: Iterable[Light], background: Background | None, paints: Mapping[int, Material],
 ) -> Look:  # fmt: skip
-    """The look of a scene: one material and one flag per entry, and the entry of each numbered body."""
+    """The look of a scene: one material and one flag per entry, the entry of each numbered body, painted faces."""
     records, ambient = lower_lights(lights)
-    return Look(lower_materials(materials, sheets, item_of), records, ambient, lower_background(background))
+    return Look(lower_materials(materials, sheets, item_of, paints), records, ambient, lower_background(background))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.tables import Ints, Signs
+from ..geometry import tables as table
+from ..geometry.tables import Geometry, Ints, Signs, integer
 from ..jit import inline
 from ..shapes.checker import Checker
 from ..shapes.color import amount_rgb, linear_rgb
@@ -46,6 +47,8 @@ class Materials(NamedTuple):
     rows: npt.NDArray[np.void]
     row_of: Ints
     """Row of each body."""
+    face_row: Ints
+    """Row of each face that is painted, -1 for the others; empty where none is."""
     opaque: Signs
     """For each body: 1 if it blocks light."""
     medium: Signs
@@ -53,10 +56,18 @@ class Materials(NamedTuple):
     any_transparent: bool
 
 
-def lower_materials(materials: Sequence[Material], sheets: Sequence[bool], item_of: Ints) -> Materials:
-    """Records for one material and one flag per entry of a scene; item_of is the entry of each body."""
+def lower_materials(
+    materials: Sequence[Material], sheets: Sequence[bool], item_of: Ints, paints: Mapping[int, Material]
+) -> Materials:
+    """Records for one material and one flag per entry of a scene.
+
+    `item_of` is the entry of each body, `paints` the material of each row of a face that has its own.
+    """
     known: dict[Material, int] = {}
     row_of = np.array([known.setdefault(material, len(known)) for material in materials], dtype=np.int32)
+    face_row = np.full(max(paints, default=-1) + 1, -1, dtype=np.int32)
+    for face, material in paints.items():
+        face_row[face] = known.setdefault(material, len(known))
     rows = np.zeros(max(1, len(known)), dtype=RECORD)
     for material, row in known.items():
         _fill(rows[row], material)
@@ -65,6 +76,7 @@ def lower_materials(materials: Sequence[Material], sheets: Sequence[bool], item_
     return Materials(
         rows,
         row_of[item_of],
+        face_row,
         (~transparent[item_of]).astype(np.int8),
         medium[item_of].astype(np.int8),
         bool(transparent.any()),
@@ -84,6 +96,16 @@ def _fill(row: Any, material: Material) -> None:
     row["ambient"], row["diffuse"], row["shininess"] = material.ambient, material.diffuse, material.shininess
     row["half_vector"], row["fresnel"] = material.highlight == "blinn_phong", material.fresnel
     row["transparent"], row["index"] = bool((row["transparency"] > 0).any()), material.refractive_index
+
+
+@inline
+def material_row(geometry: Geometry, materials: Materials, body: int, face: int) -> int:
+    """The row of a face's material: its own, or its body's."""
+    if len(materials.face_row) > 0:
+        row = integer(geometry, table.BODY_FACE, body) + face
+        if 0 <= row < len(materials.face_row) and materials.face_row[row] >= 0:
+            return materials.face_row[row]
+    return materials.row_of[body]
 
 
 @inline

@@ -23,7 +23,7 @@ from .motion import STILL, Motion
 from .vector import Box, FloatArray, Vector
 
 if TYPE_CHECKING:
-    from .region import ClippedSheet, Complement, Difference, Intersection, Union
+    from .region import ClippedSheet, Complement, Difference, Intersection, Painted, Union
 
 REGISTRY: dict[str, type[Shape]] = {}
 """Scene-file name -> class, for every shape a user can write."""
@@ -150,6 +150,12 @@ class Solid(Shape, abstract=True):
         from .region import Complement
 
         return Complement(self)
+
+    def painted(self, material: Any) -> Painted:
+        """The solid with its faces in a material of their own: ``body - bore.painted(red)`` has red cuts."""
+        from .region import Painted
+
+        return Painted(self, material)
 
 
 class PrimitiveSolid(Solid, Primitive, abstract=True):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .base import Sheet, Solid
+from .material import Material
 from .motion import STILL, Motion
 from .vector import Box
 
@@ -87,13 +88,35 @@ class Complement(Boolean):
         return (self.operand,)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Painted(Boolean):
+    """The same solid, its faces in a material of their own, which they keep in any Boolean combination.
+
+    ``body - bore.painted(red)`` has red cuts. The material is the body's everywhere else; what light does
+    inside a transparent body, too. Where paint is put on paint the inner one stays.
+    """
+
+    operand: Solid
+    material: Material
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "operand", solids("Painted", (self.operand,))[0])
+        if not isinstance(self.material, Material):
+            raise TypeError(f"Painted: material must be a Material, got {type(self.material).__name__}")
+
+    @property
+    def operands(self) -> tuple[Solid, ...]:  # type: ignore[override]
+        """The one operand, as a tuple."""
+        return (self.operand,)
+
+
 def _spelled(solid: Solid) -> Iterator[Any]:
     """A tree as a flat sequence, parents first: what makes two of them equal."""
     pending = [solid]
     while pending:
         node = pending.pop()
         if isinstance(node, Boolean):
-            yield type(node), node.motion, len(node.operands)
+            yield type(node), node.motion, len(node.operands), getattr(node, "material", None)
             pending.extend(reversed(node.operands))
         else:
             yield node
@@ -111,7 +134,9 @@ def region_bounds(solid: Solid, outer: Motion) -> Box:
             parts = results[-len(node.operands) :]
             del results[-len(node.operands) :]
             joined = isinstance(node, Union) == inside
-            results.append(parts[0] if isinstance(node, Complement) else (around if joined else common)(parts))
+            results.append(
+                parts[0] if isinstance(node, (Complement, Painted)) else (around if joined else common)(parts)
+            )
         else:
             motion_inside = node.motion.then(motion)
             pending.append((node, motion, inside, True))

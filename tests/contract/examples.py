@@ -66,6 +66,12 @@ def _clipped() -> Iterator[Any]:
     yield co.CylinderPatch((0, 0, -1), (0, 0, 1), 1, 0, 360, (1, 0, 0)) & co.HalfSpace((0, 1, 1), 0.2)
 
 
+def _painted() -> Iterator[Any]:
+    ball, block, rod = _booleans()
+    yield ball.painted(co.matte((0.9, 0.2, 0.1)))
+    yield (block - rod.painted(co.mirror())).painted(co.matte((0.1, 0.2, 0.9)))
+
+
 LISTED: dict[str, Callable[[], Any]] = {
     "Sphere": lambda: [co.Sphere(), co.Sphere(0.75, (1, -2, 0.5))],
     "Ellipsoid": lambda: [
@@ -115,14 +121,15 @@ LISTED: dict[str, Callable[[], Any]] = {
     "CylinderPatch": lambda: [
         co.CylinderPatch((0, 0, 0), (0, 0, 2), 1, 0, 90, (1, 0, 0)), co.CylinderPatch((0, 0, 0), (1, 1, 1), 1, 20, 310, (2, 0, 0)),
     ],
-    "Union": _union, "Intersection": _intersection, "Difference": _difference, "Complement": _complement, "ClippedSheet": _clipped,
+    "Union": _union, "Intersection": _intersection, "Difference": _difference, "Complement": _complement, "Painted": _painted, "ClippedSheet": _clipped,
 }  # fmt: skip
 
 MOTIONS: dict[str, Callable[[Any], Any]] = {
     "still": lambda shape: shape,
     "moved": lambda shape: shape.translate((3, -1, 2)).rotate((1, 2, -1), 50),
-    "mirrored": lambda shape: shape.scale((-1, 2, 0.5)).rotate((0, 0, 1), 90).translate((0, 5, 0)),
-    "sheared": lambda shape: shape.transform([[1, 0.4, 0, 1], [-0.3, 1, 0.2, 0], [0, 0.5, 0.8, -2], [0, 0, 0, 1]]),
+    "mirrored and sheared": lambda shape: shape.scale((-1, 2, 0.5)).transform(
+        [[1, 0.4, 0, 1], [-0.3, 1, 0.2, 5], [0, 0.5, 0.8, -2], [0, 0, 0, 1]]
+    ),
 }
 
 

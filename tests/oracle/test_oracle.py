@@ -259,7 +259,7 @@ class Wrong:
 
 SPOILS = {
     "right": (lambda t, e, f: (t, e, f), ""),
-    "a part in 1e12 off": (lambda t, e, f: (t * (1 + 1e-12), e, f), "allowed"),
+    "a part in 1e12 off": (lambda t, e, f: (t * (1 + 1e-12), e, f), "wrong hit"),
     "the last is missing": (lambda t, e, f: (t[:-1], e[:-1], f[:-1]), "crossings instead of"),
     "moved far away": (lambda t, e, f: (np.where(np.arange(len(t)) == 0, t * 2, t), e, f), "wrong hit"),
     "inside out": (lambda t, e, f: (t, ~e, f), "entering is"),
