@@ -35,17 +35,20 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
     "Rays": ".trace.rays", "Hits": ".trace.hits", "Spans": ".trace.spans", "Crossings": ".trace.spans",
     "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".trace.threads",
-    "load": ".files", "save": ".files", "SceneFileError": ".formats.errors",
-    "warmup": ".warmup",
+    "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
+    "measure": ".measures.measure", "Measures": ".measures.measure", "warmup": ".warmup",
 }  # fmt: skip
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
     from .files import load as load
+    from .files import load_openmc as load_openmc
     from .files import save as save
     from .formats.errors import SceneFileError as SceneFileError
     from .image import Image as Image
+    from .measures.measure import Measures as Measures
+    from .measures.measure import measure as measure
     from .render.camera import Camera as Camera
     from .render.camera import OrthographicCamera as OrthographicCamera
     from .scene import Scene as Scene

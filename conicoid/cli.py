@@ -1,9 +1,11 @@
-"""The command line: conicoid render, info, trace, schema."""
+"""The command line: conicoid render, info, trace, import, schema."""
 
 from __future__ import annotations
 
+import contextlib
 import io
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -132,6 +134,38 @@ def trace(
         say(f"{output}: {ray_tables.summary(arrays)}")
 
 
+@app.command(
+    "import",
+    epilog="Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"
+    "  conicoid import model.xml -o scene.yaml --no-void\n\ndocs/openmc.md says what becomes of what.",
+)
+def import_(
+    geometry: Annotated[
+        Path, typer.Argument(metavar="GEOMETRY", help="OpenMC's geometry.xml or model.xml.", show_default=False)
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The scene file, .yaml or .json.", show_default=False)],
+    void: Annotated[bool, typer.Option(help="Keep cells without material, as invisible bodies.")] = True,
+    max_bodies: Annotated[int, typer.Option(min=1, help="Refuse what expands into more bodies.")] = 50_000,
+) -> None:
+    """Turn an OpenMC geometry into a scene; cells are coloured by material, and the legend is printed."""
+    with user_mistakes():
+        if output.suffix.lower() not in (".yaml", ".yml", ".json"):
+            raise ValueError(f"{output}: scenes are saved as .yaml or .json")
+        _check_folder(output)
+        from .formats import openmc, scene_file, yaml_parser
+
+        with refused_files(), Bar("expanding", "body") as bar:
+            imported = openmc.read(geometry, void=void, max_bodies=max_bodies, progress=_counted(geometry, bar))
+        most, count = yaml_parser.MAX_NODES, _values(scene_file.scene_data(imported, str))
+        if count > most:
+            found = f"a scene file holds at most {most:,} values, this scene takes {count:,}"
+            raise ValueError(f"{output}: {found}: leave out the void, or use co.load_openmc in Python")
+        scene_file.write(imported, output)
+        for line in (*imported.notes, *imported.legend):
+            typer.echo(line)
+        say(f"{output}: {len(imported.bodies):,} bodies")
+
+
 @app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")
 def schema() -> None:
     """Print the JSON Schema of scene files, with which editors complete and check them."""
@@ -143,15 +177,23 @@ def schema() -> None:
         typer.echo(json.dumps(scene_schema(), indent=2))
 
 
-def _load(path: Path, threads: int | None) -> Scene:
-    from .files import load
+@contextlib.contextmanager
+def refused_files() -> Iterator[None]:
+    """List the mistakes in a file, and end with exit code 2."""
     from .formats.errors import SceneFileError
 
     try:
-        scene = load(path)
+        yield
     except SceneFileError as error:
         say(f"error: {error}" if len(error.problems) == 1 else f"{len(error.problems)} errors:\n{error}")
         raise SystemExit(MISTAKE) from None
+
+
+def _load(path: Path, threads: int | None) -> Scene:
+    from .files import load
+
+    with refused_files():
+        scene = load(path)
     if threads is not None:
         from .trace.threads import set_threads
 
@@ -175,6 +217,24 @@ def _rays(bar: Bar, count: int) -> Any:
         bar(done, tiles)
 
     return progress
+
+
+def _counted(geometry: Path, bar: Bar) -> Any:
+    """Progress that states the number of bodies before the first of them is made."""
+
+    def progress(done: int, count: int) -> None:
+        if done == 0:
+            say(f"{geometry}: expands into {count:,} bodies")
+        bar(done, count)
+
+    return progress
+
+
+def _values(data: Any) -> int:
+    """How many values a scene file has, as its parser counts them."""
+    if isinstance(data, dict):
+        return 1 + len(data) + sum(map(_values, data.values()))
+    return 1 + sum(map(_values, data)) if isinstance(data, (list, tuple)) else 1
 
 
 def _listing(scene: Scene) -> list[str]:

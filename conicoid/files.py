@@ -1,8 +1,9 @@
-"""Scenes from and to scene files."""
+"""Scenes from and to files."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 
 from .formats import scene_file
 from .scene import Scene
@@ -25,3 +26,23 @@ def save(scene: Scene, path: str | os.PathLike[str]) -> None:
     Raises OSError where they cannot be written, and ValueError for what a file cannot say.
     """
     scene_file.write(scene, path)
+
+
+def load_openmc(
+    path: str | os.PathLike[str],
+    *,
+    void: bool = True,
+    max_bodies: int = 50_000,
+    progress: Callable[[int, int], None] | None = None,
+) -> Scene:
+    """The scene of an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.
+
+    A body for each place of each cell; docs/openmc.md says how. With `void`, cells without material are invisible
+    bodies, so that `scene.body_at` finds every cell. `conicoid.formats.openmc.read` gives the legend as well.
+    Raises `SceneFileError`, a ValueError, that lists the mistakes with their lines; also for what is no quadric (tori,
+    meshes) and for more than `max_bodies` bodies, before they are made.
+    """
+    from .formats import openmc
+
+    parts = openmc.read(path, void=void, max_bodies=max_bodies, progress=progress)
+    return Scene(parts.bodies, parts.lights, parts.camera, parts.background)

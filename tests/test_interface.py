@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PROMISED = """
 Sphere Ellipsoid Box Cylinder Cone DoubleCone EllipticParaboloid HyperbolicParaboloid OneSheetHyperboloid
 TwoSheetHyperboloid EllipticCone EllipticCylinder HyperbolicCylinder ParabolicCylinder Quadric HalfSpace Polyhedron
-Spheres Plane Disc Triangle Polygon CylinderPatch Scene Body Rays reflect refract Camera Image load save warmup
+Spheres Plane Disc Triangle Polygon CylinderPatch Scene Body Rays reflect refract Camera Image load save warmup measure
 """.split()
 
 

@@ -17,9 +17,10 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..shapes import REGISTRY, Shape
+from ..shapes.material import CONSTRUCTORS, Material
 from ..shapes.vector import Matrix4
 from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text
-from .nodes import Listing, Node, Table
+from .nodes import Listing, Node, Scalar, Table, is_text
 from .reading import BAD, Reader
 
 REQUIRED = inspect.Parameter.empty
@@ -124,6 +125,28 @@ class ShapeKind(Kind):
         return isinstance(node, Table)
 
 
+class MaterialKind(Kind):
+    """A material by one of its constructors or with all its fields, or the name of one under `materials`."""
+
+    phrase = "a material such as {matte: {...}}, or the name of one under `materials`"
+
+    def __init__(self) -> None:
+        self.written = Tagged({**CONSTRUCTORS, "Material": Material}, "material")
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        if not isinstance(node, Scalar) or not is_text(node):
+            return self.written.read(node, reader, where)
+        if node.text in reader.materials:
+            return reader.materials[node.text]
+        return reader.unknown(node, where, "material", node.text, reader.materials)
+
+    def schema(self) -> Schema:
+        return {"anyOf": [{"type": "string"}, {"$ref": "#/$defs/material"}]}
+
+    def fits(self, node: Node) -> bool:
+        return is_text(node) or self.written.fits(node)
+
+
 class Anything(Kind):
     """Numbers, texts, lists and mappings, for fields whose type says nothing."""
 
@@ -197,6 +220,8 @@ def kind_of(hint: Any) -> Kind:
         return Several(kind_of(arguments[0]))
     if isinstance(hint, type) and issubclass(hint, Shape):
         return ShapeKind(hint)
+    if hint is Material:
+        return MaterialKind()
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
         return Tagged({hint.__name__: hint}, hint.__name__)
     return Anything()

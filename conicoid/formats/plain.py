@@ -11,6 +11,7 @@ import numpy as np
 
 from ..shapes import Shape
 from ..shapes.body import Body
+from ..shapes.material import Material
 from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
 from ..shapes.spheres import Spheres
 from .fields import fields_of
@@ -27,12 +28,17 @@ KeepSpheres = Callable[[Spheres], str]
 
 
 class ShapeWriter:
-    """Turns shapes into data. A Boolean stands under a name if it is used more than once, moved or not, or is deep."""
+    """Turns shapes into data. A Boolean stands under a name if it is used more than once, moved or not, or is deep.
+
+    Materials stand under names, equal ones once.
+    """
 
     def __init__(self, shapes: Iterable[Shape], keep_spheres: KeepSpheres) -> None:
         self.keep_spheres = keep_spheres
         self.named: dict[str, Any] = {}
         self.names: dict[Identity, str] = {}
+        self.materials: dict[str, Any] = {}
+        self.material_names: dict[str, str] = {}
         uses: Counter[Identity] = Counter()
         heights: dict[Identity, int] = {}
         for shape in list(parts_first(shapes, uses)):
@@ -76,10 +82,19 @@ class ShapeWriter:
             if field.required or repr(value) != repr(field.default)
         }
 
+    def material(self, material: Any) -> str:
+        """The name under which a material stands."""
+        name = self.material_names.setdefault(repr(material), f"material {len(self.material_names) + 1}")
+        if name not in self.materials:
+            self.materials[name] = {type(material).__name__: self.record(material)}
+        return name
+
     def value(self, value: Any) -> Any:
-        """Any field: shapes and records by their class name, arrays and tuples as lists."""
+        """Any field: shapes and records by their class name, materials by name, arrays and tuples as lists."""
         if isinstance(value, Shape):
             return self.data(value)
+        if isinstance(value, Material):
+            return self.material(value)
         if dataclasses.is_dataclass(value):
             return {type(value).__name__: self.record(value)}
         if isinstance(value, np.ndarray):
@@ -117,7 +132,7 @@ def _ids(value: Any) -> Any:
     return tuple(map(id, value)) if isinstance(value, tuple) else id(value)
 
 
-def body_data(body: Body, writer: ShapeWriter, material: Any) -> dict[str, Any]:
+def body_data(body: Body, writer: ShapeWriter) -> dict[str, Any]:
     """One entry of `bodies`; a motion stands beside the shape, not in it."""
     data: dict[str, Any] = {"name": body.name} if body.name is not None else {}
     shape = writer.data(body.shape)
@@ -127,7 +142,7 @@ def body_data(body: Body, writer: ShapeWriter, material: Any) -> dict[str, Any]:
         data |= {"shape": shape} | ({"move": move} if move else {})
     else:
         data["shape"] = shape
-    return data | ({"material": material} if material is not None else {})
+    return data | ({"material": writer.material(body.material)} if body.material is not None else {})
 
 
 def steps(motion: Motion) -> list[Any]:

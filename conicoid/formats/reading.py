@@ -30,6 +30,8 @@ class Reader:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.problems: list[Problem] = []
+        self.materials: dict[str, Any] = {}
+        """The materials of the scene by name, BAD where one could not be read."""
         self.shape: Callable[[Node, str, type], Any] = _no_shape
         """Reads a shape of at least the given class; set by whoever knows the scene's named shapes."""
 

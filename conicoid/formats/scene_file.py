@@ -20,6 +20,7 @@ from ..shapes.vector import FloatArray
 from .atomic import write_text
 from .data_files import save_array
 from .errors import Problem, SceneFileError
+from .fields import MaterialKind
 from .kinds import Integer, Text
 from .nodes import Listing, Node, Scalar, Table, is_null, is_text, shortened
 from .plain import ShapeWriter, body_data
@@ -78,7 +79,6 @@ class _SceneReader:
 
     def __init__(self, reader: Reader) -> None:
         self.reader = reader
-        self.materials: dict[str, Any] = {}
         self.body_names: dict[str, int] = {}
 
     def read(self, root: Node) -> Parts:
@@ -118,7 +118,7 @@ class _SceneReader:
     def _read_materials(self, node: Node | None) -> None:
         kind = material_kind()
         for name, item in self._named(node, "materials").items():
-            self.materials[name] = kind.read(item, self.reader, f'material "{shortened(name)}"')
+            self.reader.materials[name] = kind.read(item, self.reader, f'material "{shortened(name)}"')
 
     def _bodies(self, node: Node | None, shapes: ShapeReader) -> tuple[Body, ...]:
         if node is None:
@@ -157,13 +157,7 @@ class _SceneReader:
         return name
 
     def _material(self, node: Node, where: str) -> Any:
-        if is_null(node):
-            return None
-        if isinstance(node, Scalar) and is_text(node):
-            if node.text in self.materials:
-                return self.materials[node.text]
-            return self.reader.unknown(node, where, "material", node.text, self.materials)
-        return material_kind().read(node, self.reader, where)
+        return None if is_null(node) else MaterialKind().read(node, self.reader, where)
 
 
 def write(scene: SceneLike, path: str | os.PathLike[str]) -> None:
@@ -190,15 +184,7 @@ def write(scene: SceneLike, path: str | os.PathLike[str]) -> None:
 def scene_data(scene: SceneLike, keep: Any) -> dict[str, Any]:
     """The sections of a scene file, those that say nothing left out."""
     writer = ShapeWriter([body.shape for body in scene.bodies], keep)
-    materials: dict[Any, str] = {}
-    for body in scene.bodies:
-        if body.material is not None:
-            materials.setdefault(repr(body.material), f"material {len(materials) + 1}")
-    bodies = [
-        body_data(body, writer, None if body.material is None else materials[repr(body.material)])
-        for body in scene.bodies
-    ]
-    records = {repr(body.material): body.material for body in scene.bodies if body.material is not None}
+    bodies = [body_data(body, writer) for body in scene.bodies]
     sections: dict[str, Any] = {"conicoid": VERSION}
     if scene.camera is not None:
         tagged = writer.value(scene.camera)
@@ -206,8 +192,6 @@ def scene_data(scene: SceneLike, keep: Any) -> dict[str, Any]:
     if scene.background is not None:
         sections["background"] = writer.value(scene.background)
     sections |= {"lights": [writer.value(light) for light in scene.lights]} if scene.lights else {}
-    sections |= (
-        {"materials": {name: writer.value(records[key]) for key, name in materials.items()}} if materials else {}
-    )
+    sections |= {"materials": writer.materials} if writer.materials else {}
     sections |= {"shapes": writer.named} if writer.named else {}
     return sections | {"bodies": bodies}

@@ -6,8 +6,7 @@ from typing import Any
 
 from ..shapes.background import Background
 from ..shapes.light import LIGHTS
-from ..shapes.material import CONSTRUCTORS, Material
-from .fields import Arguments, Tagged, kind_of
+from .fields import Arguments, MaterialKind, Tagged, kind_of
 from .kinds import Kind, Schema, Several
 from .nodes import Node, Table
 from .reading import Reader
@@ -48,7 +47,7 @@ def light_kind() -> Kind:
 
 
 def material_kind() -> Tagged:
-    return Tagged({**CONSTRUCTORS, "Material": Material}, "material")
+    return MaterialKind().written
 
 
 def background_kind() -> Kind:

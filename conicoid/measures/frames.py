@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..shapes.base import Shape
-from ..shapes.half_space import HalfSpace
 from ..shapes.motion import STILL, Motion, Transform
 from ..shapes.polyhedron import Polyhedron
 from ..shapes.region import Boolean, ClippedSheet
@@ -89,11 +88,10 @@ def _candidates(shape: Shape) -> Iterator[FloatArray]:
 
 
 def _own_axes(part: Shape, outer: Motion) -> FloatArray | None:
-    """Right angles as near to a part's axes as can be, its z axis kept; of planes, their normals."""
+    """Right angles as near to a part's axes as can be, its z axis kept; of a polyhedron, its first normals."""
     linear = part.under(outer).matrix[:3, :3]
-    if isinstance(part, (HalfSpace, Polyhedron)):
-        normals = np.array([part.normal] if isinstance(part, HalfSpace) else part.normals[:3])
-        linear = np.column_stack([*(normals @ np.linalg.inv(linear)), *np.eye(3)])
+    if isinstance(part, Polyhedron):
+        linear = np.column_stack([*(np.array(part.normals[:3]) @ np.linalg.inv(linear)), *np.eye(3)])
     else:
         linear = linear[:, (2, 0, 1)]
     linear = linear / np.linalg.norm(linear, axis=0)

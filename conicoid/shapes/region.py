@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -152,7 +152,7 @@ class ClippedSheet(Sheet):
 
     base: Sheet
     solid: Solid
-    keep: str = "inside"
+    keep: Literal["inside", "outside"] = "inside"
 
     def __post_init__(self) -> None:
         if not isinstance(self.base, Sheet):

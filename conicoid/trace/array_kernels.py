@@ -107,10 +107,7 @@ def trace_first(
         if together:
             for lane in range(LANES):
                 i = ray_of_lane(packet, lane, width, len(origins))
-                ray = load_ray(origins, directions, t_min, t_max, starts, max(i, 0))
-                if i < 0:
-                    ray = ray[:6] + (0.0, -1.0, np.int64(-1))
-                put_ray(lanes, marks, lane, ray)
+                put_ray(lanes, marks, lane, load_ray(origins, directions, t_min, t_max, starts, max(i, 0)), i < 0)
             trace_packet(geometry, scratch, lanes, marks)
         for lane in range(LANES):
             i = ray_of_lane(packet, lane, width, len(origins))

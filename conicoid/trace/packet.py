@@ -46,14 +46,14 @@ RESOLVED = -3
 
 
 @inline
-def put_ray(lanes: Floats, marks: Marks, i: int, ray: Ray) -> None:
-    """Ray `ray` into lane i; an interval that is empty makes an idle lane."""
+def put_ray(lanes: Floats, marks: Marks, i: int, ray: Ray, idle: bool) -> None:
+    """Ray `ray` into lane i; an idle lane has an empty interval."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     lanes[OX, i], lanes[OY, i], lanes[OZ, i] = ox, oy, oz
     lanes[DX, i], lanes[DY, i], lanes[DZ, i] = dx, dy, dz
     lanes[INVERSE, i] = 1.0 / (dx * dx + dy * dy + dz * dz)
     lanes[IX, i], lanes[IY, i], lanes[IZ, i] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
-    lanes[T_MIN, i], lanes[T_MAX, i], lanes[BEST, i] = t_min, t_max, math.inf
+    lanes[T_MIN, i], lanes[T_MAX, i], lanes[BEST, i] = t_min, -math.inf if idle else t_max, math.inf
     marks[START, i], marks[BODY, i], marks[ENTRY, i] = start, -1, -1
 
 

@@ -195,6 +195,51 @@ broken(
     "got Plane, a sheet",
 )
 broken(
+    "side that does not exist",
+    body("shape: {ClippedSheet: {base: {Plane: {normal: [0, 0, 1], offset: 0}}, solid: {Box: {}},\n   keep: in}}"),
+    3,
+    "ClippedSheet: keep: must be 'inside' or 'outside', got 'in'",
+)
+broken(
+    "paint without a material",
+    body("shape: {Painted: {operand: {Sphere: {}}}}"),
+    2,
+    "Painted: material must be given",
+)
+broken(
+    "paint on a list",
+    body("shape: {Painted: [{Sphere: {}}, {matte: {}}]}"),
+    2,
+    "Painted: must be a mapping with operand, material",
+)
+broken(
+    "paint on a sheet",
+    body("shape: {Painted: {operand: {Plane: {normal: [0, 0, 1], offset: 0}}, material: {matte: {}}}}"),
+    2,
+    "Painted: operand: must be a solid",
+    "got Plane, a sheet",
+)
+broken(
+    "unknown paint",
+    "materials: {copper: {metal: {}}}\nbodies:\n  - shape: {Painted: {operand: {Sphere: {}},\n     material: coper}}\n",
+    4,
+    "Painted: material: unknown material 'coper'",
+    "did you mean 'copper'?",
+)
+broken(
+    "paint is a color",
+    body("shape: {Painted: {operand: {Sphere: {}}, material: [1, 0, 0]}}"),
+    2,
+    "Painted: material: must be a material such as {matte: {...}}, or the name of one under `materials`",
+)
+broken(
+    "paint with a mistake inside",
+    body("shape: {Painted: {operand: {Sphere: {}}, material: {matte: {colour: red}}}}"),
+    2,
+    "Painted: material: matte: unknown key 'colour'",
+    "did you mean 'color'?",
+)
+broken(
     "unknown reference",
     "shapes: {wheel: {Sphere: {}}}\nbodies:\n  - shape: weel\n",
     3,

@@ -19,7 +19,7 @@ from conicoid.shapes import REGISTRY, Sheet, Solid
 from conicoid.shapes.light import LIGHTS
 from conicoid.shapes.material import CONSTRUCTORS, Material
 
-COMBINED = ("Union", "Intersection", "Difference", "Complement", "ClippedSheet")
+COMBINED = ("Union", "Intersection", "Difference", "Complement", "Painted", "ClippedSheet")
 PRIMITIVES = sorted(set(REGISTRY) - set(COMBINED))
 SOLIDS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Solid) and name != "Spheres"]
 SHEETS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Sheet)]
@@ -167,6 +167,7 @@ def solids() -> st.SearchStrategy[Any]:
                 pair.map(lambda p: p[0] & p[1]),
                 pair.map(lambda p: p[0] - p[1]),
                 parts.map(lambda p: ~p),
+                st.tuples(parts, materials).map(lambda p: p[0].painted(p[1])),
                 parts.map(lambda p: p | p.translate((1, 0, 0))),
             )
         )

@@ -113,6 +113,38 @@ def test_shared_booleans_are_written_once():
     assert (back.bounds[1] == scene.bounds[1]).all()
 
 
+def test_paint_refers_to_materials_by_name(tmp_path):
+    """A material that several faces and bodies share stands in the file once."""
+    red, tiles = co.lacquer("red"), co.matte(co.Checker("white", "black", scale=(0.1, 0.25)))
+    bore = co.Cylinder((0, 0, -2), (0, 0, 2), 0.5).painted(red)
+    block = (co.Box() - bore - bore.rotate((1, 0, 0), 90)).painted(tiles)
+    scene = co.Scene([co.Body(block, red), co.Body(co.Sphere().painted(tiles).translate((3, 0, 0)))])
+    co.save(scene, tmp_path / "scene.yaml")
+    text = (tmp_path / "scene.yaml").read_text()
+    assert text.count("Material:") == 2
+    assert text.count("operand:") == 3  # bore, block and ball
+    assert co.load(tmp_path / "scene.yaml") == scene
+    assert co.load(tmp_path / "scene.yaml").bodies[1].shape.material == tiles
+
+
+def test_paint_by_hand(tmp_path):
+    (tmp_path / "scene.yaml").write_text(
+        """
+materials: {brass: {metal: {color: "#d9a64a"}}}
+shapes:
+  bore: {Painted: {operand: {Cylinder: {start: [0, 0, -2], end: [0, 0, 2], radius: 0.5}}, material: brass}}
+bodies:
+  - shape: {Difference: [{Box: {}}, bore]}
+    material: brass
+  - shape: {Painted: {operand: bore, material: {matte: {color: red}}}, move: [{scale: 2}]}
+"""
+    )
+    brass = co.metal("#d9a64a")
+    bore = co.Cylinder((0, 0, -2), (0, 0, 2), 0.5).painted(brass)
+    expected = [co.Body(co.Box() - bore, brass), bore.painted(co.matte("red")).scale(2)]
+    assert co.load(tmp_path / "scene.yaml") == co.Scene(expected)
+
+
 @pytest.mark.parametrize("levels", [19, 20, 21, 99, 3000])
 def test_trees_of_any_depth(levels):
     shape = co.Sphere()

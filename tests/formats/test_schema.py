@@ -29,7 +29,8 @@ TYPES = (
     "misspelt key", "name is a number", "material is a number", "unknown shape", "lower case", "shape is a number",
     "two shapes in one", "no shape at all", "unknown field", "radius is text", "radius is a list", "center is short",
     "missing field", "range of one", "flag is a text", "matrix is small", "Boolean of nothing", "Boolean of a number",
-    "Boolean with a mistake inside", "Boolean of a sheet", "sheet clipped by a sheet", "unknown step", "short step",
+    "Boolean with a mistake inside", "Boolean of a sheet", "sheet clipped by a sheet", "side that does not exist",
+    "paint without a material", "paint on a list", "paint on a sheet", "paint is a color", "paint with a mistake inside", "unknown step", "short step",
     "rotate without axis", "balls without radii", "balls and a file", "unknown look", "unknown highlight", "lights as a mapping",
     "unknown light", "light without a place", "camera is a word", "camera misspelt", "background is half a color",
 )  # fmt: skip

@@ -230,6 +230,15 @@ def boolean(kind: str) -> Callable[[Random, float], Case]:
     return make
 
 
+def nested(r: Random, s: float) -> Case:
+    """A tree of Booleans of Booleans."""
+    kinds = [str(k) for k in r.choice(["Union", "Intersection", "Difference"], 3)]
+    parts = [boolean(kind)(r, s) for kind in kinds[1:]]
+    if r.random() < 0.4:
+        parts[1] = Case("Complement", {}, (0, 0, 0), parts[1].size, True, (), (parts[1],))
+    return Case(kinds[0], {}, (0, 0, 0), s * 3, True, (), tuple(parts))
+
+
 def clipped_sheet(r: Random, s: float) -> Case:
     """A sheet about the origin, inside or outside of a bounded solid there."""
     base = PRIMITIVES[str(r.choice(["Plane", "Disc", "Triangle", "Polygon", "CylinderPatch"]))](r, s)
@@ -277,7 +286,12 @@ BUILDING_BLOCKS = (
     "OneSheetHyperboloid",
     "EllipticParaboloid",
 )
-KINDS = {**PRIMITIVES, "ClippedSheet": clipped_sheet, **{kind: boolean(kind) for kind in COMBINED}}
+KINDS = {
+    **PRIMITIVES,
+    "ClippedSheet": clipped_sheet,
+    "NestedBooleans": nested,
+    **{kind: boolean(kind) for kind in COMBINED},
+}
 
 
 def motion(r: Random, size: float) -> tuple[tuple[Any, ...], ...]:

@@ -58,6 +58,8 @@ class Expansion:
         count = self.geometry.body_count
         if count > self.max_bodies:
             raise too_many(self.path, f"{count:,}", count, self.max_bodies)
+        if self.progress is not None:
+            self.progress(0, count)
         self._universe(self.geometry.root, Placement(), Context(), ())
 
     def _universe(self, number: int, place: Placement, context: Context, path: Path) -> None:

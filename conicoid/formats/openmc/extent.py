@@ -18,14 +18,22 @@ class Extent:
     low: tuple[End, End, End] = (None, None, None)
     high: tuple[End, End, End] = (None, None, None)
 
+    def end(self, axis: int, lower: bool) -> End:
+        """One of the six ends."""
+        return (self.low if lower else self.high)[axis]
+
     def common(self, other: Extent) -> Extent:
         """The part in both."""
         if other is EVERYWHERE or self is EVERYWHERE:
             return self if other is EVERYWHERE else other
-        lows, highs = [], []
-        for i in range(3):
-            lows.append(_tighter(max, self.low[i], other.low[i]))
-            highs.append(_tighter(min, self.high[i], other.high[i]))
+        lows = [_tighter(max, a, b) for a, b in zip(self.low, other.low, strict=True)]
+        highs = [_tighter(min, a, b) for a, b in zip(self.high, other.high, strict=True)]
+        return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
+
+    def around(self, other: Extent) -> Extent:
+        """The box around both."""
+        lows = [_looser(min, a, b) for a, b in zip(self.low, other.low, strict=True)]
+        highs = [_looser(max, a, b) for a, b in zip(self.high, other.high, strict=True)]
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
     def placed(self, place: Placement) -> Extent:
@@ -82,6 +90,10 @@ class Extent:
 
 
 EVERYWHERE = Extent()
+
+
+def _looser(choose: Callable[[Fraction, Fraction], Fraction], a: End, b: End) -> End:
+    return None if a is None or b is None else choose(a, b)
 
 
 def _tighter(choose: Callable[[Fraction, Fraction], Fraction], a: End, b: End) -> End:

@@ -51,7 +51,7 @@ def read(
 
     A cell gives one body for each place where it stands, named such as "cell 5 'fuel' @ cell 9, lattice 2 [3, 4]".
     With `void`, cells without material are bodies too, invisible, so that `scene.body_at` finds every cell.
-    progress(done, most) is called now and then with numbers of bodies.
+    progress(done, most) is called with numbers of bodies: first with none done, then now and then.
     Raises `SceneFileError`, a ValueError, that lists the mistakes found with their lines; also for tori and meshes,
     which are no quadrics, and for more than `max_bodies` bodies, which are counted before they are made.
     """

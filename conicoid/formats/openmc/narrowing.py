@@ -7,13 +7,15 @@ Which parts are left never changes a point's cell, except on the surface of a pa
 
 Why it is right to test one part after another: `extent` is always a box around the parts that are
 kept. A round part whose bounds are an end of the box cannot contain the box, so it does not vanish by
-its own help; and a round part that made a plane or another round part vanish is pinned: it stays.
+its own help, nor does a union that ends before the box; and a round part that made a plane or another
+round part vanish is pinned: it stays.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import reduce
 from typing import TypeAlias
 
@@ -79,7 +81,7 @@ class Conjunction:
         if box.is_empty:
             return None
         apart = _without_pairs(sides)
-        kept = None if apart is None else _without_shown(_without_idle_planes(apart, box), box)
+        kept = None if apart is None else _without_shown(_without_idle_planes(apart, unions, box), box)
         if kept is None:
             return None
         left = [_within(union, box) for union in unions]
@@ -122,11 +124,12 @@ def _without_shown(sides: list[Side], box: Extent) -> list[Side] | None:
     return kept
 
 
-def _without_idle_planes(sides: list[Side], box: Extent) -> list[Side]:
-    """Without the planes across an axis that are no end of the box; each end is needed once."""
+def _without_idle_planes(sides: list[Side], unions: list[AnyOf], box: Extent) -> list[Side]:
+    """Without the planes across an axis that are no end of the box, or lie beyond a union; each end is kept once."""
     kept: list[Side] = []
     ends: set[tuple[int, bool]] = set()
     pins: set[int] = set()
+    around = [_extent(union) for union in unions]
     for side in sides:
         plane = side.surface
         axis = plane.axis if isinstance(plane, FlatSurface) else None
@@ -135,24 +138,34 @@ def _without_idle_planes(sides: list[Side], box: Extent) -> list[Side]:
             continue
         above = side.positive == (plane.normal[axis] > 0)
         end = plane.offset / plane.normal[axis]
-        if end == (box.low if above else box.high)[axis] and (axis, above) not in ends:
+        if any(_lies_beyond(end, axis, above, extent) for extent in around) or (axis, above) in ends:
+            continue
+        if end == box.end(axis, above):
             ends.add((axis, above))
             kept.append(side)
-        elif (axis, above) not in ends:
+        else:
             pins.update(_holders(sides, axis, above, box))
     return [replace(side, pinned=True) if id(side) in pins else side for side in kept]
 
 
+def _lies_beyond(end: Fraction, axis: int, above: bool, extent: Extent) -> bool:
+    """Whether all of an extent is strictly on the inner side of an end."""
+    own = extent.end(axis, above)
+    return own is not None and (own > end if above else own < end)
+
+
+def _extent(part: Part) -> Extent:
+    """A box around a part."""
+    if isinstance(part, Side):
+        return part.surface.extent(part.positive)
+    return reduce(Extent.common if isinstance(part, AllOf) else Extent.around, map(_extent, part.parts))
+
+
 def _holders(sides: list[Side], axis: int, above: bool, box: Extent) -> list[int]:
     """The curved sides whose bounds are the end of the box."""
-    end = (box.low if above else box.high)[axis]
-    found = []
-    for side in sides:
-        if isinstance(side.surface, RoundSurface) and not side.positive:
-            own = side.surface.extent(False)
-            if (own.low if above else own.high)[axis] == end:
-                found.append(id(side))
-    return found
+    end = box.end(axis, above)
+    rounds = [side for side in sides if isinstance(side.surface, RoundSurface) and not side.positive]
+    return [id(side) for side in rounds if side.surface.extent(False).end(axis, above) == end]
 
 
 def _without_pairs(sides: list[Side]) -> list[Side] | None:

@@ -7,15 +7,17 @@ extent may be too large and `side_of` may say 0, but neither is ever wrong.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from ...shapes.base import Solid
 from ...shapes.elliptic_cone import EllipticCone
 from ...shapes.elliptic_cylinder import EllipticCylinder
 from ...shapes.half_space import HalfSpace
+from ...shapes.motion import STILL, Motion
 from ...shapes.quadric import Quadric
 from ...shapes.sphere import Sphere
+from ...shapes.vector import Vector
 from .extent import EVERYWHERE, End, Extent
 from .placement import Placement, Point, Turn, floats
 
@@ -126,8 +128,7 @@ class RoundSurface:
         radius, center = float(self.radius), floats(self.center)
         if self.axis is None:
             return Sphere(radius, center)
-        upright = EllipticCylinder(1, 1).scale((radius, radius, 1))
-        return _towards(self.axis, upright, center)
+        return _moved(EllipticCylinder(1, 1), _towards(self.axis, STILL.scale((radius, radius, 1)), center))
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +151,7 @@ class ConeSurface:
         return 0
 
     def solid(self) -> Solid:
-        return _towards(self.axis, EllipticCone(1, 1, float(self.square)), floats(self.apex))
+        return _moved(EllipticCone(1, 1, float(self.square)), _towards(self.axis, STILL, floats(self.apex)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,8 +187,13 @@ def _without(axis: int | None, point: Point) -> Point:
     return x, y, z
 
 
-def _towards(axis: int, upright: Solid, place: tuple[float, float, float]) -> Solid:
-    """A solid about z turned to another axis, its mirror images being the same, and moved to a place."""
+def _moved(shape: Solid, motion: Motion) -> Solid:
+    motion.check(type(shape).__name__)
+    return replace(shape, motion=motion)
+
+
+def _towards(axis: int, upright: Motion, place: Vector) -> Motion:
+    """What turns something about z to another axis, its mirror images being the same, and moves it to a place."""
     if axis != 2:
         upright = upright.rotate((0, 1, 0), 90) if axis == 0 else upright.rotate((1, 0, 0), 90)
     return upright.translate(place) if any(place) else upright

@@ -36,7 +36,9 @@ class Evaluator:
         root = ElementTree.parse(path).getroot()
         geometry = root if root.tag == "geometry" else root.find("geometry")
         assert geometry is not None
-        self.surfaces = {int(value(e, "id") or 0): (value(e, "type") or "", floats(e, "coeffs")) for e in geometry.iter("surface")}
+        self.surfaces = {
+            int(value(e, "id") or 0): (value(e, "type") or "", floats(e, "coeffs")) for e in geometry.iter("surface")
+        }
         self.cells = {int(value(e, "id") or 0): e for e in geometry.iter("cell")}
         self.universes: dict[int, list[int]] = {}
         for number, cell in self.cells.items():
@@ -44,7 +46,9 @@ class Evaluator:
         self.lattices = {int(value(e, "id") or 0): e for tag in ("lattice", "hex_lattice") for e in geometry.iter(tag)}
         used = {int(value(cell, "fill") or -1) for cell in self.cells.values()}
         for lattice in self.lattices.values():
-            used |= {int(word) for word in (value(lattice, "universes") or "").split()} | {int(value(lattice, "outer") or -1)}
+            used |= {int(word) for word in (value(lattice, "universes") or "").split()} | {
+                int(value(lattice, "outer") or -1)
+            }
         (self.root,) = set(self.universes) - used
         self.regions: dict[int, Callable[[dict[int, Any]], Any]] = {}
 
@@ -116,7 +120,9 @@ class Evaluator:
 
 def evaluate_region(text: str, negative: Callable[[int], Any]) -> Any:
     """A region by turning it into an expression of Python: `~` binds tighter than `&`, that than `|`, as there."""
-    words = text.replace("(", " ( ").replace(")", " ) ").replace("|", " | ").replace("~", " ~ ").replace("&", " & ").split()
+    words = (
+        text.replace("(", " ( ").replace(")", " ) ").replace("|", " | ").replace("~", " ~ ").replace("&", " & ").split()
+    )
     code: list[str] = []
     for word in words:
         starts = word[-1].isdigit() or word in "(~"
