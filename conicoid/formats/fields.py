@@ -134,11 +134,13 @@ class MaterialKind(Kind):
         self.written = Tagged({**CONSTRUCTORS, "Material": Material}, "material")
 
     def read(self, node: Node, reader: Reader, where: str) -> Any:
-        if not isinstance(node, Scalar) or not is_text(node):
-            return self.written.read(node, reader, where)
-        if node.text in reader.materials:
-            return reader.materials[node.text]
-        return reader.unknown(node, where, "material", node.text, reader.materials)
+        if isinstance(node, Scalar) and is_text(node):
+            if node.text in reader.materials:
+                return reader.materials[node.text]
+            return reader.unknown(node, where, "material", node.text, reader.materials)
+        if reader.only_entry(node) is None:
+            return reader.expected(node, where, self.phrase)
+        return self.written.read(node, reader, where)
 
     def schema(self) -> Schema:
         return {"anyOf": [{"type": "string"}, {"$ref": "#/$defs/material"}]}

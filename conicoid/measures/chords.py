@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..shapes.base import Shape
 from ..shapes.vector import FloatArray
 from .frames import FittedBox
-from .hull import Rectangles, Sight, directions_for, hull_of
+from .hull import Rectangles, Sight
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -29,11 +28,8 @@ VOLUME, FIRST, SECOND, AREA = 0, slice(1, 4), slice(4, 10), 10
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
-CHUNK = 1 << 15
+CHUNK = 1 << 14
 """Rays at a time."""
-
-_ROUNDING = 1e-14
-"""No error is given as less than this part of the volume times the powers of the box."""
 
 Progress = Callable[[int, int], Any]
 
@@ -45,27 +41,6 @@ class Sums:
     values: FloatArray
     covariance: FloatArray
     rays: int = 0
-
-
-def sample(shape: Shape, box: FittedBox, rays: int, seed: int, progress: Progress | None) -> Sums:
-    """Follow about `rays` rays, a third along each axis. The same seed gives the same sums for any number of threads."""
-    from ..scene import Scene
-    from .refine import refined
-
-    sums = Sums(np.zeros(11), np.zeros((11, 11)))
-    scene, directions = Scene([shape]), directions_for(shape, box)
-    hull = hull_of(shape, box, directions)
-    for axis in range(3):
-        family = Family(scene, box, Sight.along(axis, directions), seed, sums, (axis + 1) * rays // 3, progress, rays)
-        rectangles = refined(family, hull)
-        if len(rectangles):
-            family.estimate(rectangles, max(2, family.left // len(rectangles)))
-    if progress is not None:
-        progress(rays, rays)
-    reach = box.half.max() ** np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2, 0])
-    sizes = np.where(np.arange(11) == AREA, sums.values[AREA], sums.values[VOLUME]) * reach
-    sums.covariance += np.diag((_ROUNDING * sizes) ** 2)
-    return sums
 
 
 @dataclass

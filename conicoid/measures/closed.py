@@ -6,6 +6,7 @@ one registered function.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from functools import singledispatch
@@ -183,7 +184,7 @@ def _quadrature(profile: tuple[float, float, float], heights: tuple[float, float
     low, high = heights
     cuts = sorted({low, high, *(root for root in real_roots(g2, g1, g0) if low < root < high)}) if low < high else []
     nodes, weights = [np.zeros(0)], [np.zeros(0)]
-    for a, b in zip(cuts, cuts[1:], strict=False):
+    for a, b in itertools.pairwise(cuts):
         middle, half = a / 2 + b / 2, b / 2 - a / 2
         if g0 + middle * (g1 + middle * g2) > 0:
             nodes.append(middle + half * _NODES)

@@ -51,9 +51,8 @@ def fitted_box(shape: Shape) -> FittedBox:
     if not np.isfinite(best.half).all():
         low, high = shape.bounds
         endless = ", ".join(axis for axis, a, b in zip("xyz", low, high, strict=True) if not np.isfinite([a, b]).all())
-        raise ValueError(
-            f"measure: {type(shape).__name__} must be bounded, got bounds that are infinite along {endless}; cut it by a box"
-        )
+        found = f"got bounds that are infinite along {endless}"
+        raise ValueError(f"measure: {type(shape).__name__} must be bounded, {found}; cut it by a box")
     return best
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,9 +12,10 @@ from ..shapes.region import Union
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
-from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums, sample
+from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums
 from .closed import Moments, closed_area, closed_moments
 from .frames import FittedBox, fitted_box
+from .sample import sample
 
 FEWEST_RAYS = 60
 
@@ -71,9 +71,9 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
         raise ValueError(f"measure: seed must be an integer >= 0, got {seed!r}")
     shape = _as_union(shape)
     box = fitted_box(shape)
-    if box.is_empty:
-        return _closed(Moments(0.0, np.full(3, np.nan), np.zeros((3, 3))), 0.0)
     nothing = Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
+    if box.is_empty:
+        return _closed(nothing, 0.0)
     moments, area = nothing if shape.is_sheet else closed_moments(shape), closed_area(shape)
     if moments is not None and area is not None:
         return _closed(moments, area)

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from .chords import Family
 from .frames import FittedBox
 from .hull import Hull, Rectangles, Sight
-
-if TYPE_CHECKING:
-    from .chords import Family
 
 _FIRST = 16  # there is a first rectangle for so many rays
 _THIN = 4  # or for so many, while hulls still take away much of the area

@@ -13,7 +13,7 @@ from ..geometry.vectors import dot
 from ..jit import allocator, fma, inline, kernel
 from .events import entry_crossings, is_solid
 from .kernels import blocked, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
-from .packet import FLOAT_ROWS, LANES, MARK_ROWS, packet_hit, put_ray, trace_packet
+from .packet import LANES, SIZE, packet_hit, put_ray, trace_packet
 from .scratch import new_scratch
 
 _SEVERAL = 4.0
@@ -101,21 +101,21 @@ def trace_first(
 ) -> None:  # fmt: skip
     """First hits of packets begin..end of 64 rays: t, ids (n, 3) body, surface, face, flags (n, 2) side, entered."""
     scratch = new_scratch(geometry)
-    lanes, marks = np.empty((FLOAT_ROWS, LANES)), np.empty((MARK_ROWS, LANES), np.int64)
+    lanes = np.empty(SIZE)
     for packet in range(begin, end):
         together = coherent(geometry, origins, directions, t_min, starts, packet, width)
         if together:
             for lane in range(LANES):
                 i = ray_of_lane(packet, lane, width, len(origins))
-                put_ray(lanes, marks, lane, load_ray(origins, directions, t_min, t_max, starts, max(i, 0)), i < 0)
-            trace_packet(geometry, scratch, lanes, marks)
+                put_ray(lanes, lane, load_ray(origins, directions, t_min, t_max, starts, max(i, 0)), i < 0)
+            trace_packet(geometry, scratch, lanes)
         for lane in range(LANES):
             i = ray_of_lane(packet, lane, width, len(origins))
             if i < 0:
                 continue
             hit = no_hit()
             if together:
-                hit = packet_hit(geometry, lanes, marks, lane)
+                hit = packet_hit(geometry, lanes, lane)
             else:
                 ray = load_ray(origins, directions, t_min, t_max, starts, i)
                 if ray[8] != DEAD:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -134,11 +135,13 @@ def test_other_refusals():
 def test_answers():
     shape = co.Sphere() - co.Box((0, 0, 0), (2, 2, 2))
     calls: list[tuple[int, int]] = []
-    found = co.measure(co.Body(shape, name="seven eighths"), rays=30_000, progress=lambda done, total: calls.append((done, total)))
+    found = co.measure(
+        co.Body(shape, name="seven eighths"), rays=30_000, progress=lambda done, total: calls.append((done, total))
+    )
     assert "volume" in str(found)
     assert "±" in str(found)
     assert calls[-1] == (30_000, 30_000)
-    assert all(a[0] <= b[0] for a, b in zip(calls, calls[1:], strict=False))
+    assert all(a[0] <= b[0] for a, b in itertools.pairwise(calls))
     assert not found.centroid.flags.writeable
     with pytest.raises(AttributeError):
         found.volume = 1.0

@@ -29,8 +29,9 @@ def scale(random: Random) -> float:
 
 
 def place(random: Random, size: float) -> np.ndarray:
-    """The origin, or a point up to thirty sizes away."""
-    return np.zeros(3) if random.random() < 0.3 else direction(random) * size * 10 ** random.uniform(-1, 1.5)
+    """The origin, a point up to thirty sizes away, or one of up to a million."""
+    far = random.choice([0.0, 1.5, 6.0], p=[0.3, 0.5, 0.2])
+    return direction(random) * size * 10 ** random.uniform(-1, far) if far else np.zeros(3)
 
 
 def span(random: Random, size: float) -> tuple[float, float]:
@@ -320,9 +321,11 @@ def motion(r: Random, size: float) -> tuple[tuple[Any, ...], ...]:
 
 
 def random_case(kind: str, random: Random) -> Case:
+    """A random shape and motion; shapes far from the origin stay, as a motion would round their place once more."""
     case = KINDS[kind](random, scale(random))
+    far = float(np.linalg.norm(case.center)) > 40 * case.size
     return Case(
-        case.kind, case.parameters, case.center, case.size, case.bounded, motion(random, case.size), case.operands
+        case.kind, case.parameters, case.center, case.size, case.bounded, () if far else motion(random, case.size), case.operands
     )  # fmt: skip
 
 

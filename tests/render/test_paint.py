@@ -21,11 +21,17 @@ def seen(shape, x=0.0, y=0.0, towards=(0, 0, -1)):
     return tuple(scene.render(1, 1, 1).pixels[0, 0].tolist())
 
 
-@pytest.mark.parametrize("towards", [(1, 0, -1), (-1, 1, -1), (0.3, -1, -0.5)])
-def test_a_cut_shows_the_cutters_paint(towards):
-    """Rays through the middle of a bore meet its wall; beside it they meet the plate."""
+def on_the_wall(shape, turn, down=True):
+    """What a ray from above (or below) meets at radius 1, 0.8 below (or above) the middle, at an angle in degrees."""
+    x, y = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    return seen(shape, 0.6 * x, 0.6 * y, towards=(0.5 * x, 0.5 * y, -1 if down else 1))
+
+
+@pytest.mark.parametrize("turn", [0, 60, 200])
+def test_a_cut_shows_the_cutters_paint(turn):
+    """Through the mouth of the bore a slanted ray meets its wall, a straight one nothing."""
     shape = PLATE - BORE.painted(co.matte(RED))
-    assert seen(shape, towards=towards) == RED
+    assert on_the_wall(shape, turn) == RED
     assert seen(shape, 1.5, 1.5) == GREY
     assert seen(shape) == (1, 1, 1)
 
@@ -99,14 +105,9 @@ def test_checkers_on_the_uv_of_painted_faces():
     assert [seen(floor, x, 0.25) for x in (-0.75, -0.25, 0.25, 0.75)] == [RED, BLUE, RED, BLUE]
     assert [seen(floor, x, -0.25) for x in (-0.75, -0.25, 0.25, 0.75)] == [BLUE, RED, BLUE, RED]
     wall = PLATE - BORE.painted(co.matte(co.Checker(RED, BLUE, scale=(0.5, 0.5))))
-    # Down through the axis at height 0 the wall is met at height -1/√3 on both sides; up, at +1/√3
-    reference_half = [
-        seen(wall, towards=(0.5, 3**0.5 / 2, -(3**-0.5))),
-        seen(wall, towards=(-0.5, -(3**0.5) / 2, -(3**-0.5))),
-    ]
-    upper = [seen(wall, towards=(0.5, 3**0.5 / 2, 3**-0.5)), seen(wall, towards=(-0.5, -(3**0.5) / 2, 3**-0.5))]
-    assert sorted(reference_half) == sorted(upper) == sorted([RED, BLUE])
-    assert reference_half == upper[::-1]
+    low, high = ([on_the_wall(wall, turn, down) for turn in (60, 240)] for down in (True, False))
+    assert sorted(low) == [BLUE, RED]
+    assert low == high[::-1]
 
 
 def test_checkers_move_with_paint():

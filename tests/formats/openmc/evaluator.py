@@ -198,9 +198,8 @@ def hexagonal(lattice: ElementTree.Element, points: FloatArray) -> Located:
     return np.column_stack([flat, level]), centers, dict(zip(names, words, strict=True))
 
 
-def place_of(name: str, evaluator: Evaluator) -> Place:
+def place_of(name: str) -> Place:
     """A body's name as a place: the path outside in, then the cell; "outer" for elements outside of a lattice."""
-    del evaluator
     own, _, path = name.partition(" @ ")
     way: list[Any] = []
     for step in path.replace(", lattice", "; lattice").replace(", cell", "; cell").split("; ") if path else []:
@@ -214,11 +213,11 @@ def place_of(name: str, evaluator: Evaluator) -> Place:
     return (*way, int(own.split(" ", 2)[1]))
 
 
-def same_place(found: Place | None, name: str | None, evaluator: Evaluator) -> bool:
+def same_place(found: Place | None, name: str | None) -> bool:
     """Whether a body's name says what the evaluator found."""
     if found is None or name is None:
         return found is None and name is None
-    named = place_of(name, evaluator)
+    named = place_of(name)
     if len(named) != len(found):
         return False
     for a, b in zip(named, found, strict=True):

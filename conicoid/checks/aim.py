@@ -1,0 +1,117 @@
+"""Rays for a check: through the whole scene, through every body, and where boxes of two bodies overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..lowering import Lowered
+from ..shapes.vector import FloatArray
+
+Indices = npt.NDArray[np.int64]
+
+_MOST_PAIRS = 100_000
+_ALONG_AXES = 0.25
+_BACK = 2.0
+"""Rays start so many sizes of what they are aimed at away from it."""
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Boxes of all bodies, (n, 3) low and high, and of the part of space that is looked at."""
+
+    low: FloatArray
+    high: FloatArray
+    window: tuple[FloatArray, FloatArray]
+
+    @classmethod
+    def of(cls, lowered: Lowered) -> Targets:
+        low, high = np.full((lowered.body_count, 3), np.inf), np.full((lowered.body_count, 3), -np.inf)
+        low[lowered.tables.entry_body], high[lowered.tables.entry_body] = lowered.boxes[:, :3], lowered.boxes[:, 3:]
+        return cls(low, high, _window(lowered))
+
+    @property
+    def sizes(self) -> FloatArray:
+        """(n,) diagonals of the boxes, cut to the window; 0 for empty ones."""
+        low, high = self._cut(np.arange(len(self.low)))
+        result: FloatArray = np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
+        return result
+
+    @property
+    def empty(self) -> npt.NDArray[np.bool_]:
+        """(n,) boxes that hold nothing."""
+        result: npt.NDArray[np.bool_] = (self.low > self.high).any(axis=1)
+        return result
+
+    def _cut(self, bodies: Indices) -> tuple[FloatArray, FloatArray]:
+        """Boxes of bodies, infinite ends moved to the window's."""
+        low, high = self.low[bodies], self.high[bodies]
+        first, last = self.window
+        return np.where(np.isfinite(low), low, np.minimum(first, high)), np.where(np.isfinite(high), high, np.maximum(last, low))
+
+    def common(self, one: Indices, other: Indices) -> tuple[FloatArray, FloatArray]:
+        """The common boxes of pairs of bodies; low > high where there is none."""
+        (a, b), (c, d) = self._cut(one), self._cut(other)
+        return np.maximum(a, c), np.minimum(b, d)
+
+    def pairs(self) -> tuple[Indices, Indices]:
+        """Pairs of bodies whose boxes meet, at most about 100 000: those next to each other along x first."""
+        order = np.argsort(self.low[:, 0], kind="stable")
+        order = order[~self.empty[order]]
+        low, high = self.low[order], self.high[order]
+        found: list[tuple[Indices, Indices]] = []
+        count = 0
+        for apart in range(1, len(order)):
+            near = low[apart:, 0] <= high[:-apart, 0]
+            if not near.any() or count > _MOST_PAIRS:
+                break
+            met = np.flatnonzero(near & (low[apart:] <= high[:-apart]).all(axis=1) & (low[:-apart] <= high[apart:]).all(axis=1))
+            count += len(met)
+            found.append((order[met], order[met + apart]))
+        none = np.zeros(0, np.int64)
+        return np.concatenate([none, *(a for a, _ in found)]), np.concatenate([none, *(b for _, b in found)])
+
+    def through_window(self, count: int, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """Rays (origins, directions) through random points of the window."""
+        low, high = self.window
+        return rays_through(np.tile(low, (count, 1)), np.tile(high, (count, 1)), random)
+
+    def through_bodies(self, bodies: Indices, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+        """A ray through a random point of each body's box."""
+        return rays_through(*self._cut(bodies), random)
+
+
+def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """A ray through a random point of each box (n, 3), from outside of it; a quarter of them along the axes."""
+    points = low + (high - low) * random.random(low.shape)
+    directions = random.normal(size=low.shape)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    along = np.flatnonzero(random.random(len(low)) < _ALONG_AXES)
+    directions[along] = np.eye(3)[random.integers(0, 3, len(along))]
+    sizes = np.linalg.norm(high - low, axis=1, keepdims=True)
+    back = _BACK * np.where(sizes > 0, sizes, np.abs(points).max(axis=1, keepdims=True, initial=1.0))
+    return points - back * directions, directions
+
+
+def _window(lowered: Lowered) -> tuple[FloatArray, FloatArray]:
+    """Around all that is finite: ends of boxes and anchors of surfaces; somewhat larger where a body is infinite."""
+    boxes = lowered.boxes[(lowered.boxes[:, :3] <= lowered.boxes[:, 3:]).all(axis=1)]
+    ends = np.concatenate([boxes[:, :3], boxes[:, 3:]])
+    bounded = bool(np.isfinite(ends).all())
+    tables = lowered.tables
+    anchors = [tables.planes[:, 4:7], tables.spheres[:, :3], tables.quadrics[:, :3]]
+    points = np.concatenate([ends, *([] if bounded else anchors), np.zeros((1, 3))] if not len(ends) or not bounded else [ends])
+    low, high = (np.array(list(_finite_extremes(points, side))) for side in (min, max))
+    if not bounded or not len(ends):
+        margin = max(float((high - low).max()), 1e-3 * float(np.abs(points[np.isfinite(points)]).max(initial=0.0))) or 1.0
+        low, high = low - margin, high + margin
+    return low, high
+
+
+def _finite_extremes(points: FloatArray, side: type) -> Iterator[float]:
+    for column in points.T:
+        finite = column[np.isfinite(column)]
+        yield float(side(finite)) if len(finite) else 0.0

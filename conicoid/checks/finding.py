@@ -1,0 +1,47 @@
+"""What a check reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..shapes.vector import FloatArray
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+OVERLAP, SLIVER, COINCIDENCE, EMPTY = "overlap", "sliver", "near-coincidence", "empty"
+KINDS = (OVERLAP, SLIVER, COINCIDENCE, EMPTY)
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """Something that a scene's author may not have meant.
+
+    kind       "overlap", "sliver", "near-coincidence" or "empty"
+    bodies     ids of the bodies concerned
+    message    one sentence
+    size       the longest common stretch, the thickness, or the relative difference; 0 for an empty body
+    origin, direction   (3,) a ray that shows it: ask `scene.spans(origin, direction)`; None where none does
+    """
+
+    kind: str
+    bodies: tuple[int, ...]
+    message: str
+    size: float
+    origin: FloatArray | None = None
+    direction: FloatArray | None = None
+
+    def __str__(self) -> str:
+        if self.origin is None or self.direction is None:
+            return f"{self.kind}: {self.message}"
+        origin, direction = (", ".join(repr(float(c)) for c in row) for row in (self.origin, self.direction))
+        return f"{self.kind}: {self.message}; ray from ({origin}) along ({direction})"
+
+
+def titles(scene: Scene, bodies: tuple[int, ...]) -> str:
+    """Bodies as a person would call them: 'body 3 (barrel)' or 'bodies 3 (barrel) and 5'."""
+    items = scene.lowered.body_item
+    names = [scene.bodies[int(items[body])].name for body in bodies]
+    labels = [f"{body} ({name})" if name else f"{body}" for body, name in zip(bodies, names, strict=True)]
+    return f"body {labels[0]}" if len(labels) == 1 else f"bodies {' and '.join(labels)}"

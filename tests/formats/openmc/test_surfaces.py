@@ -1,0 +1,139 @@
+"""Surfaces: each kind as OpenMC's documentation defines it, moved exactly, and as the very solid that was written."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.formats.openmc.extent import Extent
+from conicoid.formats.openmc.placement import Placement, rotation_by_angles
+from conicoid.formats.openmc.surface_kinds import read_surface
+from conicoid.formats.openmc.surfaces import FlatSurface, Surface
+from conicoid.formats.openmc.xml_tree import Element
+from conicoid.shapes.base import Solid
+
+from .evaluator import Evaluator
+from .models import written
+
+KINDS = {
+    "x-plane": "0.7", "y-plane": "-0.3", "z-plane": "1e-3", "plane": "1 -2 0.5 1.25",
+    "x-cylinder": "0.1 -0.2 0.4095", "y-cylinder": "0.3 0.7 1.1", "z-cylinder": "-1.26 0.63 0.475",
+    "sphere": "0.1 0.2 0.3 1.7",
+    "x-cone": "-1 0.3 0.2 0.3", "y-cone": "0.4 1 -0.2 0.45", "z-cone": "0.1 -0.6 0.5 0.7",
+    "quadric": "1 1.5 -0.5 0.4 -0.3 0.2 0.1 -0.2 0.3 -1.7",
+}  # fmt: skip
+
+
+def surface(kind: str, coefficients: str) -> Surface:
+    return read_surface(Element("surface", 1, 1, {"id": "1", "type": kind, "coeffs": coefficients})).surface
+
+
+def solid(item: Surface, positive: bool = False) -> Solid:
+    if isinstance(item, FlatSurface):
+        return item.solid(positive)
+    return ~item.solid() if positive else item.solid()
+
+
+def evaluator(kind: str, coefficients: str) -> Evaluator:
+    found = Evaluator.__new__(Evaluator)
+    found.surfaces = {1: (kind, [float(word) for word in coefficients.split()])}
+    return found
+
+
+@pytest.mark.parametrize(("kind", "coefficients"), KINDS.items())
+@pytest.mark.parametrize("angles", [(0, 0, 0), (90, 0, 0), (0, -90, 90), (180, 90, 270)])
+def test_sides_are_those_of_the_equation_wherever_it_stands(
+    kind: str, coefficients: str, angles: tuple[int, ...]
+) -> None:
+    a, b, c = (Fraction(angle) for angle in angles)
+    place = Placement(shift=(Fraction("0.1"), Fraction("-0.7"), Fraction("1.3")))
+    place = place.inner((Fraction(1), Fraction("0.3"), Fraction("-0.2")), rotation_by_angles((a, b, c)))
+    own = np.random.default_rng(1).uniform(-3, 3, (2000, 3))
+    matrix = np.array([[float(v) for v in row] for row in place.turn.rows])
+    points = own @ matrix.T + [float(v) for v in place.shift]
+    values = evaluator(kind, coefficients).value_of(1, own)
+    clear = np.abs(values) > 1e-9
+    moved = surface(kind, coefficients).placed(place)
+    for positive in (False, True):
+        inside = co.Scene([solid(moved, positive)]).contains(points)
+        assert (inside == (values > 0 if positive else values < 0))[clear].all()
+
+
+@pytest.mark.parametrize(("kind", "coefficients"), KINDS.items())
+def test_what_is_said_of_a_box_is_true_of_its_points(kind: str, coefficients: str) -> None:
+    item, values = surface(kind, coefficients), evaluator(kind, coefficients)
+    random = np.random.default_rng(2)
+    decided = 0
+    for _ in range(300):
+        middle, half = random.uniform(-3, 3, 3), random.uniform(0.01, 1, 3) * random.choice([0.2, 1, 3])
+        low, high = ([Fraction(v) for v in middle + sign * half] for sign in (-1, 1))
+        points = random.uniform(middle - half, middle + half, (200, 3))
+        found = values.value_of(1, points)
+        side = item.side_of(Extent((low[0], low[1], low[2]), (high[0], high[1], high[2])))
+        decided += side != 0
+        assert side == 0 or (side * found >= -1e-12).all()
+        for positive in (False, True):
+            box = item.extent(positive)
+            inside = points[found > 1e-12] if positive else points[found < -1e-12]
+            for i in range(3):
+                low_end, high_end = box.low[i], box.high[i]
+                assert low_end is None or (inside[:, i] >= float(low_end) - 1e-12).all()
+                assert high_end is None or (inside[:, i] <= float(high_end) + 1e-12).all()
+    assert decided > 50 or kind.endswith("cone") or kind == "quadric"
+
+
+def test_what_is_written_is_what_stands_in_the_scene() -> None:
+    """The user's numbers to the last bit, as fields of the shapes."""
+    assert surface("plane", "1 -2 0.5 1.3").solid() == co.HalfSpace((1, -2, 0.5), 1.3)
+    assert surface("x-plane", "-10.71").solid(positive=True) == co.HalfSpace((-1, 0, 0), 10.71)
+    assert surface("sphere", "0.1 0.2 0.3 1.7").solid() == co.Sphere(1.7, (0.1, 0.2, 0.3))
+    upright = co.EllipticCylinder(1, 1).scale((0.4095, 0.4095, 1))
+    assert surface("z-cylinder", "0.1 0.2 0.4095").solid() == upright.translate((0.1, 0.2, 0))
+    assert surface("z-cylinder", "0 0 0.4095").solid() == upright
+    assert surface("x-cylinder", "0.1 0.2 0.4095").solid() == upright.rotate((0, 1, 0), 90).translate((0, 0.1, 0.2))
+    assert surface("y-cone", "1 2 3 0.7").solid() == co.EllipticCone(1, 1, 0.7).rotate((1, 0, 0), 90).translate(
+        (1, 2, 3)
+    )
+    quadric = surface("quadric", "1 2 3 4 5 6 7 8 9 -10").solid()
+    terms = dict(xx=1, yy=2, zz=3, xy=4, yz=5, xz=6, x=7, y=8, z=9, constant=-10)
+    assert quadric == co.Quadric(coefficients=terms)
+
+
+def test_a_quadric_without_squares_is_its_plane() -> None:
+    assert surface("quadric", "0 0 0 0 0 0 0 1 0 -2").solid() == co.HalfSpace((0, 1, 0), 2)
+
+
+def test_sums_are_exact_in_decimals() -> None:
+    """-10.71 + 17 · 1.26 = 10.71, which neither holds for the nearest floats nor for their sums."""
+    place = Placement(shift=(Fraction("-10.71"), Fraction(0), Fraction(0)))
+    for _ in range(17):
+        place = place.inner((Fraction("1.26"), Fraction(0), Fraction(0)))
+    assert surface("x-plane", "0").placed(place).solid() == co.HalfSpace((1, 0, 0), 10.71)
+    assert sum([1.26] * 17, -10.71) != 10.71
+
+
+def test_the_cylinder_is_the_one_that_a_user_would_write() -> None:
+    """One entry of the surface table for the importer's cylinder and for co.Cylinder's."""
+    mine = surface("z-cylinder", "0.63 -1.26 0.4095").solid()
+    scene = co.Scene([mine, co.Cylinder((0.63, -1.26, -1), (0.63, -1.26, 1), 0.4095)])
+    hits = [scene.crossings((0.7, 5, 0.1), (0, -1, 0))]
+    surfaces = hits[0].surface
+    assert len(surfaces) == 4
+    assert len(set(surfaces.tolist())) == 1
+
+
+def test_elements_and_attributes_are_the_same(tmp_path: Path) -> None:
+    path = written("kinds", tmp_path)
+    root = ElementTree.parse(path).getroot()
+    for element in root:
+        for name in list(element.attrib):
+            child = ElementTree.SubElement(element, name)
+            child.text = f"  {element.attrib.pop(name)} \n"
+    other = tmp_path / "elements.xml"
+    ElementTree.ElementTree(root).write(other)
+    assert co.load_openmc(other) == co.load_openmc(path)
