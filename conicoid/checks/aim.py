@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +49,9 @@ class Targets:
         """Boxes of bodies, infinite ends moved to the window's."""
         low, high = self.low[bodies], self.high[bodies]
         first, last = self.window
-        return np.where(np.isfinite(low), low, np.minimum(first, high)), np.where(np.isfinite(high), high, np.maximum(last, low))
+        return np.where(np.isfinite(low), low, np.minimum(first, high)), np.where(
+            np.isfinite(high), high, np.maximum(last, low)
+        )
 
     def common(self, one: Indices, other: Indices) -> tuple[FloatArray, FloatArray]:
         """The common boxes of pairs of bodies; low > high where there is none."""
@@ -65,10 +66,9 @@ class Targets:
         found: list[tuple[Indices, Indices]] = []
         count = 0
         for apart in range(1, len(order)):
-            near = low[apart:, 0] <= high[:-apart, 0]
-            if not near.any() or count > _MOST_PAIRS:
+            if count > _MOST_PAIRS or not (low[apart:, 0] <= high[:-apart, 0]).any():
                 break
-            met = np.flatnonzero(near & (low[apart:] <= high[:-apart]).all(axis=1) & (low[:-apart] <= high[apart:]).all(axis=1))
+            met = np.flatnonzero(((low[apart:] <= high[:-apart]) & (low[:-apart] <= high[apart:])).all(axis=1))
             count += len(met)
             found.append((order[met], order[met + apart]))
         none = np.zeros(0, np.int64)
@@ -97,21 +97,18 @@ def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator)
 
 
 def _window(lowered: Lowered) -> tuple[FloatArray, FloatArray]:
-    """Around all that is finite: ends of boxes and anchors of surfaces; somewhat larger where a body is infinite."""
+    """Around all that is finite; where a body is infinite also around the anchors of surfaces, and somewhat larger."""
     boxes = lowered.boxes[(lowered.boxes[:, :3] <= lowered.boxes[:, 3:]).all(axis=1)]
-    ends = np.concatenate([boxes[:, :3], boxes[:, 3:]])
-    bounded = bool(np.isfinite(ends).all())
-    tables = lowered.tables
-    anchors = [tables.planes[:, 4:7], tables.spheres[:, :3], tables.quadrics[:, :3]]
-    points = np.concatenate([ends, *([] if bounded else anchors), np.zeros((1, 3))] if not len(ends) or not bounded else [ends])
-    low, high = (np.array(list(_finite_extremes(points, side))) for side in (min, max))
-    if not bounded or not len(ends):
-        margin = max(float((high - low).max()), 1e-3 * float(np.abs(points[np.isfinite(points)]).max(initial=0.0))) or 1.0
+    points = np.concatenate([boxes[:, :3], boxes[:, 3:]])
+    endless = not len(points) or not np.isfinite(points).all()
+    if endless:
+        tables = lowered.tables
+        points = np.concatenate([points, tables.planes[:, 4:7], tables.spheres[:, :3], tables.quadrics[:, :3]])
+    finite = np.isfinite(points)
+    low = np.where(finite, points, np.inf).min(axis=0, initial=np.inf)
+    high = np.where(finite, points, -np.inf).max(axis=0, initial=-np.inf)
+    low, high = np.where(low <= high, low, 0.0), np.where(low <= high, high, 0.0)
+    if endless:
+        margin = float(max((high - low).max(), 1e-3 * np.abs([low, high]).max())) or 1.0
         low, high = low - margin, high + margin
     return low, high
-
-
-def _finite_extremes(points: FloatArray, side: type) -> Iterator[float]:
-    for column in points.T:
-        finite = column[np.isfinite(column)]
-        yield float(side(finite)) if len(finite) else 0.0

@@ -42,6 +42,7 @@ class SurfaceTable:
 
     kinds: list[int] = field(default_factory=list)
     records: list[tuple[float, ...]] = field(default_factory=list)
+    senses: list[int] = field(default_factory=list)  # +1, or -1 where the record is the surface turned over
     surfaces: list[Surface] = field(default_factory=list)
     balls: list[Floats] = field(default_factory=list)
     ball_count: int = 0
@@ -49,8 +50,14 @@ class SurfaceTable:
     def add(self, surface: Surface) -> int:
         """The temporary number of a surface, >= 0."""
         kind, record = _record(surface)
+        sense = 1
+        if kind == PLANE and _leading(record) < 0:
+            # A plane's normal leads with a positive number: which side a ray within it counts to
+            # must not depend on who wrote the plane first
+            record, sense = (*(-x for x in record[:4]), *record[4:]), -1
         self.kinds.append(kind)
         self.records.append(record)
+        self.senses.append(sense)
         self.surfaces.append(surface)
         return len(self.kinds) - 1
 
@@ -75,7 +82,7 @@ class SurfaceTable:
         first = np.arange(len(kind))
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
             _merge_equal(first, np.flatnonzero(kind == k), table)
-        senses = np.ones(len(kind), np.int8)
+        senses = np.concatenate([np.array(self.senses, np.int8), np.ones(self.ball_count, np.int8)])
         self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
         # Number the representatives in the order they came
         distinct = np.flatnonzero(first == np.arange(len(first)))
@@ -105,12 +112,18 @@ class SurfaceTable:
             for index in sorted(int(i) for i in cluster):
                 key, sense = self._surface(index, spheres, row).key()
                 representative, its_sense = seen.setdefault(key, (index, sense))
-                named[index] = (representative, sense * its_sense)
+                turned = 1 if kind[index] == PLANE else sense * its_sense
+                named[index] = (representative, turned)
         for index in range(len(first)) if named else ():
             merged = named.get(int(first[index]))
             if merged is not None:
-                senses[index] = merged[1]
+                senses[index] *= merged[1]
                 first[index] = merged[0]
+
+
+def _leading(record: tuple[float, ...]) -> float:
+    """The first component of a plane's normal that is not zero."""
+    return next((x for x in record[:3] if x), 0.0)
 
 
 def _rows(records: list[tuple[float, ...]], kinds: Signs, kind: int, width: int) -> Floats:

@@ -7,6 +7,7 @@ hexagonal one by the nearest center. A place is named by the cells and elements 
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from pathlib import Path
@@ -120,9 +121,7 @@ class Evaluator:
 
 def evaluate_region(text: str, negative: Callable[[int], Any]) -> Any:
     """A region by turning it into an expression of Python: `~` binds tighter than `&`, that than `|`, as there."""
-    words = (
-        text.replace("(", " ( ").replace(")", " ) ").replace("|", " | ").replace("~", " ~ ").replace("&", " & ").split()
-    )
+    words = re.sub(r"([()|&~]|[-+]?[0-9]+)", r" \1 ", text).split()
     code: list[str] = []
     for word in words:
         starts = word[-1].isdigit() or word in "(~"

@@ -45,7 +45,7 @@ def test_angles_turn_the_contents_so_that_the_lookup_turns_back(angles: tuple[fl
     assert rotation_matrix(list(angles)) @ carried(rotation, p) == pytest.approx(floats(p), abs=1e-15 * 20)
 
 
-@pytest.mark.parametrize("angles", itertools.product((0, 90, 180, 270), repeat=3))
+@pytest.mark.parametrize("angles", list(itertools.product((0, 90, 180, 270), repeat=3)))
 def test_right_angles_are_exact_also_as_a_matrix(angles: tuple[float, ...]) -> None:
     rotation = rotation_by_angles(point(*angles))
     assert rotation.motion.is_identity

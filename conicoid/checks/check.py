@@ -1,0 +1,149 @@
+"""Look for what a scene's author may not have meant, and show each with a ray."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..geometry.tables import BALL
+from .aim import Targets, rays_through
+from .coincidence import NearPair, near_pairs
+from .finding import COINCIDENCE, EMPTY, OVERLAP, SLIVER, Finding, titles
+from .scan import THIN, Scan, Sighting
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+_FOR_A_PAIR = 64
+_FOR_THE_UNSEEN = 256
+
+Progress = Callable[[int, int], Any]
+
+
+def check(scene: Scene, rays: int = 200_000, seed: int = 0, progress: Progress | None = None) -> list[Finding]:
+    """Overlaps of solid bodies, slivers, nearly coincident surfaces and empty bodies; worst first within each kind.
+
+    About `rays` rays go through the whole scene, through every body, and where boxes of two bodies meet; more
+    through surfaces that are nearly equal and bodies that none has met. What no ray has seen is not
+    reported, but for surfaces: those are compared by their coefficients.
+    """
+    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or rays < 1:
+        raise ValueError(f"check: rays must be an integer >= 1, got {rays!r}")
+    lowered = scene.lowered
+    if lowered.body_count == 0:
+        return []
+    targets, random = Targets.of(lowered), np.random.default_rng(seed)
+    scan = Scan(scene, targets.sizes, np.zeros(lowered.body_count, bool))
+    for part, step in enumerate((_everywhere, _bodies, _pairs)):
+        step(scan, targets, rays // 3, random)
+        if progress is not None:
+            progress(part + 1, 5)
+    near = list(near_pairs(lowered.tables, targets))
+    for pair in near:
+        low, high = (np.tile(end, (_FOR_A_PAIR, 1)) for end in (pair.low, pair.high))
+        scan.follow(*rays_through(low, np.maximum(low, high), random))
+    if progress is not None:
+        progress(4, 5)
+    unseen = _unseen(scan, targets, rays, random)
+    if progress is not None:
+        progress(5, 5)
+    return [
+        *_overlaps(scan),
+        *_slivers(scan),
+        *(_coincidence(scan, pair) for pair in near),
+        *_empty(scan, targets, unseen),
+    ]
+
+
+def _everywhere(scan: Scan, targets: Targets, rays: int, random: np.random.Generator) -> None:
+    scan.follow(*targets.through_window(rays, random))
+
+
+def _bodies(scan: Scan, targets: Targets, rays: int, random: np.random.Generator) -> None:
+    full = np.flatnonzero(~targets.empty)
+    if len(full):
+        scan.follow(*targets.through_bodies(np.resize(random.permutation(full), rays), random))
+
+
+def _pairs(scan: Scan, targets: Targets, rays: int, random: np.random.Generator) -> None:
+    one, other = targets.pairs()
+    if len(one):
+        chosen = np.resize(random.permutation(len(one)), rays)
+        scan.follow(*rays_through(*targets.common(one[chosen], other[chosen]), random))
+
+
+def _unseen(scan: Scan, targets: Targets, rays: int, random: np.random.Generator) -> Any:
+    """Bodies that no ray has met, after some more through their boxes. A ball is never empty."""
+    tables = scan.scene.lowered.tables
+    missing = ~scan.seen
+    missing[tables.entry_body[tables.entry_kind == BALL]] = False
+    bodies = np.flatnonzero(missing & ~targets.empty)
+    if len(bodies):
+        scan.follow(
+            *targets.through_bodies(
+                np.resize(bodies, min(_FOR_THE_UNSEEN * len(bodies), max(rays, len(bodies)))), random
+            )
+        )
+    return np.flatnonzero(missing & ~scan.seen)
+
+
+def _ordered(sightings: Any) -> Any:
+    return sorted(sightings, key=lambda item: (-item[1].length, item[0]))
+
+
+def _overlaps(scan: Scan) -> list[Finding]:
+    found = []
+    for bodies, sighting in _ordered(scan.overlaps.items()):
+        if sighting.length > THIN * min(scan.sizes[list(bodies)]):
+            message = (
+                f"{titles(scan.scene, bodies)} overlap: {_times(sighting)} within both, for up to {sighting.length:.6g}"
+            )
+            found.append(_shown(OVERLAP, bodies, message, sighting))
+    return found
+
+
+def _slivers(scan: Scan) -> list[Finding]:
+    found = []
+    for (one, other, first, second), sighting in _ordered(scan.slivers.items()):
+        bodies = (one,) if one == other else (min(one, other), max(one, other))
+        where = "in" if one == other else "between"
+        kinds = {"film": "a film", "gap": "a gap", "step": "a step", "overlap": "an overlap"}
+        message = (
+            f"{kinds[sighting.what]} {where} {titles(scan.scene, bodies)}, {sighting.length:.3g} thick, "
+            f"between surfaces {first} and {second}; seen by {sighting.times} ray{'s' * (sighting.times != 1)}"
+        )
+        found.append(_shown(SLIVER, bodies, message, sighting))
+    return found
+
+
+def _times(sighting: Sighting) -> str:
+    return f"{sighting.times} ray{'s are' if sighting.times != 1 else ' is'}"
+
+
+def _coincidence(scan: Scan, pair: NearPair) -> Finding:
+    """Shown by a ray on which both surfaces were seen next to each other, if there was one."""
+    bodies = tuple(sorted(set(pair.bodies)))
+    message = (
+        f"surfaces {pair.surfaces[0]} and {pair.surfaces[1]} of {titles(scan.scene, bodies)} "
+        f"differ by {pair.difference:.2g} of their size; written alike, they would be one"
+    )
+    shown = [sighting for key, sighting in scan.slivers.items() if set(key[2:]) == set(pair.surfaces)]
+    if shown:
+        return _shown(COINCIDENCE, bodies, message, shown[0], pair.difference)
+    return Finding(COINCIDENCE, bodies, message, pair.difference)
+
+
+def _empty(scan: Scan, targets: Targets, bodies: Any) -> list[Finding]:
+    found = []
+    for body in bodies.tolist():
+        why = "its bounds are empty" if targets.empty[body] else f"none of {scan.rays:,} rays meets it"
+        found.append(Finding(EMPTY, (body,), f"{titles(scan.scene, (body,))} is empty: {why}", 0.0))
+    return found
+
+
+def _shown(kind: str, bodies: tuple[int, ...], message: str, sighting: Sighting, size: float | None = None) -> Finding:
+    origin, direction = sighting.origin.copy(), sighting.direction.copy()
+    origin.flags.writeable = direction.flags.writeable = False
+    return Finding(kind, bodies, message, sighting.length if size is None else size, origin, direction)
