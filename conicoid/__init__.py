@@ -36,12 +36,15 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Rays": ".trace.rays", "Hits": ".trace.hits", "Spans": ".trace.spans", "Crossings": ".trace.spans",
     "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".trace.threads",
     "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
+    "check": ".checks.check", "Finding": ".checks.finding",
     "measure": ".measures.measure", "Measures": ".measures.measure", "warmup": ".warmup",
 }  # fmt: skip
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
+    from .checks.check import check as check
+    from .checks.finding import Finding as Finding
     from .files import load as load
     from .files import load_openmc as load_openmc
     from .files import save as save

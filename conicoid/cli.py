@@ -87,9 +87,19 @@ def render(
         say(f"{output}: {width} x {height} pixels")
 
 
-@app.command(epilog="Example:\n\n  conicoid info scene.yaml")
-def info(scene: SceneFile) -> None:
-    """List the bodies of a scene with their bounds, and what it takes in memory."""
+@app.command(
+    epilog="Examples:\n\n  conicoid info scene.yaml\n\n  conicoid info scene.yaml --check\n\n"
+    "Overlaps may be meant: the body listed first has them. docs/booleans.md says what the check finds."
+)
+def info(
+    scene: SceneFile,
+    check: Annotated[
+        bool, typer.Option("--check", help="Look for overlaps, slivers, nearly coincident surfaces and empty bodies.")
+    ] = False,
+    rays: Annotated[int, typer.Option(min=1, help="Rays for the check.")] = 200_000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the check's random rays.")] = 0,
+) -> None:
+    """List the bodies of a scene with their bounds, and what it takes in memory; check it."""
     with user_mistakes():
         loaded = _load(scene, None)
         with compile_notes():
@@ -104,6 +114,8 @@ def info(scene: SceneFile) -> None:
         typer.echo(f"surfaces  {geometry.places[SURFACE_KIND, 1]:,}")
         typer.echo(f"bounds    {_box(low, high)}")
         typer.echo(f"memory    {with_bytes(_bytes(geometry))}")
+        if check:
+            _check(loaded, rays, seed)
 
 
 @app.command(
@@ -199,6 +211,23 @@ def _load(path: Path, threads: int | None) -> Scene:
 
         set_threads(threads)
     return scene
+
+
+def _check(scene: Scene, rays: int, seed: int) -> None:
+    """Print what a check finds, of each kind the worst."""
+    from .checks.check import check
+    from .checks.finding import KINDS
+    from .formats.errors import printable
+
+    with compile_notes(), Bar("checking", "step") as bar:
+        findings = check(scene, rays, seed, bar)
+    typer.echo(f"findings  {len(findings):,}")
+    for kind in KINDS:
+        found = [finding for finding in findings if finding.kind == kind]
+        for finding in found[:LISTED]:
+            typer.echo(printable(str(finding)))
+        if len(found) > LISTED:
+            typer.echo(f"{kind}: and {len(found) - LISTED:,} more")
 
 
 def _check_folder(output: Path) -> None:

@@ -26,10 +26,10 @@ def scene() -> co.Scene:
     parts = [
         (solid().rotate((0, 0, 1), 28).translate((0, 0, 1)), RED),
         (CUBE.rotate((0, 0, 1), 28).scale(0.5).translate((-2.2, 1.5, 0.5)), RED),
-        (BALL.scale(0.5).translate((-2.0, -0.55, 0.67)), BLUE),
+        (BALL.scale(0.5).translate((-1.95, -0.5, 0.67)), BLUE),
         ((BORES[0] | BORES[1] | BORES[2]).rotate((0, 0, 1), 28).scale(0.5).translate((2.2, 0.3, 0.5)), GREEN),
     ]
-    camera = co.Camera((0.0, -9.6, 5.8), (0.0, 0.1, 0.78), field_of_view=21)
+    camera = co.Camera((0.0, -9.6, 5.8), (0.0, 0.1, 0.78), field_of_view=23)
     bodies = [co.Body(shape, finish) for shape, finish in parts]
     return co.Scene([*bodies, *backdrop()], lights=lights(camera), camera=camera, background=ROOM)
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import conicoid as co
-from studio import ROOM, Progress, lights
+from studio import ROOM, Progress, backdrop, lights
+
+THICK = 0.3  # of the board
 
 
 def pawn() -> co.Solid:
@@ -29,11 +31,10 @@ def scene() -> co.Scene:
     places[3] = (side * 0.5, side * 1.5, ivory)
     places.append((-0.5 * side, -1.5 * side, ebony))
     shape = pawn()
-    bodies = [co.Body(shape.translate((x, y, 0)), finish) for x, y, finish in places]
-    top = co.Body(co.Box((-4 * side, -2 * side, -0.3), (4 * side, 6 * side, 0)), board)
-    table = co.Body(co.Plane((0, 0, 1), -0.3), co.matte("#8f8a82"))
-    camera = co.Camera((-1.1, -9.2, 3.7), (-0.1, -0.2, 0.55), field_of_view=24)
-    return co.Scene([*bodies, top, table], lights=lights(camera), camera=camera, background=ROOM)
+    bodies = [co.Body(shape.translate((x, y, THICK)), finish) for x, y, finish in places]
+    top = co.Body(co.Box((-4 * side, -2 * side, 0), (4 * side, 6 * side, THICK)), board)
+    camera = co.Camera((-1.1, -9.2, 4.4), (-0.1, -0.2, 0.8), field_of_view=23)
+    return co.Scene([*bodies, top, *backdrop(wall=16)], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:

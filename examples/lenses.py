@@ -30,7 +30,7 @@ def concave() -> co.Solid:
 def mounted(glass: co.Solid, depth: float) -> list[co.Body]:
     """A lens in a brass rim on a foot; they abut, the rim's bore being the edge of the glass."""
     lens = co.glass(absorption=(0.1, 0.03, 0.06), specular=0.9)
-    brass = co.metal("#d8a657")
+    brass = co.metal("#d8a657", reflectivity=0.6)
     tube = co.Cylinder((0, -depth, 0), (0, depth, 0), WIDTH)
     rim = co.Cylinder((0, -depth, 0), (0, depth, 0), WIDTH + 0.07) - tube
     post = co.Cylinder((0, 0, -1.6), (0, 0, -WIDTH), 0.06) - tube
@@ -45,7 +45,7 @@ def scene() -> co.Scene:
         for glass, depth, x, turn in ((convex(), 0.1, -1.3, -8), (concave(), SAG + EDGE, 1.3, 8))
         for body in mounted(glass, depth)
     ]
-    tiles = co.matte(co.Checker("#f0ece2", "#2b5f93", scale=0.5, space=True))
+    tiles = co.matte(co.Checker("#f0ece2", "#2b5f93", scale=0.36, space=True))
     wall = co.Body(co.Plane((0, -1, 0), -1.0), tiles)
     floor = co.Body(co.Plane((0, 0, 1), 0), co.lacquer("#6b4a35", reflectivity=0.02))
     light = [

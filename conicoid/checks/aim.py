@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -40,10 +41,9 @@ class Targets:
         return result
 
     @property
-    def empty(self) -> npt.NDArray[np.bool_]:
-        """(n,) boxes that hold nothing."""
-        result: npt.NDArray[np.bool_] = (self.low > self.high).any(axis=1)
-        return result
+    def empty(self) -> Any:
+        """(n,) bool: boxes that hold nothing."""
+        return (self.low > self.high).any(axis=1)
 
     def _cut(self, bodies: Indices) -> tuple[FloatArray, FloatArray]:
         """Boxes of bodies, infinite ends moved to the window's."""

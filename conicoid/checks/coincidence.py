@@ -1,7 +1,7 @@
 """Surfaces that are equal up to rounding, but not equal: two entries of the scene's table where one was meant.
 
-Coefficients of each surface about the middle of what it is used for, in units of its size, say how far
-two surfaces differ there. Candidates are found by a random projection of scene-wide features, as in lowering.
+Coefficients of each surface about the middle of where two bodies meet, in units of its size, say how far
+two surfaces differ there. Candidates are those that differ by little over the whole scene.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from ..geometry.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
-from ..lowering.surfaces import _clusters, _plane_features, _quadric_features
 from ..shapes.vector import FloatArray
 from .aim import Targets
 
 CLOSE = 1e-12
 """Relative difference of coefficients below which surfaces are nearly coincident."""
 
+_FAR_OFF = 1e-11  # for candidates, over the whole scene
 _MOST_PAIRS = 20_000
 
 
@@ -37,7 +37,7 @@ class NearPair:
 def near_pairs(tables: Tables, targets: Targets) -> Iterator[NearPair]:
     """Pairs of different surfaces that are nearly coincident where two bodies with them meet, or one body has both."""
     users = Users.of(tables)
-    for one, other in _candidates(tables):
+    for one, other in _candidates(tables, targets):
         a, b = users.bodies(one), users.bodies(other)
         first, second = np.repeat(a, len(b)), np.tile(b, len(a))
         low, high = targets.common(first, second)
@@ -46,64 +46,54 @@ def near_pairs(tables: Tables, targets: Targets) -> Iterator[NearPair]:
         if not len(meeting):
             continue
         k = meeting[np.argmax(np.linalg.norm(high - low, axis=1)[meeting])]
-        center, half = (low[k] + high[k]) / 2, max(float(np.abs(high[k] - low[k]).max()) / 2, 1e-300)
-        difference = _difference(tables, one, other, center, half)
+        difference = _difference(coefficients(tables, np.array([one, other]), low[k], high[k]))
         if difference <= CLOSE:
             yield NearPair((one, other), (int(first[k]), int(second[k])), difference, low[k], high[k])
 
 
-def _candidates(tables: Tables) -> Iterator[tuple[int, int]]:
-    """Pairs of surfaces of one kind whose features over the whole scene are close."""
-    flat = tables.surface_kind == PLANE
-    planes, curved = np.flatnonzero(flat), np.flatnonzero(~flat)
-    rows = tables.surface_row
-    clusters = list(_clusters(planes, _plane_features(tables.planes[rows[planes]])))
-    clusters += _clusters(
-        curved, _quadric_features(tables.surface_kind[curved], rows[curved], tables.spheres, tables.quadrics)
-    )
+def _candidates(tables: Tables, targets: Targets) -> Iterator[tuple[int, int]]:
+    """Pairs of surfaces that differ by little over the whole window: neighbours along a random projection."""
+    surfaces = np.arange(len(tables.surface_kind))
+    rows = coefficients(tables, surfaces, *targets.window)
+    place = np.abs(rows @ np.random.default_rng(20261121).normal(size=10))
+    order = np.argsort(place, kind="stable")
     count = 0
-    for cluster in clusters:
-        members = sorted(int(i) for i in cluster)
-        for i, one in enumerate(members):
-            for other in members[i + 1 :]:
-                yield one, other
+    for apart in range(1, len(order)):
+        near = np.flatnonzero(place[order[apart:]] - place[order[:-apart]] <= _FAR_OFF)
+        if not len(near) or count > _MOST_PAIRS:
+            return
+        for one, other in zip(order[near].tolist(), order[near + apart].tolist(), strict=True):
+            if _difference(rows[[one, other]]) <= _FAR_OFF:
+                yield min(one, other), max(one, other)
                 count += 1
-                if count >= _MOST_PAIRS:
-                    return
 
 
-def _difference(tables: Tables, one: int, other: int, center: FloatArray, half: float) -> float:
-    """The largest difference of coefficients, the largest of which is 1, about a point in units of a length."""
-    a, b = (_coefficients(tables, surface, center, half) for surface in (one, other))
-    return float(min(np.abs(a - b).max(), np.abs(a + b).max()))
+def _difference(rows: FloatArray) -> float:
+    """The largest difference of two rows of coefficients, whatever their signs."""
+    return float(min(np.abs(rows[0] - rows[1]).max(), np.abs(rows[0] + rows[1]).max()))
 
 
-def _coefficients(tables: Tables, surface: int, center: FloatArray, half: float) -> FloatArray:
-    """(10,) xx, yy, zz, xy, xz, yz, x, y, z, 1 of (x - center) / half, scaled to a largest one of 1."""
-    kind, row = tables.surface_kind[surface], tables.surface_row[surface]
-    result = np.zeros(10)
-    if kind == PLANE:
-        normal, height, anchor = np.split(tables.planes[row], (3, 4))
-        result[6:9] = normal * half
-        result[9] = float(height[0]) + normal @ (center - anchor)
-    else:
-        anchor, rows, squares, linear, constant = _quadric(tables, int(kind), int(row))
-        y = rows @ (center - anchor)
-        second = rows.T @ (squares[:, None] * rows) * half * half
-        result[:6] = second[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
-        result[6:9] = rows.T @ (squares * y + linear) * half
-        result[9] = y @ (squares * y + 2 * linear) - constant
-    largest = np.abs(result).max()
-    return result / (largest if largest > 0 else 1.0)
-
-
-def _quadric(tables: Tables, kind: int, row: int) -> tuple[Any, Any, Any, Any, float]:
-    """(anchor, rows, squares, linear, constant) of a quadric or sphere."""
-    if kind == SPHERE:
-        x, y, z, r = tables.spheres[row]
-        return np.array((x, y, z)), np.eye(3), np.ones(3), np.zeros(3), float(r * r)
-    q = tables.quadrics[row]
-    return q[:3], q[3:12].reshape(3, 3), q[12:15], q[15:18], float(q[18])
+def coefficients(tables: Tables, surfaces: Any, low: FloatArray, high: FloatArray) -> FloatArray:
+    """(n, 10) xx, yy, zz, xy, xz, yz, x, y, z, 1 about the middle of a box in units of its size, the largest ±1."""
+    center, half = low / 2 + high / 2, max(float(np.abs(high / 2 - low / 2).max()), 1e-290)
+    kind, row = tables.surface_kind[surfaces], tables.surface_row[surfaces]
+    result = np.zeros((len(surfaces), 10))
+    # A quadric Σ s y² + 2 l y - c with y = W (x - anchor); mixed and linear terms halved, as in a matrix
+    ball, plane = kind == SPHERE, kind == PLANE
+    p = center - tables.spheres[row[ball], :3]
+    result[ball, :3], result[ball, 6:9] = half * half, half * p
+    result[ball, 9] = (p * p).sum(axis=1) - tables.spheres[row[ball], 3] ** 2
+    q = tables.quadrics[row[~ball & ~plane]]
+    w, s, b = q[:, 3:12].reshape(-1, 3, 3), q[:, 12:15], q[:, 15:18]
+    y = np.einsum("nki,ni->nk", w, center - q[:, :3])
+    second = np.einsum("nki,nk,nkj->nij", w, s, w)[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    first = np.einsum("nki,nk->ni", w, s * y + b)
+    zeroth = (s * y * y + 2 * b * y).sum(axis=1) - q[:, 18]
+    result[~ball & ~plane] = np.column_stack([second * half * half, first * half, zeroth])
+    n = tables.planes[row[plane]]
+    result[plane, 6:9], result[plane, 9] = n[:, :3] * half, n[:, 3] + (n[:, :3] * (center - n[:, 4:])).sum(axis=1)
+    largest = np.abs(result).max(axis=1, keepdims=True)
+    return result / np.where(largest > 0, largest, 1.0)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ _PARALLEL = 0.99
 
 @dataclass
 class Sighting:
-    """Bodies and surfaces seen together: how often, and the ray on which the stretch was longest."""
+    """Bodies and surfaces seen together: how often, and the ray on which the stretch was longest, or thickest."""
 
     length: float
     origin: FloatArray
@@ -55,7 +55,9 @@ class Scan:
         spans = self.scene.spans(origins, directions)
         self.seen[spans.body] = True
         ray = np.repeat(np.arange(len(origins)), np.diff(spans.offsets))
-        first = np.arange(len(ray))
+        # Rays along an axis may run within a sliver from end to end
+        askew = np.count_nonzero(directions, axis=1) > 1
+        first = np.flatnonzero(askew[ray])
         # In order of t_enter, those that overlap a span follow it without a gap
         for apart in range(1, len(ray)):
             first = first[first + apart < len(ray)]
@@ -83,6 +85,7 @@ class Scan:
             self._normals(found, k, origins[ray[k]] + found.t[k, None] * directions[ray[k]]) for k in (one, other)
         ]
         thin = np.abs((normals[0] * normals[1]).sum(axis=1)) > _PARALLEL
+        apart = apart * np.abs((normals[0] * directions[ray[one]]).sum(axis=1))
         one, other, apart = one[thin], other[thin], apart[thin]
         keys = np.column_stack([found.body[one], found.body[other], found.surface[one], found.surface[other]])
         turned = (keys[:, 2] > keys[:, 3])[:, None]

@@ -13,7 +13,7 @@ from ..geometry.vectors import dot
 from ..jit import allocator, fma, inline, kernel
 from .events import entry_crossings, is_solid
 from .kernels import blocked, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
-from .packet import LANES, SIZE, packet_hit, put_ray, trace_packet
+from .packet import LANES, SIZE, is_hit, packet_hit, put_ray, trace_packet
 from .scratch import new_scratch
 
 _SEVERAL = 4.0
@@ -94,21 +94,29 @@ def coherent(
     return spread * reach + apart <= _SEVERAL * cell
 
 
+@inline
+def fill_lanes(
+    lanes: Floats, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    packet: int, width: int,
+) -> None:  # fmt: skip
+    """The rays of a packet into its lanes; those beyond the end stay idle."""
+    for lane in range(LANES):
+        i = ray_of_lane(packet, lane, width, len(origins))
+        put_ray(lanes, lane, load_ray(origins, directions, t_min, t_max, starts, max(i, 0)), i < 0)
+
+
 @kernel
 def trace_first(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
     width: int, begin: int, end: int, t: Floats, ids: Ints, flags: Signs,
 ) -> None:  # fmt: skip
     """First hits of packets begin..end of 64 rays: t, ids (n, 3) body, surface, face, flags (n, 2) side, entered."""
-    scratch = new_scratch(geometry)
-    lanes = np.empty(SIZE)
+    scratch, lanes = new_scratch(geometry), np.empty(SIZE)
     for packet in range(begin, end):
         together = coherent(geometry, origins, directions, t_min, starts, packet, width)
         if together:
-            for lane in range(LANES):
-                i = ray_of_lane(packet, lane, width, len(origins))
-                put_ray(lanes, lane, load_ray(origins, directions, t_min, t_max, starts, max(i, 0)), i < 0)
-            trace_packet(geometry, scratch, lanes)
+            fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
+            trace_packet(geometry, scratch, lanes, False)
         for lane in range(LANES):
             i = ray_of_lane(packet, lane, width, len(origins))
             if i < 0:
@@ -127,14 +135,24 @@ def trace_first(
 @kernel
 def trace_occluded(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    begin: int, end: int, result: Any,
+    width: int, begin: int, end: int, result: Any,
 ) -> None:  # fmt: skip
-    """Is there any crossing?"""
-    scratch = new_scratch(geometry)
-    everything = scratch.nothing
-    for i in range(begin, end):
-        ray = load_ray(origins, directions, t_min, t_max, starts, i)
-        result[i] = ray[8] != DEAD and blocked(geometry, scratch, ray, everything)
+    """Is there any crossing? Of packets begin..end of 64 rays."""
+    scratch, lanes = new_scratch(geometry), np.empty(SIZE)
+    for packet in range(begin, end):
+        together = coherent(geometry, origins, directions, t_min, starts, packet, width)
+        if together:
+            fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
+            trace_packet(geometry, scratch, lanes, True)
+        for lane in range(LANES):
+            i = ray_of_lane(packet, lane, width, len(origins))
+            if i < 0:
+                continue
+            if together:
+                result[i] = is_hit(lanes, lane)
+            else:
+                ray = load_ray(origins, directions, t_min, t_max, starts, i)
+                result[i] = ray[8] != DEAD and blocked(geometry, scratch, ray, scratch.nothing)
 
 
 @allocator

@@ -300,9 +300,20 @@ def _push_met(geometry: Geometry, scratch: Scratch, lanes: Floats, node: int, to
     return top
 
 
+@inline
+def _retire(lanes: Floats) -> int:
+    """Make the lanes idle that have met something; returns how many are not."""
+    seeking = 0
+    for i in range(LANES):
+        met = lanes[BEST + i] < math.inf
+        lanes[T_MAX + i] = -math.inf if met else lanes[T_MAX + i]
+        seeking += 1 if lanes[T_MIN + i] < lanes[T_MAX + i] else 0
+    return seeking
+
+
 @helper
-def trace_packet(geometry: Geometry, scratch: Scratch, lanes: Floats) -> None:
-    """First hits of the rays put into the lanes (t_min >= 0, or no start); see `packet_hit`."""
+def trace_packet(geometry: Geometry, scratch: Scratch, lanes: Floats, any_hit: bool) -> None:
+    """First hits, or any, of the rays put into the lanes (t_min >= 0, or no start); see `packet_hit`."""
     top = push_roots(geometry, scratch.stack, scratch.stack_t, scene_tree(geometry))
     while top > 0:
         top -= 1
@@ -323,6 +334,14 @@ def trace_packet(geometry: Geometry, scratch: Scratch, lanes: Floats) -> None:
                 _cell_lanes(geometry, lanes, index, entry, body)
             else:
                 _one_by_one(geometry, scratch, lanes, entry, body, box)
+        if any_hit and _retire(lanes) == 0:
+            return
+
+
+@inline
+def is_hit(lanes: Floats, i: int) -> bool:
+    """Has lane i met anything?"""
+    return lanes[BEST + i] < math.inf
 
 
 @inline

@@ -66,13 +66,20 @@ def _arguments(rays: Rays, t_min: Any, t_max: Any) -> tuple[Any, Any, Any, Any, 
     )
 
 
+def _packets(rays: Rays) -> tuple[int, int]:
+    """(width of the picture that the rays are shaped like or 0, how many packets of 64 they make)."""
+    if len(rays.shape) == 2:
+        height, width = rays.shape
+        return width, -(-width // 8) * -(-height // 8)
+    return 0, -(-(rays.origins.size // 3) // 64)
+
+
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     """The nearest crossing of each ray in ]t_min, t_max[."""
     arguments = _arguments(rays, t_min, t_max)
     count = len(arguments[0])
     t, ids, flags = np.empty(count), np.empty((count, 3), np.int32), np.empty((count, 2), np.int8)
-    width = rays.shape[-1] if len(rays.shape) == 2 else 0
-    packets = -(-width // 8) * -(-rays.shape[0] // 8) if width else -(-count // 64)
+    width, packets = _packets(rays)
     run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, t, ids, flags), packets, _PACKETS)
     return Hits(scene, rays, t, ids, flags)
 
@@ -81,7 +88,8 @@ def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     """Is there any crossing in ]t_min, t_max[?  bool of the rays' shape."""
     arguments = _arguments(rays, t_min, t_max)
     result = np.zeros(len(arguments[0]), np.bool_)
-    run_chunks(lambda a, b: trace_occluded(scene.geometry, *arguments, a, b, result), len(result), _CHUNK)
+    width, packets = _packets(rays)
+    run_chunks(lambda a, b: trace_occluded(scene.geometry, *arguments, width, a, b, result), packets, _PACKETS)
     return result.reshape(rays.shape)[()]
 
 

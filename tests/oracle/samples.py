@@ -40,8 +40,8 @@ def span(random: Random, size: float) -> tuple[float, float]:
 
 
 def near(random: Random, size: float) -> float:
-    """A length within a factor of eight of `size`."""
-    return float(size * 2 ** random.uniform(-3, 0))
+    """A length within a factor of eight of `size`; one in ten far smaller, so that thin and flat shapes come too."""
+    return float(size * (10 ** random.uniform(-5, -1) if random.random() < 0.1 else 2 ** random.uniform(-3, 0)))
 
 
 def curvature(random: Random, size: float) -> float:
@@ -113,7 +113,13 @@ def elliptic(kind: str, count: int) -> Callable[[Random, float], Case]:
         bounded = not half_infinite and r.random() < 0.6
         low, high = span(r, s)
         z_range = (low, high) if bounded else (low, float("inf")) if half_infinite else None
-        return Case(kind, {**parameters, "z_range": z_range}, (0, 0, 0), s * 8, bounded)
+        # half axes of the section at height h: √((1 + H h²) / A), or √(h / A) of the paraboloid
+        h = max(abs(low), abs(high))
+        top = h if kind == "EllipticParaboloid" else 1 + parameters.get("H", 0.0) * h * h
+        wide = max((top / parameters[name]) ** 0.5 for name in "AE")
+        return Case(
+            kind, {**parameters, "z_range": z_range}, (0, 0, 0), 4 * max(wide, h) if bounded else s * 8, bounded
+        )
 
     return make
 

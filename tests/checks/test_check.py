@@ -1,0 +1,161 @@
+"""Scenes with known flaws: what is found, how large it is said to be, and that its ray shows it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+
+def of_kind(findings: list[co.Finding], kind: str) -> list[co.Finding]:
+    return [finding for finding in findings if finding.kind == kind]
+
+
+def shown(scene: co.Scene, finding: co.Finding):
+    return scene.spans(finding.origin, finding.direction)
+
+
+CLEAN = {
+    "nothing": [],
+    "apart": [co.Sphere(), co.Box((2, -1, -1), (4, 1, 1)), co.Spheres([(0, 9, 0), (0, 12, 0)], 1)],
+    "abutting": [co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 0, 0), (2, 1, 1)), co.Box((0, 1, 0), (2, 2, 1))],
+    "fitted": [
+        co.Sphere() - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5),
+        co.Sphere() & co.Cylinder((0, 0, -2), (0, 0, 2), 0.5),
+    ],
+    "half-spaces": [co.HalfSpace((0, 0, 1), 0.3), co.HalfSpace((0, 0, -1), -0.3)],
+    "on a sheet": [co.Sphere(1, (0, 0, 1)), co.Plane((0, 0, 1), 0)],
+    "cells": [
+        co.Box((x / 8, y / 8, z / 8), ((x + 1) / 8, (y + 1) / 8, (z + 1) / 8))
+        for x, y, z in itertools.product(range(8), repeat=3)
+    ],
+    "moved together": [
+        co.Box((0, 0, 0), (0.1, 1, 1)).rotate((1, 2, 3), 37).translate((5, 0, 0)),
+        co.Box((0.1, 0, 0), (1, 1, 1)).rotate((1, 2, 3), 37).translate((5, 0, 0)),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_nothing_is_found_where_nothing_is_wrong(name: str):
+    assert co.check(co.Scene(CLEAN[name]), rays=6000) == []
+
+
+def test_overlaps_of_balls():
+    """Two unit balls with centers 1.5 apart share a lens: no chord of it is longer than its rim's diameter."""
+    scene = co.Scene([co.Body(co.Sphere(), name="left"), co.Sphere(1, (1.5, 0, 0)), co.Sphere(1, (5, 0, 0))])
+    (finding,) = co.check(scene, rays=6000)
+    assert (finding.kind, finding.bodies) == ("overlap", (0, 1))
+    assert "bodies 0 (left) and 1 overlap" in finding.message
+    rim = 2 * math.sqrt(1 - 0.75**2)
+    assert 0.5 < finding.size <= rim
+    spans = shown(scene, finding)
+    assert spans.body.tolist() in ([0, 1], [1, 0])
+    assert spans.t_exit[0] - spans.t_enter[1] == pytest.approx(finding.size)
+    assert str(finding).startswith("overlap: bodies 0 (left) and 1 overlap")
+
+
+def test_all_overlaps_of_many_balls_are_true_and_almost_all_are_found():
+    random = np.random.default_rng(5)
+    centers = random.random((300, 3)) * 10
+    scene = co.Scene([co.Spheres(centers, 0.5)])
+    distance = np.linalg.norm(centers[:, None] - centers, axis=2)
+    truth = {(i, j) for i, j in zip(*np.nonzero(np.triu(distance < 1, 1)), strict=True)}
+    found = {finding.bodies for finding in co.check(scene, rays=60_000)}
+    assert found <= truth
+    deep = {(i, j) for i, j in truth if distance[i, j] < 0.9}
+    assert deep <= found
+
+
+def test_a_body_within_another():
+    scene = co.Scene([co.Box((-2, -2, -2), (2, 2, 2)), co.Sphere(0.01, (1, 1, 1))])
+    (finding,) = co.check(scene, rays=3000)
+    assert (finding.kind, finding.bodies) == ("overlap", (0, 1))
+    assert finding.size == pytest.approx(0.02, rel=0.1)
+
+
+def test_unbounded_bodies():
+    scene = co.Scene([co.HalfSpace((0, 0, 1), 1), co.HalfSpace((0, 0, -1), 0), co.Sphere(0.5, (0, 0, 5))])
+    found = co.check(scene, rays=3000)
+    assert {finding.bodies for finding in found} == {(0, 1), (1, 2)}
+    assert all(finding.kind == "overlap" for finding in found)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize(("end", "what"), [(0.1 + 0.2, "an overlap"), (0.3 - 1e-12, "a gap")])
+def test_walls_that_are_equal_up_to_rounding(end: float, what: str, scale: float):
+    scene = co.Scene([co.Box((0, 0, 0), (end, 1, 1)).scale(scale), co.Box((0.3, 0, 0), (1, 1, 1)).scale(scale)])
+    found = co.check(scene, rays=3000)
+    assert not of_kind(found, "overlap")
+    (sliver,) = of_kind(found, "sliver")
+    assert sliver.bodies == (0, 1)
+    assert what in sliver.message
+    assert sliver.size == pytest.approx(abs(end - 0.3) * scale, rel=20 * 1e-16 / abs(end - 0.3) + 1e-3)
+    near = of_kind(found, "near-coincidence")
+    if abs(end - 0.3) < 1e-13:
+        assert near[0].bodies == (0, 1)
+        assert near[0].origin is not None
+    crossings = scene.crossings(sliver.origin, sliver.direction).t
+    assert (np.diff(crossings) <= 1e-9 * scale).any()
+
+
+def test_a_film_left_by_a_cut_within_one_body():
+    plate = co.Box((0, 0, 0), (1, 1, 0.1 + 0.2)) - co.Cylinder((0.5, 0.5, 0), (0.5, 0.5, 0.3), 0.2)
+    found = co.check(co.Scene([plate]), rays=6000)
+    (sliver,) = of_kind(found, "sliver")
+    assert "a film in body 0" in sliver.message
+    (near,) = of_kind(found, "near-coincidence")
+    assert near.bodies == (0,)
+    flush = co.Box((0, 0, 0), (1, 1, 0.3)) - co.Cylinder((0.5, 0.5, 0), (0.5, 0.5, 0.3), 0.2)
+    assert co.check(co.Scene([flush]), rays=6000) == []
+
+
+def test_curved_surfaces_that_are_nearly_equal():
+    scene = co.Scene([co.Sphere(2) - co.Sphere(0.1 + 0.2), co.Sphere(0.3)])
+    found = co.check(scene, rays=6000)
+    assert [finding.kind for finding in found] == ["sliver", "near-coincidence"]
+    rods = [
+        co.Cylinder((0, 0, 0), (1, 1, 1), 0.5),
+        co.Cylinder((0, 0, 0), (2, 2, 2), 0.5 * (1 + 2**-50)).translate((1, 1, 1)),
+    ]
+    assert [finding.kind for finding in co.check(co.Scene(rods), rays=6000)] == ["near-coincidence"]
+
+
+def test_empty_bodies():
+    scene = co.Scene(
+        [
+            co.Body(co.Sphere() - co.Sphere(), name="nothing"),
+            co.Sphere() & co.Sphere(1, (5, 0, 0)),
+            co.Sphere(1) - co.Box((-1, -1, -1), (1, 1, 1)),
+            co.Sphere(1e-3, (9, 9, 9)) - co.Sphere(0.5e-3, (9, 9, 9)),
+            co.Plane((0, 0, 1), 30) & co.Sphere(1),
+        ]
+    )
+    found = co.check(scene, rays=3000)
+    assert {finding.kind for finding in found} == {"empty"}
+    assert sorted(finding.bodies[0] for finding in found) == [0, 1, 2, 4]
+    assert all(finding.origin is None for finding in found)
+    assert "body 0 (nothing) is empty" in found[0].message
+
+
+def test_the_same_seed_finds_the_same():
+    scene = co.Scene([co.Sphere(), co.Sphere(1, (1, 0, 0)), co.Sphere(1, (0, 1, 0))])
+    one, other, third = (co.check(scene, rays=600, seed=seed) for seed in (1, 1, 2))
+    assert (
+        [str(finding) for finding in one] == [str(finding) for finding in other] != [str(finding) for finding in third]
+    )
+
+
+def test_rays_are_a_number():
+    with pytest.raises(ValueError, match="check: rays must be an integer >= 1, got 0"):
+        co.check(co.Scene([co.Sphere()]), rays=0)
+
+
+def test_progress():
+    calls: list[tuple[int, int]] = []
+    co.check(co.Scene([co.Sphere()]), rays=60, progress=lambda done, total: calls.append((done, total)))
+    assert calls[-1] == (5, 5)

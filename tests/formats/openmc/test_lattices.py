@@ -1,0 +1,173 @@
+"""Lattices: the order of their universes, their elements without gaps, and what they cover together."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from conicoid.formats.openmc.extent import Extent
+from conicoid.formats.openmc.lattice_reading import read_hexagonal, read_rectangular
+from conicoid.formats.openmc.lattices import HexagonalLattice, Lattice, Prism, RectangularLattice, ring_order
+from conicoid.formats.openmc.xml_tree import Element
+
+
+def rectangular(shape: str = "2 3") -> RectangularLattice:
+    count = int(np.prod([int(n) for n in shape.split()]))
+    pitch = "1.26 1.5 2"[: 2 * len(shape) + 2].strip() if len(shape) < 5 else "1.26 1.5 2"
+    low = "-1 0.2 -3" if len(shape) == 5 else "-1 0.2"
+    numbers = " ".join(map(str, range(count)))
+    pitch = " ".join(pitch.split()[: len(shape.split())])
+    attributes = {"id": "1", "dimension": shape, "lower_left": low, "pitch": pitch, "universes": numbers}
+    return read_rectangular(Element("lattice", 1, 1, attributes))
+
+
+def hexagonal(rings: int, orientation: str, levels: int | None = None) -> HexagonalLattice:
+    count = (3 * rings * (rings - 1) + 1) * (levels or 1)
+    attributes = {
+        "id": "1",
+        "n_rings": str(rings),
+        "orientation": orientation,
+        "universes": " ".join(map(str, range(count))),
+    }
+    if levels is None:
+        attributes |= {"center": "0.3 -0.1", "pitch": "1.1"}
+    else:
+        attributes |= {"center": "0.3 -0.1 0.2", "pitch": "1.1 0.7", "n_axial": str(levels)}
+    return read_hexagonal(Element("hex_lattice", 1, 1, attributes))
+
+
+LATTICES: list[Lattice] = [
+    rectangular(), rectangular("2 3 2"), hexagonal(1, "y"), hexagonal(2, "x"), hexagonal(3, "y"), hexagonal(4, "x", 3),
+    hexagonal(1, "x", 2),
+]  # fmt: skip
+
+
+def inside(prism: Prism, points: np.ndarray) -> np.ndarray:
+    rows = [points @ [float(n) for n in normal] - float(offset) for normal, offset in prism.planes]
+    return np.all(np.array(rows) < 0, axis=0)
+
+
+def around(lattice: Lattice, random: np.random.Generator, count: int) -> np.ndarray:
+    corners = np.array([[float(c) for c in lattice.center(index)] for index in lattice.universes])
+    return random.uniform(corners.min(axis=0) - 2, corners.max(axis=0) + 2, (count, 3))
+
+
+def test_rectangular_universes_are_listed_from_the_top_row() -> None:
+    assert rectangular().universes == {(0, 2): 0, (1, 2): 1, (0, 1): 2, (1, 1): 3, (0, 0): 4, (1, 0): 5}
+    deep = rectangular("2 3 2").universes
+    assert (deep[0, 2, 0], deep[1, 0, 0], deep[0, 2, 1], deep[1, 0, 1]) == (0, 5, 6, 11)
+
+
+def test_hexagonal_universes_are_listed_as_in_the_documentation() -> None:
+    """The centers of the example in OpenMC's documentation: its rows hold 1, 2, 3, 2, 3, 2, 3, 2, 1 elements, the
+    marked one is in the middle of the fifth."""
+    lattice = hexagonal(3, "y")
+    rows: dict[float, list[float]] = {}
+    for index in lattice.universes:
+        x, y, _ = lattice.center(index)
+        rows.setdefault(round(float(y), 9), []).append(float(x))
+    assert [len(row) for row in rows.values()] == [1, 2, 3, 2, 3, 2, 3, 2, 1]
+    assert list(rows) == sorted(rows, reverse=True)
+    assert all(row == sorted(row) for row in rows.values())
+    assert list(lattice.universes)[9] == (0, 0)
+    turned = [0] * 5
+    for i, j in ring_order(3, "x"):
+        turned[2 - j] += 1
+        assert abs(i + j) < 3
+    assert turned == [3, 4, 5, 4, 3]
+
+
+def test_levels_rise() -> None:
+    lattice = hexagonal(4, "x", 3)
+    order = list(lattice.universes)
+    assert [order[k * 37][2] for k in range(3)] == [0, 1, 2]
+    assert [float(lattice.center((0, 0, k))[2]) for k in range(3)] == pytest.approx([0.2 - 0.7, 0.2, 0.2 + 0.7])
+
+
+@pytest.mark.parametrize("lattice", LATTICES, ids=str)
+def test_a_point_is_in_the_element_with_the_nearest_center_and_in_no_other(lattice: Lattice) -> None:
+    points = around(lattice, np.random.default_rng(1), 3000)
+    extent = Extent(*(tuple(Fraction(v) for v in side) for side in (points.min(axis=0), points.max(axis=0))))  # type: ignore[arg-type]
+    indices = list(lattice.indices_around(extent) or ())
+    assert set(lattice.universes) <= set(indices)
+    assert len(indices) == len(set(indices))
+    centers = np.array([[float(c) for c in lattice.center(index)] for index in indices])
+    flat = isinstance(lattice, HexagonalLattice)
+    used = slice(0, 3 if len(indices[0]) == 3 else 2)
+    pitch = np.array([float(step) for step in lattice.pitch]) if isinstance(lattice, RectangularLattice) else np.ones(3)
+    if flat and len(indices[0]) == 3:
+        pitch = np.array([1.1, 1.1, 0.7])
+    offsets = np.abs(points[:, None, used] - centers[None, :, used])
+    if flat:
+        near = (offsets[..., :2] ** 2).sum(axis=2)
+        if len(indices[0]) == 3:
+            near += 1e3 * (offsets[..., 2] > 0.35)
+    else:
+        near = (offsets / pitch[used]).max(axis=2)
+    nearest = near.argmin(axis=1)
+    held = np.array([inside(lattice.prism(index), points) for index in indices])
+    assert (held.sum(axis=0) == 1).all()
+    assert (held.argmax(axis=0) == nearest).all()
+
+
+@pytest.mark.parametrize("lattice", LATTICES, ids=str)
+def test_the_hull_covers_the_elements_and_no_more(lattice: Lattice) -> None:
+    points = around(lattice, np.random.default_rng(2), 20_000)
+    elements = np.any([inside(lattice.prism(index), points) for index in lattice.universes], axis=0)
+    hull = np.any([inside(prism, points) for prism in lattice.hull], axis=0)
+    assert (elements == hull).all()
+
+
+@pytest.mark.parametrize("lattice", LATTICES, ids=str)
+def test_extents_are_around_the_prisms_and_tight(lattice: Lattice) -> None:
+    points = around(lattice, np.random.default_rng(3), 40_000)
+    for prism in [*lattice.hull, lattice.prism(next(iter(lattice.universes)))]:
+        held = points[inside(prism, points)]
+        for i in range(3):
+            low, high = prism.extent.low[i], prism.extent.high[i]
+            if low is None or high is None:
+                continue
+            assert held[:, i].min() == pytest.approx(float(low), abs=0.4)
+            assert held[:, i].max() == pytest.approx(float(high), abs=0.4)
+            assert held[:, i].min() >= float(low)
+            assert held[:, i].max() <= float(high)
+
+
+@pytest.mark.parametrize("lattice", LATTICES, ids=str)
+def test_neighbours_share_their_planes(lattice: Lattice) -> None:
+    """To the last digit, so that the wall between two elements is one surface."""
+    found: dict[tuple[object, ...], int] = {}
+    for index in lattice.universes:
+        for normal, offset in lattice.prism(index).planes:
+            sign = 1 if next(n for n in normal if n) > 0 else -1
+            key = (*(sign * n for n in normal), sign * offset)
+            found[key] = found.get(key, 0) + 1
+    floats = {tuple(float(v) for v in key) for key in found}  # type: ignore[arg-type]
+    values = sorted(floats)
+    close = [
+        (a, b) for a, b in zip(values, values[1:], strict=False)
+        if a[:3] == b[:3] and a[3] != b[3] and abs(a[3] - b[3]) < 1e-6
+    ]  # fmt: skip
+    assert not close
+    assert len(floats) == len(found)
+
+
+@pytest.mark.parametrize("lattice", LATTICES, ids=str)
+def test_steps_lead_to_neighbours(lattice: Lattice) -> None:
+    first = lattice.center((0,) * len(next(iter(lattice.universes))))
+    near = {
+        lattice.center(index)
+        for index in lattice.indices_around(Extent(*[tuple(c + s for c in first) for s in (-3, 3)])) or ()
+    }  # type: ignore[arg-type]
+    for step in lattice.steps:
+        assert tuple(a + b for a, b in zip(first, step, strict=True)) in near
+
+
+@pytest.mark.parametrize("lattice", LATTICES, ids=str)
+def test_no_end_of_elements_where_a_box_has_none(lattice: Lattice) -> None:
+    zero, one = Fraction(0), Fraction(1)
+    assert lattice.indices_around(Extent((zero, None, zero), (one, one, one))) is None
+    flat = Extent((zero, zero, None), (one, one, None))
+    assert (lattice.indices_around(flat) is None) == (len(next(iter(lattice.universes))) == 3)
