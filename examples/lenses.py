@@ -33,8 +33,8 @@ def mounted(glass: co.Solid, depth: float) -> list[co.Body]:
     brass = co.metal("#d8a657", reflectivity=0.6)
     tube = co.Cylinder((0, -depth, 0), (0, depth, 0), WIDTH)
     rim = co.Cylinder((0, -depth, 0), (0, depth, 0), WIDTH + 0.07) - tube
-    post = co.Cylinder((0, 0, -1.6), (0, 0, -WIDTH), 0.06) - tube
-    foot = co.Cone((0, 0, -1.65), (0, 0, -1.5), 0.55, 0.42) | co.Cone((0, 0, -1.5), (0, 0, -1.3), 0.14, 0.06)
+    post = co.Cylinder((0, 0, -1.6), (0, 0, -WIDTH), 0.055) - tube
+    foot = co.Ellipsoid((0.52, 0.52, 0.16), (0, 0, -1.65), z_range=(0, 1)) | co.Sphere(0.1, (0, 0, -1.2))
     return [co.Body(part.translate((0, 0, 1.65)), finish) for part, finish in ((glass, lens), (rim | post | foot, brass))]
 
 
@@ -45,21 +45,17 @@ def scene() -> co.Scene:
         for glass, depth, x, turn in ((convex(), 0.1, -1.3, -8), (concave(), SAG + EDGE, 1.3, 8))
         for body in mounted(glass, depth)
     ]
-    tiles = co.matte(co.Checker("#f0ece2", "#2b5f93", scale=0.36, space=True))
-    wall = co.Body(co.Plane((0, -1, 0), -1.0), tiles)
+    tiles = co.matte(co.Checker("#f0ece2", "#2b5f93", scale=0.3, space=True))
+    wall = co.Body(co.Plane((0, -1, 0), -0.75), tiles)
     floor = co.Body(co.Plane((0, 0, 1), 0), co.lacquer("#6b4a35", reflectivity=0.02))
-    light = [
-        co.AmbientLight(0.35),
-        co.PointLight((-6, -9, 10), (0.6, 0.58, 0.54)),
-        co.PointLight((0, -12, 3), (0.15, 0.15, 0.16)),
-    ]
-    camera = co.Camera((0, -12, 2.6), (0, 0, 1.45), field_of_view=19)
+    light = [co.AmbientLight(0.45), co.PointLight((-4, -8, 13), (0.8, 0.78, 0.73))]
+    camera = co.Camera((0, -12, 2.6), (0, 0, 1.42), field_of_view=18)
     return co.Scene([*bodies, wall, floor], light, camera, (0.7, 0.7, 0.7))
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
-    return scene().render(round(720 * scale), round(540 * scale), samples=9, depth=12, progress=progress)
+    return scene().render(round(640 * scale), round(440 * scale), samples=9, depth=8, progress=progress)
 
 
 if __name__ == "__main__":

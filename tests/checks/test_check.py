@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import conicoid as co
+from conicoid.cli import app
 
 
 def of_kind(findings: list[co.Finding], kind: str) -> list[co.Finding]:
@@ -55,7 +58,7 @@ def test_overlaps_of_balls():
     assert 0.5 < finding.size <= rim
     spans = shown(scene, finding)
     assert spans.body.tolist() in ([0, 1], [1, 0])
-    assert spans.t_exit[0] - spans.t_enter[1] == pytest.approx(finding.size)
+    assert min(spans.t_exit) - max(spans.t_enter) == pytest.approx(finding.size)
     assert str(finding).startswith("overlap: bodies 0 (left) and 1 overlap")
 
 
@@ -159,3 +162,14 @@ def test_progress():
     calls: list[tuple[int, int]] = []
     co.check(co.Scene([co.Sphere()]), rays=60, progress=lambda done, total: calls.append((done, total)))
     assert calls[-1] == (5, 5)
+
+
+def test_the_command_line_says_the_same(tmp_path: Path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(
+        "bodies:\n  - {name: ball, shape: {Sphere: {radius: 1}}}\n  - {shape: {Box: {low: [0.5, -1, -1], high: [4, 1, 1]}}}\n"
+    )
+    result = CliRunner().invoke(app, ["info", str(path), "--check", "--rays", "3000"])
+    assert result.exit_code == 0
+    assert "findings  1\noverlap: bodies 0 (ball) and 1 overlap" in result.stdout
+    assert "findings" not in CliRunner().invoke(app, ["info", str(path)]).stdout

@@ -13,7 +13,7 @@ from .formula import Formula, Surface
 from .precision import mp
 from .restricted import Line, Restricted, line
 from .samples import Random, direction
-from .sheets import SheetOracle
+from .sheets import SheetOracle, sheet_crossings
 from .trace import exact_crossings
 
 Pair = tuple[np.ndarray, np.ndarray]
@@ -25,6 +25,7 @@ class Aim:
     def __init__(self, case: Case) -> None:
         self.case = case
         self.center, self.size = case.world_center, case.world_size
+        self.known: list[np.ndarray] = []
         reference = case.reference()
         if isinstance(reference, SheetOracle):
             self.formula: Formula | None = reference.clip
@@ -34,8 +35,22 @@ class Aim:
             self.surfaces = list(dict.fromkeys(reference.surfaces()))
 
     def target(self, random: Random) -> np.ndarray:
-        """A point in a ball around the case, denser towards the middle."""
+        """A point in a ball around the case, denser towards the middle, or near a point known to be on it."""
+        if self.known and random.random() < 0.5:
+            point = self.known[random.integers(len(self.known))]
+            return point + direction(random) * self.size * 10 ** random.uniform(-4, -1)
         return self.center + direction(random) * self.size * 0.4 * random.random()
+
+    def look(self, random: Random, tries: int = 25) -> None:
+        """Find a few points of the shape itself, with random lines through the ball."""
+        reference, size = self.case.reference(), mp.mpf(self.size)
+        for _ in range(tries):
+            through = line(self.target(random), direction(random))
+            if isinstance(reference, SheetOracle):
+                times = [c.crossing.t for c in sheet_crossings(reference, through, size, 4 * size) if c.on]
+            else:
+                times = [c.t for c in exact_crossings(reference, _restricted(reference, through, self.size), 4 * size)]
+            self.known += [np.array([float(x) for x in through.at(t)]) for t in times]
 
     def distance(self, random: Random) -> float:
         """One to a million sizes."""
@@ -155,6 +170,7 @@ STRATA: dict[str, tuple[float, Callable[[Aim, Random], Pair]]] = {
 def rays(case: Case, count: int, random: Random) -> Pair:
     """(count, 3) origins and directions; directions of lengths 10^U(-3, 3), some of length one."""
     aim = Aim(case)
+    aim.look(random)
     names = list(STRATA)
     weights = np.array([STRATA[name][0] for name in names])
     picked = random.choice(len(names), size=count, p=weights / weights.sum())

@@ -223,16 +223,17 @@ def boolean(kind: str) -> Callable[[Random, float], Case]:
     """Of two or three bounded solids about the origin, each moved by its own motion."""
 
     def make(r: Random, s: float) -> Case:
-        count = 1 if kind == "Complement" else int(r.integers(2, 4))
+        count = 1 if kind == "Complement" else int(r.choice([2, 2, 2, 3]))
         parts = []
         for _ in range(count):
             part = PRIMITIVES[str(r.choice(list(BUILDING_BLOCKS)))](r, s)
             while not part.bounded:
                 part = PRIMITIVES[part.kind](r, s)
-            home = ("translate", floats(-np.array(part.center) + direction(r) * s * r.uniform(0, 0.4)))
+            away = r.uniform(0.2, 0.5) if parts and kind == "Difference" else r.uniform(0, 0.25)
+            home = ("translate", floats(-np.array(part.center) + direction(r) * s * away))
             turn = [("rotate", floats(direction(r)), float(r.uniform(0, 360)))] if r.random() < 0.5 else []
             parts.append(Case(part.kind, part.parameters, part.center, part.size, True, (home, *turn)))
-        return Case(kind, {}, (0, 0, 0), s * 3, True, (), tuple(parts))
+        return Case(kind, {}, (0, 0, 0), max(s, *(part.size for part in parts)) * 3, True, (), tuple(parts))
 
     return make
 
@@ -243,7 +244,7 @@ def nested(r: Random, s: float) -> Case:
     parts = [boolean(kind)(r, s) for kind in kinds[1:]]
     if r.random() < 0.4:
         parts[1] = Case("Complement", {}, (0, 0, 0), parts[1].size, True, (), (parts[1],))
-    return Case(kinds[0], {}, (0, 0, 0), s * 3, True, (), tuple(parts))
+    return Case(kinds[0], {}, (0, 0, 0), max(part.size for part in parts), True, (), tuple(parts))
 
 
 def clipped_sheet(r: Random, s: float) -> Case:

@@ -212,11 +212,11 @@ def test_rim_of_a_cylinder_is_in_the_band_and_its_neighbourhood_is_not():
 def test_random_cases_have_hits_misses_and_a_thin_band(kind):
     """The generators do their work: rays that hit, rays that miss, few in the band; crossings of bounded solids are even."""
     hits = misses = band = 0
-    for index in range(4):
+    for index in range(8):
         random = generator(kind, 1000 + index)
         case = random_case(kind, random)
         reference, size = case.reference(), number(case.world_size)
-        for o, d in zip(*rays(case, 12, random), strict=True):
+        for o, d in zip(*rays(case, 8, random), strict=True):
             ray = line(o, d)
             reach = (mp.mpf(10) ** 7 * size + 2 * mp.norm(ray.origin)) / ray.speed
             if case.is_sheet:

@@ -17,8 +17,8 @@ _CHROMA = 0.15
 
 def color_of(number: int) -> str:
     """The colour of the material with this number, as #rrggbb."""
-    hue = 2 * math.pi * ((0.09 + number / _PLASTIC) % 1)
-    lightness = 0.5 + 0.34 * ((0.5 + number / _PLASTIC**2) % 1)
+    hue = 2 * math.pi * ((0.385 + number / _PLASTIC) % 1)
+    lightness = 0.55 + 0.32 * ((0.5 + number / _PLASTIC**2) % 1)
     chroma = _CHROMA
     while not all(-1e-9 <= channel <= 1 + 1e-9 for channel in linear_of_oklch(lightness, chroma, hue)):
         chroma *= 0.95

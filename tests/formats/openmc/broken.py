@@ -35,7 +35,7 @@ CASES: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "another root": ("<settings/>", 1, ("is <settings>, not <geometry> or <model>",)),
     "a model without geometry": ("<model>\n<materials/></model>", 1, ("holds 0 <geometry> elements",)),
     "no cells": (geometry(), 1, ("geometry: holds no cells",)),
-    "unknown encoding": ("<?xml version='1.0' encoding='klingon'?><geometry/>", 1, ("is not XML",)),
+    "unknown encoding": ("<?xml version='1.0' encoding='klingon'?><geometry/>", 0, ("is not XML", "klingon")),
     # Surfaces
     "torus": (surface("type='z-torus' coeffs='0 0 0 5 1 1'"), 3, ("surface 9 'odd'", "is a torus (z-torus)")),
     "unknown type": (surface("type='w-plane' coeffs='0'"), 3, ("surface 9 'odd': type must be one of x-plane,", "got 'w-plane'")),

@@ -7,6 +7,7 @@ hexagonal one by the nearest center. A place is named by the cells and elements 
 
 from __future__ import annotations
 
+import functools
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
@@ -197,6 +198,7 @@ def hexagonal(lattice: ElementTree.Element, points: FloatArray) -> Located:
     return np.column_stack([flat, level]), centers, dict(zip(names, words, strict=True))
 
 
+@functools.cache
 def place_of(name: str) -> Place:
     """A body's name as a place: the path outside in, then the cell; "outer" for elements outside of a lattice."""
     own, _, path = name.partition(" @ ")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -147,7 +148,7 @@ def test_neighbours_share_their_planes(lattice: Lattice) -> None:
     floats = {tuple(float(v) for v in key) for key in found}  # type: ignore[arg-type]
     values = sorted(floats)
     close = [
-        (a, b) for a, b in zip(values, values[1:], strict=False)
+        (a, b) for a, b in itertools.pairwise(values)
         if a[:3] == b[:3] and a[3] != b[3] and abs(a[3] - b[3]) < 1e-6
     ]  # fmt: skip
     assert not close

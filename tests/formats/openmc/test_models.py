@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,19 @@ from conicoid.render.fit import extent
 from conicoid.shapes.vector import FloatArray
 
 from .evaluator import Evaluator, same_place
-from .models import NAMES, written
+from .models import EXAMPLE_FILES, NAMES, written
 
 BOXES = {"assembly": ((-10.8, -10.8, -22.0), (10.8, 10.8, 402.0)), "kinds": ((-3.1, -3.1, -3.1), (3.1, 3.1, 3.1))}
+
+
+@functools.lru_cache(maxsize=4)
+def example(path: Path) -> co.Scene:
+    return co.load_openmc(path)
+
+
+def loaded(path: Path) -> co.Scene:
+    """The scene of a file; those of the examples are made ready only once."""
+    return example(path) if path in EXAMPLE_FILES.values() else co.load_openmc(path)
 
 
 def box(name: str, scene: co.Scene) -> tuple[FloatArray, FloatArray]:
@@ -33,7 +44,7 @@ def grid(low: FloatArray, high: FloatArray, count: int) -> FloatArray:
 
 def compare(name: str, folder: Path, count: int) -> None:
     path = written(name, folder)
-    scene, evaluator = co.load_openmc(path), Evaluator(path)
+    scene, evaluator = loaded(path), Evaluator(path)
     points = grid(*box(name, scene), count)
     bodies = scene.body_at(points)
     wrong = [
@@ -61,7 +72,7 @@ def test_spans_have_the_lengths_of_the_cells(name: str, tmp_path: Path) -> None:
     """Along random segments no two spans overlap, and every stretch between two walls is in the cell of its span,
     or in none where there is no span: at its middle, and at random points of the segment."""
     path = written(name, tmp_path)
-    scene, evaluator = co.load_openmc(path), Evaluator(path)
+    scene, evaluator = loaded(path), Evaluator(path)
     low, high = box(name, scene)
     random = np.random.default_rng(4)
     starts, ends = (random.uniform(low, high, (40, 3)) for _ in range(2))
@@ -85,6 +96,6 @@ def test_spans_have_the_lengths_of_the_cells(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_the_scene_is_an_ordinary_one(name: str, tmp_path: Path) -> None:
     """It saves and loads as an equal scene."""
-    scene = co.load_openmc(written(name, tmp_path))
+    scene = loaded(written(name, tmp_path))
     co.save(scene, tmp_path / "scene.yaml")
     assert co.load(tmp_path / "scene.yaml") == scene
