@@ -2,8 +2,8 @@
 
 Surfaces are rounded to float64 records; records that are equal to the bit are one surface. Where
 records are merely close, the exact names (`key`, 400-bit arithmetic) decide: surfaces written
-twice, scaled, negated, or reached by different motions that are equal on paper become one. The
-first to be added gives its record and its anchor.
+twice, scaled, negated, or reached by different motions that are equal on paper become one. Which of
+their records stands for all, and so gives the anchor, does not depend on the order they came in.
 """
 
 from __future__ import annotations
@@ -106,14 +106,18 @@ class SurfaceTable:
         curved = distinct[~flat]
         features = _quadric_features(kind[curved], row[curved], spheres, quadrics)
         clusters += _clusters(curved, features)
+        tables = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
         named: dict[int, tuple[int, int]] = {}
         for cluster in clusters:
-            seen: dict[Any, tuple[int, int]] = {}
-            for index in sorted(int(i) for i in cluster):
+            equal: dict[Any, list[tuple[int, int]]] = {}
+            for index in cluster.tolist():
                 key, sense = self._surface(index, spheres, row).key()
-                representative, its_sense = seen.setdefault(key, (index, sense))
-                turned = 1 if kind[index] == PLANE else sense * its_sense
-                named[index] = (representative, turned)
+                equal.setdefault(key, []).append((index, sense))
+            for members in equal.values():
+                # The record that stands for them does not depend on the order they came in
+                chosen, its_sense = min(members, key=lambda m: (kind[m[0]] != SPHERE, *tables[kind[m[0]]][row[m[0]]]))
+                for index, sense in members:
+                    named[index] = (chosen, 1 if kind[index] == PLANE else sense * its_sense)
         for index in range(len(first)) if named else ():
             merged = named.get(int(first[index]))
             if merged is not None:
