@@ -91,7 +91,7 @@ class Scene:
     @property
     def bounds(self) -> Box:
         """(low, high) around all bodies; ±inf where unbounded, (inf, -inf) for an empty scene."""
-        from .shapes.region import around
+        from .shapes.boxes import around
 
         return around([body.shape.bounds for body in self._bodies])
 

@@ -22,24 +22,23 @@ def pawn() -> co.Solid:
 
 
 def scene() -> co.Scene:
-    """One black pawn before a row of white ones, on a polished board."""
+    """A black pawn that may take a white one, on a polished board."""
     ivory = co.lacquer("#e8d9b5", reflectivity=0.05)
     ebony = co.lacquer("#26201d", reflectivity=0.05)
     board = co.lacquer(co.Checker("#c9a06a", "#5a3a26", scale=1.15, space=True), specular=0.3, reflectivity=0.05)
     side = 1.15
-    places = [(side * (x + 0.5), side * 0.5, ivory) for x in (-3, -2, -1, 0, 1, 2)]
-    places[3] = (side * 0.5, side * 1.5, ivory)
-    places.append((-0.5 * side, -1.5 * side, ebony))
+    places = [(side * (x + 0.5), side * 1.5, ivory) for x in (-3, -2, -1, 1, 2)]
+    places += [(0.5 * side, 0.5 * side, ivory), (-0.5 * side, -0.5 * side, ebony)]
     shape = pawn()
     bodies = [co.Body(shape.translate((x, y, THICK)), finish) for x, y, finish in places]
-    top = co.Body(co.Box((-4 * side, -2 * side, 0), (4 * side, 6 * side, THICK)), board)
-    camera = co.Camera((-1.1, -9.2, 4.4), (-0.1, -0.2, 0.8), field_of_view=23)
+    top = co.Body(co.Box((-4 * side, -side, 0), (4 * side, 7 * side, THICK)), board)
+    camera = co.Camera((-1.5, -8.9, 4.0), (0.05, 0.45, 0.86), field_of_view=22)
     return co.Scene([*bodies, top, *backdrop(wall=16)], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
-    return scene().render(round(720 * scale), round(540 * scale), samples=9, progress=progress)
+    return scene().render(round(660 * scale), round(480 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -20,11 +20,18 @@ PLACES = {
     6: [(-1, -1), (-1, 0), (-1, 1), (1, -1), (1, 0), (1, 1)],
 }
 # Axis and degrees that turn the upper face to where its number is: opposite ones add up to seven
-TURNS = {1: ((1, 0, 0), 0), 6: ((1, 0, 0), 180), 2: ((1, 0, 0), 90), 5: ((1, 0, 0), -90), 3: ((0, 1, 0), 90), 4: ((0, 1, 0), -90)}
+TURNS = {
+    1: ((1, 0, 0), 0),
+    6: ((1, 0, 0), 180),
+    2: ((1, 0, 0), 90),
+    5: ((1, 0, 0), -90),
+    3: ((0, 1, 0), 90),
+    4: ((0, 1, 0), -90),
+}
 
 
 def rounded_cube() -> co.Solid:
-    """All points within ROUND of a smaller cube: three boxes, twelve cylinders and eight balls, joined without a seam."""
+    """All points within ROUND of a smaller cube: three boxes, twelve cylinders, eight balls, without a seam."""
     inner = HALF - ROUND
     solid: co.Solid = co.Box((-HALF, -inner, -inner), (HALF, inner, inner))
     solid = solid | co.Box((-inner, -HALF, -inner), (inner, HALF, inner))
@@ -66,7 +73,7 @@ def scene() -> co.Scene:
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
-    return scene().render(round(720 * scale), round(540 * scale), samples=9, progress=progress)
+    return scene().render(round(660 * scale), round(480 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -12,8 +12,9 @@ import conicoid as co
 from studio import ROOM, Progress, backdrop, lights
 
 BORE, LINER, JACKET, WALL = 0.8, 0.92, 1.16, 1.38  # radii about the cylinder's axis, x = y = 0
-BASE, DECK, TOP = 2.55, 5.3, 6.6  # heights of the block's lower end, its upper end, and of the head's
-CRANK, THROW, ROD = 1.35, 0.75, 2.6  # height of the crankshaft, half the stroke, length of the rod
+BASE, DECK, TOP = 2.8, 5.55, 6.85  # heights of the block's lower end, its upper end, and of the head's
+PIPE = 6.27  # height of the inlet and the outlet
+CRANK, THROW, ROD = 1.6, 0.75, 2.6  # height of the crankshaft, half the stroke, length of the rod
 TURN = math.radians(52)  # of the crank, from top dead centre
 
 PIN = (THROW * math.sin(TURN), 0.0, CRANK + THROW * math.cos(TURN))
@@ -24,6 +25,7 @@ QUARTER = FRONT & co.HalfSpace((-1, 0, 0), 0)
 
 CAST, DARK = co.blinn_phong("#7d8c99", 0.25, 40), co.blinn_phong("#4c545c", 0.3, 60)
 STEEL = co.blinn_phong("#c3c9cf", 0.6, 120, reflectivity=0.12)
+FORGED = co.blinn_phong("#8fa39a", 0.5, 60)
 ALLOY = co.blinn_phong("#d9d6cf", 0.5, 80, reflectivity=0.06)
 
 
@@ -53,8 +55,8 @@ def jacket() -> co.Solid:
 
 def head() -> co.Solid:
     """Combustion chamber, two ports with their pipes, bores for valves and spark plug."""
-    pipes = co.Cylinder((-1.75, 0, 6.02), (1.75, 0, 6.02), 0.42)
-    flanges = co.Cylinder((-1.75, 0, 6.02), (-1.6, 0, 6.02), 0.55) | co.Cylinder((1.6, 0, 6.02), (1.75, 0, 6.02), 0.55)
+    pipes = co.Cylinder((-1.75, 0, PIPE), (1.75, 0, PIPE), 0.42)
+    flanges = co.Cylinder((-1.75, 0, PIPE), (-1.6, 0, PIPE), 0.55) | co.Cylinder((1.6, 0, PIPE), (1.75, 0, PIPE), 0.55)
     solid = upright(DECK, TOP, WALL) | pipes | flanges
     chamber = co.Ellipsoid((BORE, BORE, 0.36), (0, 0, DECK)).painted(co.matte("#6b625a"))
     inlet, outlet = port(-1).painted(co.matte("#3f7fb0")), port(1).painted(co.matte("#8d4a2a"))
@@ -63,21 +65,23 @@ def head() -> co.Solid:
 
 def water() -> co.Solid:
     """Coolant over the left half of the chamber."""
-    return co.Ellipsoid((0.2, 0.7, 0.2), (-1.1, 0, 5.55)) | co.Ellipsoid((0.16, 0.6, 0.13), (-0.3, 0.35, 6.3))
+    return co.Ellipsoid((0.2, 0.7, 0.2), (-1.1, 0, DECK + 0.25)) | co.Ellipsoid(
+        (0.16, 0.6, 0.13), (-0.3, 0.35, DECK + 1)
+    )
 
 
 def port(side: int) -> co.Solid:
     """From the valve's seat up along its stem, and out to the side."""
-    seat, bend = (0.4 * side, 0, 5.52), (0.56 * side, 0, 6.02)
+    seat, bend = (0.4 * side, 0, DECK + 0.22), (0.56 * side, 0, PIPE)
     return (
-        co.Cylinder(seat, bend, 0.23) | co.Sphere(0.23, bend) | co.Cylinder(bend, (1.75 * side, 0, 6.02), 0.23)
+        co.Cylinder(seat, bend, 0.23) | co.Sphere(0.23, bend) | co.Cylinder(bend, (1.75 * side, 0, PIPE), 0.23)
     ) - valve(side)
 
 
 def valve(side: int) -> co.Solid:
     """A closed valve: its stem leans outward."""
     x, z = 0.16 * side, 0.5
-    foot = (0.385 * side, 0, 5.47)
+    foot = (0.385 * side, 0, DECK + 0.17)
 
     def along(distance: float) -> tuple[float, float, float]:
         length = math.hypot(x, z)
@@ -93,18 +97,23 @@ def plug() -> co.Solid:
         [(math.cos(k * math.pi / 3), math.sin(k * math.pi / 3), 0) for k in range(6)] + [(0, 0, 1), (0, 0, -1)],
         [0.2] * 6 + [TOP + 0.22, -TOP],
     )
-    return upright(5.6, TOP, 0.11) | hexagon
+    return upright(DECK + 0.3, TOP, 0.11) | hexagon
 
 
 def ceramic() -> co.Solid:
     """What is seen of the plug's insulator."""
-    return upright(TOP + 0.22, TOP + 0.75, 0.12) | upright(5.52, 5.6, 0.05) | upright(TOP + 0.75, TOP + 0.9, 0.06)
+    return (
+        upright(TOP + 0.22, TOP + 0.75, 0.12)
+        | upright(DECK + 0.22, DECK + 0.3, 0.05)
+        | upright(TOP + 0.75, TOP + 0.9, 0.06)
+    )
 
 
 def crankcase() -> co.Solid:
     """A barrel about the crankshaft on a foot, with a bearing in the back wall."""
-    outer = across(0, CRANK, 1.5, 1.0) | co.Box((-1.15, -1, 1.2), (1.15, 1, BASE)) | co.Box((-1.8, -1, 0), (1.8, 1, 0.25))
-    room = across(0, CRANK, 1.28, 0.78) | upright(1.5, BASE, LINER)
+    barrel = across(0, CRANK, 1.5, 1.0) & co.Box((-3, -3, 0), (3, 3, BASE))
+    outer = barrel | co.Box((-1.15, -1, 1.4), (1.15, 1, BASE)) | co.Box((-1.8, -1, 0), (1.8, 1, 0.25))
+    room = (across(0, CRANK, 1.28, 0.78) | upright(CRANK, BASE, LINER)) & co.Box((-3, -3, 0), (3, 3, BASE))
     return outer - room - across(0, CRANK, 0.3, 2)
 
 
@@ -158,24 +167,27 @@ def scene() -> co.Scene:
         (crankcase() - FRONT.painted(red), CAST),
         (block() - FRONT.painted(red), CAST),
         (head() - FRONT.painted(co.matte("#c96a2b")), CAST),
-        (upright(BASE - 0.35, DECK, LINER) - upright(0, DECK, BORE) - FRONT.painted(amber), STEEL),
+        (
+            upright(BASE - 0.35, DECK, LINER) - upright(0, DECK, BORE) - FRONT.painted(amber),
+            co.blinn_phong("#b9bfc4", 0.3, 40),
+        ),
         ((jacket() | heads) - FRONT.painted(blue), coolant),
         (piston() - QUARTER.painted(co.matte("#e8cf8a")), ALLOY),
         *((ring - QUARTER.painted(grey), DARK) for ring in rings),
         (across(0, WRIST, 0.17, 0.72) - across(0, WRIST, 0.09, 0.72), STEEL),
         (rod(), STEEL),
-        (crankshaft(), DARK),
+        (crankshaft(), FORGED),
         (valve(-1) | valve(1) | plug(), STEEL),
         (ceramic(), co.lacquer("#f3efe4")),
     ]
-    camera = co.Camera((5.2, -16, 8.2), (0.1, 0, 3.55), field_of_view=26)
+    camera = co.Camera((5.4, -16, 8.4), (0.15, 0, 3.85), field_of_view=26.5)
     bodies = [co.Body(shape, finish) for shape, finish in parts]
     return co.Scene([*bodies, *backdrop(wall=12)], lights=lights(camera), camera=camera, background=ROOM)
 
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
-    return scene().render(round(600 * scale), round(720 * scale), samples=9, progress=progress)
+    return scene().render(round(540 * scale), round(660 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -10,13 +10,22 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 import balls_and_barrel
+import boolean_solids
+import bored_box
+import chess_pawn
 import cylinder_patch
+import die
+import engine
 import free_cylinder
+import gear_plate
 import glass_water_mirror
+import lenses
 import nine_quadrics
 import polygons
+import reactor_pin
 import shepp_logan
 import sliding_planes
+import steinmetz
 
 PICTURES = {
     "balls_and_barrel": balls_and_barrel.picture,
@@ -28,6 +37,15 @@ PICTURES = {
     "polygons": polygons.picture,
     "shepp_logan_x_ray": shepp_logan.x_ray,
     "shepp_logan_cut": shepp_logan.picture,
+    "bored_box": bored_box.picture,
+    "lenses": lenses.picture,
+    "die": die.picture,
+    "chess_pawn": chess_pawn.picture,
+    "gear_plate": gear_plate.picture,
+    "engine": engine.picture,
+    "steinmetz": steinmetz.picture,
+    "reactor_pin": reactor_pin.picture,
+    "boolean_solids": boolean_solids.picture,
 }
 
 

@@ -35,7 +35,9 @@ def mounted(glass: co.Solid, depth: float) -> list[co.Body]:
     rim = co.Cylinder((0, -depth, 0), (0, depth, 0), WIDTH + 0.07) - tube
     post = co.Cylinder((0, 0, -1.6), (0, 0, -WIDTH), 0.055) - tube
     foot = co.Ellipsoid((0.52, 0.52, 0.16), (0, 0, -1.65), z_range=(0, 1)) | co.Sphere(0.1, (0, 0, -1.2))
-    return [co.Body(part.translate((0, 0, 1.65)), finish) for part, finish in ((glass, lens), (rim | post | foot, brass))]
+    return [
+        co.Body(part.translate((0, 0, 1.65)), finish) for part, finish in ((glass, lens), (rim | post | foot, brass))
+    ]
 
 
 def scene() -> co.Scene:
@@ -55,7 +57,7 @@ def scene() -> co.Scene:
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
-    return scene().render(round(640 * scale), round(440 * scale), samples=9, depth=8, progress=progress)
+    return scene().render(round(600 * scale), round(400 * scale), samples=9, depth=8, progress=progress)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import numpy as np
 
 from . import exact as ex
 from .base import PrimitiveSolid
+from .boxes import around
 from .cells import Cell, Face
 from .linear_program import half_spaces_support
 from .motion import Motion
@@ -44,7 +45,7 @@ class Polyhedron(PrimitiveSolid):
     @cached_property
     def _own_bounds(self) -> Box:
         """Bounds in the own frame, before any motion."""
-        return _bounds([PlaneSurface(n, d) for n, d in zip(self.normals, self.offsets, strict=True)])
+        return half_spaces_bounds([PlaneSurface(n, d) for n, d in zip(self.normals, self.offsets, strict=True)])
 
     @property
     def surfaces(self) -> list[PlaneSurface]:
@@ -69,18 +70,17 @@ class Polyhedron(PrimitiveSolid):
             return self._own_bounds[0].copy(), self._own_bounds[1].copy()
         if np.isfinite(self._own_bounds).all():
             return super().bounds_under(outer)
-        return _bounds([surface.moved(motion) for surface in self.surfaces])
+        return half_spaces_bounds([surface.moved(motion) for surface in self.surfaces])
 
     def outside_bounds_under(self, outer: Motion) -> Box:
         """Around the half-spaces beyond the faces."""
-        from .region import around
-
         motion = self.under(outer)
         return around([half_space_bounds(surface.moved(motion), below=False) for surface in self.surfaces])
 
 
-def _bounds(planes: Iterable[PlaneSurface]) -> Box:
-    rows = [_fractions((*plane.normal, plane.offset)) for plane in planes]
+def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> Box:
+    """(low, high) of the points with every normal·x <= offset: rounded outward, infinite exactly where they are."""
+    rows = [_whole(_fractions((*plane.normal, plane.offset))) for plane in planes]
     normals, offsets = [row[:3] for row in rows], [row[3] for row in rows]
     low, high = np.empty(3), np.empty(3)
     for i in range(3):
@@ -107,6 +107,12 @@ def _fractions(row: Iterable[ex.Number]) -> list[Fraction]:
                 sign, mantissa, exponent, _ = (+value)._mpf_
             result.append((-1) ** sign * Fraction(int(mantissa)) * Fraction(2) ** exponent)
     return result
+
+
+def _whole(row: list[Fraction]) -> list[Fraction]:
+    """The same half-space by whole numbers, which are quicker to add."""
+    factor = math.lcm(*(value.denominator for value in row))
+    return [value * factor for value in row]
 
 
 def _up(value: Fraction | float) -> float:

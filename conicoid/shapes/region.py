@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-import numpy as np
-
 from .base import Sheet, Solid
+from .boxes import around, common, is_empty
+from .cut_bounds import NO_CUTS, Cuts, cut_bounds
 from .material import Material
 from .motion import STILL, Motion
 from .vector import Box
-
-EVERYWHERE: Box = (np.full(3, -np.inf), np.full(3, np.inf))
 
 
 class Boolean(Solid, abstract=True):
@@ -122,28 +120,78 @@ def _spelled(solid: Solid) -> Iterator[Any]:
             yield node
 
 
+@dataclass(frozen=True, slots=True)
+class _Node:
+    """A solid under a motion, its inside or its outside, cut by planes from further up in the tree."""
+
+    solid: Solid
+    motion: Motion
+    inside: bool
+    cuts: Cuts = NO_CUTS
+    depth: int = 0
+
+    @property
+    def children(self) -> list[_Node]:
+        """The operands; of a `Difference` all but the first turned, of a `Complement` its one (De Morgan)."""
+        solid = self.solid
+        assert isinstance(solid, Boolean)
+        motion, turned = solid.motion.then(self.motion), not self.inside
+        first = turned if isinstance(solid, Complement) else self.inside
+        rest = turned if isinstance(solid, Difference) else self.inside
+        return [_Node(part, motion, rest if k else first) for k, part in enumerate(solid.operands)]
+
+    @property
+    def meets(self) -> bool:
+        """Whether it is what its children have in common, and not what they make together."""
+        return isinstance(self.solid, (Complement, Painted)) or isinstance(self.solid, Union) != self.inside
+
+
+_DEEPEST = 8
+_WIDEST = 256
+"""So many levels down and operands wide planes are handed on: what lies deeper seldom needs them."""
+
+
 def region_bounds(solid: Solid, outer: Motion) -> Box:
-    """Bounds of a Boolean tree: unions surround, intersections cut, complements are carried inward (De Morgan)."""
+    """Bounds of a Boolean tree: unions surround, intersections cut, complements are carried inward (De Morgan).
+
+    An intersection in an intersection is one. Its planes cut its quadrics, and those of unions in it.
+    """
     results: list[Box] = []
-    pending: list[tuple[Solid, Motion, bool, bool]] = [(solid, outer, True, False)]
+    pending: list[_Node | tuple[Callable[[list[Box]], Box], int]] = [_Node(solid, outer, True)]
     while pending:
-        node, motion, inside, combine = pending.pop()
-        if not isinstance(node, Boolean):
-            results.append(node.bounds_under(motion) if inside else node.outside_bounds_under(motion))
-        elif combine:
-            parts = results[-len(node.operands) :]
-            del results[-len(node.operands) :]
-            joined = isinstance(node, Union) == inside
-            results.append(
-                parts[0] if isinstance(node, (Complement, Painted)) else (around if joined else common)(parts)
-            )
-        else:
-            motion_inside = node.motion.then(motion)
-            pending.append((node, motion, inside, True))
-            for k in range(len(node.operands) - 1, -1, -1):
-                turned = isinstance(node, Complement) or (isinstance(node, Difference) and k > 0)
-                pending.append((node.operands[k], motion_inside, inside != turned, False))
+        node = pending.pop()
+        if not isinstance(node, _Node):
+            combined, count = node
+            parts = results[-count:]
+            del results[-count:]
+            results.append(combined(parts))
+            continue
+        primitives, unions = _conjuncts(node)
+        box, cuts = cut_bounds([(n.solid, n.motion, n.inside) for n in primitives], node.cuts, bool(unions))
+        results.append(box)
+        if is_empty(box) or not unions:
+            continue
+        pending.append((common, 1 + len(unions)))
+        for union_ in unions:
+            children = union_.children
+            handed_on = cuts if node.depth < _DEEPEST and len(children) <= _WIDEST else NO_CUTS
+            pending.append((around, len(children)))
+            pending.extend(replace(child, cuts=handed_on, depth=node.depth + 1) for child in children)
     return results[0]
+
+
+def _conjuncts(node: _Node) -> tuple[list[_Node], list[_Node]]:
+    """The primitives, and the unions, that a solid is the intersection of."""
+    primitives, unions, pending = [], [], [node]
+    while pending:
+        part = pending.pop()
+        if not isinstance(part.solid, Boolean):
+            primitives.append(part)
+        elif part.meets:
+            pending.extend(reversed(part.children))
+        else:
+            unions.append(part)
+    return primitives, unions
 
 
 @dataclass(frozen=True)
@@ -212,21 +260,3 @@ def clip(sheet: Sheet, solid: Any, *, keep_inside: bool) -> ClippedSheet:
             f"{type(sheet).__name__} is a sheet: it can be clipped by a solid, not by {type(solid).__name__}"
         )
     return ClippedSheet(sheet, solid, "inside" if keep_inside else "outside")
-
-
-def around(boxes: Sequence[Box]) -> Box:
-    """The box around boxes; empty ones (low > high) do not count."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for a, b in boxes:
-        if (a <= b).all():
-            low, high = np.minimum(low, a), np.maximum(high, b)
-    return low, high
-
-
-def common(boxes: Sequence[Box]) -> Box:
-    """The box common to boxes; (inf, -inf) where they have no point in common."""
-    low = np.max([a for a, _ in boxes], axis=0)
-    high = np.min([b for _, b in boxes], axis=0)
-    if (low > high).any():
-        return np.full(3, np.inf), np.full(3, -np.inf)
-    return low, high

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .base import Solid
+from .boxes import EVERYWHERE
 from .motion import Motion
-from .region import EVERYWHERE
 from .vector import Box, FloatArray
 
 

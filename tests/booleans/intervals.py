@@ -27,10 +27,18 @@ def expected(node: Node, spans: Any, first: int) -> tuple[Any, Any]:
     """(enter, exit) of a tree whose leaves are bodies first, first + 1, ... of the scene; filled up with inf."""
     count = sum(1 for _ in node.leaves())
     leaves = [table(spans, first + k) for k in range(count)]
-    ends = np.sort(np.concatenate([np.full((len(leaves[0][0]), 1), -math.inf), *(end for leaf in leaves for end in leaf)], axis=1), axis=1)
+    ends = np.sort(
+        np.concatenate([np.full((len(leaves[0][0]), 1), -math.inf), *(end for leaf in leaves for end in leaf)], axis=1),
+        axis=1,
+    )
     # Between an end and the next, every leaf is in or out; equal ends leave nothing between them
     low, high = ends, np.concatenate([ends[:, 1:], np.full((len(ends), 1), math.inf)], axis=1)
-    truth = iter([((enter[:, None] <= low[..., None]) & (low[..., None] < leave[:, None])).any(axis=2) for enter, leave in leaves])
+    truth = iter(
+        [
+            ((enter[:, None] <= low[..., None]) & (low[..., None] < leave[:, None])).any(axis=2)
+            for enter, leave in leaves
+        ]
+    )
     inside = _truth(node, truth) & (low < high)
     # Join pieces that follow each other
     full = low < high
@@ -47,11 +55,17 @@ def expected(node: Node, spans: Any, first: int) -> tuple[Any, Any]:
 
 
 def _truth(node: Node, truth: Any) -> Any:
-    return next(truth) if node.leaf is not None else combined(node.operation, [_truth(part, truth) for part in node.parts])
+    return (
+        next(truth) if node.leaf is not None else combined(node.operation, [_truth(part, truth) for part in node.parts])
+    )
 
 
 def same(one: tuple[Any, Any], other: tuple[Any, Any]) -> Any:
     """(rays,) bool: equal spans to the bit."""
     most = max(one[0].shape[1], other[0].shape[1])
-    padded = [np.pad(end, ((0, 0), (0, most - end.shape[1])), constant_values=math.inf) for pair in (one, other) for end in pair]
+    padded = [
+        np.pad(end, ((0, 0), (0, most - end.shape[1])), constant_values=math.inf)
+        for pair in (one, other)
+        for end in pair
+    ]
     return ((padded[0] == padded[2]) & (padded[1] == padded[3])).all(axis=1)

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-import mpmath
 import numpy as np
 
 import conicoid as co
 
-from .leaves import Leaf, Real, grid_leaf, random_leaf
-
-_CONTEXT = mpmath.MPContext()
-_CONTEXT.dps = 40
+from .leaves import MANY_DIGITS, Leaf, grid_leaf, random_leaf
 
 
 @dataclass(frozen=True)
 class Node:
-    """A leaf, or one of | & - ~ over nodes; `back` (3, 4) takes world coordinates to those of the node, in 80 bits."""
+    """A leaf, or one of | & - ~ over nodes; `back` (3, 4) of mpf takes the parent's coordinates to the node's."""
 
     shape: Any
     back: Any
@@ -34,7 +30,7 @@ class Node:
             yield from part.leaves()
 
     def inside(self, points: Any) -> Any:
-        """Which points, three arrays of 80-bit coordinates of the parent, are inside by the Boolean formula."""
+        """Which points, three arrays of the parent's coordinates, are inside by the Boolean formula."""
         own = _carried(self.back, points)
         if self.leaf is not None:
             return self.leaf.inside(own)
@@ -59,55 +55,54 @@ def combined(operation: str, values: list[Any]) -> Any:
     return values[0] & ~np.logical_or.reduce(values[1:])
 
 
-def world_leaves(node: Node, outer: Callable[[Any], Any] = lambda shape: shape) -> list[Any]:
+def world_leaves(node: Node) -> list[Any]:
     """The leaf shapes, moved to where the tree has them."""
-    moved = [part.shape for part in node.leaves()]
     if node.leaf is not None:
-        return [outer(node.shape)]
-    del moved
-    return [leaf for part in node.parts for leaf in world_leaves(part, lambda shape: outer(_with_motion(shape, node.shape)))]
-
-
-def _with_motion(shape: Any, parent: Any) -> Any:
-    """A part moved as its parent is."""
-    return co.Union((shape,), motion=parent.motion) if parent.motion.steps else shape
+        return [node.shape]
+    found, motion = [leaf for part in node.parts for leaf in world_leaves(part)], node.shape.motion
+    return [co.Union((leaf,), motion=motion) if motion.steps else leaf for leaf in found]
 
 
 def _carried(back: Any, points: Any) -> Any:
     if back is None:
         return points
+    back = back.astype(points[0].dtype)
     return tuple(row[0] * points[0] + row[1] * points[1] + row[2] * points[2] + row[3] for row in back)
 
 
 def _moved(shape: Any, steps: list[tuple[str, Any]]) -> tuple[Any, Any]:
-    """The shape after the steps, and the inverse map in 80 bits."""
+    """The shape after the steps, and the inverse map in 60 digits."""
     if not steps:
         return shape, None
-    total = _CONTEXT.eye(4)
+    total = MANY_DIGITS.eye(4)
     for name, values in steps:
         shape = getattr(shape, name)(*values)
         total = _matrix(name, values) * total
     back = total**-1
-    return shape, [[Real(_CONTEXT.nstr(back[i, j], 30)) for j in range(4)] for i in range(3)]
+    return shape, np.array([[back[i, j] for j in range(4)] for i in range(3)], dtype=object)
 
 
 def _matrix(name: str, values: Any) -> Any:
-    result = _CONTEXT.eye(4)
+    result = MANY_DIGITS.eye(4)
     if name == "translate":
         for i, c in enumerate(values[0]):
-            result[i, 3] = _CONTEXT.mpf(c)
+            result[i, 3] = MANY_DIGITS.mpf(c)
     elif name == "scale":
         factors = values[0] if isinstance(values[0], tuple) else (values[0],) * 3
         for i, c in enumerate(factors):
-            result[i, i] = _CONTEXT.mpf(c)
+            result[i, i] = MANY_DIGITS.mpf(c)
     elif name == "transform":
-        result = _CONTEXT.matrix([[_CONTEXT.mpf(c) for c in row] for row in values[0]])
+        result = MANY_DIGITS.matrix([[MANY_DIGITS.mpf(c) for c in row] for row in values[0]])
     else:
-        axis = [_CONTEXT.mpf(c) for c in values[0]]
-        length = _CONTEXT.sqrt(sum(c * c for c in axis))
+        axis = [MANY_DIGITS.mpf(c) for c in values[0]]
+        length = MANY_DIGITS.sqrt(sum(c * c for c in axis))
         x, y, z = (c / length for c in axis)
-        angle = _CONTEXT.radians(_CONTEXT.mpf(values[1]))
-        c, s = (_CONTEXT.cos(angle), _CONTEXT.sin(angle)) if values[1] % 90 else ([1, 0, -1, 0][values[1] // 90 % 4], [0, 1, 0, -1][values[1] // 90 % 4])
+        angle = MANY_DIGITS.radians(MANY_DIGITS.mpf(values[1]))
+        c, s = (
+            (MANY_DIGITS.cos(angle), MANY_DIGITS.sin(angle))
+            if values[1] % 90
+            else ([1, 0, -1, 0][values[1] // 90 % 4], [0, 1, 0, -1][values[1] // 90 % 4])
+        )
         k = 1 - c
         rows = [[c + x * x * k, x * y * k - z * s, x * z * k + y * s], [y * x * k + z * s, c + y * y * k, y * z * k - x * s],
                 [z * x * k - y * s, z * y * k + x * s, c + z * z * k]]  # fmt: skip

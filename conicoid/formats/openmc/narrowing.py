@@ -97,7 +97,7 @@ class Conjunction:
 def _sorted(parts: Iterable[Part]) -> tuple[list[Side], list[AnyOf]]:
     """Sides, each once, and unions."""
     sides: dict[tuple[Surface, bool], Side] = {}
-    unions: dict[AnyOf, None] = {}
+    unions: dict[int, AnyOf] = {}
     pending = list(reversed(tuple(parts)))
     while pending:
         part = pending.pop()
@@ -108,8 +108,8 @@ def _sorted(parts: Iterable[Part]) -> tuple[list[Side], list[AnyOf]]:
         elif isinstance(part, AllOf):
             pending.extend(reversed(part.parts))
         else:
-            unions[part] = None
-    return list(sides.values()), list(unions)
+            unions[id(part)] = part
+    return list(sides.values()), list(unions.values())
 
 
 def _without_shown(sides: list[Side], box: Extent) -> list[Side] | None:

@@ -32,6 +32,9 @@ class FlatSurface:
     normal: Point
     offset: Fraction
 
+    def __hash__(self) -> int:
+        return _quick_hash((*self.normal, self.offset))
+
     def placed(self, place: Placement) -> FlatSurface:
         normal = place.turn.apply(self.normal)
         return FlatSurface(normal, self.offset + sum(n * s for n, s in zip(normal, place.shift, strict=True)))
@@ -74,6 +77,9 @@ class RoundSurface:
     axis: int | None
     center: Point
     radius: Fraction
+
+    def __hash__(self) -> int:
+        return _quick_hash((*self.center, self.radius))
 
     @property
     def across(self) -> tuple[int, ...]:
@@ -180,6 +186,11 @@ class QuadricSurface:
 
 CurvedSurface = RoundSurface | ConeSurface | QuadricSurface
 Surface = FlatSurface | CurvedSurface
+
+
+def _quick_hash(values: tuple[Fraction, ...]) -> int:
+    """That of `Fraction` agrees with the hashes of all other numbers, which takes long."""
+    return hash(tuple([value.numerator for value in values] + [value.denominator for value in values]))
 
 
 def _without(axis: int | None, point: Point) -> Point:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
+
+import conicoid as co
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples" / "openmc"
 EXAMPLE_FILES = {"assembly": EXAMPLES / "assembly" / "geometry.xml", "pin": EXAMPLES / "pin" / "model.xml"}
@@ -177,3 +180,13 @@ def written(name: str, folder: Path) -> Path:
     path = folder / "geometry.xml"
     path.write_text(TEXTS[name].strip(), encoding="utf-8")
     return path
+
+
+@functools.lru_cache(maxsize=4)
+def _example(path: Path) -> co.Scene:
+    return co.load_openmc(path)
+
+
+def loaded(path: Path) -> co.Scene:
+    """The scene of a file; those of the examples are made ready only once."""
+    return _example(path) if path in EXAMPLE_FILES.values() else co.load_openmc(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import math
 from pathlib import Path
@@ -14,7 +15,7 @@ from conicoid.formats import openmc
 from conicoid.formats.openmc.palette import color_of, linear_of_oklch
 from conicoid.shapes.color import linear_rgb
 
-from .models import EXAMPLE_FILES, written
+from .models import EXAMPLE_FILES, EXAMPLES, loaded, written
 
 ASSEMBLY = EXAMPLE_FILES["assembly"]
 
@@ -29,7 +30,7 @@ def test_the_assembly_has_the_bodies_that_arithmetic_says() -> None:
 
 
 def test_names_say_the_way_and_are_unique() -> None:
-    scene = co.load_openmc(ASSEMBLY)
+    scene = loaded(ASSEMBLY)
     names = [body.name for body in scene.bodies]
     assert len(set(names)) == len(names)
     corner = "cell 1 'fuel' @ cell 100, lattice 50 [0, 0]"
@@ -42,7 +43,7 @@ def test_names_say_the_way_and_are_unique() -> None:
 
 def test_walls_that_coincide_on_paper_are_one_surface() -> None:
     """A ray across the assembly enters each cell where it leaves the one before, to the bit."""
-    scene = co.load_openmc(ASSEMBLY)
+    scene = loaded(ASSEMBLY)
     spans = scene.spans((-20, 0.1, 50), (1, 0, 0))
     assert spans.t_enter[0] == 9.25
     assert spans.t_exit[-1] == 30.75
@@ -51,7 +52,7 @@ def test_walls_that_coincide_on_paper_are_one_surface() -> None:
 
 
 def test_void_is_there_and_invisible_or_left_out(tmp_path: Path) -> None:
-    with_void, without = co.load_openmc(ASSEMBLY), co.load_openmc(ASSEMBLY, void=False)
+    with_void, without = loaded(ASSEMBLY), co.load_openmc(ASSEMBLY, void=False)
     assert len(with_void.bodies) - len(without.bodies) == 264
     name = "cell 2 'gap and plenum' @ cell 100, lattice 50 [3, 4]"
     material = with_void[name].material
@@ -145,3 +146,14 @@ def test_it_renders(tmp_path: Path) -> None:
     image = co.load_openmc(EXAMPLE_FILES["pin"]).render(32, 24, 1)
     assert np.isfinite(image.pixels).all()
     assert image.pixels.std() > 0.01
+
+
+def test_the_example_cuts_the_assembly_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fuel is seen from above only where the slanted plane is below its top."""
+    monkeypatch.syspath_prepend(str(EXAMPLES.parent))
+    reactor_pin = importlib.import_module("reactor_pin")
+    scene = reactor_pin.scene()
+    hits = scene.first_hit([(9 * 1.26 - 10.71 + 0.5 * 1.26, y, 90) for y in (-10.08, 10.08)], (0, 0, -1))
+    names = [scene.bodies[body].name.split(" @ ")[0] for body in hits.body.tolist()]
+    assert names == ["cell 1 'fuel'", "cell 3 'cladding'"]
+    assert np.isfinite(reactor_pin.picture(scale=0.03).pixels).all()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 
 import numpy as np
@@ -13,19 +12,9 @@ from conicoid.render.fit import extent
 from conicoid.shapes.vector import FloatArray
 
 from .evaluator import Evaluator, same_place
-from .models import EXAMPLE_FILES, NAMES, written
+from .models import NAMES, loaded, written
 
 BOXES = {"assembly": ((-10.8, -10.8, -22.0), (10.8, 10.8, 402.0)), "kinds": ((-3.1, -3.1, -3.1), (3.1, 3.1, 3.1))}
-
-
-@functools.lru_cache(maxsize=4)
-def example(path: Path) -> co.Scene:
-    return co.load_openmc(path)
-
-
-def loaded(path: Path) -> co.Scene:
-    """The scene of a file; those of the examples are made ready only once."""
-    return example(path) if path in EXAMPLE_FILES.values() else co.load_openmc(path)
 
 
 def box(name: str, scene: co.Scene) -> tuple[FloatArray, FloatArray]:

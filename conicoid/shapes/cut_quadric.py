@@ -1,0 +1,237 @@
+"""The extent of a quadric solid between planes, along the axes of the world.
+
+A linear function over {f <= 0} ∩ {n_i·x <= d_i} is largest, if at all, in a common point of three planes, where a
+line common to two planes meets f = 0, or at a stationary point of f = 0 or of its section by a plane. A stationary
+point for direction e has ∇f·a = 0 for all a across e (and n_i, in a section); ∇f·a = 0 is a plane. So all but the
+first are points where a line common to two planes meets f = 0. What is not cut off by another plane counts.
+
+All of that is done in floats, in coordinates in which f = Σ ±u_k² + 2 l·u - c (seed 001's congruence), anchored where
+the surface is. Every point carries a bound of its own rounding error, by which tests are relaxed and values raised.
+A direction in which the solid cannot be shown to end stays infinite.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import exact as ex
+from .planar import rounded_up
+from .recession import ends
+from .row_vectors import cross_rows, lengths, unit_rows
+from .surface import UPRIGHT, PlaneSurface, QuadricSurface
+from .vector import Box, FloatArray
+
+_SLACK = 2.0**-46
+"""More than the relative rounding of any chain of operations here."""
+_PARALLEL = 2.0**-49
+"""Sines and determinants of unit normals below this are rounding."""
+_FAR = 2.0**18
+"""No point so far out, in units of the linear term, constant and offsets, belongs to a solid that ends by the margin of
+`recession`, where the line it is on is so nearly along a ruling or an asymptote that rounding decides where it is."""
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """f = Σ squares u² + 2 linear·u - constant <= 0 with squares 1, 0, -1, and normals·u <= offsets, unit normals.
+
+    World axis i is directions[i]·u (times `scale`, from the anchor).
+    """
+
+    squares: FloatArray
+    linear: FloatArray
+    constant: float
+    normals: FloatArray
+    offsets: FloatArray
+    directions: FloatArray
+
+
+def cut_quadric_bounds(surface: QuadricSurface, planes: Sequence[PlaneSurface]) -> Box:
+    """(low, high) of the quadric's inside where every normal·x <= offset, rounded outward; low > high if empty.
+
+    An end that is not found for sure is infinite.
+    """
+    anchor = ex.exact_row(surface.anchor)
+    with np.errstate(all="ignore"):
+        cut, scale = _canonical(surface, anchor, planes)
+        if cut is None:
+            return np.full(3, -np.inf), np.full(3, np.inf)
+        reaches = _reaches(cut)
+    if min(reaches) == -math.inf:
+        return np.full(3, np.inf), np.full(3, -np.inf)
+    low, high = np.empty(3), np.empty(3)
+    for i in range(3):
+        high[i] = _shifted(reaches[2 * i], scale, anchor[i])
+        low[i] = -_shifted(reaches[2 * i + 1], scale, -anchor[i])
+    return low + 0.0, high
+
+
+def _shifted(reach: float, scale: float, shift: ex.Exact) -> float:
+    return reach if math.isinf(reach) else rounded_up(ex.exact(reach) * ex.exact(scale) + shift)
+
+
+def _canonical(surface: QuadricSurface, anchor: ex.Row, planes: Sequence[PlaneSurface]) -> tuple[_Cut | None, float]:
+    """The problem in coordinates u, y = scale · stretch · u; None where float64 cannot hold it."""
+    columns, rows = ex.IDENTITY, ex.IDENTITY
+    if surface.rows is not UPRIGHT:
+        w = surface.rows
+        columns = ex.inverse((ex.exact_row(w[0]), ex.exact_row(w[1]), ex.exact_row(w[2])))
+        rows = ex.transpose(columns)
+    squares = np.array([float(s) for s in surface.squares])
+    linear = np.array([float(b) for b in surface.linear])
+    normals, offsets = np.empty((len(planes), 3)), np.empty(len(planes))
+    for k, plane in enumerate(planes):
+        normal = ex.exact_row(plane.normal)
+        normals[k] = [float(c) for c in (normal if rows is ex.IDENTITY else ex.apply(rows, normal))]
+        offsets[k] = float(ex.cancelling_sum((ex.exact(plane.offset), -ex.dot(normal, anchor))))
+    curved = squares != 0
+    slope = float(np.abs(linear[~curved]).max(initial=0.0))
+    flat_stretch = 0.5 / slope if slope else 1 / math.sqrt(np.abs(squares).max())
+    stretch = np.where(curved, 1 / np.sqrt(np.abs(squares)), flat_stretch)
+    directions = np.array([[float(c) for c in row] for row in columns]) * stretch
+    normals, size_of_normals = unit_rows(normals * stretch)
+    offsets /= size_of_normals
+    linear, constant = linear * stretch, float(surface.constant)
+    size = max(math.sqrt(abs(constant)), float(np.abs(linear).max()), float(np.abs(offsets).max(initial=0.0)))
+    scale = 2.0 ** math.frexp(size)[1] if size and math.isfinite(size) else 1.0
+    cut = _Cut(np.sign(squares), linear / scale, constant / scale**2, normals, offsets / scale, directions)
+    numbers = (normals, offsets, linear, directions, np.array([constant / scale**2]))
+    return (cut if all(np.isfinite(values).all() for values in numbers) else None), scale
+
+
+def _reaches(cut: _Cut) -> list[float]:
+    """Largest u·direction for +x, -x, +y, -y, +z, -z: inf where no end is certain, -inf where the solid is empty."""
+    if ends(cut.normals, cut.squares, cut.linear):
+        points, errors = _points(cut)
+        return [_largest(points, errors, sign * axis) for axis in cut.directions for sign in (1.0, -1.0)]
+    reaches = []
+    for axis in cut.directions:
+        part = _across(cut, axis)
+        found = None
+        for sign in (1.0, -1.0):
+            inward = unit_rows(-sign * axis[None, :])[0]
+            if not ends(np.concatenate([part.normals, inward]), cut.squares, cut.linear):
+                reaches.append(math.inf)
+                continue
+            found = found or _points(part)
+            reaches.append(_largest(*found, sign * axis))
+    return reaches
+
+
+def _across(cut: _Cut, direction: FloatArray) -> _Cut:
+    """A slice that reaches as far along a direction as all of it.
+
+    Where f does not change along an axis across the direction, and no plane stops a point that moves there, the planes
+    that it moves away from do not matter, and neither does where on the axis it is.
+    """
+    for k, sign in itertools.product(range(3), (1.0, -1.0)):
+        still = cut.squares[k] == 0 and cut.linear[k] == 0 and direction[k] == 0
+        rates = sign * cut.normals[:, k]
+        if still and (rates <= 0).all():
+            kept, tie = rates == 0, np.eye(3)[[k, k]] * ((1.0,), (-1.0,))
+            normals = np.concatenate([cut.normals[kept], tie])
+            return replace(cut, normals=normals, offsets=np.concatenate([cut.offsets[kept], (0.0, 0.0)]))
+    return cut
+
+
+def _largest(points: FloatArray, errors: FloatArray, direction: FloatArray) -> float:
+    return float((points @ direction + float(lengths(direction)) * errors).max(initial=-np.inf))
+
+
+def _points(cut: _Cut) -> tuple[FloatArray, FloatArray]:
+    """Every point (n, 3) of the solid where a coordinate of the world may be largest, and bounds of their errors."""
+    on_lines, line_errors = _line_points(cut, *_lines(cut))
+    corners, corner_errors = _corners(cut)
+    points, errors = np.concatenate([on_lines, corners]), np.concatenate([line_errors, corner_errors])
+    size = lengths(points)
+    slope = float(lengths(cut.linear))
+    errors = errors + _SLACK * size
+    # On the quadric (corners: inside) and not beyond any plane, as far as rounding can tell
+    value = (points * points) @ cut.squares + 2 * points @ cut.linear - cut.constant
+    terms = size * size + 2 * slope * size + abs(cut.constant)
+    room = _SLACK * terms + (2 * (size + slope) + errors) * errors
+    inside = (value <= room) & ((value >= -room) | (np.arange(len(value)) >= len(on_lines)))
+    beyond = points @ cut.normals.T - cut.offsets - _SLACK * np.abs(cut.offsets)
+    inside &= (beyond <= errors[:, None]).all(axis=1) & ((size < _FAR) | (errors < size / 8))
+    return points[inside], errors[inside]
+
+
+def _lines(cut: _Cut) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pairs of planes with a line in common: normals (n, 2, 3), offsets (n, 2), how exact the normals are (n,)."""
+    count = len(cut.normals)
+    first, second = np.triu_indices(count, 1)
+    axes = unit_rows(cut.directions)[0]
+    # Stationary in the section by each plane: across the axis and the normal
+    across, sine = unit_rows(cross_rows(axes[:, None], cut.normals[None]).reshape(-1, 3))
+    section, offset, weight = _gradient_planes(cut, across)
+    # Stationary on the whole quadric: across the axis in two ways
+    aside = unit_rows(cross_rows(axes, np.eye(3)[np.abs(axes).argmin(axis=1)]))[0]
+    one, one_offset, one_weight = _gradient_planes(cut, aside)
+    two, two_offset, two_weight = _gradient_planes(cut, cross_rows(axes, aside))
+    ones = np.concatenate([cut.normals[first], np.tile(cut.normals, (3, 1)), one])
+    twos = np.concatenate([cut.normals[second], section, two])
+    near = np.concatenate([cut.offsets[first], np.tile(cut.offsets, 3), one_offset])
+    far = np.concatenate([cut.offsets[second], offset, two_offset])
+    exact = np.where(sine > _PARALLEL, weight, 0.0)
+    weights = np.concatenate([np.ones(len(first)), exact, np.minimum(one_weight, two_weight)])
+    return np.stack([ones, twos], axis=1), np.stack([near, far], axis=1), weights
+
+
+def _gradient_planes(cut: _Cut, across: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The planes ∇f·a = 0 for unit vectors a (n, 3): unit normals, offsets, and the lengths that the normals had."""
+    normals, size = unit_rows(cut.squares * across)
+    return normals, -(across @ cut.linear) / size, size
+
+
+def _line_points(
+    cut: _Cut, normals: FloatArray, offsets: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where the lines common to pairs of planes meet f = 0: two points each, with error bounds."""
+    one, two = normals[:, 0], normals[:, 1]
+    along = cross_rows(one, two)
+    sine = lengths(along)
+    real = (sine > _PARALLEL) & (weights > _PARALLEL)
+    one, two, along, sine = one[real], two[real], along[real], sine[real]
+    near, far = offsets[real, 0, None], offsets[real, 1, None]
+    foot = (near * cross_rows(two, along) + far * cross_rows(along, one)) / (sine * sine)[:, None]
+    along = along / sine[:, None]
+    # f = a t² + 2 b t + c on foot + t along, each with a bound of its error
+    share = _SLACK / (sine * weights[real])
+    size, slope = lengths(foot), float(lengths(cut.linear))
+    reach = np.abs(near[:, 0]) + np.abs(far[:, 0]) + size
+    a = (along * along) @ cut.squares
+    b = (along * (cut.squares * foot + cut.linear)).sum(axis=1)
+    c = (foot * foot) @ cut.squares + 2 * foot @ cut.linear - cut.constant
+    a_error, b_error = 2 * share, share * (reach + size + slope)
+    c_error = share * (2 * (size + slope) * reach + abs(cut.constant))
+    noise = 2 * np.abs(b) * b_error + np.abs(a) * c_error + np.abs(c) * a_error + b_error**2 + a_error * c_error
+    # A line that touches may as well cut
+    root = np.sqrt(b * b - a * c + noise)
+    q = -(b + np.copysign(root, b))
+    # Where all of f vanishes the ends of the line are corners
+    met = (root >= 0) & ((np.abs(a) > a_error) | (np.abs(b) > b_error) | (np.abs(c) > c_error))
+    points, errors = [], []
+    for t in (q / a, c / q):
+        loss = a_error * t * t + 2 * b_error * np.abs(t) + c_error
+        moved = np.where(loss > 0, loss / (2 * root), 0.0)
+        known = met & np.isfinite(t) & np.isfinite(moved)
+        points.append((foot + t[:, None] * along)[known])
+        errors.append((share * (reach + np.abs(t)) + moved)[known])
+    return np.concatenate(points), np.concatenate(errors)
+
+
+def _corners(cut: _Cut) -> tuple[FloatArray, FloatArray]:
+    """The common points of three planes, with error bounds."""
+    triples = np.array(list(itertools.combinations(range(len(cut.normals)), 3)), dtype=np.int64).reshape(-1, 3)
+    (n, m, k), (d, e, f) = cut.normals[triples].transpose(1, 0, 2), cut.offsets[triples].T
+    first, second, third = cross_rows(m, k), cross_rows(k, n), cross_rows(n, m)
+    determinant = (n * first).sum(axis=1)
+    real = np.abs(determinant) > _PARALLEL
+    determinant = determinant[real]
+    points = (d[:, None] * first + e[:, None] * second + f[:, None] * third)[real] / determinant[:, None]
+    size = lengths(points)
+    return points, _SLACK * ((np.abs(d) + np.abs(e) + np.abs(f))[real] + size) / np.abs(determinant)

@@ -1,0 +1,255 @@
+"""Bounds of solids that cut one another: closed forms, and random cuts against points that are inside."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from conicoid.shapes.base import Solid
+from conicoid.shapes.box import Box
+from conicoid.shapes.cone import Cone
+from conicoid.shapes.cylinder import Cylinder
+from conicoid.shapes.double_cone import DoubleCone
+from conicoid.shapes.ellipsoid import Ellipsoid
+from conicoid.shapes.elliptic_cylinder import EllipticCylinder
+from conicoid.shapes.elliptic_paraboloid import EllipticParaboloid
+from conicoid.shapes.half_space import HalfSpace
+from conicoid.shapes.hyperbolic_cylinder import HyperbolicCylinder
+from conicoid.shapes.hyperbolic_paraboloid import HyperbolicParaboloid
+from conicoid.shapes.motion import STILL
+from conicoid.shapes.one_sheet_hyperboloid import OneSheetHyperboloid
+from conicoid.shapes.parabolic_cylinder import ParabolicCylinder
+from conicoid.shapes.polyhedron import Polyhedron
+from conicoid.shapes.quadric import Quadric
+from conicoid.shapes.sphere import Sphere
+from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
+
+from .evaluate import contains
+from .motions import random_motion
+
+INF = math.inf
+R2, R3, H3 = math.sqrt(2), math.sqrt(3), math.sqrt(3) / 2
+C30, S30 = H3, 0.5
+
+
+def below(z: float) -> HalfSpace:
+    return HalfSpace((0, 0, 1), z)
+
+
+def above(z: float) -> HalfSpace:
+    return HalfSpace((0, 0, -1), -z)
+
+
+def intersection(*parts: Solid) -> Solid:
+    result = parts[0]
+    for part in parts[1:]:
+        result = result & part
+    return result
+
+
+CUBE = intersection(*(HalfSpace(tuple(s * (i == k) for k in range(3)), 1) for i in range(3) for s in (1, -1)))
+PRISM = intersection(
+    above(0), below(2), *(HalfSpace((math.cos(math.pi * k / 3), math.sin(math.pi * k / 3), 0), 1) for k in range(6))
+)
+SADDLE = HyperbolicParaboloid(1, 1)
+
+KNOWN = {
+    # Half-spaces alone
+    "prism": (PRISM, (-1, -2 / R3, 0), (1, 2 / R3, 2)),
+    "turned cube": (CUBE.rotate((0, 0, 1), 30), (-C30 - S30, -C30 - S30, -1), (C30 + S30, C30 + S30, 1)),
+    "complement of their union": (~(~HalfSpace((1, 1, 0), 1) | HalfSpace((1, 0, 0), 0) | HalfSpace((0, 1, 0), 0)
+                                    | below(-1) | above(2)), (0, 0, -1), (1, 1, 2)),
+    "corner cut off": (Box((0, 0, 0), (1, 1, 1)) & HalfSpace((1, 1, 1), 0.5), (0, 0, 0), (0.5, 0.5, 0.5)),
+    "wedge of two planes": (HalfSpace((1, 1, 0), 1) & HalfSpace((-1, 1, 0), 1), (-INF, -INF, -INF), (INF, 1, INF)),
+    "two polyhedra": (Polyhedron(((1, 1, 0), (-1, -1, 0)), (1, 1)) & Polyhedron(((1, -1, 0), (-1, 1, 0)), (1, 1)),
+                      (-1, -1, -INF), (1, 1, INF)),
+    # A ball
+    "cap": (Sphere() & above(0.5), (-H3, -H3, 0.5), (H3, H3, 1)),
+    "ball without its cap": (Sphere() - below(0.5), (-H3, -H3, 0.5), (H3, H3, 1)),
+    "ball with a flat": (Sphere() - above(0.5), (-1, -1, -1), (1, 1, 0.5)),
+    "far cap": (Sphere(1, (1e6, 0, 0)) & above(0.5), (1e6 - H3, -H3, 0.5), (1e6 + H3, H3, 1)),
+    "oblique half": (Sphere() & HalfSpace((1, 0, 1), 0), (-1, -1, -1), (1 / R2, 1, 1 / R2)),
+    "oblique halves": (Sphere() & HalfSpace((1, 0, 1), 0) & HalfSpace((-1, 0, 1), 0), (-1 / R2, -1, -1), (1 / R2, 1, 0)),
+    "needle eye": (Sphere() & HalfSpace((1, 0, 0), 0) & HalfSpace((-1, 0, 0), 0), (0, -1, -1), (0, 1, 1)),
+    "lens": (Sphere() & Sphere(1, (1, 0, 0)), (0, -1, -1), (1, 1, 1)),
+    "thin lens": (Sphere() & Sphere(1, (1.6, 0, 0)), (0.6, -0.8, -0.8), (1, 0.8, 0.8)),
+    "ball beyond a plane": (Sphere() & above(1.5), (INF,) * 3, (-INF,) * 3),
+    "ball outside of a corner": (Sphere() & intersection(*(HalfSpace(tuple(-1.0 * (i == k) for k in range(3)), -0.6)
+                                                            for i in range(3))), (INF,) * 3, (-INF,) * 3),
+    # x² + y² <= 1 and x + z <= 0 ...: the ellipse of the cut
+    "slanted cylinder": (EllipticCylinder(1, 1) & HalfSpace((-1, 0, 1), 0) & HalfSpace((-1, 0, -1), 0),
+                         (0, -1, -1), (1, 1, 1)),
+    "quadric outside": (~Quadric(coefficients=dict(xx=-1, yy=-1, zz=1, constant=-1)) & above(0) & below(2),
+                        (-R3, -R3, 1), (R3, R3, 2)),
+    # The other quadrics between planes
+    "paraboloid": (EllipticParaboloid(1, 2) & below(1.5), (-math.sqrt(1.5), -H3, 0), (math.sqrt(1.5), H3, 1.5)),
+    # x² <= z <= x + 2 for -1 <= x <= 2; y² <= x + 2 - x² is largest at x = 1/2
+    "slanted paraboloid": (EllipticParaboloid(1, 1) & HalfSpace((-1, 0, 1), 2), (-1, -1.5, 0), (2, 1.5, 4)),
+    "quarter paraboloid": (EllipticParaboloid(1, 1) & HalfSpace((-1, 0, 0), 0), (0, -INF, 0), (INF, INF, INF)),
+    "tower": (OneSheetHyperboloid(1, 4, 1) & above(-1) & below(R3), (-2, -1, -1), (2, 1, R3)),
+    "bow tie": (DoubleCone(2) & above(-1) & below(3), (-6, -6, -1), (6, 6, 3)),
+    "one nappe": (DoubleCone(2) & above(0), (-INF, -INF, 0), (INF, INF, INF)),
+    # x² <= z², 2 z <= x + 3: the ellipse from x = -1, z = 1 to x = z = 3; its half-axis across is sqrt(3)
+    "slanted cone": (DoubleCone(1) & above(0) & HalfSpace((-1, 0, 2), 3), (-1, -R3, 0), (3, R3, 3)),
+    "bowls": (TwoSheetHyperboloid(1, 1, 4) & above(-2) & below(1),
+              (-math.sqrt(15), -math.sqrt(15), -2), (math.sqrt(15), math.sqrt(15), 1)),
+    "no bowl": (TwoSheetHyperboloid(1, 1, 4) & above(-0.4) & below(0.4), (INF,) * 3, (-INF,) * 3),
+    # x² <= z + y² <= 1 + 4 and z >= -4
+    "saddle": (SADDLE & below(1) & HalfSpace((0, 1, 0), 2) & HalfSpace((0, -1, 0), 2),
+               (-math.sqrt(5), -2, -4), (math.sqrt(5), 2, 1)),
+    "open saddle": (SADDLE & below(1), (-INF, -INF, -INF), (INF, INF, 1)),
+    "half cylinder": (EllipticCylinder(1, 1) & HalfSpace((1, 0, 0), -0.5), (-1, -H3, -INF), (-0.5, H3, INF)),
+    "half cylinder with an end": (EllipticCylinder(1, 1) & HalfSpace((1, 0, 0), -0.5) & above(3),
+                                  (-1, -H3, 3), (-0.5, H3, INF)),
+    "waist": (HyperbolicCylinder(1, 1) & HalfSpace((0, 1, 0), 1) & HalfSpace((0, -1, 0), 2),
+              (-math.sqrt(5), -2, -INF), (math.sqrt(5), 1, INF)),
+    "trough": (ParabolicCylinder(2) & HalfSpace((0, 1, 0), 4), (-4, 0, -INF), (4, 4, INF)),
+    # Complements, differences and unions
+    "POV-Ray 128": (EllipticParaboloid(1, 1) & Cylinder((0, 0, -1), (0, 0, 2), 5), (-R2, -R2, 0), (R2, R2, 2)),
+    "POV-Ray 128, narrow": (EllipticParaboloid(1, 1) & Cylinder((0, 0, -1), (0, 0, 4), 1), (-1, -1, 0), (1, 1, 4)),
+    "POV-Ray 315": (Sphere() - EllipticCylinder(4, 4), (-1, -1, -1), (1, 1, 1)),
+    "De Morgan": (~(~Sphere() | below(0.5)), (-H3, -H3, 0.5), (H3, H3, 1)),
+    "union cut": ((Sphere() | Sphere(1, (3, 0, 0))) & above(0.5), (-H3, -H3, 0.5), (3 + H3, H3, 1)),
+    "cut union": ((Sphere() | Sphere(1, (3, 0, 0)) | Box((9, 9, -9), (10, 10, -8))) - below(0.5),
+                  (-H3, -H3, 0.5), (3 + H3, H3, 1)),
+    "nested": ((Sphere() & (above(0.5) | above(0.8))) - (HalfSpace((1, 0, 0), 0) & above(-2)), (0, -1, 0.5), (1, 1, 1)),
+    "cone in a ball": (DoubleCone(0.5) & Sphere(), (-0.5, -0.5, -1), (0.5, 0.5, 1)),
+    "box without a box": (Box() - Box((0, -2, -2), (2, 2, 2)), (-1, -1, -1), (1, 1, 1)),
+    "wedge over a half turn": (Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 270, (1, 0, 0)) & HalfSpace((-1, 0, 0), -1),
+                               (1, -R3, 0), (2, R3, 1)),
+    "cut cone": (Cone((0, 0, 0), (0, 0, 4), 2, 0) & above(1), (-1.5, -1.5, 1), (1.5, 1.5, 4)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_bounds_are_the_known_ones(name: str) -> None:
+    shape, low, high = KNOWN[name]
+    for found, expected, sign in zip(shape.bounds, (low, high), (-1, 1), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-12)
+        # Never on the inner side, but for the rounding of the expected value itself
+        ends = [(f, e) for f, e in zip(found, expected, strict=True) if math.isfinite(e)]
+        assert all(sign * (f - e) >= -1e-15 * (1 + abs(e)) for f, e in ends)
+
+
+@pytest.mark.parametrize("motion", [STILL.rotate((0, 0, 1), 90), STILL.translate((5, -7, 1e3)), STILL.scale((2, 1, 3))])
+@pytest.mark.parametrize("name", ["prism", "cap", "slanted paraboloid", "slanted cone", "saddle", "nested"])
+def test_motions_that_keep_the_axes_carry_bounds(name: str, motion) -> None:
+    shape, low, high = KNOWN[name]
+    ends = np.array([low, high]) @ motion.matrix[:3, :3].T + motion.matrix[:3, 3]
+    found = shape.bounds_under(motion)
+    np.testing.assert_allclose(found[0], ends.min(axis=0), rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(found[1], ends.max(axis=0), rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-150, 1e-9, 1e9, 1e150])
+def test_bounds_scale_with_the_solid(scale: float) -> None:
+    cap = Sphere(scale) & HalfSpace((0, 0, -1), -scale / 2)
+    cup = EllipticParaboloid(1 / scale, 2 / scale) & HalfSpace((0, 0, 1), 1.5 * scale)
+    for shape, name in ((cap, "cap"), (cup, "paraboloid")):
+        for found, expected in zip(shape.bounds, KNOWN[name][1:], strict=True):
+            np.testing.assert_allclose(found / scale, expected, rtol=1e-11, atol=1e-12)
+
+
+CONVEX = [
+    Sphere(1.2, (0.3, 0, 0)),
+    Ellipsoid((1, 2, 0.5)),
+    EllipticParaboloid(1, 3),
+    EllipticCylinder(1, 4),
+    ParabolicCylinder(0.5),
+]
+OTHERS = [
+    OneSheetHyperboloid(1, 2, 3),
+    TwoSheetHyperboloid(1, 2, 3),
+    DoubleCone(0.7),
+    SADDLE,
+    HyperbolicCylinder(1, 4),
+    Quadric(coefficients=dict(xx=1, yy=-1, xy=0.5, z=1, x=0.3, constant=0.1)),
+]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("quadric", CONVEX + OTHERS, ids=lambda shape: type(shape).__name__)
+def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:
+    """Points that climb along each axis stay within the bounds; on convex solids they reach them."""
+    rng = np.random.default_rng([seed, 7])
+    normals = rng.normal(size=(rng.integers(1, 7), 3))
+    offsets = rng.uniform(0.2, 1.5, len(normals))
+    planes = [HalfSpace(tuple(n), d) for n, d in zip(normals.tolist(), offsets.tolist(), strict=True)]
+    motion = random_motion(rng)
+    low, high = intersection(quadric, *planes).bounds_under(motion)
+    parts = [quadric.tree(), *(plane.tree() for plane in planes)]
+
+    def inside(points):
+        return np.all([contains(part, points, STILL) for part in parts], axis=0)
+
+    points = rng.normal(size=(20000, 3)) * 10 ** rng.uniform(-1, 1, (20000, 1))
+    points = points[inside(points)]
+    assert len(points) > 100
+    for axis in range(3):
+        for sign, end in ((1, high[axis]), (-1, -low[axis])):
+            direction, shift = sign * motion.matrix[axis, :3], sign * motion.matrix[axis, 3]
+            reached = climb(inside, direction, points, rng, 250 if math.isfinite(end) else 60) + shift
+            assert reached <= end + 1e-13 * (abs(reached) + 1)
+            if quadric in CONVEX and math.isfinite(end):
+                assert end - reached <= 1e-6 * (1 + abs(end))
+            if quadric in CONVEX and math.isinf(end):
+                assert reached > 30
+
+
+def climb(inside, direction, start, rng, rounds: int) -> float:
+    """sup of direction·p by differential evolution."""
+    people = start[np.argsort(-(start @ direction))][:60]
+    for _ in range(rounds):
+        others = people[rng.integers(len(people), size=(3, len(people)))]
+        tries = others[0] + rng.uniform(0.3, 1.1, (len(people), 1)) * (others[1] - others[2])
+        better = inside(tries) & (tries @ direction > people @ direction)
+        people = np.where(better[:, None], tries, people)
+    return float((people @ direction).max())
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_small_whole_coefficients_hold_the_solid(seed: int) -> None:
+    """Cylinders, pairs of planes, cones and planes through their apexes: many degenerate ones, moved and unmoved."""
+    rng = np.random.default_rng([seed, 11])
+    matrix = rng.integers(-1, 2, (4, 4)).astype(float)
+    matrix[0, 0] = rng.choice([-1, 1])
+    normals = rng.integers(-1, 2, (5, 3)).astype(float)
+    normals = normals[normals.any(axis=1)]
+    offsets = rng.integers(0, 3, len(normals)).astype(float)
+    motion = STILL.rotate((1, 2, -2), 30).translate((1, -2, 3)) if seed % 2 else STILL
+    quadric = Quadric(matrix=tuple(map(tuple, matrix.tolist())))
+    planes = [HalfSpace(tuple(n), d) for n, d in zip(normals.tolist(), offsets.tolist(), strict=True)]
+    low, high = intersection(quadric, *planes).bounds_under(motion)
+    # Points of a grid lie on faces, edges and rulings as well
+    grid = np.stack(np.meshgrid(*[np.arange(-3, 3.25, 0.25)] * 3), axis=-1).reshape(-1, 3)
+    points = np.concatenate([grid, rng.normal(size=(20000, 3)) * 10 ** rng.uniform(-1, 3, (20000, 1))])
+    whole = np.concatenate([points, np.ones((len(points), 1))], axis=1)
+    held = np.einsum("ni,ij,nj->n", whole, matrix, whole) <= 0
+    held &= (points @ normals.T <= offsets).all(axis=1)
+    world = points[held] @ motion.matrix[:3, :3].T + motion.matrix[:3, 3]
+    slack = 1e-14 * (1 + np.abs(world))
+    assert (world >= low - slack).all()
+    assert (world <= high + slack).all()
+
+
+def test_thousands_of_holes_and_deep_trees_stay_quick() -> None:
+    """A limit on what is asked, not a timing: both would take minutes if every candidate were tried."""
+    started = time.process_time()
+    plate = Box((0, 0, 0), (100, 100, 1))
+    for k in range(2000):
+        plate = plate - Cylinder((k % 50, k // 50, -1), (k % 50, k // 50, 2), 0.3)
+    assert [end.tolist() for end in plate.bounds] == [[0, 0, 0], [100, 100, 1]]
+    body: Solid = Sphere()
+    for k in range(300):
+        body = Sphere(1 + k / 300) - (body & HalfSpace((1, k, 0), k))
+    low, high = body.bounds
+    assert (low >= -2).all()
+    assert (high <= 2).all()
+    facets = [HalfSpace((math.cos(k), math.sin(k), math.cos(7 * k)), 1.5) for k in range(60)]
+    low, high = intersection(Sphere(), *facets).bounds
+    assert (low >= -1).all()
+    assert (high <= 1).all()
+    assert time.process_time() - started < 30
