@@ -89,8 +89,7 @@ def _canonical(surface: QuadricSurface, anchor: ex.Row, planes: Sequence[PlaneSu
         normals[k] = [float(c) for c in (normal if rows is ex.IDENTITY else ex.apply(rows, normal))]
         offsets[k] = float(ex.cancelling_sum((ex.exact(plane.offset), -ex.dot(normal, anchor))))
     curved = squares != 0
-    slope = float(np.abs(linear[~curved]).max(initial=0.0))
-    flat_stretch = 0.5 / slope if slope else 1 / math.sqrt(np.abs(squares).max())
+    flat_stretch = _flat_stretch(squares, linear, float(surface.constant), normals, offsets)
     stretch = np.where(curved, 1 / np.sqrt(np.abs(squares)), flat_stretch)
     directions = np.array([[float(c) for c in row] for row in columns]) * stretch
     normals, size_of_normals = unit_rows(normals * stretch)
@@ -101,6 +100,21 @@ def _canonical(surface: QuadricSurface, anchor: ex.Row, planes: Sequence[PlaneSu
     cut = _Cut(np.sign(squares), linear / scale, constant / scale**2, normals, offsets / scale, directions)
     numbers = (normals, offsets, linear, directions, np.array([constant / scale**2]))
     return (cut if all(np.isfinite(values).all() for values in numbers) else None), scale
+
+
+def _flat_stretch(
+    squares: FloatArray, linear: FloatArray, constant: float, normals: FloatArray, offsets: FloatArray
+) -> float:
+    """The unit along axes without a square: there a paraboloid is about as wide as it is high where it is cut."""
+    flat = squares == 0
+    slope = float(np.abs(linear[flat]).max(initial=0.0))
+    if not slope:
+        return 1 / math.sqrt(np.abs(squares).max())
+    cuts = np.abs(offsets[:, None] / normals)[:, flat]
+    height = float(cuts[np.isfinite(cuts) & (cuts > 0)].min(initial=math.inf))
+    if math.isinf(height):
+        height = (abs(constant) or 1.0) / (2 * slope)
+    return math.sqrt(height / (2 * slope))
 
 
 def _reaches(cut: _Cut) -> list[float]:

@@ -14,7 +14,6 @@ import numpy as np
 
 import conicoid as co
 
-
 MANY_DIGITS = mpmath.MPContext()
 MANY_DIGITS.dps = 60
 

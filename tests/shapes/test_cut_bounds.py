@@ -154,7 +154,7 @@ def test_bounds_scale_with_the_solid(scale: float) -> None:
 
 
 CONVEX = [
-    Sphere(1.2, (0.3, 0, 0)),
+    Sphere(1.2),
     Ellipsoid((1, 2, 0.5)),
     EllipticParaboloid(1, 3),
     EllipticCylinder(1, 4),
