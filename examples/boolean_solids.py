@@ -36,7 +36,7 @@ def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     plates = []
     for k, (_, _, example) in enumerate(PLATES):
         plate = np.full((height + margin, width + GAP, 3), PAPER)
-        plate[:height, :width] = example.scene().render(width, height, samples=6, depth=6).pixels
+        plate[:height, :width] = example.scene().render(width, height, samples=4, depth=6).pixels
         plates.append(plate)
         if progress is not None:
             progress(k + 1, len(PLATES))

@@ -187,7 +187,7 @@ def scene() -> co.Scene:
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
-    return scene().render(round(540 * scale), round(660 * scale), samples=9, progress=progress)
+    return scene().render(round(500 * scale), round(620 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ def scene() -> co.Scene:
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
-    return scene().render(round(600 * scale), round(400 * scale), samples=9, depth=8, progress=progress)
+    return scene().render(round(570 * scale), round(380 * scale), samples=9, depth=8, progress=progress)
 
 
 if __name__ == "__main__":

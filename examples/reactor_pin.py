@@ -32,7 +32,7 @@ def scene() -> co.Scene:
         shape = body.shape & bottom & (below if color == water else slope)
         bodies.append(co.Body(shape.translate((0, 0, -LEVEL)), finish, body.name))
     floor = co.Body(co.Plane((0, 0, 1), -4), co.matte("#e9e6e1"))
-    camera = co.Camera((24, -52, 60), (0.6, 1.5, 9.2), field_of_view=34)
+    camera = co.Camera((24, -52, 60), (1.9, 1.5, 11.2), field_of_view=35)
     lights = [
         co.AmbientLight((0.26, 0.27, 0.29)),
         co.DirectionalLight((0.75, 0.6, -1), (0.72, 0.7, 0.66)),

@@ -29,7 +29,7 @@ def scene() -> co.Scene:
 
 def picture(progress: Progress | None = None, scale: float = 1.0) -> co.Image:
     """The picture, `scale` times its full size."""
-    return scene().render(round(660 * scale), round(480 * scale), samples=9, progress=progress)
+    return scene().render(round(600 * scale), round(440 * scale), samples=9, progress=progress)
 
 
 if __name__ == "__main__":
