@@ -1,7 +1,7 @@
 """A fuel assembly of a pressurised-water reactor, read from OpenMC's XML, coloured by material and cut open.
 
-Every rod is cut by one slanted plane, in front through the fuel, at the back not at all; the water is
-cut off lower, like a level. The geometry stands in openmc/assembly, with dimensions in cm.
+Every rod is cut by one slanted plane, in front through the fuel, at the back through the empty plenum over
+it; the water is cut off lower, like a level. The geometry stands in openmc/assembly, with dimensions in cm.
 """
 
 from __future__ import annotations

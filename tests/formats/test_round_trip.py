@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import conicoid as co
@@ -63,9 +63,14 @@ def test_scenes(scene):
 
 
 @settings(RELAXED, max_examples=25)
-@given(scenes().filter(lambda scene: "inf" not in repr(scene.bodies)))
+@given(scenes())
 def test_json(scene):
-    assert again(scene, "scene.json") == scene
+    try:
+        back = again(scene, "scene.json")
+    except ValueError as error:
+        assume("JSON has no infinite numbers" not in str(error))
+        raise
+    assert back == scene
 
 
 def test_json_has_no_infinities(tmp_path):

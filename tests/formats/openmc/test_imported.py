@@ -149,11 +149,12 @@ def test_it_renders(tmp_path: Path) -> None:
 
 
 def test_the_example_cuts_the_assembly_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fuel is seen from above only where the slanted plane is below its top."""
+    """In front the slanted plane cuts fuel; at the back one looks through the open plenum down to its top."""
     monkeypatch.syspath_prepend(str(EXAMPLES.parent))
     reactor_pin = importlib.import_module("reactor_pin")
     scene = reactor_pin.scene()
-    hits = scene.first_hit([(9 * 1.26 - 10.71 + 0.5 * 1.26, y, 90) for y in (-10.08, 10.08)], (0, 0, -1))
-    names = [scene.bodies[body].name.split(" @ ")[0] for body in hits.body.tolist()]
-    assert names == ["cell 1 'fuel'", "cell 3 'cladding'"]
+    x, rows = 1.26, (-10.08, 10.08)
+    hits = scene.first_hit([(x, y, 90) for y in rows], (0, 0, -1))
+    assert [scene.bodies[body].name.split(" @ ")[0] for body in hits.body.tolist()] == ["cell 1 'fuel'"] * 2
+    assert hits.point[:, 2] == pytest.approx([16 - 0.45 * x + 0.9 * rows[0], 365.76 - 352], abs=1e-12)
     assert np.isfinite(reactor_pin.picture(scale=0.03).pixels).all()
