@@ -67,7 +67,7 @@ def test_version():
     assert (result.exit_code, result.stdout) == (0, f"conicoid {co.__version__}\n")
 
 
-@pytest.mark.parametrize("command", ["render", "info", "trace", "schema"])
+@pytest.mark.parametrize("command", ["render", "info", "trace", "import", "schema"])
 def test_help_has_an_example(command):
     result = run(command, "--help")
     assert result.exit_code == 0
@@ -80,6 +80,7 @@ def test_help_lists_what_there_is_and_no_more():
         "render",
         "info",
         "trace",
+        "import",
         "schema",
     ]
 

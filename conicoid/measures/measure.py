@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..shapes.base import Shape
 from ..shapes.body import Body
-from ..shapes.region import Union
+from ..shapes.region import Boolean, Complement, Union
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
@@ -69,7 +70,7 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
         raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, got {rays!r}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise ValueError(f"measure: seed must be an integer >= 0, got {seed!r}")
-    shape = _as_union(shape)
+    shape = _plain(shape)
     box = fitted_box(shape)
     nothing = Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
     if box.is_empty:
@@ -81,7 +82,11 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
     return found if moments is None else _closed(moments, found.area, found.area_error, found.rays)
 
 
-def _as_union(shape: Shape) -> Shape:
+def _plain(shape: Shape) -> Shape:
+    """Balls as their union; what is only painted, or alone in a combination, as it is."""
+    while isinstance(shape, Boolean) and len(shape.operands) == 1 and not isinstance(shape, Complement):
+        inner = shape.operands[0]
+        shape = dataclasses.replace(inner, motion=inner.motion.then(shape.motion))
     if not isinstance(shape, Spheres):
         return shape
     if len(shape) == 0:

@@ -83,6 +83,14 @@ def test_formulas():
     assert np.diag(ellipsoid.inertia) == pytest.approx(8 * PI / 5 * np.array([13, 10, 5]))
 
 
+def test_what_is_alone_in_a_combination_keeps_its_closed_form():
+    box = co.Box().translate((1, 0, 0))
+    for shape in (co.Union((box,)), co.Intersection((co.Union((box,)),)), box.painted(co.mirror())):
+        found = co.measure(shape.rotate((0, 0, 1), 90))
+        assert (found.volume, found.rays) == (8, 0)
+        assert found.centroid == pytest.approx((0, 1, 0))
+
+
 def test_sheets():
     assert co.measure(co.Disc((1, 2, 3), (1, 1, 1), 2)).area == pytest.approx(4 * PI)
     assert co.measure(co.Disc((0, 0, 0), (0, 0, 1), 1).scale((2, 3, 5))).area == pytest.approx(6 * PI)
