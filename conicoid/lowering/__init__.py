@@ -82,6 +82,15 @@ def _extent(boxes: Floats) -> tuple[FloatArray, FloatArray]:
 
 
 def _add_shape(assembly: Assembly, entries: Entries, shape: Shape) -> None:
+    try:
+        _add_parts(assembly, entries, shape)
+    except OverflowError:
+        raise ValueError(
+            f"{type(shape).__name__}: sizes must be below about 1e150, their squares overflow float64"
+        ) from None
+
+
+def _add_parts(assembly: Assembly, entries: Entries, shape: Shape) -> None:
     faces = Faces()
     if isinstance(shape, Solid):
         tree = world_tree(shape, STILL, faces)
