@@ -104,8 +104,9 @@ class SurfaceTable:
         flat = kind[distinct] == PLANE
         clusters = list(_clusters(distinct[flat], _plane_features(planes[row[distinct[flat]]])))
         curved = distinct[~flat]
-        features = _quadric_features(kind[curved], row[curved], spheres, quadrics)
-        clusters += _clusters(curved, features)
+        if (curved < len(self.surfaces)).any():  # bulk balls among themselves are equal to the bit or not at all
+            features = _quadric_features(kind[curved], row[curved], spheres, quadrics)
+            clusters += _clusters(curved, features)
         tables = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
         named: dict[int, tuple[int, int]] = {}
         for cluster in clusters:
@@ -118,11 +119,13 @@ class SurfaceTable:
                 chosen, its_sense = min(members, key=lambda m: (kind[m[0]] != SPHERE, *tables[kind[m[0]]][row[m[0]]]))
                 for index, sense in members:
                     named[index] = (chosen, 1 if kind[index] == PLANE else sense * its_sense)
-        for index in range(len(first)) if named else ():
-            merged = named.get(int(first[index]))
-            if merged is not None:
-                senses[index] *= merged[1]
-                first[index] = merged[0]
+        if named:
+            merged = np.fromiter(named, np.int64, len(named))
+            found = np.array([named[index] for index in named])
+            representative, turned = np.arange(len(first)), np.ones(len(first), np.int8)
+            representative[merged], turned[merged] = found[:, 0], found[:, 1]
+            senses *= turned[first]
+            first[:] = representative[first]
 
 
 def _leading(record: tuple[float, ...]) -> float:

@@ -22,6 +22,7 @@ _LEAF = 1  # entries in a leaf of a tree: testing one costs more than its box
 _MOST = 15
 _FEW = 12
 _BINS = 16
+_MANY = 4096
 _WIDEN = 16 * 2.0**-53
 
 
@@ -211,9 +212,17 @@ def _split(boxes: Floats, order: Ints, scratch: Ints, first: int, last: int) -> 
     scale = np.zeros(3)
     for k in range(3):
         scale[k] = _BINS * (1.0 - 1e-9) / (high[k] - low[k]) if high[k] > low[k] else 0.0
+    if last - first > _MANY:
+        # So many that one axis will do: the longest
+        longest = 0 if scale[0] > 0.0 and (scale[1] == 0.0 or scale[0] <= scale[1]) else 1
+        longest = longest if scale[longest] > 0.0 and (scale[2] == 0.0 or scale[longest] <= scale[2]) else 2
+        for k in range(3):
+            scale[k] = scale[k] if k == longest else 0.0
     for i in range(first, last):
         e = order[i]
         for k in range(3):
+            if scale[k] == 0.0:
+                continue
             b = int(scale[k] * (0.5 * boxes[e, k] + 0.5 * boxes[e, k + 3] - low[k]))
             counts[k, b] += 1
             for j in range(3):
