@@ -67,6 +67,16 @@ def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
     return types.float64(types.float64, types.float64, types.float64), code
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
+    """a where the condition holds, else b: floats, both at hand. Unlike `a if c else b` it never becomes a branch."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.select(*arguments)
+
+    return types.float64(types.boolean, types.float64, types.float64), code
+
+
 @functools.cache
 def source_hash() -> str:
     """A hash over every source file of the package and the compilers' versions."""

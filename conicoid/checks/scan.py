@@ -104,9 +104,9 @@ class Scan:
     def _normals(self, found: Any, rows: Any, points: FloatArray) -> FloatArray:
         from ..trace.array_kernels import normals_of
 
-        ids = np.column_stack([found.body[rows], found.surface[rows], found.face[rows]])
         normals = np.empty_like(points)
-        normals_of(self.scene.geometry, ids, np.ones((len(ids), 2), np.int8), points, 0, len(ids), normals)
+        faces = np.stack([found.surface[rows], found.face[rows], np.ones_like(found.face[rows])])
+        normals_of(self.scene.geometry, faces, points, 0, len(points), normals)
         return normals
 
 

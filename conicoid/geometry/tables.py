@@ -163,6 +163,12 @@ def pack(tables: Tables) -> Geometry:
 
 
 @inline
+def whole(x: float) -> Any:
+    """A number as an int64: of a literal, or of a number of a thing that stands among floats."""
+    return np.int64(x)
+
+
+@inline
 def integer(geometry: Geometry, table: int, index: int) -> Any:
     """An element of a table of integers, an int64."""
     return np.int64(geometry.integers[geometry.places[table, 0] + index])

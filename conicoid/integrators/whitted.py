@@ -24,7 +24,7 @@ from ..shading.materials import Materials, material_row
 from ..shading.media import OUTSIDE, absorbed, index_of, medium_of
 from ..shading.reflect import reflect
 from ..shading.refract import refract
-from ..trace.kernels import first_crossing, media, nearest, normal_at
+from ..trace.kernels import first_crossing, media, nearest, normal_at, resolved
 from ..trace.scratch import Scratch
 from .stack import NO_SURFACE, Stack, push
 
@@ -48,11 +48,9 @@ def first_visible(
             return t, body, surface, face, side, OUTSIDE, OUTSIDE
         if materials.opaque[body] == 0:
             here = (ox, oy, oz, dx, dy, dz, np.nextafter(t, -math.inf), np.nextafter(t, math.inf), start)
-            _, other, its_surface, its_face, its_side, _ = first_crossing(
-                geometry, scratch, here, materials.opaque, False
-            )
-            if other >= 0:
-                body, surface, face, side = other, its_surface, its_face, its_side
+            hit = first_crossing(geometry, scratch, here, materials.opaque, False)
+            if hit[1] >= 0:
+                _, body, surface, face, side = resolved(geometry, hit)
         in_front, behind = media(geometry, scratch, ray, t, materials.medium)
         before, after = medium_of(materials, in_front), medium_of(materials, behind)
         if materials.medium[body] == 0 or before != after:

@@ -121,8 +121,8 @@ def _crossings(scene: Scene, origins: FloatArray, direction: FloatArray) -> Iter
     found = scene.crossings(origins, direction, t_min=-np.inf)
     ray = np.repeat(np.arange(len(origins)), np.diff(found.offsets))
     points = origins[ray] + found.t[:, None] * direction
-    ids = np.column_stack([found.body, found.surface, found.face])
     normals = np.empty_like(points)
-    normals_of(scene.geometry, ids, np.ones((len(ids), 2), np.int8), points, 0, len(ids), normals)
+    faces = np.stack([found.surface, found.face, np.ones_like(found.face)])
+    normals_of(scene.geometry, faces, points, 0, len(points), normals)
     solid = 0.0 if scene.bodies[0].shape.is_sheet else 1.0
     return iter((ray, found.t, np.where(found.entering, -solid, solid), np.abs(normals @ direction)))

@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, integer
+from ..geometry.tables import Floats, Geometry, Ints, Signs, integer, whole
 from ..geometry.vectors import dot
 from ..jit import allocator, fma, inline, kernel
-from .events import entry_crossings, is_solid
-from .kernels import blocked, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
-from .packet import LANES, SIZE, is_hit, packet_hit, put_ray, trace_packet
+from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
+from .events import crossed_face, entry_crossings, is_solid
+from .kernels import Hit, blocked, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
+from .lanes import BEST, lane_hit
+from .packet import new_packet, trace_packet
 from .scratch import new_scratch
-
-_SEVERAL = 4.0
-DEAD = -2
-"""Start of a ray that does not exist: the continuation of a miss."""
 
 
 @kernel
@@ -39,97 +37,37 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
 
 
 @inline
-def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, i: int) -> Ray:
-    """Ray i; t_min, t_max and starts hold one value for all or one for each."""
-    start = np.int64(starts[i if len(starts) > 1 else 0])
-    first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
-    ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
-    return ox, oy, oz, directions[i, 0], directions[i, 1], directions[i, 2], first, last, start  # type: ignore[return-value]
-
-
-@inline
-def ray_of_lane(packet: int, lane: int, width: int, count: int) -> int:
-    """The ray in a lane: 64 in a row, or 8 x 8 of a picture of some width; -1 beyond the end."""
-    if width == 0:
-        i = 64 * packet + lane
-        return i if i < count else -1
-    across = (width + 7) >> 3
-    x, y = 8 * (packet % across) + (lane & 7), 8 * (packet // across) + (lane >> 3)
-    i = y * width + x
-    return i if x < width and i < count else -1
-
-
-@inline
-def coherent(
-    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, starts: Ints, packet: int, width: int
-) -> bool:
-    """Do the rays of a packet see about the same part of the scene?
-
-    Their origins and, at the far end of the scene, their points must lie within a few times the
-    size that a body has when the scene's box is shared out among all. Rays that start on a surface
-    with t_min < 0, or whose directions are not of ordinary length, go one by one.
-    """
-    extent = geometry.places[table.EXTENT, 0]
-    diagonal, cell = geometry.floats[extent], geometry.floats[extent + 1]
-    first = -1
-    spread, apart = 0.0, 0.0
-    ox, oy, oz, dx, dy, dz, reach = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for lane in range(LANES):
-        i = ray_of_lane(packet, lane, width, len(origins))
-        if i < 0:
-            continue
-        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
-        length = math.sqrt(x * x + y * y + z * z)
-        start = starts[i if len(starts) > 1 else 0]
-        if not 1e-30 < length < 1e30 or start == DEAD or (start >= 0 and t_min[i if len(t_min) > 1 else 0] < 0.0):
-            return False
-        x, y, z = x / length, y / length, z / length
-        if first < 0:
-            first = i
-            ox, oy, oz, dx, dy, dz = origins[i, 0], origins[i, 1], origins[i, 2], x, y, z
-            cx, cy, cz = geometry.floats[extent + 2], geometry.floats[extent + 3], geometry.floats[extent + 4]
-            reach = math.sqrt((ox - cx) ** 2 + (oy - cy) ** 2 + (oz - cz) ** 2) + 0.5 * diagonal
-        spread = max(spread, max(abs(x - dx), max(abs(y - dy), abs(z - dz))))
-        apart = max(apart, abs(origins[i, 0] - ox) + abs(origins[i, 1] - oy) + abs(origins[i, 2] - oz))
-    return spread * reach + apart <= _SEVERAL * cell
-
-
-@inline
-def fill_lanes(
-    lanes: Floats, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    packet: int, width: int,
-) -> None:  # fmt: skip
-    """The rays of a packet into its lanes; those beyond the end stay idle."""
-    for lane in range(LANES):
-        i = ray_of_lane(packet, lane, width, len(origins))
-        put_ray(lanes, lane, load_ray(origins, directions, t_min, t_max, starts, max(i, 0)), i < 0)
+def put_hit(hit: Hit, i: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs) -> None:
+    """Hit i, in arrays; `turn` holds the sense of its leaf, doubled where the body is entered."""
+    t[i], body[i], entry[i], place[i] = hit[0], hit[1], hit[2], hit[3]
+    turn[i] = 2 * hit[4] if hit[5] else hit[4]
 
 
 @kernel
 def trace_first(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    width: int, begin: int, end: int, t: Floats, ids: Ints, flags: Signs,
+    width: int, begin: int, end: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
 ) -> None:  # fmt: skip
-    """First hits of packets begin..end of 64 rays: t, ids (n, 3) body, surface, face, flags (n, 2) side, entered."""
-    scratch, lanes = new_scratch(geometry), np.empty(SIZE)
+    """First hits of packets begin..end of 64 rays."""
+    scratch, bundle = new_scratch(geometry), new_packet()
+    lanes = bundle.lanes
     for packet in range(begin, end):
-        together = coherent(geometry, origins, directions, t_min, starts, packet, width)
+        fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
+        together = coherent(geometry, lanes)
         if together:
-            fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
-            trace_packet(geometry, scratch, lanes, False)
-        for lane in range(LANES):
-            i = ray_of_lane(packet, lane, width, len(origins))
-            if i < 0:
-                continue
-            hit = no_hit()
-            if together:
-                hit = packet_hit(geometry, lanes, lane)
-            else:
+            trace_packet(geometry, scratch, bundle, scratch.nothing, False)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, len(origins))
+            for k in range(n):
+                i = first + k
+                if together:
+                    put_hit(lane_hit(lanes, 8 * row + k), i, t, body, entry, place, turn)
+                    continue
+                hit = no_hit()
                 ray = load_ray(origins, directions, t_min, t_max, starts, i)
                 if ray[8] != DEAD:
                     hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-            t[i], ids[i, 0], ids[i, 1], ids[i, 2] = hit[0], hit[1], hit[2], hit[3]
-            flags[i, 0], flags[i, 1] = hit[4], 1 if hit[5] else 0
+                put_hit(hit, i, t, body, entry, place, turn)
 
 
 @kernel
@@ -138,21 +76,33 @@ def trace_occluded(
     width: int, begin: int, end: int, result: Any,
 ) -> None:  # fmt: skip
     """Is there any crossing? Of packets begin..end of 64 rays."""
-    scratch, lanes = new_scratch(geometry), np.empty(SIZE)
+    scratch, bundle = new_scratch(geometry), new_packet()
+    lanes = bundle.lanes
     for packet in range(begin, end):
-        together = coherent(geometry, origins, directions, t_min, starts, packet, width)
+        fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
+        together = coherent(geometry, lanes)
         if together:
-            fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
-            trace_packet(geometry, scratch, lanes, True)
-        for lane in range(LANES):
-            i = ray_of_lane(packet, lane, width, len(origins))
-            if i < 0:
-                continue
-            if together:
-                result[i] = is_hit(lanes, lane)
-            else:
+            trace_packet(geometry, scratch, bundle, scratch.nothing, True)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, len(origins))
+            for k in range(n):
+                i = first + k
+                if together:
+                    result[i] = lanes[BEST + np.uint64(8 * row + k)] < math.inf
+                    continue
                 ray = load_ray(origins, directions, t_min, t_max, starts, i)
                 result[i] = ray[8] != DEAD and blocked(geometry, scratch, ray, scratch.nothing)
+
+
+@kernel
+def faces_of(geometry: Geometry, entry: Ints, place: Ints, turn: Signs, begin: int, end: int, faces: Ints) -> None:
+    """faces (3, n): surface, face number and side of hits; -1, -1, 0 for misses."""
+    for i in range(begin, end):
+        faces[0, i], faces[1, i], faces[2, i] = -1, -1, 0
+        if entry[i] >= 0:
+            sense: Any = 1 if turn[i] > 0 else -1
+            surface, face, side = crossed_face(geometry, whole(entry[i]), whole(place[i]), sense)
+            faces[0, i], faces[1, i], faces[2, i] = surface, face, side
 
 
 @allocator
@@ -246,10 +196,10 @@ def trace_crossings(
                     rows = _grown(rows)
                 rows[used, 0] = scratch.cross_t[c] * scale
                 rows[used, 1] = integer(geometry, table.ENTRY_BODY, entry)
-                rows[used, 2] = scratch.crossing[4 * c + 1]
-                rows[used, 3] = scratch.crossing[4 * c]
-                rows[used, 4] = scratch.crossing[4 * c + 2]
-                rows[used, 5] = scratch.crossing[4 * c + 3]
+                place, sense = whole(scratch.crossing[3 * c]), whole(scratch.crossing[3 * c + 1])
+                surface, face, side = crossed_face(geometry, whole(entry), place, sense)
+                rows[used, 2], rows[used, 3], rows[used, 4] = face, surface, side
+                rows[used, 5] = scratch.crossing[3 * c + 2]
                 used += 1
         _sort_rows(rows, first, used, 3)
         counts[i] = used - first
@@ -265,40 +215,39 @@ def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end
 
 
 @kernel
-def normals_of(
-    geometry: Geometry, ids: Ints, flags: Signs, points: Floats, begin: int, end: int, normals: Floats
-) -> None:
-    """Outward unit normals at hit points; NaN for misses."""
+def normals_of(geometry: Geometry, faces: Ints, points: Floats, begin: int, end: int, normals: Floats) -> None:
+    """Outward unit normals at points of faces (3, n), as `faces_of` gives them; NaN for misses."""
     for i in range(begin, end):
         x, y, z = math.nan, math.nan, math.nan
-        if ids[i, 1] >= 0:
-            x, y, z = normal_at(geometry, ids[i, 1], flags[i, 0], points[i, 0], points[i, 1], points[i, 2])
+        if faces[0, i] >= 0:
+            x, y, z = normal_at(geometry, faces[0, i], faces[2, i], points[i, 0], points[i, 1], points[i, 2])
         normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
 
 
 @kernel
-def uvs_of(geometry: Geometry, ids: Ints, points: Floats, begin: int, end: int, uv: Floats) -> None:
+def uvs_of(geometry: Geometry, body: Ints, faces: Ints, points: Floats, begin: int, end: int, uv: Floats) -> None:
     """uv coordinates of hit points; NaN for misses."""
     for i in range(begin, end):
         u, v = math.nan, math.nan
-        if ids[i, 0] >= 0:
-            u, v = uv_at(geometry, ids[i, 0], ids[i, 2], ids[i, 1], points[i, 0], points[i, 1], points[i, 2])
+        if body[i] >= 0:
+            u, v = uv_at(geometry, body[i], faces[1, i], faces[0, i], points[i, 0], points[i, 1], points[i, 2])
         uv[i, 0], uv[i, 1] = u, v
 
 
 @kernel
 def local_points_of(
-    geometry: Geometry, frames: Floats, body_frame: Ints, ids: Ints, points: Floats, begin: int, end: int, local: Floats
-) -> None:
+    geometry: Geometry, frames: Floats, body_frame: Ints, bodies: Ints, faces: Ints, points: Floats,
+    begin: int, end: int, local: Floats,
+) -> None:  # fmt: skip
     """Hit points in the own frames of their bodies; NaN for misses."""
     for i in range(begin, end):
-        body = ids[i, 0]
+        body = bodies[i]
         if body < 0:
             local[i, 0], local[i, 1], local[i, 2] = math.nan, math.nan, math.nan
             continue
         row = body_frame[body]
         if row < 0:
-            own = from_center(geometry, -1 - row, ids[i, 1], points[i, 0], points[i, 1], points[i, 2])
+            own = from_center(geometry, -1 - row, faces[0, i], points[i, 0], points[i, 1], points[i, 2])
             local[i, 0], local[i, 1], local[i, 2] = own
             continue
         for k in range(3):

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 from ..geometry import tables as table
-from ..geometry.cell import cell_spans, curved_roots, is_curved, plane_crossing, slot_face
+from ..geometry.cell import NO_PLACE, cell_spans, curved_roots, is_curved, place_face, plane_crossing
 from ..geometry.polygon import inside_loop
 from ..geometry.program import root_value, turn_leaf
-from ..geometry.tables import BALL, CELL, REGION, SHEET, Geometry, Ray, integer
+from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, Ray, integer, whole
 from ..jit import helper, inline
 from .scratch import Scratch
 from .walk import walk
@@ -26,10 +26,10 @@ def span_inverse(ray: Ray) -> float:
 
 
 @inline
-def _put(scratch: Scratch, count: int, t: float, leaf: int, slot: int, on: int) -> int:
+def _put(scratch: Scratch, count: int, t: float, leaf: int, place: int, on: int) -> int:
     scratch.event_t[count] = t
     scratch.event_leaf[count] = leaf
-    scratch.event_slot[count] = slot
+    scratch.event_place[count] = place
     scratch.event_on[count] = on
     return count + 1
 
@@ -37,7 +37,7 @@ def _put(scratch: Scratch, count: int, t: float, leaf: int, slot: int, on: int) 
 @inline
 def leaves_met(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
     """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many."""
-    return walk(geometry, scratch.near, scratch.inner_stack, scratch.inner_stack_t, program, ray, scratch.found_leaves)
+    return walk(geometry, scratch.inner_stack, scratch.near, scratch.inner_beam, program, ray, scratch.found_leaves)
 
 
 @helper
@@ -73,13 +73,13 @@ def _sort(scratch: Scratch, count: int) -> None:
         gap = gap * 9 // 4 + 1
     while gap > 0:
         for i in range(gap, count):
-            t, leaf, slot, on = scratch.event_t[i], scratch.event_leaf[i], scratch.event_slot[i], scratch.event_on[i]
+            t, leaf, place, on = scratch.event_t[i], scratch.event_leaf[i], scratch.event_place[i], scratch.event_on[i]
             j = i
             while j >= gap and _later(scratch, j - gap, t, leaf):
                 scratch.event_t[j], scratch.event_leaf[j] = scratch.event_t[j - gap], scratch.event_leaf[j - gap]
-                scratch.event_slot[j], scratch.event_on[j] = scratch.event_slot[j - gap], scratch.event_on[j - gap]
+                scratch.event_place[j], scratch.event_on[j] = scratch.event_place[j - gap], scratch.event_on[j - gap]
                 j -= gap
-            scratch.event_t[j], scratch.event_leaf[j], scratch.event_slot[j], scratch.event_on[j] = t, leaf, slot, on
+            scratch.event_t[j], scratch.event_leaf[j], scratch.event_place[j], scratch.event_on[j] = t, leaf, place, on
         gap = gap * 4 // 9
 
 
@@ -143,11 +143,9 @@ def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: 
         if (scratch.event_on[i] == 1) == (entered == (integer(geometry, table.LEAF_SENSE, scratch.event_leaf[i]) > 0)):
             chosen = i
             break
-    leaf = scratch.event_leaf[chosen]
-    surface, face, side = slot_face(geometry, integer(geometry, table.LEAF_CELL, leaf), scratch.event_slot[chosen])
-    t = scratch.event_t[chosen]
-    _write(scratch, n, t, surface, face, side * integer(geometry, table.LEAF_SENSE, leaf), 1 if entered else 0)
-    return 0 if t == 0.0 and surface == start else 1
+    t, place = scratch.event_t[chosen], scratch.event_place[chosen]
+    _write(scratch, n, t, place, integer(geometry, table.LEAF_SENSE, scratch.event_leaf[chosen]), 1 if entered else 0)
+    return 0 if t == 0.0 and place_face(geometry, place)[0] == start else 1
 
 
 @helper
@@ -166,12 +164,11 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
 
 
 @inline
-def _write(scratch: Scratch, n: int, t: float, surface: int, face: int, side: int, enters: int) -> None:
+def _write(scratch: Scratch, n: int, t: float, place: int, sense: int, enters: int) -> None:
     scratch.cross_t[n] = t
-    scratch.crossing[4 * n] = surface
-    scratch.crossing[4 * n + 1] = face
-    scratch.crossing[4 * n + 2] = side
-    scratch.crossing[4 * n + 3] = enters
+    scratch.crossing[3 * n] = place
+    scratch.crossing[3 * n + 1] = sense
+    scratch.crossing[3 * n + 2] = enters
 
 
 @inline
@@ -203,7 +200,7 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
             continue
         if program >= 0 and not inside_program_at(geometry, scratch, program, ray, t):
             continue
-        _write(scratch, count, t, surface, 0, side, 1 if against else 0)
+        _write(scratch, count, t, NO_PLACE, 1, 1 if against else 0)
         count += 1
     return count
 
@@ -228,15 +225,15 @@ def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: R
     if program >= 0 and not inside_program_at(geometry, scratch, program, ray, t):
         return 0
     side = integer(geometry, table.POLYGON_SIDE, polygon)
-    _write(scratch, 0, t, surface, 0, side, 1 if (rate < 0.0) == (side > 0) else 0)
+    _write(scratch, 0, t, NO_PLACE, 1, 1 if (rate < 0.0) == (side > 0) else 0)
     return 1
 
 
 @inline
-def _end(scratch: Scratch, count: int, t: float, ray: Ray, surface: int, face: int, side: int, enters: int) -> int:
+def _end(scratch: Scratch, count: int, t: float, ray: Ray, surface: int, place: int, enters: int) -> int:
     if not counts_in(t, surface, ray):
         return count
-    _write(scratch, count, t, surface, face, side, enters)
+    _write(scratch, count, t, place, 1, enters)
     return count + 1
 
 
@@ -248,11 +245,15 @@ def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) ->
     for k in range(spans):
         t_in, t_out, a, b = (in1, out1, a1, b1) if k == 0 else (in2, out2, a2, b2)
         inside |= t_in <= ray[6] < t_out
-        surface, face, side = slot_face(geometry, cell, a)
-        count = _end(scratch, count, t_in, ray, surface, face, side, 1)
-        surface, face, side = slot_face(geometry, cell, b)
-        count = _end(scratch, count, t_out, ray, surface, face, side, 0)
+        count = _end(scratch, count, t_in, ray, surface_of(geometry, a, t_in), a, 1)
+        count = _end(scratch, count, t_out, ray, surface_of(geometry, b, t_out), b, 0)
     return count, inside
+
+
+@inline
+def surface_of(geometry: Geometry, place: int, t: float) -> int:
+    """The surface of a place where it matters: at t = 0, where it may be the one that the ray starts on."""
+    return place_face(geometry, place)[0] if t == 0.0 else whole(-1)
 
 
 @inline
@@ -261,8 +262,23 @@ def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray)
     low, high, _, crosses = curved_roots(geometry, surface, ray, span_inverse(ray))
     if not crosses:
         return 0, False
-    count = _end(scratch, 0, low, ray, surface, 0, 1, 1)
-    return _end(scratch, count, high, ray, surface, 0, 1, 0), low <= ray[6] < high
+    count = _end(scratch, 0, low, ray, surface, NO_PLACE, 1)
+    return _end(scratch, count, high, ray, surface, NO_PLACE, 0), low <= ray[6] < high
+
+
+@inline
+def crossed_face(geometry: Geometry, entry: int, place: int, sense: int) -> tuple[int, int, int]:
+    """(surface, face number, side) of a crossing of an entry; side +1 where the gradient points out of the body."""
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
+    none, one = whole(0), whole(1)
+    if kind == BALL:
+        return index, none, one
+    if kind == SHEET:
+        return integer(geometry, table.SHEET_SURFACE, index), none, integer(geometry, table.SHEET_SIDE, index)
+    if kind == POLYGON:
+        return integer(geometry, table.POLYGON_SURFACE, index), none, integer(geometry, table.POLYGON_SIDE, index)
+    surface, face, side = place_face(geometry, place)
+    return surface, face, side * sense
 
 
 @inline

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from .array_kernels import DEAD, local_points_of, normals_of, points_along, uvs_of
+from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
+from .bundle import DEAD
 from .rays import FloatArray, Rays, points_array
 from .threads import run_chunks
 
@@ -15,6 +17,22 @@ if TYPE_CHECKING:
     from .queries import Prepared
 
 _CHUNK = 16384
+
+
+class Found(NamedTuple):
+    """First hits as the kernels write them, a row each."""
+
+    t: FloatArray
+    body: npt.NDArray[np.int32]
+    entry: npt.NDArray[np.int32]
+    place: npt.NDArray[np.int32]
+    turn: npt.NDArray[np.int8]
+
+    @classmethod
+    def new(cls, count: int) -> Found:
+        """Room for some hits."""
+        body, entry, place = (np.empty(count, np.int32) for _ in range(3))
+        return cls(np.empty(count), body, entry, place, np.empty(count, np.int8))
 
 
 class Hits:
@@ -27,9 +45,9 @@ class Hits:
     uv        float64 (..., 2); NaN for a miss
     """
 
-    def __init__(self, scene: Prepared, rays: Rays, t: FloatArray, ids: Any, flags: Any) -> None:
+    def __init__(self, scene: Prepared, rays: Rays, found: Found) -> None:
         self._scene, self.rays = scene, rays
-        self._t, self._ids, self._flags = t, ids, flags
+        self._found = found
 
     def _shaped(self, array: Any, *last: int) -> Any:
         result = array.reshape((*self.rays.shape, *last))
@@ -38,29 +56,39 @@ class Hits:
 
     @cached_property
     def t(self) -> Any:
-        return self._shaped(self._t)
+        return self._shaped(self._found.t)
 
     @cached_property
     def body(self) -> Any:
-        return self._shaped(np.ascontiguousarray(self._ids[:, 0]))
+        return self._shaped(self._found.body)
+
+    @cached_property
+    def _faces(self) -> Any:
+        """(3, n): surface, face number, side."""
+        found = self._found
+        faces = np.empty((3, len(found.t)), np.int32)
+        arguments = (self._scene.geometry, found.entry, found.place, found.turn)
+        run_chunks(lambda a, b: faces_of(*arguments, a, b, faces), len(found.t), _CHUNK)
+        return faces
 
     @cached_property
     def surface(self) -> Any:
-        return self._shaped(np.ascontiguousarray(self._ids[:, 1]))
+        return self._shaped(self._faces[0])
 
     @cached_property
     def face(self) -> Any:
-        return self._shaped(np.ascontiguousarray(self._ids[:, 2]))
+        return self._shaped(self._faces[1])
 
     @cached_property
     def entering(self) -> Any:
-        return self._shaped(self._flags[:, 1] != 0)
+        return self._shaped(abs(self._found.turn) == 2)
 
     @cached_property
     def _points(self) -> FloatArray:
-        points = np.empty((len(self._t), 3))
+        t = self._found.t
+        points = np.empty((len(t), 3))
         o, d = self.rays.origins.reshape(-1, 3), self.rays.directions.reshape(-1, 3)
-        run_chunks(lambda a, b: points_along(o, d, self._t, a, b, points), len(points), _CHUNK)
+        run_chunks(lambda a, b: points_along(o, d, t, a, b, points), len(points), _CHUNK)
         return points
 
     @property
@@ -72,7 +100,14 @@ class Hits:
     def local_point(self) -> FloatArray:
         """The point in the own frame of the body's shape (for a ball of `Spheres`: from its center)."""
         local, lowered = np.empty_like(self._points), self._scene.lowered
-        arguments = (self._scene.geometry, lowered.frames, lowered.body_frame, self._ids, self._points)
+        arguments = (
+            self._scene.geometry,
+            lowered.frames,
+            lowered.body_frame,
+            self._found.body,
+            self._faces,
+            self._points,
+        )
         run_chunks(lambda a, b: local_points_of(*arguments, a, b, local), len(local), _CHUNK)
         result: FloatArray = self._shaped(local, 3)
         return result
@@ -80,15 +115,16 @@ class Hits:
     @cached_property
     def normal(self) -> FloatArray:
         normals, points = np.empty_like(self._points), self._points
-        arguments = (self._scene.geometry, self._ids, self._flags, points)
+        arguments = (self._scene.geometry, self._faces, points)
         run_chunks(lambda a, b: normals_of(*arguments, a, b, normals), len(normals), _CHUNK)
         result: FloatArray = self._shaped(normals, 3)
         return result
 
     @cached_property
     def uv(self) -> FloatArray:
-        uv, points = np.empty((len(self._t), 2)), self._points
-        run_chunks(lambda a, b: uvs_of(self._scene.geometry, self._ids, points, a, b, uv), len(uv), _CHUNK)
+        uv = np.empty((len(self._points), 2))
+        arguments = (self._scene.geometry, self._found.body, self._faces, self._points)
+        run_chunks(lambda a, b: uvs_of(*arguments, a, b, uv), len(uv), _CHUNK)
         result: FloatArray = self._shaped(uv, 2)
         return result
 
@@ -104,7 +140,7 @@ class Hits:
         except ValueError:
             raise ValueError(f"spawn: directions must broadcast to {shape}, got {np.shape(directions)}") from None
         d = np.array(wanted, order="C")
-        hit = self._ids[:, 0] >= 0
+        hit = self._found.body >= 0
         flat = d.reshape(-1, 3)
         bad = np.flatnonzero(hit & ~(np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)))
         if len(bad):
@@ -112,7 +148,7 @@ class Hits:
             raise ValueError(
                 f"spawn: direction must be finite and not zero, got {tuple(flat[bad[0]].tolist())} at {where}"
             )
-        starts = np.where(hit, self._ids[:, 1], DEAD).astype(np.int32)
+        starts = np.where(hit, self._faces[0], DEAD).astype(np.int32)
         return Rays._spawned(self._points.reshape(shape).copy(), d, starts)
 
     def __len__(self) -> int:
@@ -120,10 +156,10 @@ class Hits:
 
     def __getitem__(self, index: Any) -> Hits:
         """The hits that an index or mask over the rays' shape selects."""
-        rows = np.arange(len(self._t)).reshape(self.rays.shape)[index]
+        rows = np.arange(len(self._found.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
-        return Hits(self._scene, self.rays[index], self._t[flat], self._ids[flat], self._flags[flat])
+        return Hits(self._scene, self.rays[index], Found(*(array[flat] for array in self._found)))
 
     def __repr__(self) -> str:
-        found = int((self._ids[:, 0] >= 0).sum())
-        return f"Hits(shape={self.rays.shape}, {found} of {len(self._t)} rays hit)"
+        found = int((self._found.body >= 0).sum())
+        return f"Hits(shape={self.rays.shape}, {found} of {len(self._found.t)} rays hit)"

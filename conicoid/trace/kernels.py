@@ -13,12 +13,13 @@ from ..geometry.quadric import quadric_gradient
 from ..geometry.tables import PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real
 from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
-from .events import entry_crossings, entry_sides
+from .events import crossed_face, entry_crossings, entry_sides
 from .scratch import Scratch, new_scratch
-from .walk import boxes_met, leaf_range, push_children, push_roots, reciprocal, walk
+from .simd import LAST
+from .walk import leaf_range, push_node, push_roots, put_beam, walk
 
 Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any]
-"""t, body, surface, face, side, entered"""
+"""t, body, entry, place, sense, entered: `crossed_face` makes the middle ones a surface, a face and a side"""
 
 _FAR = 2.0**100
 
@@ -43,7 +44,7 @@ def scene_tree(geometry: Geometry) -> int:
 @inline
 def no_hit() -> Hit:
     nothing = np.int64(-1)
-    return math.inf, nothing, nothing, nothing, np.int64(0), False
+    return math.inf, nothing, nothing, nothing, np.int64(1), False
 
 
 @inline
@@ -60,29 +61,27 @@ def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: 
     body = integer(geometry, table.ENTRY_BODY, entry)
     if count == 0 or not _closer(scratch.cross_t[0], body, best):
         return best
-    face = scratch.crossing
-    return scratch.cross_t[0], body, np.int64(face[0]), np.int64(face[1]), np.int64(face[2]), face[3] == 1
+    crossing = scratch.crossing
+    return scratch.cross_t[0], body, entry, np.int64(crossing[0]), np.int64(crossing[1]), crossing[2] == 1
 
 
 @helper
 def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs, any_hit: bool) -> Hit:
-    """The nearest crossing of bodies with blocks[body] != 0 (of all, if `blocks` is empty), or any one of them.
-
-    (t, body, surface, face, side, entered); t = inf and ids -1 for a miss.
-    """
+    """The nearest crossing of bodies with blocks[body] != 0 (of all, if `blocks` is empty), or any one of them."""
     ray, scale = scaled_ray(ray)
     best = no_hit()
     some = len(blocks) > 0
-    ix, iy, iz = reciprocal(ray[3]), reciprocal(ray[4]), reciprocal(ray[5])
-    top = push_roots(geometry, scratch.stack, scratch.stack_t, scene_tree(geometry))
+    stack, beam = scratch.stack, scratch.beam
+    put_beam(beam, ray)
+    top = push_roots(geometry, stack, scene_tree(geometry))
     while top > 0:
         top -= 1
-        if scratch.stack_t[top] > best[0] + abs(best[0]) * 1e-15:
+        if stack.t[top] > best[0] + abs(best[0]) * 1e-15:
             continue
-        code = scratch.stack[top]
+        code = stack.code[top]
         if code >= 0:
-            boxes_met(geometry, scratch.near, code, ray, ix, iy, iz, min(ray[7], best[0]))
-            top = push_children(geometry, scratch.near, scratch.stack, scratch.stack_t, code, top)
+            beam[LAST] = min(ray[7], best[0])
+            top = push_node(geometry, stack, scratch.near, beam, 0, code, top)
             continue
         first, last = leaf_range(code)
         for k in range(first, last):
@@ -101,10 +100,19 @@ def _unscaled(best: Hit, scale: float) -> Hit:
 
 
 @inline
+def resolved(geometry: Geometry, hit: Hit) -> tuple[float, int, int, int, int]:
+    """(t, body, surface, face, side) of a hit; ids -1 for a miss."""
+    t, body, entry, place, sense, _ = hit
+    if entry < 0:
+        return t, body, entry, entry, sense
+    surface, face, side = crossed_face(geometry, entry, place, sense)
+    return t, body, surface, face, side
+
+
+@inline
 def nearest(geometry: Geometry, scratch: Scratch, ray: Ray) -> tuple[float, int, int, int, int]:
     """(t, body, surface, face, side) of the first crossing in ]t_min, t_max[; t = inf and ids -1 for a miss."""
-    t, body, surface, face, side, _ = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-    return t, body, surface, face, side
+    return resolved(geometry, first_crossing(geometry, scratch, ray, scratch.nothing, False))
 
 
 @inline
@@ -132,7 +140,7 @@ def _sort(values: Ints, count: int) -> None:
 @helper
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     """Put the entries whose boxes the ray meets within its interval into scratch, by number of body."""
-    count = walk(geometry, scratch.near, scratch.stack, scratch.stack_t, scene_tree(geometry), ray, scratch.found)
+    count = walk(geometry, scratch.stack, scratch.near, scratch.beam, scene_tree(geometry), ray, scratch.found)
     _sort(scratch.found, count)
     return count
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..geometry.tables import Geometry
 from ..lowering import Lowered
 from .array_kernels import trace_crossings, trace_first, trace_occluded, trace_spans
-from .hits import Hits
+from .hits import Found, Hits
 from .membership import locate
 from .rays import FloatArray, Rays, points_array
 from .spans import Crossings, Spans
@@ -77,11 +77,10 @@ def _packets(rays: Rays) -> tuple[int, int]:
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     """The nearest crossing of each ray in ]t_min, t_max[."""
     arguments = _arguments(rays, t_min, t_max)
-    count = len(arguments[0])
-    t, ids, flags = np.empty(count), np.empty((count, 3), np.int32), np.empty((count, 2), np.int8)
+    found = Found.new(len(arguments[0]))
     width, packets = _packets(rays)
-    run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, t, ids, flags), packets, _PACKETS)
-    return Hits(scene, rays, t, ids, flags)
+    run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, *found), packets, _PACKETS)
+    return Hits(scene, rays, found)
 
 
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:

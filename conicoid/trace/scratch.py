@@ -9,6 +9,8 @@ import numpy as np
 from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Signs, integer, length
 from ..jit import allocator
+from .simd import BEAM
+from .walk import Stack
 
 
 class Scratch(NamedTuple):
@@ -16,16 +18,16 @@ class Scratch(NamedTuple):
 
     event_t: Floats  # span ends of a region's leaves
     event_leaf: Ints
-    event_slot: Ints  # the face
+    event_place: Ints  # the face
     event_on: Ints  # 1: the leaf is entered, 0: left
     cross_t: Floats  # crossings of a body
-    crossing: Ints  # 4 each: surface, face number, side, 1 if entered
+    crossing: Ints  # 3 each: place of the face, sense of its leaf, 1 if entered
     counts: Ints  # true inputs of every gate; between rays as they are with every leaf outside
-    stack: Ints  # what of the scene's tree is still to be visited
-    stack_t: Floats  # where the ray enters it
-    inner_stack: Ints  # the same for the tree of a body's leaves
-    inner_stack_t: Floats
+    stack: Stack  # of the walk through the scene's tree
+    inner_stack: Stack  # of the walk through the tree of a body's leaves
     near: Floats  # (8,) where the ray enters the children of a node
+    beam: Floats  # the ray, as the boxes of the scene's tree are tested with
+    inner_beam: Floats
     found: Ints  # entries whose boxes the ray meets
     found_leaves: Ints
     nothing: Signs  # an empty mask: every body counts
@@ -48,13 +50,13 @@ def new_scratch(geometry: Geometry) -> Scratch:
         np.empty(events, np.int32),
         np.empty(events, np.int32),
         np.empty(events),
-        np.empty(4 * events, np.int32),
+        np.empty(3 * events, np.int32),
         gates,
-        np.empty(depth, np.int32),
-        np.empty(depth),
-        np.empty(depth, np.int32),
-        np.empty(depth),
+        Stack(np.empty(depth, np.int32), np.empty(depth, np.int32), np.empty(depth)),
+        Stack(np.empty(depth, np.int32), np.empty(depth, np.int32), np.empty(depth)),
         np.empty(8),
+        np.empty(BEAM),
+        np.empty(BEAM),
         np.empty(length(geometry, table.ENTRY_KIND), np.int32),
         np.empty(leaves, np.int32),
         np.empty(0, np.int8),

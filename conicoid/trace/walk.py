@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Ray, integer
 from ..jit import helper, inline
+from .simd import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit
+
+
+class Stack(NamedTuple):
+    """What of a tree is still to be visited."""
+
+    code: Ints  # a node, or a leaf
+    box: Ints  # its box, -1 for none
+    t: Floats  # where the ray enters it
 
 
 @inline
@@ -16,50 +26,52 @@ def reciprocal(d: float) -> float:
 
 
 @inline
-def boxes_met(
-    geometry: Geometry, near: Floats, node: int, ray: Ray, ix: float, iy: float, iz: float, t_max: float
-) -> None:
-    """Where the ray enters each child's box, into `near`; inf where it passes by."""
-    boxes, at = geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * node
-    ox, oy, oz, t_min = ray[0], ray[1], ray[2], ray[6]
-    for i in range(8):
-        a, b = (boxes[at + i] - ox) * ix, (boxes[at + 24 + i] - ox) * ix
-        first, last = max(min(a, b), t_min), min(max(a, b), t_max)
-        a, b = (boxes[at + 8 + i] - oy) * iy, (boxes[at + 32 + i] - oy) * iy
-        first, last = max(min(a, b), first), min(max(a, b), last)
-        a, b = (boxes[at + 16 + i] - oz) * iz, (boxes[at + 40 + i] - oz) * iz
-        first, last = max(min(a, b), first), min(max(a, b), last)
-        slack = (abs(first) + abs(last)) * 4e-16
-        near[i] = first if first <= last + slack else math.inf
+def put_beam(beam: Floats, ray: Ray) -> None:
+    """The beam that is one ray."""
+    for axis in range(3):
+        o, d = (ray[0], ray[3]) if axis == 0 else ((ray[1], ray[4]) if axis == 1 else (ray[2], ray[5]))
+        beam[LOW_O + axis], beam[HIGH_O + axis] = o, o
+        beam[LOW_I + axis], beam[HIGH_I + axis] = reciprocal(d), reciprocal(d)
+    beam[FIRST], beam[LAST] = ray[6], ray[7]
 
 
 @inline
-def push_children(geometry: Geometry, near: Floats, stack: Ints, stack_t: Floats, node: int, top: int) -> int:
-    """Put the children that the ray meets on the stack, the nearest on top; returns its height."""
+def push_met(geometry: Geometry, stack: Stack, near: Floats, node: int, bits: int, top: int) -> int:
+    """Put the children of a node that are told by bits on the stack, the nearest on top; returns its height."""
     base = top
-    for i in range(8):
-        t = near[i]
-        child = integer(geometry, table.NODE_CHILDREN, 8 * node + i)
-        if child == 0 or not t < math.inf:
+    while bits != 0:
+        i = lowest_bit(bits)
+        bits &= bits - 1
+        t, child = near[i], integer(geometry, table.NODE_CHILDREN, 8 * node + i)
+        if child == 0:
             continue
         slot = top
-        while slot > base and stack_t[slot - 1] < t:
-            stack_t[slot] = stack_t[slot - 1]
-            stack[slot] = stack[slot - 1]
+        while slot > base and stack.t[slot - 1] < t:
+            stack.t[slot], stack.code[slot], stack.box[slot] = (
+                stack.t[slot - 1],
+                stack.code[slot - 1],
+                stack.box[slot - 1],
+            )
             slot -= 1
-        stack_t[slot] = t
-        stack[slot] = child
+        stack.t[slot], stack.code[slot], stack.box[slot] = t, child, 8 * node + i
         top += 1
     return top
 
 
 @inline
-def push_roots(geometry: Geometry, stack: Ints, stack_t: Floats, tree: int) -> int:
+def push_node(geometry: Geometry, stack: Stack, near: Floats, beam: Floats, start: int, node: int, top: int) -> int:
+    """Put the children of a node that a beam (from beam[start:]) meets on the stack; returns its height."""
+    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * node, beam, start, near)
+    return push_met(geometry, stack, near, node, bits, top)
+
+
+@inline
+def push_roots(geometry: Geometry, stack: Stack, tree: int) -> int:
     """Start a walk: what no box holds is on top. Returns the height of the stack."""
     first, last = integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)
     for k in range(first, last):
-        stack[k - first] = integer(geometry, table.ROOTS, k)
-        stack_t[k - first] = -math.inf
+        stack.code[k - first] = integer(geometry, table.ROOTS, k)
+        stack.t[k - first], stack.box[k - first] = -math.inf, -1
     return last - first
 
 
@@ -71,17 +83,16 @@ def leaf_range(code: int) -> tuple[int, int]:
 
 
 @helper
-def walk(geometry: Geometry, near: Floats, stack: Ints, stack_t: Floats, tree: int, ray: Ray, found: Ints) -> int:
+def walk(geometry: Geometry, stack: Stack, near: Floats, beam: Floats, tree: int, ray: Ray, found: Ints) -> int:
     """Put everything whose box the ray meets within its interval into `found`; returns how many."""
     count = 0
-    ix, iy, iz = reciprocal(ray[3]), reciprocal(ray[4]), reciprocal(ray[5])
-    top = push_roots(geometry, stack, stack_t, tree)
+    put_beam(beam, ray)
+    top = push_roots(geometry, stack, tree)
     while top > 0:
         top -= 1
-        code = stack[top]
+        code = stack.code[top]
         if code >= 0:
-            boxes_met(geometry, near, code, ray, ix, iy, iz, ray[7])
-            top = push_children(geometry, near, stack, stack_t, code, top)
+            top = push_node(geometry, stack, near, beam, 0, code, top)
             continue
         first, last = leaf_range(code)
         for k in range(first, last):

@@ -1,0 +1,94 @@
+"""Rays out of a user's arrays: one by one, or 64 into the lanes of a packet.
+
+Where the rays make a picture a packet is a square of 8 x 8 of its pixels, else 64 in a row.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..geometry import tables as table
+from ..geometry.tables import Floats, Geometry, Ints, Ray
+from ..jit import helper, inline
+from .lanes import (
+    BEAM_AT,
+    DX,
+    INVERSE,
+    LANES,
+    OX,
+    OY,
+    OZ,
+    START,
+    T_MIN,
+    prepare_lanes,
+    put_idle,
+    put_lane_beam,
+    put_ray,
+)  # fmt: skip
+from .simd import HIGH_O, LOW_O, extent
+
+DEAD = -2
+"""Start of a ray that does not exist: the continuation of a miss."""
+
+_SEVERAL = 4.0
+
+
+@inline
+def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, i: int) -> Ray:
+    """Ray i; t_min, t_max and starts hold one value for all or one for each."""
+    start = np.int64(starts[i if len(starts) > 1 else 0])
+    first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
+    ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
+    return ox, oy, oz, directions[i, 0], directions[i, 1], directions[i, 2], first, last, start  # type: ignore[return-value]
+
+
+@inline
+def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]:
+    """(first ray, how many) of one of the eight rows of a packet, of a picture of some width or (0) of a list."""
+    if width == 0:
+        i = LANES * packet + 8 * row
+        return i, max(0, min(8, count - i))
+    across = (width + 7) >> 3
+    x, y = 8 * (packet % across), 8 * (packet // across) + row
+    return y * width + x, min(8, width - x) if y * width < count else 0
+
+
+@inline
+def fill_lanes(
+    lanes: Floats, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    packet: int, width: int,
+) -> None:  # fmt: skip
+    """The rays of a packet into its lanes; those beyond the end are idle."""
+    for row in range(8):
+        i, n = packet_row(packet, row, width, len(origins))
+        for k in range(n):
+            put_ray(lanes, 8 * row + k, load_ray(origins, directions, t_min, t_max, starts, i + k))
+        for k in range(n, 8):
+            put_idle(lanes, 8 * row + k, 0)
+    prepare_lanes(lanes)
+    put_lane_beam(lanes)
+
+
+@helper
+def coherent(geometry: Geometry, lanes: Floats) -> bool:
+    """Do the rays of a packet see about the same part of the scene?
+
+    Their origins and, at the far end of the scene, their points must lie within a few times the
+    size that a body has when the scene's box is shared out among all. Rays that begin before their
+    origins, or whose directions are not of ordinary length, go one by one.
+    """
+    shortest, longest = extent(lanes, INVERSE)
+    if not (shortest > 1e-60 and longest < 1e60) or extent(lanes, T_MIN)[0] < 0.0 or extent(lanes, START)[0] == DEAD:
+        return False
+    at, floats = geometry.places[table.EXTENT, 0], geometry.floats
+    diagonal, cell = floats[at], floats[at + 1]
+    ox, oy, oz = lanes[OX] - floats[at + 2], lanes[OY] - floats[at + 3], lanes[OZ] - floats[at + 4]
+    reach = math.sqrt(ox * ox + oy * oy + oz * oz) + 0.5 * diagonal
+    spread, apart = 0.0, 0.0
+    for axis in range(3):
+        low, high = extent(lanes, DX + np.uint64(LANES * axis))
+        spread = max(spread, high - low)
+        apart += lanes[BEAM_AT + HIGH_O + axis] - lanes[BEAM_AT + LOW_O + axis]
+    return spread * math.sqrt(lanes[INVERSE]) * reach + apart <= _SEVERAL * cell

@@ -1,0 +1,123 @@
+"""A packet: 64 rays side by side, a row of 64 floats for each of their numbers.
+
+All rows stand in one block of floats, numbers of things too, at places the compiler knows: so it
+sees that what a loop over lanes writes is not what it reads, and makes vectors of it. Lanes are counted
+by unsigned numbers, else it must think of places counted from the end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..geometry.tables import Floats, Ray, whole
+from ..jit import choose, inline
+from .kernels import Hit
+from .simd import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent
+from .walk import reciprocal
+
+LANES = 64
+
+# Where the rows begin. `lanes_in_box` relies on the order of the first nine
+(
+    OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, BEST, DX, DY, DZ, INVERSE, START, BODY, ENTRY, PLACE, SENSE, ENTERS,
+    A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, REACH,
+    NOW, NEXT, INSIDE, SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS,
+) = (np.uint64(row) for row in range(0, 42 * LANES, LANES))  # fmt: skip
+BEAM_AT = 42 * LANES
+SIZE = BEAM_AT + BEAM + 2
+ALL = np.uint64(LANES)
+
+
+@inline
+def eights(first: int, last: int) -> tuple[Any, Any]:
+    """The same numbers, multiples of 8 in [0, 64], made such that the compiler knows that they are."""
+    return np.uint64(first) & np.uint64(56), np.uint64(last) & np.uint64(120)
+
+
+@inline
+def put_ray(lanes: Floats, i: Any, ray: Ray) -> None:
+    """A ray into lane i."""
+    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    i = np.uint64(i)
+    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = ox, oy, oz
+    lanes[DX + i], lanes[DY + i], lanes[DZ + i] = dx, dy, dz
+    lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = t_min, t_max, start
+
+
+@inline
+def put_idle(lanes: Floats, i: Any, like: Any) -> None:
+    """A lane without a ray, where lane `like` has one: it looks the same way through an empty interval."""
+    i, like = np.uint64(i), np.uint64(like)
+    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = lanes[OX + like], lanes[OY + like], lanes[OZ + like]
+    lanes[DX + i], lanes[DY + i], lanes[DZ + i] = lanes[DX + like], lanes[DY + like], lanes[DZ + like]
+    lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = lanes[T_MIN + like], -math.inf, lanes[START + like]
+
+
+@inline
+def prepare_lanes(lanes: Floats) -> None:
+    """What follows from the rays; nothing is hit yet."""
+    for i in range(ALL):
+        dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
+        lanes[INVERSE + i] = 1.0 / (dx * dx + dy * dy + dz * dz)
+        lanes[IX + i], lanes[IY + i], lanes[IZ + i] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
+        lanes[BEST + i] = math.inf
+        lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
+        lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
+
+
+@inline
+def put_lane_beam(lanes: Floats) -> None:
+    """The beam that holds all lanes (t >= 0)."""
+    lanes[BEAM_AT + LOW_O], lanes[BEAM_AT + HIGH_O] = extent(lanes, OX)
+    lanes[BEAM_AT + LOW_O + 1], lanes[BEAM_AT + HIGH_O + 1] = extent(lanes, OY)
+    lanes[BEAM_AT + LOW_O + 2], lanes[BEAM_AT + HIGH_O + 2] = extent(lanes, OZ)
+    for axis in range(3):
+        low, high = extent(lanes, DX + np.uint64(LANES * axis))
+        lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
+    lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN)[0]
+    shorten_beam(lanes)
+
+
+@inline
+def shorten_beam(lanes: Floats) -> None:
+    """The beam ends where the last of its lanes does."""
+    for i in range(ALL):
+        t_max, best = lanes[T_MAX + i], lanes[BEST + i]
+        lanes[REACH + i] = t_max if t_max < best else best
+    lanes[BEAM_AT + LAST] = extent(lanes, REACH)[1]
+
+
+@inline
+def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
+    """The ray in lane i, up to t_max."""
+    i = np.uint64(i)
+    return (
+        lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
+        lanes[T_MIN + i], t_max, whole(lanes[START + i]),
+    )  # fmt: skip
+
+
+@inline
+def take(lanes: Floats, i: int, t: float, entry: int, body: int, place: float, sense: float, enters: float) -> None:
+    """Keep the nearer of a lane's hit and a new one; equal t goes to the body listed first."""
+    best = lanes[BEST + i]
+    closer = (t < best) | ((t == best) & (body < lanes[BODY + i]))
+    lanes[BEST + i] = choose(closer, t, best)
+    lanes[BODY + i] = choose(closer, body, lanes[BODY + i])
+    lanes[ENTRY + i] = choose(closer, entry, lanes[ENTRY + i])
+    lanes[PLACE + i] = choose(closer, place, lanes[PLACE + i])
+    lanes[SENSE + i] = choose(closer, sense, lanes[SENSE + i])
+    lanes[ENTERS + i] = choose(closer, enters, lanes[ENTERS + i])
+
+
+@inline
+def lane_hit(lanes: Floats, i: Any) -> Hit:
+    """What lane i has met."""
+    i = np.uint64(i)
+    return (
+        lanes[BEST + i], whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(lanes[PLACE + i]),
+        whole(lanes[SENSE + i]), lanes[ENTERS + i] == 1.0,
+    )  # fmt: skip

@@ -1,0 +1,182 @@
+"""Vectors of eight floats, spelled out where the compiler would not find them by itself.
+
+It vectorises loops over many lanes, but unrolls a loop over the eight children of a node or the
+eight rows of a packet first, and then leaves it scalar. So these three are written in LLVM's own
+vectors, which it lowers to whatever the machine has. IEEE arithmetic as elsewhere.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+WIDTH = 8
+_DOUBLE = ir.DoubleType()
+_EIGHT = ir.VectorType(_DOUBLE, WIDTH)
+_BITS = ir.IntType(WIDTH)
+_INT64 = ir.IntType(64)
+_SLACK = 1e-15
+"""Share of |t| by which a box may be missed: more than the rounding of a slab's two ends."""
+
+# Numbers of a beam, in the order of its block: where it starts and ends in t comes last
+LOW_O, HIGH_O, LOW_I, HIGH_I, FIRST, LAST = 0, 3, 6, 9, 12, 13
+BEAM = 14
+
+
+class _Code:
+    """Short names for what is built."""
+
+    def __init__(self, context: Any, builder: Any) -> None:
+        self.context, self.builder = context, builder
+
+    def data(self, signature: Any, arguments: Any, k: int) -> Any:
+        """Where the elements of array argument k begin."""
+        return self.context.make_array(signature.args[k])(self.context, self.builder, arguments[k]).data
+
+    def place(self, pointer: Any, at: Any, offset: int) -> Any:
+        return self.builder.gep(pointer, [self.builder.add(at, _INT64(offset))])
+
+    def number(self, pointer: Any, at: Any, offset: int) -> Any:
+        return self.builder.load(self.place(pointer, at, offset))
+
+    def eight(self, pointer: Any, at: Any, offset: int) -> Any:
+        place = self.builder.bitcast(self.place(pointer, at, offset), _EIGHT.as_pointer())
+        return self.builder.load(place, align=8)
+
+    def store(self, value: Any, pointer: Any, at: Any, offset: int) -> None:
+        self.builder.store(value, self.builder.bitcast(self.place(pointer, at, offset), _EIGHT.as_pointer()), align=8)
+
+    def spread(self, number: Any) -> Any:
+        """The same number in all eight."""
+        first = self.builder.insert_element(ir.Constant(_EIGHT, ir.Undefined), number, ir.IntType(32)(0))
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+        return self.builder.shuffle_vector(first, ir.Constant(_EIGHT, ir.Undefined), zeros)
+
+    def constant(self, value: float) -> Any:
+        return ir.Constant(_EIGHT, [value] * WIDTH)
+
+    def smaller(self, a: Any, b: Any) -> Any:
+        return self.builder.select(self.builder.fcmp_ordered("<", a, b), a, b)
+
+    def larger(self, a: Any, b: Any) -> Any:
+        return self.builder.select(self.builder.fcmp_ordered(">", a, b), a, b)
+
+    def size(self, a: Any) -> Any:
+        return self.larger(a, self.builder.fneg(a))
+
+    def overlaps(self, first: Any, last: Any) -> Any:
+        """first <= last, with slack, as a number of eight bits."""
+        b = self.builder
+        slack = b.fmul(b.fadd(self.size(first), self.size(last)), self.constant(_SLACK))
+        return b.bitcast(b.fcmp_ordered("<=", first, b.fadd(last, slack)), _BITS)
+
+    def folded(self, a: Any, join: Any) -> Any:
+        """The eight joined two by two, to one number."""
+        for half in (4, 2, 1):
+            order = [(i + half) % WIDTH for i in range(WIDTH)]
+            mask = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order)
+            a = join(a, self.builder.shuffle_vector(a, a, mask))
+        return self.builder.extract_element(a, ir.IntType(32)(0))
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, near: Any) -> Any:
+    """Which of the eight boxes at boxes[at:] a beam meets, as bits; where it enters each goes into near[:8].
+
+    The beam (beam[start:], see `BEAM`) holds all points o + t d, t in [first, last], with o and d
+    between two corners each: x(t) lies between low o + t low d and high o + t high d as long as t >= 0, so
+    every axis gives two linear conditions on t. A single ray is the beam whose corners are equal.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = _Code(context, builder), builder
+        floats, rays, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
+        place, begin = arguments[1], arguments[3]
+        first, last = c.spread(c.number(rays, begin, FIRST)), c.spread(c.number(rays, begin, LAST))
+        none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
+        for axis in range(3):
+            # The low corner must not lie beyond the box's high side, nor the high corner before its low side
+            for corner, slope, side, upward in ((LOW_O, LOW_I, 24, True), (HIGH_O, HIGH_I, 0, False)):
+                o = c.spread(c.number(rays, begin, corner + axis))
+                inverse = c.number(rays, begin, slope + axis)
+                t = b.fmul(b.fsub(c.eight(floats, place, side + 8 * axis), o), c.spread(inverse))
+                rises = b.fcmp_ordered(">" if upward else "<", inverse, _DOUBLE(0.0))
+                last = c.smaller(b.select(rises, t, all_of_it), last)
+                first = c.larger(b.select(rises, none, t), first)
+        c.store(first, out, _INT64(0), 0)
+        return b.zext(c.overlaps(first, last), _INT64)
+
+    return types.int64(boxes, types.int64, beam, types.int64, near), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def lanes_in_box(typing_context: Any, lanes: Any, boxes: Any, at: Any) -> Any:
+    """Which of 64 lanes meet the box whose six sides stand at boxes[at::8], as 64 bits.
+
+    The block of lanes begins with rows of 64: origins, inverse directions, t_min, t_max, nearest hits.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = _Code(context, builder), builder
+        rays, floats = c.data(signature, arguments, 0), c.data(signature, arguments, 1)
+        sides = [c.spread(c.number(floats, arguments[2], 8 * k)) for k in range(6)]
+        met: Any = _INT64(0)
+        for group in range(8):
+            rows = [c.eight(rays, _INT64(0), 64 * k + 8 * group) for k in range(9)]
+            first, last = rows[6], c.smaller(rows[7], rows[8])
+            for axis in range(3):
+                s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
+                t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
+                first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+            bits = b.zext(c.overlaps(first, last), _INT64)
+            met = b.or_(met, b.shl(bits, _INT64(8 * group)))
+        return met
+
+    return types.int64(lanes, boxes, types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def extent(typing_context: Any, lanes: Any, row: Any) -> Any:
+    """(least, greatest) of 64 lanes from lanes[row]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c = _Code(context, builder)
+        pointer, at = c.data(signature, arguments, 0), arguments[1]
+        low = high = c.eight(pointer, at, 0)
+        for group in range(1, 8):
+            value = c.eight(pointer, at, 8 * group)
+            low, high = c.smaller(value, low), c.larger(value, high)
+        return cgutils.pack_struct(builder, [c.folded(low, c.smaller), c.folded(high, c.larger)])
+
+    pair = types.UniTuple(types.float64, 2)
+
+    def packed(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        value = code(context, builder, signature, arguments)
+        parts = [builder.extract_value(value, k) for k in range(2)]
+        return context.make_tuple(builder, signature.return_type, parts)
+
+    return pair(lanes, types.int64), packed
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def lowest_bit(typing_context: Any, bits: Any) -> Any:
+    """The place of the lowest bit set; 64 if none is."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.cttz(arguments[0], ir.IntType(1)(0))
+
+    return types.int64(types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def highest_bit(typing_context: Any, bits: Any) -> Any:
+    """The place of the highest bit set; -1 if none is."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.sub(_INT64(63), builder.ctlz(arguments[0], ir.IntType(1)(0)))
+
+    return types.int64(types.int64), code
