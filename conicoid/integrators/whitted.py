@@ -10,52 +10,74 @@ listed first has priority where two overlap.
 from __future__ import annotations
 
 import math
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..geometry.tables import Geometry
+from ..geometry.tables import Floats, Geometry
 from ..geometry.vectors import dot
 from ..jit import helper, inline
 from ..shading.background import background_color
 from ..shading.fresnel import dielectric, schlick
-from ..shading.local import direct_light, surface_color
+from ..shading.local import ask_lights, direct_light, surface_color
 from ..shading.look import Look
 from ..shading.materials import Materials, material_row
-from ..shading.media import OUTSIDE, absorbed, index_of, medium_of
+from ..shading.media import OUTSIDE, absorbed, index_of, medium_of, unseen
 from ..shading.reflect import reflect
 from ..shading.refract import refract
-from ..trace.kernels import first_crossing, media, nearest, normal_at, resolved
+from ..trace.kernels import Hit, first_crossing, media, nearest, normal_at, resolved
 from ..trace.scratch import Scratch
 from .stack import NO_SURFACE, Stack, push
 
-Visible = tuple[float, int, int, int, int, int, int]
+Sight: TypeAlias = tuple[float, Any, Any, Any, Any, Any, Any, float, float, float, float, float, float]
+"""t, body, surface, face, side, medium before, medium after, point (3), outward normal (3)"""
 
 
 @helper
-def first_visible(
+def sight_of(
     geometry: Geometry, scratch: Scratch, materials: Materials,
-    ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, start: int,
-) -> Visible:  # fmt: skip
-    """(t, body, surface, face, side, medium before, medium after) of the first wall that light notices.
+    ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, start: int, hit: Hit,
+) -> Sight:  # fmt: skip
+    """The first wall that light notices along a ray whose first crossing is `hit`; body -1 if there is none.
 
     An opaque surface always is one, also where a transparent wall coincides with it.
     """
-    t_min = 0.0
-    while True:
-        ray = (ox, oy, oz, dx, dy, dz, t_min, math.inf, start)
-        t, body, surface, face, side = nearest(geometry, scratch, ray)
-        if body < 0 or not materials.any_transparent:
-            return t, body, surface, face, side, OUTSIDE, OUTSIDE
+    t, body, surface, face, side = resolved(geometry, hit)
+    outside: Any = OUTSIDE
+    before, after = outside, outside
+    while body >= 0 and materials.any_transparent:
+        ray = (ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
         if materials.opaque[body] == 0:
             here = (ox, oy, oz, dx, dy, dz, np.nextafter(t, -math.inf), np.nextafter(t, math.inf), start)
-            hit = first_crossing(geometry, scratch, here, materials.opaque, False)
-            if hit[1] >= 0:
-                _, body, surface, face, side = resolved(geometry, hit)
+            other = first_crossing(geometry, scratch, here, materials.opaque, False)
+            if other[1] >= 0:
+                _, body, surface, face, side = resolved(geometry, other)
         in_front, behind = media(geometry, scratch, ray, t, materials.medium)
         before, after = medium_of(materials, in_front), medium_of(materials, behind)
-        if materials.medium[body] == 0 or before != after:
-            return t, body, surface, face, side, before, after
-        t_min = t
+        if materials.medium[body] == 0 or not unseen(materials, body, before, after):
+            break
+        t, body, surface, face, side = nearest(geometry, scratch, (ox, oy, oz, dx, dy, dz, t, math.inf, start))
+    if body < 0:
+        return t, body, surface, face, side, before, after, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
+    nx, ny, nz = normal_at(geometry, surface, side, x, y, z)
+    return t, body, surface, face, side, before, after, x, y, z, nx, ny, nz
+
+
+@inline
+def facing(sight: Sight, dx: float, dy: float, dz: float) -> tuple[float, float, float, float, bool]:
+    """(normal turned to the eye, its cosine with the way back, seen from inside?)"""
+    nx, ny, nz = sight[10], sight[11], sight[12]
+    cosine = -dot(nx, ny, nz, dx, dy, dz)
+    if cosine < 0.0:
+        return -nx, -ny, -nz, -cosine, True
+    return nx, ny, nz, cosine, False
+
+
+@inline
+def shows_light(materials: Materials, sight: Sight, from_inside: bool) -> bool:
+    """Does a surface show what lights fall on it? The inner side of glass does not."""
+    return not (from_inside and materials.medium[sight[1]] == 1)
 
 
 @inline
@@ -77,71 +99,87 @@ def camera_medium(geometry: Geometry, scratch: Scratch, materials: Materials, x:
 
 
 @helper
-def whitted_radiance(
-    geometry: Geometry, scratch: Scratch, stack: Stack, look: Look, depth: int, medium: int,
-    ox: float, oy: float, oz: float, dx: float, dy: float, dz: float,
-) -> tuple[float, float, float]:  # fmt: skip
-    """Linear rgb of what comes back along a unit direction that starts in `medium`, after at most `depth` turns."""
+def shade(
+    geometry: Geometry, look: Look, stack: Stack, size: int, depth: int, turns: int, sight: Sight,
+    arrived: Floats, at: int, dx: float, dy: float, dz: float, wr: float, wg: float, wb: float,
+) -> tuple[float, float, float, int]:  # fmt: skip
+    """(rgb that a surface sends back by itself, new size of the stack): the rays it sends on are pushed.
+
+    arrived[at:]: how much of each light reaches it.
+    """
+    materials = look.materials
+    t, body, surface, face, _, before, after, x, y, z, _, _, _ = sight
+    wr, wg, wb = absorbed(materials, before, t, wr, wg, wb)
+    row = materials.rows[material_row(geometry, materials, body, face)]
+    cr, cg, cb = surface_color(geometry, materials, body, face, surface, x, y, z, sight[10], sight[11], sight[12])
+    nx, ny, nz, cosine, from_inside = facing(sight, dx, dy, dz)
+
+    # How light parts there: F is reflected, of the rest a share goes through
+    refracts = materials.medium[body] == 1
+    fr, fg, fb = opaque_reflectance(row, cosine)
+    tx, ty, tz = dx, dy, dz
+    if refracts:
+        eta = index_of(materials, before) / index_of(materials, after)
+        tx, ty, tz, beyond = refract(dx, dy, dz, nx, ny, nz, eta)
+        fr = dielectric(cosine, beyond, eta)
+        fg, fb = fr, fr
+    pr, pg, pb = row.transparency[0], row.transparency[1], row.transparency[2]
+
+    # Its own light
+    red, green, blue = 0.0, 0.0, 0.0
+    if shows_light(materials, sight, from_inside):
+        dr, dg, db, hr, hg, hb = direct_light(look, row, arrived, at, x, y, z, nx, ny, nz, -dx, -dy, -dz)
+        ka, kd = row.ambient, row.diffuse
+        ar, ag, ab = look.ambient
+        red = wr * (cr * (ka * ar + kd * dr) * (1.0 - fr) * (1.0 - pr) + row.specular[0] * hr)
+        green = wg * (cg * (ka * ag + kd * dg) * (1.0 - fg) * (1.0 - pg) + row.specular[1] * hg)
+        blue = wb * (cb * (ka * ab + kd * db) * (1.0 - fb) * (1.0 - pb) + row.specular[2] * hb)
+
+    # On along the refracted and the mirrored ray
+    if turns < depth:
+        size = push(
+            stack, size, x, y, z, tx, ty, tz, wr * (1.0 - fr) * pr, wg * (1.0 - fg) * pg, wb * (1.0 - fb) * pb,
+            surface, turns + 1, after if refracts else before,
+        )  # fmt: skip
+        mx, my, mz = reflect(dx, dy, dz, nx, ny, nz)
+        size = push(stack, size, x, y, z, mx, my, mz, wr * fr, wg * fg, wb * fb, surface, turns + 1, before)
+    return red, green, blue, size
+
+
+@inline
+def sky(look: Look, medium: int, dz: float, wr: float, wg: float, wb: float) -> tuple[float, float, float]:
+    """Rgb of the background along a unit direction, seen from a medium."""
+    wr, wg, wb = absorbed(look.materials, medium, math.inf, wr, wg, wb)
+    r, g, b = background_color(look.background, dz)
+    return wr * r, wg * g, wb * b
+
+
+@helper
+def follow(
+    geometry: Geometry, scratch: Scratch, stack: Stack, size: int, look: Look, depth: int, arrived: Floats
+) -> tuple[float, float, float]:
+    """Linear rgb of what comes back along the rays on the stack, after at most `depth` turns."""
     materials = look.materials
     red, green, blue = 0.0, 0.0, 0.0
-    size = push(stack, 0, ox, oy, oz, dx, dy, dz, 1.0, 1.0, 1.0, NO_SURFACE, 0, medium)
     while size > 0:
-        # Take a ray and find what it meets
         size -= 1
         floats = stack.floats[size]
         ox, oy, oz, dx, dy, dz = floats[0], floats[1], floats[2], floats[3], floats[4], floats[5]
         wr, wg, wb = floats[6], floats[7], floats[8]
         start, turns, medium = stack.numbers[size, 0], stack.numbers[size, 1], stack.numbers[size, 2]
-        t, body, surface, face, side, before, after = first_visible(
-            geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start
-        )
-        if body < 0:
-            wr, wg, wb = absorbed(materials, medium, math.inf, wr, wg, wb)
-            r, g, b = background_color(look.background, dz)
-            red, green, blue = red + wr * r, green + wg * g, blue + wb * b
-            continue
-        wr, wg, wb = absorbed(materials, before, t, wr, wg, wb)
-
-        # The surface there, its normal turned to the eye
-        row = materials.rows[material_row(geometry, materials, body, face)]
-        x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
-        nx, ny, nz = normal_at(geometry, surface, side, x, y, z)
-        cr, cg, cb = surface_color(geometry, materials, body, face, surface, x, y, z, nx, ny, nz)
-        cosine = -dot(nx, ny, nz, dx, dy, dz)
-        from_inside = cosine < 0.0
-        if from_inside:
-            nx, ny, nz, cosine = -nx, -ny, -nz, -cosine
-
-        # How light parts there: F is reflected, of the rest a share goes through
-        refracts = materials.medium[body] == 1
-        fr, fg, fb = opaque_reflectance(row, cosine)
-        tx, ty, tz = dx, dy, dz
-        if refracts:
-            eta = index_of(materials, before) / index_of(materials, after)
-            tx, ty, tz, beyond = refract(dx, dy, dz, nx, ny, nz, eta)
-            fr = dielectric(cosine, beyond, eta)
-            fg, fb = fr, fr
-        pr, pg, pb = row.transparency[0], row.transparency[1], row.transparency[2]
-
-        # Its own light
-        if not (refracts and from_inside):
-            dr, dg, db, hr, hg, hb = direct_light(
-                geometry, scratch, look, row, surface, before, x, y, z, nx, ny, nz, -dx, -dy, -dz
-            )
-            ka, kd = row.ambient, row.diffuse
-            ar, ag, ab = look.ambient
-            red += wr * (cr * (ka * ar + kd * dr) * (1.0 - fr) * (1.0 - pr) + row.specular[0] * hr)
-            green += wg * (cg * (ka * ag + kd * dg) * (1.0 - fg) * (1.0 - pg) + row.specular[1] * hg)
-            blue += wb * (cb * (ka * ab + kd * db) * (1.0 - fb) * (1.0 - pb) + row.specular[2] * hb)
-
-        # On along the refracted and the mirrored ray
-        if turns == depth:
-            continue
-        beyond_medium = after if refracts else before
-        size = push(
-            stack, size, x, y, z, tx, ty, tz,
-            wr * (1.0 - fr) * pr, wg * (1.0 - fg) * pg, wb * (1.0 - fb) * pb, surface, turns + 1, beyond_medium,
-        )  # fmt: skip
-        mx, my, mz = reflect(dx, dy, dz, nx, ny, nz)
-        size = push(stack, size, x, y, z, mx, my, mz, wr * fr, wg * fg, wb * fb, surface, turns + 1, before)
+        ray = (ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
+        hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+        sight = sight_of(geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start, hit)
+        if sight[1] < 0:
+            r, g, b = sky(look, medium, dz, wr, wg, wb)
+        else:
+            nx, ny, nz, _, from_inside = facing(sight, dx, dy, dz)
+            if shows_light(materials, sight, from_inside):
+                row = materials.rows[material_row(geometry, materials, sight[1], sight[3])]
+                ask_lights(
+                    geometry, scratch, look, row, sight[2], sight[5], arrived,
+                    sight[7], sight[8], sight[9], nx, ny, nz, -dx, -dy, -dz,
+                )  # fmt: skip
+            r, g, b, size = shade(geometry, look, stack, size, depth, turns, sight, arrived, 0, dx, dy, dz, wr, wg, wb)
+        red, green, blue = red + r, green + g, blue + b
     return red, green, blue

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..geometry.tables import Geometry
+from ..geometry.tables import Floats, Geometry
 from ..geometry.vectors import dot
 from ..jit import helper, inline
 from ..trace.kernels import uv_at
@@ -44,30 +44,56 @@ def highlight(
     return phong(lx, ly, lz, ex, ey, ez, nx, ny, nz, row.shininess)
 
 
+@inline
+def light_at(
+    light: Any, row: Any, x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """(l, end, N·L, highlight, share): the ray to a light and what its light would do at x; share 0 if nothing."""
+    lx, ly, lz, end = towards(light, x, y, z)
+    distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
+    if distance == 0.0:
+        return lx, ly, lz, end, 0.0, 0.0, 0.0
+    ux, uy, uz = lx / distance, ly / distance, lz / distance
+    cosine = dot(nx, ny, nz, ux, uy, uz)
+    if cosine <= 0.0:
+        return lx, ly, lz, end, cosine, 0.0, 0.0
+    shiny = row.specular[0] + row.specular[1] + row.specular[2] > 0.0
+    shine = highlight(row, ux, uy, uz, ex, ey, ez, nx, ny, nz) if shiny else 0.0
+    part = share(light, ux, uy, uz, distance)
+    if row.diffuse == 0.0 and shine < _FAINT:
+        part = 0.0
+    return lx, ly, lz, end, cosine, shine, part
+
+
+@helper
+def ask_lights(
+    geometry: Geometry, scratch: Scratch, look: Look, row: Any, start: int, inside: int, arrived: Floats,
+    x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float,
+) -> None:  # fmt: skip
+    """How much of each light (rgb, into `arrived`) reaches x on surface `start` in medium `inside`."""
+    for k in range(len(look.lights)):
+        lx, ly, lz, end, _, _, part = light_at(look.lights[k], row, x, y, z, nx, ny, nz, ex, ey, ez)
+        if part != 0.0:
+            arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = light_through(
+                geometry, scratch, look.materials, x, y, z, lx, ly, lz, end, start, inside
+            )
+
+
 @helper
 def direct_light(
-    geometry: Geometry, scratch: Scratch, look: Look, row: Any, start: int, inside: int,
+    look: Look, row: Any, arrived: Floats, at: int,
     x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float,
 ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-    """(Σ I N·L, Σ I h), each rgb, over the lights seen from x on surface `start`, n on the eye's side."""
+    """(Σ I N·L, Σ I h), each rgb, over the lights, of which arrived[at:] reaches x; n on the eye's side."""
     dr, dg, db, hr, hg, hb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    shiny = row.specular[0] + row.specular[1] + row.specular[2] > 0.0
     for k in range(len(look.lights)):
         light = look.lights[k]
-        lx, ly, lz, end = towards(light, x, y, z)
-        distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
-        if distance == 0.0:
+        _, _, _, _, cosine, shine, part = light_at(light, row, x, y, z, nx, ny, nz, ex, ey, ez)
+        if part == 0.0:
             continue
-        ux, uy, uz = lx / distance, ly / distance, lz / distance
-        cosine = dot(nx, ny, nz, ux, uy, uz)
-        if cosine <= 0.0:
-            continue
-        shine = highlight(row, ux, uy, uz, ex, ey, ez, nx, ny, nz) if shiny else 0.0
-        part = share(light, ux, uy, uz, distance)
-        if part == 0.0 or (row.diffuse == 0.0 and shine < _FAINT):
-            continue
-        r, g, b = light_through(geometry, scratch, look.materials, x, y, z, lx, ly, lz, end, start, inside)
-        r, g, b = r * part * light.intensity[0], g * part * light.intensity[1], b * part * light.intensity[2]
+        r = arrived[at + 3 * k] * part * light.intensity[0]
+        g = arrived[at + 3 * k + 1] * part * light.intensity[1]
+        b = arrived[at + 3 * k + 2] * part * light.intensity[2]
         dr, dg, db = dr + r * cosine, dg + g * cosine, db + b * cosine
         hr, hg, hb = hr + r * shine, hg + g * shine, hb + b * shine
     return dr, dg, db, hr, hg, hb

@@ -23,6 +23,22 @@ def index_of(materials: Any, medium: int) -> float:
 
 
 @inline
+def unseen(materials: Any, body: int, before: int, after: int) -> bool:
+    """Does light pass the wall of a transparent body as if nothing were there?"""
+    if before == after:
+        return True
+    row = materials.rows[materials.row_of[body]]
+    if index_of(materials, before) != index_of(materials, after):
+        return False
+    for k in range(3):
+        one = materials.rows[before].absorption[k] if before >= 0 else 0.0
+        other = materials.rows[after].absorption[k] if after >= 0 else 0.0
+        if row.transparency[k] != 1.0 or row.specular[k] != 0.0 or one != other:
+            return False
+    return True
+
+
+@inline
 def absorbed(materials: Any, medium: int, length: float, r: float, g: float, b: float) -> tuple[float, float, float]:
     """Light after a length of way through a medium: exp(-absorption · length) for each channel (Beer)."""
     if medium < 0 or length <= 0.0:

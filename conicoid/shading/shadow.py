@@ -25,12 +25,21 @@ def light_through(
     x: float, y: float, z: float, lx: float, ly: float, lz: float, end: float, start: int, inside: int,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Share (rgb) of the light at x + end·l that reaches x, which lies on surface `start` in medium `inside`."""
-    ray = (x, y, z, lx, ly, lz, 0.0, end, start)
-    if blocked(geometry, scratch, ray, materials.opaque):
+    if blocked(geometry, scratch, (x, y, z, lx, ly, lz, 0.0, end, start), materials.opaque):
         return 0.0, 0.0, 0.0
-    r, g, b = 1.0, 1.0, 1.0
     if not materials.any_transparent:
-        return r, g, b
+        return 1.0, 1.0, 1.0
+    return through_glass(geometry, scratch, materials, x, y, z, lx, ly, lz, end, start, inside)
+
+
+@helper
+def through_glass(
+    geometry: Geometry, scratch: Scratch, materials: Materials,
+    x: float, y: float, z: float, lx: float, ly: float, lz: float, end: float, start: int, inside: int,
+) -> tuple[float, float, float]:  # fmt: skip
+    """`light_through` where nothing opaque stands in the way."""
+    ray = (x, y, z, lx, ly, lz, 0.0, end, start)
+    r, g, b = 1.0, 1.0, 1.0
     length = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
     done = 0.0
     while True:

@@ -17,8 +17,22 @@ from ..geometry.tables import Floats, Geometry, Ints, integer
 from ..jit import choose, helper, inline
 from .lane_cells import curved_side, face_lanes, span_lane
 from .lanes import (
-    BEST, FOUND, INSIDE, LANES, NARROW_IN, NARROW_OUT, NEW_ENTERS, NEW_PLACE, NEW_SENSE, NEXT, NOW, SEEKS,
-    T_MAX, T_MIN, eights, take,
+    BEST,
+    FOUND,
+    INSIDE,
+    LANES,
+    NARROW_IN,
+    NARROW_OUT,
+    NEW_ENTERS,
+    NEW_PLACE,
+    NEW_SENSE,
+    NEXT,
+    NOW,
+    SEEKS,
+    T_MAX,
+    T_MIN,
+    eights,
+    take,
 )  # fmt: skip
 
 MOST = 16
@@ -110,7 +124,9 @@ def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, firs
 
 
 @helper
-def _pass_on(truths: Floats, gate: int, parent: int, need: float, start: float, sign: float, first: int, last: int) -> None:
+def _pass_on(
+    truths: Floats, gate: int, parent: int, need: float, start: float, sign: float, first: int, last: int
+) -> None:
     """Count a gate's change, if it has one, in its parent."""
     first, last = eights(first, last)
     counter, above = np.uint64(gate * LANES), np.uint64(parent * LANES)
@@ -131,7 +147,9 @@ def _settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, 
 
 
 @helper
-def _advance(geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, first: int, last: int) -> int:
+def _advance(
+    geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, first: int, last: int
+) -> int:
     """Note where the truth has turned, go on to the next end; returns how many lanes still seek."""
     first, last = eights(first, last)
     root = integer(geometry, table.PROGRAM_GATE, program)

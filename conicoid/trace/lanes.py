@@ -82,6 +82,17 @@ def put_lane_beam(lanes: Floats) -> None:
 
 
 @inline
+def put_beam_from(lanes: Floats, x: float, y: float, z: float) -> None:
+    """The beam from a point where all lanes end at t = 1 back to their origins: narrower than theirs."""
+    for axis in range(3):
+        source = x if axis == 0 else (y if axis == 1 else z)
+        low, high = extent(lanes, OX + np.uint64(LANES * axis))
+        lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = source, source
+        lanes[BEAM_AT + LOW_I + axis] = reciprocal(low - source)
+        lanes[BEAM_AT + HIGH_I + axis] = reciprocal(high - source)
+
+
+@inline
 def shorten_beam(lanes: Floats) -> None:
     """The beam ends where the last of its lanes does."""
     for i in range(ALL):

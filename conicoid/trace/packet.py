@@ -18,7 +18,19 @@ from .kernels import scene_tree, try_entry
 from .lane_cells import ball_lanes, cell_lanes
 from .lane_regions import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
 from .lanes import (
-    ALL, BEAM_AT, BEST, BODY, ENTERS, ENTRY, PLACE, SENSE, SIZE, T_MAX, T_MIN, lane_ray, shorten_beam,
+    ALL,
+    BEAM_AT,
+    BEST,
+    BODY,
+    ENTERS,
+    ENTRY,
+    PLACE,
+    SENSE,
+    SIZE,
+    T_MAX,
+    T_MIN,
+    lane_ray,
+    shorten_beam,
 )  # fmt: skip
 from .scratch import Scratch
 from .simd import LAST, boxes_met, highest_bit, lanes_in_box, lowest_bit
