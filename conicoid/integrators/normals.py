@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-import math
-
-from ..geometry.tables import Geometry
-from ..jit import inline
-from ..trace.kernels import nearest, normal_at
+from ..geometry.tables import Floats, Geometry
+from ..jit import helper
+from ..trace.kernels import normal_at, resolved
+from ..trace.lanes import close_lanes, lane_hit, lane_ray
+from ..trace.packet import Packet, trace_packet
 from ..trace.scratch import Scratch
-from .stack import NO_SURFACE
 
 
-@inline
-def normals_radiance(
-    geometry: Geometry, scratch: Scratch, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
-) -> tuple[float, float, float]:
-    """The colour of the first surface's normal."""
-    t, body, surface, _, side = nearest(geometry, scratch, (ox, oy, oz, dx, dy, dz, 0.0, math.inf, NO_SURFACE))
-    if body < 0:
-        return 0.0, 0.0, 0.0
-    nx, ny, nz = normal_at(geometry, surface, side, ox + t * dx, oy + t * dy, oz + t * dz)
-    return 0.5 + 0.5 * nx, 0.5 + 0.5 * ny, 0.5 + 0.5 * nz
+@helper
+def normals_wave(geometry: Geometry, scratch: Scratch, packet: Packet, colors: Floats, count: int) -> None:
+    """Add the colours of the first surfaces' normals to those of a packet's first `count` rays."""
+    lanes = packet.lanes
+    close_lanes(lanes, count)
+    trace_packet(geometry, scratch, packet, scratch.nothing, False)
+    for i in range(count):
+        t, body, surface, _, side = resolved(geometry, lane_hit(lanes, i))
+        if body < 0:
+            continue
+        ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(lanes, i, t)
+        nx, ny, nz = normal_at(geometry, surface, side, ox + t * dx, oy + t * dy, oz + t * dz)
+        colors[i, 0] += 0.5 + 0.5 * nx
+        colors[i, 1] += 0.5 + 0.5 * ny
+        colors[i, 2] += 0.5 + 0.5 * nz

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry
+from ..geometry.tables import Floats, Geometry, whole
 from ..geometry.vectors import dot
 from ..jit import helper, inline
 from ..shading.background import background_color
@@ -33,19 +33,39 @@ Sight: TypeAlias = tuple[float, Any, Any, Any, Any, Any, Any, float, float, floa
 """t, body, surface, face, side, medium before, medium after, point (3), outward normal (3)"""
 
 
-@helper
+@inline
 def sight_of(
     geometry: Geometry, scratch: Scratch, materials: Materials,
     ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, start: int, hit: Hit,
 ) -> Sight:  # fmt: skip
-    """The first wall that light notices along a ray whose first crossing is `hit`; body -1 if there is none.
+    """The first wall that light notices along a ray whose first crossing is `hit`; body -1 if there is none."""
+    t, body, surface, face, side = resolved(geometry, hit)
+    outside: Any = whole(OUTSIDE)
+    before, after = outside, outside
+    if body >= 0 and materials.any_transparent:
+        t, body, surface, face, side, before, after = first_noticed(
+            geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start, t, body, surface, face, side
+        )
+    if body < 0:
+        return t, body, surface, face, side, before, after, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
+    nx, ny, nz = normal_at(geometry, surface, side, x, y, z)
+    return t, body, surface, face, side, before, after, x, y, z, nx, ny, nz
+
+
+@helper
+def first_noticed(
+    geometry: Geometry, scratch: Scratch, materials: Materials,
+    ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, start: int,
+    t: float, body: int, surface: int, face: int, side: int,
+) -> tuple[float, int, int, int, int, int, int]:  # fmt: skip
+    """(t, body, surface, face, side, medium before, after) of the first wall that light notices, from a crossing on.
 
     An opaque surface always is one, also where a transparent wall coincides with it.
     """
-    t, body, surface, face, side = resolved(geometry, hit)
-    outside: Any = OUTSIDE
+    outside: Any = whole(OUTSIDE)
     before, after = outside, outside
-    while body >= 0 and materials.any_transparent:
+    while body >= 0:
         ray = (ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
         if materials.opaque[body] == 0:
             here = (ox, oy, oz, dx, dy, dz, np.nextafter(t, -math.inf), np.nextafter(t, math.inf), start)
@@ -57,11 +77,7 @@ def sight_of(
         if materials.medium[body] == 0 or not unseen(materials, body, before, after):
             break
         t, body, surface, face, side = nearest(geometry, scratch, (ox, oy, oz, dx, dy, dz, t, math.inf, start))
-    if body < 0:
-        return t, body, surface, face, side, before, after, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
-    nx, ny, nz = normal_at(geometry, surface, side, x, y, z)
-    return t, body, surface, face, side, before, after, x, y, z, nx, ny, nz
+    return t, body, surface, face, side, before, after
 
 
 @inline
@@ -90,15 +106,13 @@ def opaque_reflectance(row: object, cosine: float) -> tuple[float, float, float]
 
 
 @helper
-def camera_medium(geometry: Geometry, scratch: Scratch, materials: Materials, x: float, y: float, z: float) -> int:
-    """The medium that a camera stands in."""
-    if not materials.any_transparent:
-        return OUTSIDE
+def medium_at(geometry: Geometry, scratch: Scratch, materials: Materials, x: float, y: float, z: float) -> int:
+    """The medium at a point, of a scene that has transparent bodies."""
     ray = (x, y, z, 0.0, 0.0, 1.0, 0.0, math.inf, NO_SURFACE)
     return medium_of(materials, media(geometry, scratch, ray, 0.0, materials.medium)[1])
 
 
-@helper
+@inline
 def shade(
     geometry: Geometry, look: Look, stack: Stack, size: int, depth: int, turns: int, sight: Sight,
     arrived: Floats, at: int, dx: float, dy: float, dz: float, wr: float, wg: float, wb: float,

@@ -6,19 +6,21 @@ to the bit whatever the number of threads.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
 from ..geometry.tables import Floats, Geometry
 from ..geometry.vectors import normalized
-from ..integrators.normals import normals_radiance
-from ..integrators.stack import new_stack
-from ..integrators.wave import Wave, new_wave, whitted_wave
-from ..integrators.whitted import camera_medium
+from ..integrators.normals import normals_wave
+from ..integrators.stack import NO_SURFACE, new_stack
+from ..integrators.wave import begin_wave, new_wave, whitted_wave
 from ..jit import helper, inline, kernel
 from ..shading.look import Look
+from ..trace.lanes import LANES, put_ray
 from ..trace.packet import new_packet
-from ..trace.scratch import Scratch, new_scratch
+from ..trace.scratch import new_scratch
 from .sampler import sample_in_pixel
 
 SIDE = 32
@@ -54,53 +56,46 @@ def camera_ray(
     return ox, oy, oz, dx, dy, dz
 
 
-@kernel
-def normals_tiles(geometry: Geometry, lens: Floats, film: Film, samples: int, seed: int, begin: int, end: int) -> None:
-    """Fill tiles begin to end with the colours of normals."""
-    scratch = new_scratch(geometry)
-    height, width = film.shape[0], film.shape[1]
-    for tile in range(begin, end):
-        left, top = tile_corner(tile, width)
-        for row in range(top, min(height, top + SIDE)):
-            for column in range(left, min(width, left + SIDE)):
-                red, green, blue = 0.0, 0.0, 0.0
-                for sample in range(samples):
-                    x, y = sample_in_pixel(seed, row * width + column, sample, samples)
-                    ox, oy, oz, dx, dy, dz = camera_ray(lens, column + x, row + y, width, height)
-                    r, g, b = normals_radiance(geometry, scratch, ox, oy, oz, dx, dy, dz)
-                    red, green, blue = red + r, green + g, blue + b
-                film[row, column, 0] = red / samples
-                film[row, column, 1] = green / samples
-                film[row, column, 2] = blue / samples
-
-
 @helper
 def camera_rays(
-    geometry: Geometry, scratch: Scratch, look: Look, lens: Floats, wave: Wave, film: Film,
-    left: int, top: int, sample: int, samples: int, seed: int,
-) -> int:  # fmt: skip
+    lens: Floats, lanes: Floats, film: Film, left: int, top: int, sample: int, samples: int, seed: int
+) -> int:
     """One ray through each pixel of the square at (left, top), row by row; returns how many pixels that are."""
     height, width, count = film.shape[0], film.shape[1], 0
     for row in range(top, min(height, top + _SQUARE)):
         for column in range(left, min(width, left + _SQUARE)):
             x, y = sample_in_pixel(seed, row * width + column, sample, samples)
             ox, oy, oz, dx, dy, dz = camera_ray(lens, column + x, row + y, width, height)
-            ray = wave.rays[count]
-            ray[0], ray[1], ray[2], ray[3], ray[4], ray[5] = ox, oy, oz, dx, dy, dz
-            wave.medium[count] = camera_medium(geometry, scratch, look.materials, ox, oy, oz)
+            put_ray(lanes, count, (ox, oy, oz, dx, dy, dz, 0.0, math.inf, NO_SURFACE))
             count += 1
     return count
 
 
 @helper
-def expose(film: Film, wave: Wave, left: int, top: int, samples: int) -> None:
+def expose(film: Film, colors: Floats, left: int, top: int, samples: int) -> None:
     """The mean of a square's samples onto the film."""
     count = 0
     for row in range(top, min(film.shape[0], top + _SQUARE)):
         for column in range(left, min(film.shape[1], left + _SQUARE)):
             for k in range(3):
-                film[row, column, k] = wave.colors[count, k] / samples
+                film[row, column, k] = colors[count, k] / samples
             count += 1
+
+
+@kernel
+def normals_tiles(geometry: Geometry, lens: Floats, film: Film, samples: int, seed: int, begin: int, end: int) -> None:
+    """Fill tiles begin to end with the colours of normals."""
+    scratch, packet, colors = new_scratch(geometry), new_packet(), np.empty((LANES, 3))
+    height, width = film.shape[0], film.shape[1]
+    for tile in range(begin, end):
+        corner = tile_corner(tile, width)
+        for top in range(corner[1], min(height, corner[1] + SIDE), _SQUARE):
+            for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
+                colors[:] = 0.0
+                for sample in range(samples):
+                    count = camera_rays(lens, packet.lanes, film, left, top, sample, samples, seed)
+                    normals_wave(geometry, scratch, packet, colors, count)
+                expose(film, colors, left, top, samples)
 
 
 @kernel
@@ -108,8 +103,7 @@ def whitted_tiles(
     geometry: Geometry, lens: Floats, film: Film, samples: int, seed: int, look: Look, depth: int, begin: int, end: int
 ) -> None:
     """Fill tiles begin to end by Whitted's method."""
-    scratch, packet, stack = new_scratch(geometry), new_packet(), new_stack(depth)
-    wave, arrived = new_wave(len(look.lights)), np.empty(3 * max(1, len(look.lights)))
+    scratch, stack, wave = new_scratch(geometry), new_stack(depth), new_wave(len(look.lights))
     height, width = film.shape[0], film.shape[1]
     for tile in range(begin, end):
         corner = tile_corner(tile, width)
@@ -117,6 +111,7 @@ def whitted_tiles(
             for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
                 wave.colors[:] = 0.0
                 for sample in range(samples):
-                    count = camera_rays(geometry, scratch, look, lens, wave, film, left, top, sample, samples, seed)
-                    whitted_wave(geometry, scratch, packet, stack, wave, look, depth, count, arrived)
-                expose(film, wave, left, top, samples)
+                    count = camera_rays(lens, wave.seen.lanes, film, left, top, sample, samples, seed)
+                    begin_wave(geometry, scratch, wave, look.materials, count)
+                    whitted_wave(geometry, scratch, stack, wave, look, depth, count)
+                expose(film, wave.colors, left, top, samples)

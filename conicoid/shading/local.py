@@ -79,7 +79,7 @@ def ask_lights(
             )
 
 
-@helper
+@inline
 def direct_light(
     look: Look, row: Any, arrived: Floats, at: int,
     x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float,

@@ -158,7 +158,7 @@ def _sphere_lanes(lanes: Floats, sphere: Sphere, surface: int, first: int, last:
 
 @helper
 def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: int) -> int:
-    """The faces of a cell: the span inside all planes, the roots of the quadric. Returns how many lanes may be inside."""
+    """The span inside all planes of a cell, the roots of its quadric. Returns how many lanes may be inside."""
     first, last = eights(first, last)
     for i in range(first, last):
         lanes[T_IN + i], lanes[T_OUT + i] = -math.inf, math.inf
@@ -193,8 +193,9 @@ def curved_side(geometry: Geometry, cell: int) -> int:
 
 @inline
 def span_lane(lanes: Floats, i: int, side: int, curved: int) -> SpanLanes:
-    """`cell_spans`, with selects: in and out of the first span, of the second, their places, is there a first, a second."""
-    t_in, t_out, low, high, flag = lanes[T_IN + i], lanes[T_OUT + i], lanes[LOW + i], lanes[HIGH + i], lanes[FLAG + i]
+    """`cell_spans`, with selects: in and out of two spans, their places, is there a first, is there a second."""
+    t_in, t_out, flag = lanes[T_IN + i], lanes[T_OUT + i], lanes[FLAG + i]
+    low, high = lanes[LOW + i], lanes[HIGH + i]
     crosses = flag >= 2.0
     outside = ((flag == 1.0) | (flag == 3.0)) != (side < 0)
     # The span between the roots, or the one before them, or all of it

@@ -197,7 +197,10 @@ def _begin(lanes: Floats, first: int, last: int) -> None:
 def _leaves_met(
     geometry: Geometry, lanes: Floats, leaves: Floats, spans: Ints, program: int, first: int, last: int
 ) -> int:
-    """Spans of all leaves, those first that the body lies within; spans[k]: how many leaf k has. How many lanes seek."""
+    """Spans of all leaves, those first that the body lies within; returns how many lanes still seek.
+
+    spans[k]: how many spans leaf k has, at most.
+    """
     root = integer(geometry, table.PROGRAM_GATE, program)
     within = integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
     begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)

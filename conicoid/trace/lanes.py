@@ -82,6 +82,15 @@ def put_lane_beam(lanes: Floats) -> None:
 
 
 @inline
+def close_lanes(lanes: Floats, count: int) -> None:
+    """The first `count` lanes have rays: make the others idle, and all ready to be traced."""
+    for i in range(count, LANES):
+        put_idle(lanes, i, 0)
+    prepare_lanes(lanes)
+    put_lane_beam(lanes)
+
+
+@inline
 def put_beam_from(lanes: Floats, x: float, y: float, z: float) -> None:
     """The beam from a point where all lanes end at t = 1 back to their origins: narrower than theirs."""
     for axis in range(3):
