@@ -8,12 +8,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.cell import load_plane, load_quadric, load_sphere
-from ..geometry.quadric import quadric_gradient
-from ..geometry.tables import PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real
+from ..geometry.cell import NO_PLACE, cell_spans, load_plane, load_quadric, load_sphere
+from ..geometry.quadric import quadric_gradient, sphere_roots
+from ..geometry.tables import BALL, CELL, PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real, whole
 from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
-from .events import crossed_face, entry_crossings, entry_sides
+from .events import counts_in, crossed_face, entry_crossings, entry_sides, span_inverse, surface_of
 from .scratch import Scratch, new_scratch
 from .simd import LAST
 from .walk import leaf_range, push_node, push_roots, put_beam, walk
@@ -53,6 +53,40 @@ def _closer(t: float, body: int, best: Hit) -> bool:
 
 
 @inline
+def _try_ball(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
+    """`try_entry` for a ball."""
+    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    surface, body = integer(geometry, table.ENTRY_INDEX, entry), integer(geometry, table.ENTRY_BODY, entry)
+    sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    low, high, _, crosses = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, surface == start)
+    if not crosses:
+        return best
+    enters = counts_in(low, surface, ray)
+    t = low if enters else high
+    if (enters or counts_in(high, surface, ray)) and _closer(t, body, best):
+        return t, body, entry, whole(NO_PLACE), whole(1), enters
+    return best
+
+
+@inline
+def _try_cell(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
+    """`try_entry` for a cell."""
+    spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(
+        geometry, integer(geometry, table.ENTRY_INDEX, entry), ray, inverse
+    )
+    if spans == 0:
+        return best
+    body = integer(geometry, table.ENTRY_BODY, entry)
+    for end in range(2 * spans):
+        t, place = (in1, a1) if end == 0 else ((out1, b1) if end == 1 else ((in2, a2) if end == 2 else (out2, b2)))
+        if counts_in(t, surface_of(geometry, place, t), ray):
+            if _closer(t, body, best):
+                return t, body, entry, place, whole(1), end == 0 or end == 2
+            return best
+    return best
+
+
+@helper
 def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
     """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
@@ -73,6 +107,7 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     some = len(blocks) > 0
     stack, beam = scratch.stack, scratch.beam
     put_beam(beam, ray)
+    inverse = span_inverse(ray)
     top = push_roots(geometry, stack, scene_tree(geometry))
     while top > 0:
         top -= 1
@@ -88,7 +123,13 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
             entry = integer(geometry, table.TREE_ORDER, k)
             if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
                 continue
-            best = try_entry(geometry, scratch, entry, ray, best)
+            kind = integer(geometry, table.ENTRY_KIND, entry)
+            if kind == BALL:
+                best = _try_ball(geometry, entry, ray, inverse, best)
+            elif kind == CELL:
+                best = _try_cell(geometry, entry, ray, inverse, best)
+            else:
+                best = try_entry(geometry, scratch, entry, ray, best)
             if any_hit and best[1] >= 0:
                 return best
     return _unscaled(best, scale)
