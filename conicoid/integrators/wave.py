@@ -101,7 +101,7 @@ def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, count: in
     """What the first `count` rays meet."""
     lanes = wave.seen.lanes
     close_lanes(lanes, count)
-    trace_packet(geometry, scratch, wave.seen, scratch.nothing, False)
+    trace_packet(geometry, scratch, wave.seen, 8, True, scratch.nothing, False)
     for i in range(count):
         ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(lanes, i, math.inf)
         sight = sight_of(geometry, scratch, look.materials, ox, oy, oz, dx, dy, dz, NO_SURFACE, lane_hit(lanes, i))
@@ -140,11 +140,11 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
     for i in range(LANES):
         if i >= count or wave.asks[i] == 0:
             put_idle(lanes, i, some)
-    prepare_lanes(lanes)
-    put_lane_beam(lanes)
+    prepare_lanes(lanes, 8)
+    put_lane_beam(lanes, 8)
     if light.parallel == 0:
-        put_beam_from(lanes, light.position[0], light.position[1], light.position[2])
-    trace_packet(geometry, scratch, wave.shadow, materials.opaque, True)
+        put_beam_from(lanes, 8, light.position[0], light.position[1], light.position[2])
+    trace_packet(geometry, scratch, wave.shadow, 8, True, materials.opaque, True)
     for i in range(count):
         if wave.asks[i] == 0:
             continue

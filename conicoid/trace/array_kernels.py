@@ -14,9 +14,10 @@ from ..jit import allocator, fma, inline, kernel
 from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
 from .events import crossed_face, entry_crossings, is_solid
 from .kernels import Hit, blocked, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
-from .lanes import BEST, lane_hit
+from .lanes import BEST, SIZE, lane_hit
 from .packet import new_packet, trace_packet
 from .scratch import new_scratch
+from .stream import new_stream, put_stream_ray, stream_hit, trace_stream
 
 
 @kernel
@@ -53,9 +54,9 @@ def trace_first(
     lanes = bundle.lanes
     for packet in range(begin, end):
         fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
-        together = coherent(geometry, lanes)
+        together = coherent(geometry, lanes, 8)
         if together:
-            trace_packet(geometry, scratch, bundle, scratch.nothing, False)
+            trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, False)
         for row in range(8):
             first, n = packet_row(packet, row, width, len(origins))
             for k in range(n):
@@ -80,9 +81,9 @@ def trace_occluded(
     lanes = bundle.lanes
     for packet in range(begin, end):
         fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
-        together = coherent(geometry, lanes)
+        together = coherent(geometry, lanes, 8)
         if together:
-            trace_packet(geometry, scratch, bundle, scratch.nothing, True)
+            trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, True)
         for row in range(8):
             first, n = packet_row(packet, row, width, len(origins))
             for k in range(n):
@@ -92,6 +93,43 @@ def trace_occluded(
                     continue
                 ray = load_ray(origins, directions, t_min, t_max, starts, i)
                 result[i] = ray[8] != DEAD and blocked(geometry, scratch, ray, scratch.nothing)
+
+
+@kernel
+def trace_first_ordered(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    order: Ints, begin: int, end: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
+) -> None:  # fmt: skip
+    """First hits of rays order[begin:end], which look into few octants."""
+    scratch, stream, mine = new_scratch(geometry), new_stream(geometry, end - begin), np.empty(end - begin, np.int32)
+    count = 0
+    for k in range(begin, end):
+        i = order[k]
+        ray = load_ray(origins, directions, t_min, t_max, starts, i)
+        if ray[8] != DEAD and scaled_ray(ray)[1] == 1.0:
+            put_stream_ray(stream, count, ray)
+            mine[count] = i
+            count += 1
+        elif ray[8] == DEAD:
+            put_hit(no_hit(), i, t, body, entry, place, turn)
+        else:
+            put_hit(first_crossing(geometry, scratch, ray, scratch.nothing, False), i, t, body, entry, place, turn)
+    trace_stream(geometry, scratch, stream, count, scratch.nothing, False)
+    for k in range(count):
+        put_hit(stream_hit(stream, k), mine[k], t, body, entry, place, turn)
+
+
+@kernel
+def coherent_packets(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    width: int, packets: int, asked: int,
+) -> int:  # fmt: skip
+    """How many of some packets, spread over all, are coherent."""
+    lanes, found = np.empty(SIZE), 0
+    for k in range(asked):
+        fill_lanes(lanes, origins, directions, t_min, t_max, starts, k * packets // asked, width)
+        found += 1 if coherent(geometry, lanes, 8) else 0
+    return found
 
 
 @kernel

@@ -67,20 +67,26 @@ def fill_lanes(
             put_ray(lanes, 8 * row + k, load_ray(origins, directions, t_min, t_max, starts, i + k))
         for k in range(n, 8):
             put_idle(lanes, 8 * row + k, 0)
-    prepare_lanes(lanes)
-    put_lane_beam(lanes)
+    prepare_lanes(lanes, 8)
+    put_lane_beam(lanes, 8)
+
+
+@inline
+def ordinary(lanes: Floats, groups: int) -> bool:
+    """May the rays be traced as a packet? Not if one begins before its origin, or is far from unit length."""
+    shortest, longest = extent(lanes, INVERSE, groups)
+    usual = shortest > 1e-60 and longest < 1e60
+    return usual and extent(lanes, T_MIN, groups)[0] >= 0.0 and extent(lanes, START, groups)[0] != DEAD
 
 
 @helper
-def coherent(geometry: Geometry, lanes: Floats) -> bool:
+def coherent(geometry: Geometry, lanes: Floats, groups: int) -> bool:
     """Do the rays of a packet see about the same part of the scene?
 
     Their origins and, at the far end of the scene, their points must lie within a few times the
-    size that a body has when the scene's box is shared out among all. Rays that begin before their
-    origins, or whose directions are not of ordinary length, go one by one.
+    size that a body has when the scene's box is shared out among all.
     """
-    shortest, longest = extent(lanes, INVERSE)
-    if not (shortest > 1e-60 and longest < 1e60) or extent(lanes, T_MIN)[0] < 0.0 or extent(lanes, START)[0] == DEAD:
+    if not ordinary(lanes, groups):
         return False
     at, floats = geometry.places[table.EXTENT, 0], geometry.floats
     diagonal, cell = floats[at], floats[at + 1]
@@ -88,7 +94,7 @@ def coherent(geometry: Geometry, lanes: Floats) -> bool:
     reach = math.sqrt(ox * ox + oy * oy + oz * oz) + 0.5 * diagonal
     spread, apart = 0.0, 0.0
     for axis in range(3):
-        low, high = extent(lanes, DX + np.uint64(LANES * axis))
+        low, high = extent(lanes, DX + np.uint64(LANES * axis), groups)
         spread = max(spread, high - low)
         apart += lanes[BEAM_AT + HIGH_O + axis] - lanes[BEAM_AT + LOW_O + axis]
     return spread * math.sqrt(lanes[INVERSE]) * reach + apart <= _SEVERAL * cell

@@ -53,9 +53,9 @@ def _closer(t: float, body: int, best: Hit) -> bool:
 
 
 @inline
-def _try_ball(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
+def try_ball(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for a ball."""
-    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    ox, oy, oz, dx, dy, dz, _, _, start = ray
     surface, body = integer(geometry, table.ENTRY_INDEX, entry), integer(geometry, table.ENTRY_BODY, entry)
     sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     low, high, _, crosses = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, surface == start)
@@ -69,7 +69,7 @@ def _try_ball(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hi
 
 
 @inline
-def _try_cell(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
+def try_cell(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for a cell."""
     spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(
         geometry, integer(geometry, table.ENTRY_INDEX, entry), ray, inverse
@@ -125,9 +125,9 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
                 continue
             kind = integer(geometry, table.ENTRY_KIND, entry)
             if kind == BALL:
-                best = _try_ball(geometry, entry, ray, inverse, best)
+                best = try_ball(geometry, entry, ray, inverse, best)
             elif kind == CELL:
-                best = _try_cell(geometry, entry, ray, inverse, best)
+                best = try_cell(geometry, entry, ray, inverse, best)
             else:
                 best = try_entry(geometry, scratch, entry, ray, best)
             if any_hit and best[1] >= 0:

@@ -15,7 +15,7 @@ import numpy as np
 from ..geometry.tables import Floats, Ray, whole
 from ..jit import choose, inline
 from .kernels import Hit
-from .simd import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent
+from .simd import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, reach
 from .walk import reciprocal
 
 LANES = 64
@@ -23,12 +23,11 @@ LANES = 64
 # Where the rows begin. `lanes_in_box` relies on the order of the first nine
 (
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, BEST, DX, DY, DZ, INVERSE, START, BODY, ENTRY, PLACE, SENSE, ENTERS,
-    A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, REACH,
+    A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG,
     NOW, NEXT, INSIDE, SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS,
-) = (np.uint64(row) for row in range(0, 42 * LANES, LANES))  # fmt: skip
-BEAM_AT = 42 * LANES
+) = (np.uint64(row) for row in range(0, 41 * LANES, LANES))  # fmt: skip
+BEAM_AT = 41 * LANES
 SIZE = BEAM_AT + BEAM + 2
-ALL = np.uint64(LANES)
 
 
 @inline
@@ -57,9 +56,10 @@ def put_idle(lanes: Floats, i: Any, like: Any) -> None:
 
 
 @inline
-def prepare_lanes(lanes: Floats) -> None:
-    """What follows from the rays; nothing is hit yet."""
-    for i in range(ALL):
+def prepare_lanes(lanes: Floats, groups: int) -> None:
+    """What follows from the rays of the first groups of eight; nothing is hit yet."""
+    first, last = eights(0, 8 * groups)
+    for i in range(first, last):
         dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
         lanes[INVERSE + i] = 1.0 / (dx * dx + dy * dy + dz * dz)
         lanes[IX + i], lanes[IY + i], lanes[IZ + i] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
@@ -69,16 +69,16 @@ def prepare_lanes(lanes: Floats) -> None:
 
 
 @inline
-def put_lane_beam(lanes: Floats) -> None:
+def put_lane_beam(lanes: Floats, groups: int) -> None:
     """The beam that holds all lanes (t >= 0)."""
-    lanes[BEAM_AT + LOW_O], lanes[BEAM_AT + HIGH_O] = extent(lanes, OX)
-    lanes[BEAM_AT + LOW_O + 1], lanes[BEAM_AT + HIGH_O + 1] = extent(lanes, OY)
-    lanes[BEAM_AT + LOW_O + 2], lanes[BEAM_AT + HIGH_O + 2] = extent(lanes, OZ)
+    lanes[BEAM_AT + LOW_O], lanes[BEAM_AT + HIGH_O] = extent(lanes, OX, groups)
+    lanes[BEAM_AT + LOW_O + 1], lanes[BEAM_AT + HIGH_O + 1] = extent(lanes, OY, groups)
+    lanes[BEAM_AT + LOW_O + 2], lanes[BEAM_AT + HIGH_O + 2] = extent(lanes, OZ, groups)
     for axis in range(3):
-        low, high = extent(lanes, DX + np.uint64(LANES * axis))
+        low, high = extent(lanes, DX + np.uint64(LANES * axis), groups)
         lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
-    lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN)[0]
-    shorten_beam(lanes)
+    lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN, groups)[0]
+    shorten_beam(lanes, groups)
 
 
 @inline
@@ -86,28 +86,25 @@ def close_lanes(lanes: Floats, count: int) -> None:
     """The first `count` lanes have rays: make the others idle, and all ready to be traced."""
     for i in range(count, LANES):
         put_idle(lanes, i, 0)
-    prepare_lanes(lanes)
-    put_lane_beam(lanes)
+    prepare_lanes(lanes, 8)
+    put_lane_beam(lanes, 8)
 
 
 @inline
-def put_beam_from(lanes: Floats, x: float, y: float, z: float) -> None:
+def put_beam_from(lanes: Floats, groups: int, x: float, y: float, z: float) -> None:
     """The beam from a point where all lanes end at t = 1 back to their origins: narrower than theirs."""
     for axis in range(3):
         source = x if axis == 0 else (y if axis == 1 else z)
-        low, high = extent(lanes, OX + np.uint64(LANES * axis))
+        low, high = extent(lanes, OX + np.uint64(LANES * axis), groups)
         lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = source, source
         lanes[BEAM_AT + LOW_I + axis] = reciprocal(low - source)
         lanes[BEAM_AT + HIGH_I + axis] = reciprocal(high - source)
 
 
 @inline
-def shorten_beam(lanes: Floats) -> None:
+def shorten_beam(lanes: Floats, groups: int) -> None:
     """The beam ends where the last of its lanes does."""
-    for i in range(ALL):
-        t_max, best = lanes[T_MAX + i], lanes[BEST + i]
-        lanes[REACH + i] = t_max if t_max < best else best
-    lanes[BEAM_AT + LAST] = extent(lanes, REACH)[1]
+    lanes[BEAM_AT + LAST] = reach(lanes, groups)
 
 
 @inline

@@ -13,12 +13,11 @@ import numpy as np
 
 from ..geometry import tables as table
 from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs, integer, whole
-from ..jit import allocator, helper, inline
+from ..jit import allocator, choose, helper, inline
 from .kernels import scene_tree, try_entry
 from .lane_cells import ball_lanes, cell_lanes
 from .lane_regions import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
 from .lanes import (
-    ALL,
     BEAM_AT,
     BEST,
     BODY,
@@ -29,6 +28,7 @@ from .lanes import (
     SIZE,
     T_MAX,
     T_MIN,
+    eights,
     lane_ray,
     shorten_beam,
 )  # fmt: skip
@@ -71,17 +71,34 @@ def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int,
 
 
 @inline
-def _retire(lanes: Floats) -> None:
+def _retire(lanes: Floats, groups: int) -> None:
     """Make the lanes idle that have met something."""
-    for i in range(ALL):
-        lanes[T_MAX + i] = -math.inf if lanes[BEST + i] < math.inf else lanes[T_MAX + i]
+    first, last = eights(0, 8 * groups)
+    for i in range(first, last):
+        lanes[T_MAX + i] = choose(lanes[BEST + i] < math.inf, -math.inf, lanes[T_MAX + i])
+
+
+@inline
+def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bits: int) -> int:
+    """Those of a node's children that a lane meets, of those that are told by bits."""
+    met = 0
+    at = geometry.places[table.NODE_BOXES, 0] + 48 * node
+    while bits != 0:
+        child = lowest_bit(bits)
+        bits &= bits - 1
+        if lanes_in_box(lanes, geometry.floats, at + child, groups) != 0:
+            met |= 1 << child
+    return met
 
 
 @helper
-def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool) -> None:
-    """First hits, or any, of the rays put into the lanes (t_min >= 0); `lane_hit` tells what each has met.
+def trace_packet(
+    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, narrow: bool, blocks: Signs, any_hit: bool
+) -> None:
+    """First hits, or any, of the rays in the first groups of eight lanes (t_min >= 0); see `lane_hit`.
 
-    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
+    narrow, the children of nodes are asked for by the lanes too.
     """
     stack, lanes = scratch.stack, packet.lanes
     top = push_roots(geometry, stack, scene_tree(geometry))
@@ -94,11 +111,13 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
         code, box = stack.code[top], stack.box[top]
         if code >= 0:
             bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, scratch.near)
+            if not narrow:
+                bits = _children_met(geometry, lanes, groups, code, bits)
             top = push_met(geometry, stack, scratch.near, code, bits, top)
             continue
-        met = -1
+        met = (1 << (8 * groups)) - 1 if groups < 8 else -1
         if box >= 0:
-            met = lanes_in_box(lanes, geometry.floats, boxes + 48 * (box >> 3) + (box & 7))
+            met = lanes_in_box(lanes, geometry.floats, boxes + 48 * (box >> 3) + (box & 7), groups)
             if met == 0:
                 continue
         first, last = lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
@@ -120,5 +139,5 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             else:
                 _one_by_one(geometry, scratch, lanes, entry, body, met)
         if any_hit:
-            _retire(lanes)
-        shorten_beam(lanes)
+            _retire(lanes, groups)
+        shorten_beam(lanes, groups)

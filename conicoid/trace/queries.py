@@ -9,9 +9,17 @@ import numpy as np
 
 from ..geometry.tables import Geometry
 from ..lowering import Lowered
-from .array_kernels import trace_crossings, trace_first, trace_occluded, trace_spans
+from .array_kernels import (
+    coherent_packets,
+    trace_crossings,
+    trace_first,
+    trace_first_ordered,
+    trace_occluded,
+    trace_spans,
+)
 from .hits import Found, Hits
 from .membership import locate
+from .order import ray_order
 from .rays import FloatArray, Rays, points_array
 from .spans import Crossings, Spans
 from .threads import run_chunks
@@ -19,6 +27,8 @@ from .tree import with_trees
 
 _CHUNK = 4096
 _PACKETS = 64
+_FEW = 32
+_STREAM = 4096
 
 
 @dataclass(frozen=True)
@@ -56,7 +66,7 @@ def _limits(rays: Rays, name: str, value: Any) -> FloatArray:
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
 
 
-def _arguments(rays: Rays, t_min: Any, t_max: Any) -> tuple[Any, Any, Any, Any, Any]:
+def _arguments(rays: Rays, t_min: Any, t_max: Any) -> tuple[Any, ...]:
     return (
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),
@@ -79,8 +89,22 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     arguments = _arguments(rays, t_min, t_max)
     found = Found.new(len(arguments[0]))
     width, packets = _packets(rays)
-    run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, *found), packets, _PACKETS)
+    if not _in_order(scene, arguments, width, packets):
+        order = ray_order(scene.geometry, arguments[0], arguments[1])
+        run_chunks(
+            lambda a, b: trace_first_ordered(scene.geometry, *arguments, order, a, b, *found), len(order), _STREAM
+        )
+    else:
+        run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, *found), packets, _PACKETS)
     return Hits(scene, rays, found)
+
+
+def _in_order(scene: Prepared, arguments: Any, width: int, packets: int) -> bool:
+    """Should rays be traced as they come? Yes if they are few, or if every other packet of them is coherent."""
+    if packets < _FEW:
+        return True
+    asked = 64
+    return coherent_packets(scene.geometry, *arguments, width, packets, asked) >= asked // 2
 
 
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:

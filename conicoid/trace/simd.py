@@ -11,8 +11,10 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic
+
+from ..geometry.tables import Floats
+from ..jit import inline
 
 WIDTH = 8
 _DOUBLE = ir.DoubleType()
@@ -114,52 +116,117 @@ def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, n
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def lanes_in_box(typing_context: Any, lanes: Any, boxes: Any, at: Any) -> Any:
-    """Which of 64 lanes meet the box whose six sides stand at boxes[at::8], as 64 bits.
-
-    The block of lanes begins with rows of 64: origins, inverse directions, t_min, t_max, nearest hits.
-    """
+def boxes_met_by_ray(typing_context: Any, boxes: Any, at: Any, rays: Any, start: Any, near: Any) -> Any:
+    """`boxes_met` for one ray, at rays[start:]: origin, inverse direction, first and last t."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = _Code(context, builder), builder
-        rays, floats = c.data(signature, arguments, 0), c.data(signature, arguments, 1)
-        sides = [c.spread(c.number(floats, arguments[2], 8 * k)) for k in range(6)]
-        met: Any = _INT64(0)
-        for group in range(8):
-            rows = [c.eight(rays, _INT64(0), 64 * k + 8 * group) for k in range(9)]
-            first, last = rows[6], c.smaller(rows[7], rows[8])
-            for axis in range(3):
-                s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
-                t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
-                first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
-            bits = b.zext(c.overlaps(first, last), _INT64)
-            met = b.or_(met, b.shl(bits, _INT64(8 * group)))
-        return met
+        floats, ray, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
+        place, begin = arguments[1], arguments[3]
+        first, last = c.spread(c.number(ray, begin, 6)), c.spread(c.number(ray, begin, 7))
+        for axis in range(3):
+            o, inverse = c.spread(c.number(ray, begin, axis)), c.spread(c.number(ray, begin, 3 + axis))
+            s = b.fmul(b.fsub(c.eight(floats, place, 8 * axis), o), inverse)
+            t = b.fmul(b.fsub(c.eight(floats, place, 24 + 8 * axis), o), inverse)
+            first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+        c.store(first, out, _INT64(0), 0)
+        return b.zext(c.overlaps(first, last), _INT64)
 
-    return types.int64(lanes, boxes, types.int64), code
+    return types.int64(boxes, types.int64, rays, types.int64, near), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def extent(typing_context: Any, lanes: Any, row: Any) -> Any:
-    """(least, greatest) of 64 lanes from lanes[row]."""
+def _lanes_in_box(groups: int) -> Any:
+    def in_box(typing_context: Any, lanes: Any, boxes: Any, at: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, b = _Code(context, builder), builder
+            rays, floats = c.data(signature, arguments, 0), c.data(signature, arguments, 1)
+            sides = [c.spread(c.number(floats, arguments[2], 8 * k)) for k in range(6)]
+            met: Any = _INT64(0)
+            for group in range(groups):
+                rows = [c.eight(rays, _INT64(0), 64 * k + 8 * group) for k in range(9)]
+                first, last = rows[6], c.smaller(rows[7], rows[8])
+                for axis in range(3):
+                    s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
+                    t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
+                    first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+                bits = b.zext(c.overlaps(first, last), _INT64)
+                met = b.or_(met, b.shl(bits, _INT64(8 * group)))
+            return met
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        c = _Code(context, builder)
-        pointer, at = c.data(signature, arguments, 0), arguments[1]
-        low = high = c.eight(pointer, at, 0)
-        for group in range(1, 8):
-            value = c.eight(pointer, at, 8 * group)
-            low, high = c.smaller(value, low), c.larger(value, high)
-        return cgutils.pack_struct(builder, [c.folded(low, c.smaller), c.folded(high, c.larger)])
+        return types.int64(lanes, boxes, types.int64), code
 
-    pair = types.UniTuple(types.float64, 2)
+    return intrinsic(in_box)
 
-    def packed(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        value = code(context, builder, signature, arguments)
-        parts = [builder.extract_value(value, k) for k in range(2)]
-        return context.make_tuple(builder, signature.return_type, parts)
 
-    return pair(lanes, types.int64), packed
+_in_box_64, _in_box_16 = _lanes_in_box(8), _lanes_in_box(2)
+
+
+@inline
+def lanes_in_box(lanes: Floats, boxes: Floats, at: int, groups: int) -> int:
+    """Which lanes of a packet of two or eight groups of eight meet the box with its six sides at boxes[at::8], as bits.
+
+    The block of lanes begins with rows of 64: origins, inverse directions, t_min, t_max, nearest hits.
+    """
+    if groups == 8:
+        return _in_box_64(lanes, boxes, at)
+    return _in_box_16(lanes, boxes, at)
+
+
+def _extent(groups: int) -> Any:
+    def least_and_greatest(typing_context: Any, lanes: Any, row: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c = _Code(context, builder)
+            pointer, at = c.data(signature, arguments, 0), arguments[1]
+            low = high = c.eight(pointer, at, 0)
+            for group in range(1, groups):
+                value = c.eight(pointer, at, 8 * group)
+                low, high = c.smaller(value, low), c.larger(value, high)
+            parts = [c.folded(low, c.smaller), c.folded(high, c.larger)]
+            return context.make_tuple(builder, signature.return_type, parts)
+
+        return types.UniTuple(types.float64, 2)(lanes, types.int64), code
+
+    return intrinsic(least_and_greatest)
+
+
+_extent_64, _extent_16 = _extent(8), _extent(2)
+
+
+@inline
+def extent(lanes: Floats, row: Any, groups: int) -> tuple[float, float]:
+    """(least, greatest) of the lanes of two or eight groups of eight from lanes[row]."""
+    if groups == 8:
+        return _extent_64(lanes, row)
+    return _extent_16(lanes, row)
+
+
+def _reach(groups: int) -> Any:
+    def furthest(typing_context: Any, lanes: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, pointer = _Code(context, builder), _Code(context, builder).data(signature, arguments, 0)
+            ends = [
+                c.smaller(c.eight(pointer, _INT64(0), 64 * 7 + 8 * k), c.eight(pointer, _INT64(0), 64 * 8 + 8 * k))
+                for k in range(groups)
+            ]
+            most = ends[0]
+            for end in ends[1:]:
+                most = c.larger(end, most)
+            return c.folded(most, c.larger)
+
+        return types.float64(lanes), code
+
+    return intrinsic(furthest)
+
+
+_reach_64, _reach_16 = _reach(8), _reach(2)
+
+
+@inline
+def reach(lanes: Floats, groups: int) -> float:
+    """The greatest of min(t_max, nearest hit) of the lanes of two or eight groups of eight."""
+    if groups == 8:
+        return _reach_64(lanes)
+    return _reach_16(lanes)
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -1,0 +1,196 @@
+"""First hits of rays in no order, thousands at a time.
+
+All go down the tree together: at a node every ray of a list is tested against the eight children, and
+is put on the lists of those that it meets. So a node is fetched once for many rays, and one
+ray's arithmetic fills the waiting times of another's. The rays look into one octant; the
+children wait in its order, the nearest first. After Barringer and Akenine-Möller,
+Dynamic ray stream traversal (ACM TOG 33, 2014).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..geometry import tables as table
+from ..geometry.tables import BALL, CELL, Floats, Geometry, Ints, Ray, Signs, integer, whole
+from ..jit import allocator, helper, inline
+from .kernels import Hit, scene_tree, try_ball, try_cell, try_entry
+from .scratch import Scratch
+from .simd import boxes_met_by_ray
+from .walk import leaf_range, reciprocal
+
+# Numbers of a ray that boxes are tested with, in the order of `boxes_met_by_ray`: one line of memory
+O, I, T_MIN, LAST = 0, 3, 6, 7
+RAY = 8
+# The others, and what it has met
+D, INVERSE, START, T_MAX, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11
+MORE = 12
+
+
+class Stream(NamedTuple):
+    """Memory of a stream of rays."""
+
+    rays: Floats  # RAY numbers each
+    more: Floats  # MORE numbers each
+    lists: Ints  # rays that meet something, list after list
+    near: Floats  # where
+    stack: Ints  # 4 each: what is met, where its list begins, how many rays it has, where its siblings' memory ends
+    keys: Floats  # (8,) how far a node's children are
+    entered: Floats  # (8,) where a ray enters them
+    counts: Ints  # (8,) how many rays they have
+
+
+@allocator
+def new_stream(geometry: Geometry, most: int) -> Stream:
+    """Memory for streams of up to `most` rays."""
+    depth = integer(geometry, table.TREE_DEPTH, 0)
+    room = most * (depth + 16)
+    return Stream(
+        np.empty(RAY * most), np.empty(MORE * most), np.empty(room, np.int32), np.empty(room),
+        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8), np.empty(8, np.int32),
+    )  # fmt: skip
+
+
+@inline
+def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
+    """Ray k of a stream; nothing is hit yet."""
+    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    rays, more, at, far = stream.rays, stream.more, RAY * k, MORE * k
+    rays[at + O], rays[at + O + 1], rays[at + O + 2] = ox, oy, oz
+    rays[at + I], rays[at + I + 1], rays[at + I + 2] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
+    rays[at + T_MIN], rays[at + LAST] = t_min, t_max
+    more[far + D], more[far + D + 1], more[far + D + 2] = dx, dy, dz
+    more[far + INVERSE], more[far + START] = 1.0 / (dx * dx + dy * dy + dz * dz), start
+    more[far + T_MAX], more[far + BEST] = t_max, math.inf
+    more[far + BODY], more[far + ENTRY], more[far + PLACE] = -1.0, -1.0, -1.0
+    more[far + SENSE], more[far + ENTERS] = 1.0, 0.0
+
+
+@inline
+def _ray(stream: Stream, k: int) -> Ray:
+    rays, more, at, far = stream.rays, stream.more, RAY * k, MORE * k
+    return (
+        rays[at + O], rays[at + O + 1], rays[at + O + 2], more[far + D], more[far + D + 1], more[far + D + 2],
+        rays[at + T_MIN], more[far + T_MAX], whole(more[far + START]),
+    )  # fmt: skip
+
+
+@inline
+def stream_hit(stream: Stream, k: int) -> Hit:
+    """What ray k has met."""
+    more, far = stream.more, MORE * k
+    return (
+        more[far + BEST], whole(more[far + BODY]), whole(more[far + ENTRY]), whole(more[far + PLACE]),
+        whole(more[far + SENSE]), more[far + ENTERS] == 1.0,
+    )  # fmt: skip
+
+
+@inline
+def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
+    more, far = stream.more, MORE * k
+    more[far + BEST], more[far + BODY], more[far + ENTRY], more[far + PLACE] = hit[0], hit[1], hit[2], hit[3]
+    more[far + SENSE], more[far + ENTERS] = hit[4], 1.0 if hit[5] else 0.0
+    stream.rays[RAY * k + LAST] = -math.inf if any_hit else min(more[far + T_MAX], hit[0])
+
+
+@helper
+def _descend(geometry: Geometry, stream: Stream, node: int, begin: int, count: int, room: int, top: int) -> int:
+    """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
+    rays, lists, near, entered, counts = stream.rays, stream.lists, stream.near, stream.entered, stream.counts
+    at = geometry.places[table.NODE_BOXES, 0] + 48 * node
+    for child in range(8):
+        counts[child] = 0
+    for k in range(begin, begin + count):
+        ray = whole(lists[k])
+        if near[k] > rays[RAY * ray + LAST]:
+            continue
+        bits = boxes_met_by_ray(geometry.floats, at, rays, RAY * ray, entered)
+        for child in range(8):  # on every list, to be overwritten where it does not meet: a branch would cost more
+            place = np.uint64(room + count * child + counts[child])
+            lists[place], near[place] = ray, entered[child]
+            counts[child] += (bits >> child) & 1
+    # The nearest on top, as the first ray of the list sees it
+    first, base, boxes = MORE * whole(lists[begin]), top, geometry.floats
+    dx, dy, dz = stream.more[first + D], stream.more[first + D + 1], stream.more[first + D + 2]
+    stack, keys = stream.stack, stream.keys
+    for child in range(8):
+        code = integer(geometry, table.NODE_CHILDREN, 8 * node + child)
+        if counts[child] == 0 or code == 0:
+            continue
+        key = (
+            (boxes[at + child] + boxes[at + 24 + child]) * dx
+            + (boxes[at + 8 + child] + boxes[at + 32 + child]) * dy
+            + (boxes[at + 16 + child] + boxes[at + 40 + child]) * dz
+        )
+        slot = top
+        while slot > base and keys[slot - base - 1] < key:
+            keys[slot - base] = keys[slot - base - 1]
+            for j in range(4):
+                stack[4 * slot + j] = stack[4 * (slot - 1) + j]
+            slot -= 1
+        keys[slot - base] = key
+        stack[4 * slot], stack[4 * slot + 1] = code, room + count * child
+        stack[4 * slot + 2], stack[4 * slot + 3] = counts[child], room + 8 * count
+        top += 1
+    return top
+
+
+@helper
+def _meet(
+    geometry: Geometry,
+    scratch: Scratch,
+    stream: Stream,
+    code: int,
+    begin: int,
+    count: int,
+    blocks: Signs,
+    any_hit: bool,
+) -> None:
+    """The entries of a leaf, for all rays of a list."""
+    first, last = leaf_range(code)
+    for place in range(first, last):
+        entry = integer(geometry, table.TREE_ORDER, place)
+        kind = integer(geometry, table.ENTRY_KIND, entry)
+        if len(blocks) > 0 and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
+            continue
+        for j in range(begin, begin + count):
+            k = whole(stream.lists[j])
+            if stream.near[j] > stream.rays[RAY * k + LAST]:
+                continue
+            best, ray, inverse = stream_hit(stream, k), _ray(stream, k), stream.more[MORE * k + INVERSE]
+            if kind == BALL:
+                hit = try_ball(geometry, entry, ray, inverse, best)
+            elif kind == CELL:
+                hit = try_cell(geometry, entry, ray, inverse, best)
+            else:
+                hit = try_entry(geometry, scratch, entry, ray, best)
+            if hit[0] != best[0] or hit[1] != best[1]:
+                _keep(stream, k, hit, any_hit)
+
+
+@helper
+def trace_stream(
+    geometry: Geometry, scratch: Scratch, stream: Stream, count: int, blocks: Signs, any_hit: bool
+) -> None:
+    """First hits, or any, of the first `count` rays of a stream; `stream_hit` tells what each has met.
+
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
+    """
+    stack, tree = stream.stack, scene_tree(geometry)
+    for k in range(count):
+        stream.lists[k], stream.near[k] = k, -math.inf
+    first, top = integer(geometry, table.TREE_ROOT, tree), 0
+    for k in range(first, integer(geometry, table.TREE_ROOT, tree + 1)):
+        stack[4 * top], stack[4 * top + 1] = integer(geometry, table.ROOTS, k), 0
+        stack[4 * top + 2], stack[4 * top + 3] = count, count
+        top += 1
+    while top > 0:
+        top -= 1
+        code, begin, its, room = stack[4 * top], stack[4 * top + 1], stack[4 * top + 2], stack[4 * top + 3]
+        if code >= 0:
+            top = _descend(geometry, stream, code, begin, its, room, top)
+        else:
+            _meet(geometry, scratch, stream, code, begin, its, blocks, any_hit)
