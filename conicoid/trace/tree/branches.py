@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...geometry.tables import Floats, Ints, Signs
-from ...jit import allocator, helper, inline, kernel
+from ...jit import helper, inline, kernel
 from .bins import BINS, BOXES, cut_group
 from .vectors import COST, SIZE, half_area
 
@@ -124,21 +124,14 @@ def grow(records: Floats, branches: Branches, root: int, area: float, most: int,
             here = areas[branch - base]
             as_leaf = _cost_as_leaf(records, branches.first[branch], branches.last[branch], here, most)
             weigh(branches, branch, here, as_leaf, costs, at, ROW * (left - base))
+    # Its halves are the first two rows of costs; the last is free
+    at = len(costs) - ROW
     if branches.left[root] < 0:
-        _cost_of_one(records, branches, root, root_costs, row)
+        _cost_of_one(records, branches, root, costs, at)
     else:
-        weigh_root(branches, root, area, _cost_as_leaf(records, begin, end, area, most), costs, root_costs, row)
-
-
-@allocator
-def weigh_root(
-    branches: Branches, root: int, area: float, as_leaf: float, costs: Floats, root_costs: Floats, row: int
-) -> None:
-    """As `weigh`, from the first two rows of one array into a row of another."""
-    rows = np.empty(3 * ROW)
-    rows[ROW:] = costs[: 2 * ROW]
-    weigh(branches, root, area, as_leaf, rows, 0, ROW)
-    root_costs[row : row + ROW] = rows[:ROW]
+        weigh(branches, root, area, _cost_as_leaf(records, begin, end, area, most), costs, at, 0)
+    for j in range(ROW):
+        root_costs[row + j] = costs[at + j]
 
 
 @kernel
