@@ -1,4 +1,7 @@
-"""Where to part a group of boxes: binned surface area heuristic (Wald, On fast construction of SAH-based BVHs, RT 2007)."""
+"""Where to part a group of boxes, by the binned surface area heuristic.
+
+I. Wald: On fast construction of SAH-based bounding volume hierarchies, RT 2007.
+"""
 
 from __future__ import annotations
 

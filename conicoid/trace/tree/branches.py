@@ -20,7 +20,10 @@ from .vectors import COST, SIZE, half_area
 
 WIDTH = 8
 ROW = 8  # numbers for each branch: at j = 1..7 the cost of j slots and which of them the left half takes
-LEAF, NODE = 1, 0  # in `choice`: how many entries, if a leaf is best, else 0; slots of the left half in a node of its own
+LEAF, NODE = (
+    1,
+    0,
+)  # in `choice`: how many entries, if a leaf is best, else 0; slots of the left half in a node of its own
 
 
 class Branches(NamedTuple):
@@ -92,7 +95,7 @@ def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int
 
 @kernel
 def grow(records: Floats, branches: Branches, root: int, area: float, most: int, root_costs: Floats, row: int) -> None:
-    """Build a branch down to its entries, and weigh it; its costs go to root_costs[row:]. Leaves hold `most` at most."""
+    """Build a branch down to its entries, and weigh it: its costs go to root_costs[row:]. Leaves hold `most` or fewer."""
     begin, end = branches.first[root], branches.last[root]
     base, used = 2 * begin, 2 * begin
     boxes, counts = np.empty(BOXES), np.empty(3 * BINS, np.int64)

@@ -1,4 +1,4 @@
-"""A tree over boxes: branches on all threads, nodes of eight from them, whose boxes are written where they shall stand."""
+"""A tree over boxes: branches on all threads, then nodes of eight from them."""
 
 from __future__ import annotations
 
@@ -70,4 +70,3 @@ def build(records: Floats, limits: Floats, most: int) -> Tree:
     children, sources = np.empty((count, WIDTH), np.int32), np.empty((count, WIDTH), np.int32)
     used, levels = take_nodes(branches, 2 * count, children, sources)
     return Tree(records, branches, children[:used], sources[:used], limits, levels)
-

@@ -70,7 +70,11 @@ def _pieces(groups: list[Group]) -> list[Piece]:
 
 
 def _on_all(pieces: list[Piece], work: Callable[[int, Group, int, int], None]) -> None:
-    run_chunks(lambda a, b: [work(k, *pieces[k]) for k in range(a, b)], len(pieces), 1)
+    def some(begin: int, end: int) -> None:
+        for k in range(begin, end):
+            work(k, *pieces[k])
+
+    run_chunks(some, len(pieces), 1)
 
 
 def _part_all(groups: list[Group], copies: tuple[Floats, Floats]) -> None:
@@ -99,7 +103,9 @@ def _part_all(groups: list[Group], copies: tuple[Floats, Floats]) -> None:
 
     def move(k: int, group: Group, begin: int, end: int) -> None:
         if k in plan:
-            distribute(copies[group.moved], begin, end, *plan[k][:4], copies[not group.moved], *plan[k][4:])
+            axis, low, scale, border, left, right = plan[k]
+            target = copies[not group.moved]
+            distribute(copies[group.moved], begin, end, axis, low, scale, border, target, left, right)
 
     _on_all(pieces, move)
 
@@ -110,14 +116,19 @@ def _frame(limits: Floats) -> tuple[Any, Any]:
     return tuple(low), tuple(bin_scale(a, b, BINS) for a, b in zip(low, high, strict=True))
 
 
-def _plan(group: Group, frame: tuple[Any, Any], pieces: list[int], boxes: Floats, counts: Any, plan: dict[int, Any]) -> None:
+def _plan(
+    group: Group, frame: tuple[Any, Any], pieces: list[int], boxes: Floats, counts: Any, plan: dict[int, Any]
+) -> None:
     """Choose the cut of a group, and where each of its pieces puts what lies before and behind it."""
     lows, scales = frame
     joined = np.append(boxes[:, : 3 * BINS * SIZE].max(axis=0), np.empty(SIZE + BINS))
     axis, border, left_area, right_area = best_cut(scales, BINS, joined, counts.sum(axis=0))
     if axis < 0:
         # All middles are equal: any half will do
-        middle, area = (group.first + group.last) // 2, box_area(joined[: 3 * BINS * SIZE].reshape(-1, SIZE).max(axis=0))
+        middle, area = (
+            (group.first + group.last) // 2,
+            box_area(joined[: 3 * BINS * SIZE].reshape(-1, SIZE).max(axis=0)),
+        )
         group.halves = Group(group.first, middle, area, group.moved), Group(middle, group.last, area, group.moved)
         return
     before = counts[:, axis * BINS : axis * BINS + border].sum(axis=1)

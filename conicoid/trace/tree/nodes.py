@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +60,7 @@ def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> 
 
 
 @inline
-def _open(branches: Branches, branch: int, place: int, slots: int, pending: Ints, waiting: int) -> int:
+def _open(branches: Branches, branch: int, place: int, slots: int, pending: Any, waiting: int) -> int:
     """Give a branch's halves their slots."""
     left, taken = branches.left[branch], branches.choice[ROW * branch + place]
     pending[waiting, 0], pending[waiting, 1] = left + 1, slots - taken
