@@ -74,7 +74,7 @@ class Tables(NamedTuple):
     face_uv: Floats  # [faces, 13] 1 for angular, then 3 x 4 matrix from world coordinates
 
     # Trees, 8 wide: one over the leaves of each program, and last the scene's over its entries
-    node_boxes: Floats  # [nodes, 6, 8] low xyz, high xyz
+    node_boxes: Floats  # [nodes, 6, 8] low xyz, high xyz; infinite where what they hold is; (inf, -inf) where empty
     node_children: Ints  # [nodes, 8] 0 empty; > 0 node; < 0 leaf -(first << 4 | count) - 1
     tree_order: Ints  # what the trees hold, in leaf order
     tree_root: Ints  # [programs + 2] first of its roots
@@ -144,22 +144,32 @@ class Geometry(NamedTuple):
     floats: Floats
 
 
-def pack(tables: Tables) -> Geometry:
-    """Lay the tables end to end."""
-    places = np.zeros((len(tables), 2), np.int64)
-    integers: list[Ints] = []
-    floats: list[Floats] = []
-    ends = [0, 0]
+def pack(tables: Tables, later: int = -1) -> Geometry:
+    """Lay the tables end to end; the one of number `later` gets room that the caller fills."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
+    places = np.zeros((len(arrays), 2), np.int64)
+    ends = [0, 0]
     for k, table in enumerate(arrays):
         real = table.dtype == np.float64
         places[k] = ends[real], table.size
         ends[real] += table.size
-        if real:
-            floats.append(np.ravel(table))
-        else:
-            integers.append(np.ravel(table).astype(np.int32))
-    return Geometry(places, np.concatenate([np.zeros(0, np.int32), *integers]), np.concatenate([np.zeros(0), *floats]))
+    geometry = Geometry(places, np.empty(ends[0], np.int32), np.empty(ends[1]))
+    for k, table in enumerate(arrays):
+        if k != later:
+            _room(geometry, k, table)[...] = table
+    return geometry
+
+
+def shared(tables: Tables, geometry: Geometry) -> Tables:
+    """The tables that were packed, as views of what kernels take."""
+    arrays: tuple[npt.NDArray[Any], ...] = tables
+    return Tables(*(_room(geometry, k, table) for k, table in enumerate(arrays)))
+
+
+def _room(geometry: Geometry, k: int, table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    begin, size = geometry.places[k].tolist()
+    numbers: npt.NDArray[Any] = geometry.floats if table.dtype == np.float64 else geometry.integers
+    return numbers[begin : begin + size].reshape(-1, *table.shape[1:]) if size else numbers[:0].reshape(table.shape)
 
 
 @inline

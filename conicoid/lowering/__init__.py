@@ -5,13 +5,14 @@ Motions are baked here, in exact arithmetic, and every number is rounded once.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..geometry.tables import BALL, CELL, REGION, Floats, Ints, Tables
+from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Tables, shared
 from ..shapes.base import PrimitiveSheet, Shape, Sheet, Solid
 from ..shapes.body import Body
 from ..shapes.cells import All, Cell, Face, PolygonSheet, SurfaceSheet, Tree
@@ -22,7 +23,10 @@ from ..shapes.spheres import Spheres
 from ..shapes.surface import QuadricSurface
 from ..shapes.vector import FloatArray
 from .assembly import Assembly, Entries, finished_tables
+from .surfaces import end_to_end
 from .trees import Faces, negation, world_tree
+
+_CHUNK = 1 << 13
 
 
 @dataclass(frozen=True)
@@ -36,8 +40,10 @@ class Lowered:
     body_item: Ints  # (bodies,) which entry of the scene's list a body comes from
     face_paint: dict[int, Material]  # row of a face -> its material, where it is not the body's
     body_count: int
-    low: FloatArray
-    high: FloatArray
+
+    def sharing(self, geometry: Geometry) -> Lowered:
+        """The same with tables that share the memory of what was packed from them."""
+        return dataclasses.replace(self, tables=shared(self.tables, geometry))
 
 
 def lower(bodies: Sequence[Body]) -> Lowered:
@@ -57,28 +63,20 @@ def lower(bodies: Sequence[Body]) -> Lowered:
         body_frame.append(frame)
         body_item.append(np.full(entries.body_count - before, item, np.int32))
     tables, boxes = finished_tables(assembly, entries)
-    low, high = _extent(boxes)
     return Lowered(
         tables,
         boxes,
         np.array(frames).reshape(-1, 3, 4),
-        np.concatenate([np.zeros(0, np.int32), *body_frame]),
-        np.concatenate([np.zeros(0, np.int32), *body_item]),
+        end_to_end([np.zeros(0, np.int32), *body_frame]),
+        end_to_end([np.zeros(0, np.int32), *body_item]),
         entries.paints,
         entries.body_count,
-        low,
-        high,
     )
 
 
 def own_frame(shape: Shape) -> Motion:
     """The motion from the frame of `hits.local_point` to the world."""
     return own_frame(shape.base).then(shape.motion) if isinstance(shape, ClippedSheet) else shape.under()
-
-
-def _extent(boxes: Floats) -> tuple[FloatArray, FloatArray]:
-    full = boxes[(boxes[:, :3] <= boxes[:, 3:]).all(axis=1)]
-    return full[:, :3].min(axis=0, initial=np.inf), full[:, 3:].max(axis=0, initial=-np.inf)
 
 
 def _add_shape(assembly: Assembly, entries: Entries, shape: Shape) -> None:
@@ -121,16 +119,29 @@ def _world_sheet(sheet: Any, outer: Motion, faces: Faces) -> tuple[SurfaceSheet 
     return result, getattr(result, "clip", None)
 
 
+def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:
+    """(n, 6) around balls whose radius is stretched along each axis; a part at a time, to stay in the cache."""
+    boxes = np.empty((len(radii), 6))
+    for begin in range(0, len(radii), _CHUNK):
+        rows = slice(begin, begin + _CHUNK)
+        reach = radii[rows, None] * stretch
+        np.nextafter(centers[rows] - reach, -np.inf, out=boxes[rows, :3])
+        np.nextafter(centers[rows] + reach, np.inf, out=boxes[rows, 3:])
+    return boxes
+
+
 def _add_spheres(assembly: Assembly, entries: Entries, shape: Spheres) -> None:
     """Balls straight from arrays; ellipsoids where a motion is no similarity."""
     centers, linear, factor = shape.placed(STILL)
-    reach = shape.radii[:, None] * np.sqrt((linear**2).sum(axis=1))
-    boxes = np.concatenate([np.nextafter(centers - reach, -np.inf), np.nextafter(centers + reach, np.inf)], axis=1)
+    boxes = _ball_boxes(centers, shape.radii, np.sqrt((linear**2).sum(axis=1)))
     back: FloatArray = np.asarray(np.linalg.inv(linear), dtype=np.float64)
     entries.ball_frames.append(back.ravel())
     frame = -len(entries.ball_frames)
     if factor is not None:
-        numbers = assembly.surfaces.add_balls(np.column_stack([centers, shape.radii * factor]))
+        balls = np.empty((len(shape), 4))
+        balls[:, :3] = centers
+        np.multiply(shape.radii, factor, out=balls[:, 3])
+        numbers = assembly.surfaces.add_balls(balls)
         entries.add_many(BALL, numbers, boxes, frame)
         return
     rows = tuple(tuple(float(x) for x in row) for row in back)

@@ -14,7 +14,7 @@ from ..shapes.cells import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tre
 from ..shapes.material import Material
 from ..shapes.surface import PlaneSurface
 from ..shapes.vector import Box
-from .surfaces import SurfaceArrays, SurfaceTable
+from .surfaces import SurfaceTable, end_to_end
 
 UNBOUNDED = np.array([-math.inf] * 3 + [math.inf] * 3)
 LeafBounds = dict[int, Floats]
@@ -136,6 +136,14 @@ class Entries:
         self.body_face.append(np.full(count, first_face, np.int32))
         self.body_count += count
 
+    def resolved(self, ball_ids: Ints) -> list[Ints]:
+        """The indices, those of bulk balls by the ids of their surfaces."""
+        return [
+            ball_ids[-1 - int(index[0]) : len(index) - 1 - int(index[0])] if kind[0] == BALL else index
+            for kind, index in zip(self.kinds, self.indices, strict=True)
+            if len(index)
+        ]
+
 
 def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Floats]:
     """The finished arrays (without a tree) and the entries' boxes (n, 6)."""
@@ -187,10 +195,10 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         polygon_first=np.array(assembly.polygon_first, np.int32),
         polygon_program=_column(assembly.polygons, 1),
         vertices=np.concatenate([np.zeros((0, 3)), *assembly.vertices]),
-        entry_kind=_joined(entries.kinds, np.int8),
-        entry_index=_joined(entries.indices, np.int32),
-        entry_body=_joined(entries.bodies, np.int32),
-        body_face=_joined(entries.body_face, np.int32),
+        entry_kind=end_to_end([np.zeros(0, np.int8), *entries.kinds]),
+        entry_index=end_to_end([np.zeros(0, np.int32), *entries.resolved(table.ids[single:])]),
+        entry_body=end_to_end([np.zeros(0, np.int32), *entries.bodies]),
+        body_face=end_to_end([np.zeros(0, np.int32), *entries.body_face]),
         ball_frames=np.array(entries.ball_frames, dtype=np.float64).reshape(-1, 9),
         face_uv=np.array(entries.faces, dtype=np.float64).reshape(-1, 13),
         node_boxes=np.zeros((0, 6, 8)),
@@ -201,32 +209,26 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         tree_depth=np.zeros(1, np.int32),
         extent=np.zeros(5),
     )
-    boxes = np.concatenate([np.zeros((0, 6)), *entries.boxes])
-    return _balls_direct(tables, table, single), boxes
+    return _balls_direct(tables), end_to_end([np.zeros((0, 6)), *entries.boxes])
 
 
-def _balls_direct(tables: Tables, table: SurfaceArrays, single: int) -> Tables:
+def _balls_direct(tables: Tables) -> Tables:
     """Cells that are nothing but a sphere become balls, which are traced without their cell."""
+    at = np.flatnonzero(tables.entry_kind == CELL)
+    if not len(at):
+        return tables
     kind, index = tables.entry_kind.copy(), tables.entry_index.copy()
-    bulk = kind == BALL
-    index[bulk] = table.ids[single - 1 - index[bulk].astype(np.int64)]
-    plane_counts = np.diff(tables.cell_first)
-    cells = np.where(kind == CELL, index, 0)
-    if len(tables.cell_quadric):
-        quadric = tables.cell_quadric[cells]
-        sphere = (quadric >= 0) & (tables.surface_kind[np.maximum(quadric, 0)] == SPHERE)
-        ball = (kind == CELL) & sphere & (plane_counts[cells] == 0) & (tables.cell_side[cells] > 0)
-        ball &= tables.cell_face[cells] == 0
-        kind[ball], index[ball] = BALL, quadric[ball]
+    cells = index[at]
+    quadric = tables.cell_quadric[cells]
+    ball = (quadric >= 0) & (tables.cell_side[cells] > 0) & (tables.cell_face[cells] == 0)
+    ball &= np.diff(tables.cell_first)[cells] == 0
+    ball[ball] = tables.surface_kind[quadric[ball]] == SPHERE
+    kind[at[ball]], index[at[ball]] = BALL, quadric[ball]
     return tables._replace(entry_kind=kind, entry_index=index)
 
 
 def _column(rows: Sequence[tuple[Any, ...]], column: int) -> Ints:
     return np.array([row[column] for row in rows], dtype=np.int32)
-
-
-def _joined(parts: Sequence[Ints] | Sequence[Signs], dtype: type[np.int8] | type[np.int32]) -> Any:
-    return np.concatenate([np.zeros(0, dtype), *parts])
 
 
 __all__ = ["REGION", "Assembly", "Entries", "finished_tables"]

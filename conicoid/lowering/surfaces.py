@@ -9,18 +9,21 @@ their records stands for all, and so gives the anchor, does not depend on the or
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..geometry.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
 from ..shapes import exact as ex
 from ..shapes.surface import ORIGIN, UPRIGHT, PlaneSurface, QuadricSurface, Surface
 
 _CLOSE = 1e-11
+_NEARLY = 1e-6
+_CHUNK = 1 << 13
 
 
 @dataclass
@@ -73,22 +76,27 @@ class SurfaceTable:
         kinds = np.array(self.kinds, dtype=np.int8)
         spheres = _rows(self.records, kinds, SPHERE, 4)
         planes, quadrics = _rows(self.records, kinds, PLANE, 7), _rows(self.records, kinds, QUADRIC, 19)
-        all_spheres = np.concatenate([spheres, *self.balls]) if self.balls else spheres
-        kind = np.concatenate([kinds, np.full(self.ball_count, SPHERE, np.int8)])
-        row = np.zeros(len(kind), np.int32)
+        all_spheres = end_to_end([spheres, *self.balls])
+        single, count = len(kinds), len(kinds) + self.ball_count
+        kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
+        kind[:single] = kinds
+        row[single:] += np.int32(len(spheres) - single)
         for k in (PLANE, SPHERE, QUADRIC):
-            member = kind == k
-            row[member] = np.arange(member.sum())
-        first = np.arange(len(kind))
+            member = kinds == k
+            row[:single][member] = np.arange(member.sum())
+        first = np.arange(count, dtype=np.int32)
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
-            _merge_equal(first, np.flatnonzero(kind == k), table)
-        senses = np.concatenate([np.array(self.senses, np.int8), np.ones(self.ball_count, np.int8)])
+            if _has_equal(table):
+                _merge_equal(first, np.flatnonzero(kind == k), table)
+        senses = np.ones(count, np.int8)
+        senses[:single] = self.senses
         self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
         # Number the representatives in the order they came
-        distinct = np.flatnonzero(first == np.arange(len(first)))
-        number = np.zeros(len(first), np.int32)
-        number[distinct] = np.arange(len(distinct))
-        return SurfaceArrays(kind[distinct], row[distinct], planes, all_spheres, quadrics, number[first], senses)
+        leads = first == np.arange(count, dtype=np.int32)
+        if leads.all():
+            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses)
+        number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
+        return SurfaceArrays(kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses)
 
     def _surface(self, index: int, spheres: Floats, row: Ints) -> Surface:
         if index < len(self.surfaces):
@@ -100,13 +108,14 @@ class SurfaceTable:
         self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Floats
     ) -> None:
         """Among records that are close, let the exact names decide."""
-        distinct = np.flatnonzero(first == np.arange(len(first)))
+        single = len(self.surfaces)
+        distinct = np.flatnonzero(first[:single] == np.arange(single))
         flat = kind[distinct] == PLANE
         clusters = list(_clusters(distinct[flat], _plane_features(planes[row[distinct[flat]]])))
         curved = distinct[~flat]
-        if (curved < len(self.surfaces)).any():  # bulk balls among themselves are equal to the bit or not at all
-            features = _quadric_features(kind[curved], row[curved], spheres, quadrics)
-            clusters += _clusters(curved, features)
+        if len(curved):  # bulk balls among themselves are equal to the bit or not at all
+            curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
+            clusters += _clusters(curved, _quadric_features(kind[curved], row[curved], spheres, quadrics))
         tables = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
         named: dict[int, tuple[int, int]] = {}
         for cluster in clusters:
@@ -126,6 +135,32 @@ class SurfaceTable:
             representative[merged], turned[merged] = found[:, 0], found[:, 1]
             senses *= turned[first]
             first[:] = representative[first]
+
+    def _balls_near(
+        self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: Floats
+    ) -> npt.NDArray[np.int64]:
+        """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
+        single = len(self.surfaces)
+        middle = spheres[:1, :3].mean(axis=0) if len(spheres) else np.zeros(3)
+        numbers = _coefficients(kind[curved], row[curved], spheres, quadrics, middle)
+        round_ = np.abs(numbers[:, :6] - (1, 1, 1, 0, 0, 0)).max(axis=1) < _NEARLY
+        if self.ball_count == 0 or not round_.any():
+            return np.zeros(0, np.int64)
+        across = np.random.default_rng(20261123).normal(size=3)
+        own = np.sort(-numbers[round_, 6:9] @ across)
+        balls = spheres[len(spheres) - self.ball_count :]
+        others = np.concatenate([(balls[a : a + _CHUNK, :3] - middle) @ across for a in range(0, len(balls), _CHUNK)])
+        reach = _NEARLY * max(float(np.abs(others).max()), float(np.abs(own).max()))
+        near = np.searchsorted(own, others - reach) < np.searchsorted(own, others + reach, side="right")
+        found = single + np.flatnonzero(near)
+        distinct: npt.NDArray[np.int64] = found[first[found] == found]
+        return distinct
+
+
+def end_to_end(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    """Concatenated; no copy where all but one are empty."""
+    filled = [part for part in parts if len(part)]
+    return np.concatenate(filled) if len(filled) > 1 else (filled or parts)[0]
 
 
 def _leading(record: tuple[float, ...]) -> float:
@@ -183,17 +218,29 @@ def _floats(values: Iterable[Any]) -> tuple[float, ...]:
     return tuple(float(v) for v in values)
 
 
+def _mixed(table: Floats) -> npt.NDArray[np.uint64]:
+    """A number for each row, equal for equal rows (zeros of both signs alike)."""
+    mixed = np.zeros(len(table), np.uint64)
+    for begin in range(0, len(table), _CHUNK):
+        words = (table[begin : begin + _CHUNK] + 0.0).view(np.uint64)
+        part = mixed[begin : begin + _CHUNK]
+        for column in range(words.shape[1]):
+            part ^= words[:, column]
+            part *= np.uint64(0x9E3779B97F4A7C15)
+            part ^= part >> np.uint64(29)
+    return mixed
+
+
+def _has_equal(table: Floats) -> bool:
+    """Might two rows be equal?  In a large table without any, much faster than to look for them."""
+    mixed = _mixed(table)
+    mixed.sort()
+    return bool((mixed[1:] == mixed[:-1]).any())
+
+
 def _merge_equal(first: Any, members: Any, table: Floats) -> None:
     """Point each member at the earliest one with the same record to the bit (zeros of both signs alike)."""
-    if len(members) < 2:
-        return
-    table = np.ascontiguousarray(table + 0.0)
-    words = table.view(np.uint64)
-    mixed = np.zeros(len(table), np.uint64)
-    for column in range(words.shape[1]):
-        mixed = (mixed ^ words[:, column]) * np.uint64(0x9E3779B97F4A7C15)
-        mixed ^= mixed >> np.uint64(29)
-    order = np.argsort(mixed, kind="stable")
+    order = np.argsort(_mixed(table), kind="stable")
     same = np.zeros(len(order), bool)
     same[1:] = (table[order[1:]] == table[order[:-1]]).all(axis=1)
     head = np.maximum.accumulate(np.where(same, 0, np.arange(len(order))))
@@ -210,11 +257,19 @@ def _plane_features(planes: Floats) -> Floats:
 
 def _quadric_features(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats) -> Floats:
     """Coefficients about the middle of the scene, scaled to order one."""
+    ball = kind == SPHERE
+    anchors = np.concatenate([spheres[row[ball], :3], quadrics[row[~ball], :3]])
+    middle = anchors.mean(axis=0) if len(anchors) else np.zeros(3)
+    return _scaled(_coefficients(kind, row, spheres, quadrics, middle), 6, (6, 7, 8), (9,))
+
+
+def _coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
+    """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1."""
     count = len(kind)
     ball = kind == SPHERE
     anchors = np.empty((count, 3))
     anchors[ball], anchors[~ball] = spheres[row[ball], :3], quadrics[row[~ball], :3]
-    p = anchors - (anchors.mean(axis=0) if count else 0.0)
+    p = anchors - middle
     result = np.zeros((count, 10))
     result[ball, :3] = 1.0
     result[ball, 6:9] = -p[ball]
@@ -227,7 +282,7 @@ def _quadric_features(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats)
     result[~ball, 6:9] = np.einsum("nki,nk->ni", w, s * shift + b)
     result[~ball, 9] = (s * shift**2 + 2 * b * shift).sum(axis=1) - q[:, 18]
     size = np.abs(result[:, :6]).max(axis=1, keepdims=True, initial=0.0)
-    return _scaled(result / np.where(size > 0, size, 1.0), 6, (6, 7, 8), (9,))
+    return result / np.where(size > 0, size, 1.0)
 
 
 def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second_order: tuple[int, ...]) -> Floats:

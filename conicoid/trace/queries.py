@@ -40,7 +40,8 @@ class Prepared:
 
     @classmethod
     def of(cls, lowered: Lowered) -> Prepared:
-        return cls(lowered, with_trees(lowered))
+        geometry = with_trees(lowered)
+        return cls(lowered.sharing(geometry), geometry)
 
 
 def as_rays(origins: Any, directions: Any) -> Rays:
