@@ -14,10 +14,13 @@ from ..jit import allocator, fma, inline, kernel
 from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
 from .events import crossed_face, entry_crossings, is_solid
 from .kernels import Hit, blocked, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
-from .lanes import BEST, SIZE, lane_hit
+from .lanes import BEST, BODY, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
 from .packet import new_packet, trace_packet
 from .scratch import new_scratch
+from .simd import prefetch, store_eight
 from .stream import new_stream, put_stream_ray, stream_hit, trace_stream
+
+_AHEAD = 16  # rays whose memory is asked for before it is needed
 
 
 @kernel
@@ -38,10 +41,24 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
 
 
 @inline
-def put_hit(hit: Hit, i: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs) -> None:
+def put_hit(hit: Hit, i: Any, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs) -> None:
     """Hit i, in arrays; `turn` holds the sense of its leaf, doubled where the body is entered."""
+    i = np.uint64(i)
     t[i], body[i], entry[i], place[i] = hit[0], hit[1], hit[2], hit[3]
     turn[i] = 2 * hit[4] if hit[5] else hit[4]
+
+
+@inline
+def put_eight_hits(
+    lanes: Floats, lane: int, i: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs
+) -> None:
+    """`put_hit` for the hits of eight lanes, which have their turns ready."""
+    at = np.uint64(lane)
+    store_eight(lanes, BEST + at, t, i)
+    store_eight(lanes, BODY + at, body, i)
+    store_eight(lanes, ENTRY + at, entry, i)
+    store_eight(lanes, PLACE + at, place, i)
+    store_eight(lanes, TURN + at, turn, i)
 
 
 @kernel
@@ -57,8 +74,12 @@ def trace_first(
         together = coherent(geometry, lanes, 8)
         if together:
             trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, False)
+            put_turns(lanes)
         for row in range(8):
             first, n = packet_row(packet, row, width, len(origins))
+            if together and n == 8:
+                put_eight_hits(lanes, 8 * row, first, t, body, entry, place, turn)
+                continue
             for k in range(n):
                 i = first + k
                 if together:
@@ -98,25 +119,30 @@ def trace_occluded(
 @kernel
 def trace_first_ordered(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    order: Ints, begin: int, end: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
+    order: Ints, size: int, begin: int, end: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
 ) -> None:  # fmt: skip
-    """First hits of rays order[begin:end], which look into few octants."""
-    scratch, stream, mine = new_scratch(geometry), new_stream(geometry, end - begin), np.empty(end - begin, np.int32)
-    count = 0
-    for k in range(begin, end):
-        i = order[k]
-        ray = load_ray(origins, directions, t_min, t_max, starts, i)
-        if ray[8] != DEAD and scaled_ray(ray)[1] == 1.0:
-            put_stream_ray(stream, count, ray)
-            mine[count] = i
-            count += 1
-        elif ray[8] == DEAD:
-            put_hit(no_hit(), i, t, body, entry, place, turn)
-        else:
-            put_hit(first_crossing(geometry, scratch, ray, scratch.nothing, False), i, t, body, entry, place, turn)
-    trace_stream(geometry, scratch, stream, count, scratch.nothing, False)
-    for k in range(count):
-        put_hit(stream_hit(stream, k), mine[k], t, body, entry, place, turn)
+    """First hits of rays taken in an order, in which those from `size` begin to `size` end are streams begin..end."""
+    scratch, stream, mine = new_scratch(geometry), new_stream(geometry, size), np.empty(size, np.int32)
+    for number in range(begin, end):
+        count = 0
+        for k in range(size * number, min(size * number + size, len(order))):
+            i = order[k]
+            if k + _AHEAD < len(order):
+                prefetch(origins, 3 * whole(order[k + _AHEAD]))
+                prefetch(directions, 3 * whole(order[k + _AHEAD]))
+            ray = load_ray(origins, directions, t_min, t_max, starts, i)
+            if ray[8] != DEAD and scaled_ray(ray)[1] == 1.0:
+                put_stream_ray(stream, count, ray)
+                mine[count] = i
+                count += 1
+            elif ray[8] == DEAD:
+                put_hit(no_hit(), i, t, body, entry, place, turn)
+            else:
+                hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+                put_hit(hit, i, t, body, entry, place, turn)
+        trace_stream(geometry, scratch, stream, count, scratch.nothing, False)
+        for k in range(count):
+            put_hit(stream_hit(stream, k), mine[k], t, body, entry, place, turn)
 
 
 @kernel

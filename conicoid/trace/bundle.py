@@ -21,13 +21,15 @@ from .lanes import (
     OY,
     OZ,
     START,
+    T_MAX,
     T_MIN,
     prepare_lanes,
     put_idle,
     put_lane_beam,
-    put_ray,
+    put_limits,
+    put_line,
 )  # fmt: skip
-from .simd import HIGH_O, LOW_O, extent
+from .simd import HIGH_O, LOW_O, extent, load_eight
 
 DEAD = -2
 """Start of a ray that does not exist: the continuation of a miss."""
@@ -61,10 +63,22 @@ def fill_lanes(
     packet: int, width: int,
 ) -> None:  # fmt: skip
     """The rays of a packet into its lanes; those beyond the end are idle."""
+    one_min, one_max, one_start = len(t_min) == 1, len(t_max) == 1, len(starts) == 1
+    put_limits(lanes, t_min[0], t_max[0], starts[0])
     for row in range(8):
         i, n = packet_row(packet, row, width, len(origins))
-        for k in range(n):
-            put_ray(lanes, 8 * row + k, load_ray(origins, directions, t_min, t_max, starts, i + k))
+        if n == 8:
+            load_eight(origins, i, lanes, OX + np.uint64(8 * row))
+            load_eight(directions, i, lanes, DX + np.uint64(8 * row))
+        else:
+            for k in range(n):
+                put_line(lanes, 8 * row + k, origins, directions, i + k)
+        if not (one_min and one_max and one_start):
+            for k in range(n):
+                lane = np.uint64(8 * row + k)
+                lanes[T_MIN + lane] = t_min[0 if one_min else i + k]
+                lanes[T_MAX + lane] = t_max[0 if one_max else i + k]
+                lanes[START + lane] = starts[0 if one_start else i + k]
         for k in range(n, 8):
             put_idle(lanes, 8 * row + k, 0)
     prepare_lanes(lanes, 8)

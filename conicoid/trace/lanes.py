@@ -23,10 +23,11 @@ LANES = 64
 # Where the rows begin. `lanes_in_box` relies on the order of the first nine
 (
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, BEST, DX, DY, DZ, INVERSE, START, BODY, ENTRY, PLACE, SENSE, ENTERS,
-    A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG,
+    A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN,
     NOW, NEXT, INSIDE, SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS,
-) = (np.uint64(row) for row in range(0, 41 * LANES, LANES))  # fmt: skip
-BEAM_AT = 41 * LANES
+) = (np.uint64(row) for row in range(0, 42 * LANES, LANES))  # fmt: skip
+BEAM_AT = 42 * LANES
+ALL = np.uint64(LANES)
 SIZE = BEAM_AT + BEAM + 2
 
 
@@ -44,6 +45,21 @@ def put_ray(lanes: Floats, i: Any, ray: Ray) -> None:
     lanes[OX + i], lanes[OY + i], lanes[OZ + i] = ox, oy, oz
     lanes[DX + i], lanes[DY + i], lanes[DZ + i] = dx, dy, dz
     lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = t_min, t_max, start
+
+
+@inline
+def put_limits(lanes: Floats, t_min: float, t_max: float, start: int) -> None:
+    """The same interval and start for all lanes."""
+    for i in range(ALL):
+        lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = t_min, t_max, start
+
+
+@inline
+def put_line(lanes: Floats, i: Any, origins: Floats, directions: Floats, k: Any) -> None:
+    """Origin and direction k into lane i."""
+    i, k = np.uint64(i), np.uint64(k)
+    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = origins[k, 0], origins[k, 1], origins[k, 2]
+    lanes[DX + i], lanes[DY + i], lanes[DZ + i] = directions[k, 0], directions[k, 1], directions[k, 2]
 
 
 @inline
@@ -128,6 +144,13 @@ def take(lanes: Floats, i: int, t: float, entry: int, body: int, place: float, s
     lanes[PLACE + i] = choose(closer, place, lanes[PLACE + i])
     lanes[SENSE + i] = choose(closer, sense, lanes[SENSE + i])
     lanes[ENTERS + i] = choose(closer, enters, lanes[ENTERS + i])
+
+
+@inline
+def put_turns(lanes: Floats) -> None:
+    """The senses of the hits' leaves, doubled where a body is entered."""
+    for i in range(ALL):
+        lanes[TURN + i] = lanes[SENSE + i] * (1.0 + lanes[ENTERS + i])
 
 
 @inline

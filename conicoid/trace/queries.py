@@ -22,11 +22,11 @@ from .membership import locate
 from .order import ray_order
 from .rays import FloatArray, Rays, points_array
 from .spans import Crossings, Spans
-from .threads import run_chunks
+from .threads import chunk_size, run_chunks
 from .tree import with_trees
 
 _CHUNK = 4096
-_PACKETS = 64
+_PACKETS = 512
 _FEW = 32
 _STREAM = 4096
 
@@ -92,11 +92,18 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     width, packets = _packets(rays)
     if not _in_order(scene, arguments, width, packets):
         order = ray_order(scene.geometry, arguments[0], arguments[1])
+        streams = -(-len(order) // _STREAM)
         run_chunks(
-            lambda a, b: trace_first_ordered(scene.geometry, *arguments, order, a, b, *found), len(order), _STREAM
+            lambda a, b: trace_first_ordered(scene.geometry, *arguments, order, _STREAM, a, b, *found),
+            streams,
+            chunk_size(streams, 8),
         )
     else:
-        run_chunks(lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, *found), packets, _PACKETS)
+        run_chunks(
+            lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, *found),
+            packets,
+            chunk_size(packets, _PACKETS),
+        )
     return Hits(scene, rays, found)
 
 
@@ -113,7 +120,11 @@ def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     arguments = _arguments(rays, t_min, t_max)
     result = np.zeros(len(arguments[0]), np.bool_)
     width, packets = _packets(rays)
-    run_chunks(lambda a, b: trace_occluded(scene.geometry, *arguments, width, a, b, result), packets, _PACKETS)
+    run_chunks(
+        lambda a, b: trace_occluded(scene.geometry, *arguments, width, a, b, result),
+        packets,
+        chunk_size(packets, _PACKETS),
+    )
     return result.reshape(rays.shape)[()]
 
 

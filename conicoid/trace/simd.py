@@ -11,6 +11,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from ..geometry.tables import Floats
@@ -227,6 +228,63 @@ def reach(lanes: Floats, groups: int) -> float:
     if groups == 8:
         return _reach_64(lanes)
     return _reach_16(lanes)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any) -> Any:
+    """Eight points (x, y, z) from row `first` into three rows of 64 lanes, from lanes[at:]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = _Code(context, builder), builder
+        source, target = c.data(signature, arguments, 0), c.data(signature, arguments, 2)
+        begin = b.mul(arguments[1], _INT64(3))
+        parts = [c.eight(source, begin, 8 * k) for k in range(3)]
+        number = ir.IntType(32)
+        pair = b.shuffle_vector(
+            parts[0], parts[1], ir.Constant(ir.VectorType(number, 16), list(range(16)))
+        )  # the first 16 floats
+        last = b.shuffle_vector(
+            parts[2], ir.Constant(_EIGHT, ir.Undefined), ir.Constant(ir.VectorType(number, 16), [*range(8), *range(8)])
+        )
+        for axis in range(3):
+            places = ir.Constant(ir.VectorType(number, WIDTH), [axis + 3 * k for k in range(WIDTH)])
+            c.store(b.shuffle_vector(pair, last, places), target, arguments[3], 64 * axis)
+        return context.get_dummy_value()
+
+    return types.none(points, types.int64, lanes, types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: Any) -> Any:
+    """Eight lanes from lanes[at:], as they are or as whole numbers, to numbers[first:]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = _Code(context, builder), builder
+        value = c.eight(c.data(signature, arguments, 0), arguments[1], 0)
+        kind = context.get_data_type(signature.args[2].dtype)
+        wide = ir.VectorType(kind, WIDTH)
+        if signature.args[2].dtype != types.float64:
+            value = b.fptosi(value, wide)
+        place = b.bitcast(c.place(c.data(signature, arguments, 2), arguments[3], 0), wide.as_pointer())
+        b.store(value, place, align=1)
+        return context.get_dummy_value()
+
+    return types.none(lanes, types.int64, numbers, types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
+    """Ask for the memory of an array of floats from its element `at`, counted flat."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, number = _Code(context, builder), ir.IntType(32)
+        place = builder.bitcast(c.place(c.data(signature, arguments, 0), arguments[1], 0), ir.IntType(8).as_pointer())
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(8).as_pointer(), number, number, number])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        builder.call(function, [place, number(0), number(2), number(1)])
+        return context.get_dummy_value()
+
+    return types.none(array, types.int64), code
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -36,6 +36,11 @@ def set_threads(count: int | None) -> None:
     _chosen[:] = [] if count is None else [count]
 
 
+def chunk_size(count: int, most: int) -> int:
+    """How much of some work a thread should take at a time: `most`, or so little that each has several turns."""
+    return max(1, min(most, count // (8 * thread_count())))
+
+
 class _Work:
     """Chunks still to be done, shared by a few threads."""
 
