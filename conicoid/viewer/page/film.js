@@ -13,6 +13,7 @@ export class Film {
     this.scale = 0.5;
     this.rate = 2e4;     // pixels per millisecond, as measured
     this.frames = [null, null];
+    this.most = MOST_SAMPLES;
     this.samples = 0;
     this.row = 0;
     this.changedAt = -1e9;
@@ -76,7 +77,7 @@ export class Film {
     }
     if (this.moving) { this.moving = false; this.samples = 0; this.row = 0; }
     this.band();
-    const most = this.graphics.floatFilm ? MOST_SAMPLES : 1;
+    const most = this.graphics.floatFilm ? this.most : 1;
     this.done = this.done.filter(([samples, resolve]) => {
       const ready = this.samples >= Math.min(samples, most) && this.finished();
       if (ready) resolve(this.samples);
@@ -135,7 +136,7 @@ export class Film {
 
   band() {
     const [width, height] = this.size();
-    if (this.samples >= MOST_SAMPLES || width < 1 || height < 1) return;
+    if (this.samples >= this.most || width < 1 || height < 1) return;
     const slot = this.samples % 2, frame = this.frame(slot + 1, width, height);
     const before = this.samples > 0 ? this.frames[2 - slot] : null;
     const rows = Math.min(frame.height - this.row, Math.max(1, Math.round((BAND * this.rate) / width)));
