@@ -48,13 +48,10 @@ def script() -> str:
 
 
 @cache
-def shaders() -> dict[str, str]:
-    """The shaders, their pieces joined; the page puts the sizes of arrays before them."""
-    return {
-        "picture": "\n".join(asset(f"shaders/{name}.glsl") for name in SHADERS),
-        "pick": "\n".join(asset(f"shaders/{name}.glsl") for name in PICK_SHADERS),
-        "show": asset("shaders/show.glsl"),
-    }
+def shaders() -> dict[str, Any]:
+    """The pieces, and of which each shader is made; the page puts the sizes of arrays before them."""
+    pieces = {name: asset(f"shaders/{name}.glsl") for name in (*SHADERS, "pick", "show")}
+    return {"pieces": pieces, "picture": SHADERS, "pick": PICK_SHADERS, "show": ("show",)}
 
 
 def page(scene: Scene, title: str, preview: bytes, served: dict[str, Any] | None = None) -> str:
@@ -68,11 +65,7 @@ def page(scene: Scene, title: str, preview: bytes, served: dict[str, Any] | None
         "DATA": embedded(data),
         "SCRIPT": script(),
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], _with_markup(asset("page/page.html")))
-
-
-def _with_markup(text: str) -> str:
-    return text.replace("{{MARKUP}}", asset("page/markup.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], asset("page/page.html"))
 
 
 def export(scene: Scene, path: str | os.PathLike[str], title: str | None = None) -> None:

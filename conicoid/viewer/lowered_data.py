@@ -35,7 +35,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     tables = {name: _array(scene, number) for number, name in enumerate(Tables._fields)}
     check(tables)
     return {
-        "tables": {name: _encoded(array) for name, array in tables.items()},
+        "tables": {name: _encoded(array) for name, array in tables.items() if name != "leaf_bounds"},
         "look": look_data(look),
         "lights": [_light(record, light) for record, light in zip(look.lights, _directed(lights), strict=True)],
         "camera": camera_data(camera),

@@ -63,7 +63,7 @@ export class Graphics {
     const key = name + head;
     if (this.programs.has(key)) return this.programs.get(key);
     const program = gl.createProgram(), shaders = [];
-    for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, head + this.sources[name]]]) {
+    for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, head + this.sources[name].map((piece) => this.sources.pieces[piece]).join("\n")]]) {
       const shader = gl.createShader(kind);
       gl.shaderSource(shader, source);
       gl.compileShader(shader);

@@ -1,5 +1,5 @@
 // The page put together.
-import { copyOf, fitted, pixelRay } from "./camera.js";
+import { copyOf, fitted, onScreen, pixelRay } from "./camera.js";
 import { showDetails } from "./details.js";
 import { latest, showSliders } from "./editing.js";
 import { Film } from "./film.js";
@@ -11,7 +11,6 @@ import { listBodies, showSection } from "./panel.js";
 import { Picker } from "./pick.js";
 import { dragged, handlePoint, reach, sectionAlong } from "./section.js";
 import { VIEWS, cameraYaml, nameOf, namedView, newState, viewOf } from "./state.js";
-import { onScreen } from "./camera.js";
 import { decodedScene } from "./tables.js";
 import { add, dot, minus, size } from "./vectors.js";
 
@@ -136,7 +135,7 @@ export class Viewer {
 
   firstAt(x, y) {
     const ratio = this.canvas.width / this.canvas.clientWidth;
-    return this.picker.at(viewOf(this.state), x * ratio, y * ratio, this.canvas.width, this.canvas.height, REACH);
+    return this.picker.at(viewOf(this.state), x * ratio, y * ratio, this.canvas.width, this.canvas.height, 64);
   }
 
   rayAt(x, y) { return pixelRay(this.state.camera, x, y, this.canvas.clientWidth, this.canvas.clientHeight); }

@@ -11,7 +11,7 @@ function shape(parent, name, attributes, text) {
   parent.append(node);
 }
 
-function cross(svg, [x, y]) {
+function drawCross(svg, [x, y]) {
   for (const kind of ["halo", "mark"]) shape(svg, "path", { class: kind, d: `M${x - 7} ${y}h14M${x} ${y - 7}v14` });
 }
 
@@ -20,9 +20,9 @@ export const distanceBetween = (points) => size(minus(points[1], points[0]));
 export function drawMarks(svg, state, width, height) {
   svg.replaceChildren();
   const seen = (point) => onScreen(state.camera, point, width, height);
-  if (state.found && !state.measuring) { const at = seen(state.found.point); if (at) cross(svg, at); }
+  if (state.found && !state.measuring) { const at = seen(state.found.point); if (at) drawCross(svg, at); }
   const ends = state.measured.map(seen);
-  ends.filter(Boolean).forEach((at) => cross(svg, at));
+  ends.filter(Boolean).forEach((at) => drawCross(svg, at));
   if (ends.length < 2 || !ends[0] || !ends[1]) return;
   const [[x1, y1], [x2, y2]] = ends;
   for (const kind of ["halo", "mark"]) shape(svg, "path", { class: kind, d: `M${x1} ${y1}L${x2} ${y2}` });
