@@ -54,14 +54,14 @@ def shaders() -> dict[str, Any]:
     return {"pieces": pieces, "picture": SHADERS, "pick": PICK_SHADERS, "show": ("show",)}
 
 
-def page(scene: Scene, title: str, preview: bytes, served: dict[str, Any] | None = None) -> str:
-    """The page as HTML. `served`: what a page needs that can ask its server."""
-    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "served": served}
+def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None) -> str:
+    """The page as HTML. `preview`: where its small picture is; `served`: what a page needs that can ask its server."""
+    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "preview": preview, "served": served}
     fields = {
         "TITLE": _text(title),
+        "CONNECT": "'self'" if served else "'none'",
         "STYLE": asset("page/style.css"),
         "MARKUP": asset("page/markup.html"),
-        "PREVIEW": "data:image/webp;base64," + base64.b64encode(preview).decode(),
         "DATA": embedded(data),
         "SCRIPT": script(),
     }
@@ -73,7 +73,11 @@ def export(scene: Scene, path: str | os.PathLike[str], title: str | None = None)
 
     Raises ValueError for a scene that a browser cannot hold, with the limit; OSError where it cannot be written.
     """
-    text = page(scene, title or os.path.splitext(os.path.basename(path))[0], preview_of(scene))
+    text = page(
+        scene,
+        title or os.path.splitext(os.path.basename(path))[0],
+        "data:image/webp;base64," + base64.b64encode(preview_of(scene)).decode(),
+    )
     with replacing(path) as part:
         part.write_text(text, encoding="utf-8")
 

@@ -18,7 +18,8 @@ def check(tables: Mapping[str, Any]) -> None:
     size = sum(array.nbytes for array in tables.values())
     if size > MOST_BYTES:
         raise ValueError(
-            f"view: this scene's tables take {size / 2**20:,.0f} MiB, a page holds at most {MOST_BYTES / 2**20:,.0f} MiB"
+            f"view: this scene's tables take {size / 2**20:,.0f} MiB, "
+            f"a page holds at most {MOST_BYTES / 2**20:,.0f} MiB"
         )
     gates = int(np.diff(tables["program_gate"]).max(initial=0))
     if gates > MOST_GATES:

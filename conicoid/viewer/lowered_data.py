@@ -100,7 +100,9 @@ def _directed(lights: Any) -> list[Any]:
 
 def _light(record: Any, light: Any) -> dict[str, Any]:
     """A light's record; an angle without end becomes null."""
-    data: dict[str, Any] = {name: record[name].tolist() for name in ("parallel", "position", "axis", "intensity", "fades")}
+    data: dict[str, Any] = {
+        name: record[name].tolist() for name in ("parallel", "position", "axis", "intensity", "fades")
+    }
     for name in ("outer", "inner"):
         data[name] = float(record[name]) if np.isfinite(record[name]) else None
     return data | {"radius": float(getattr(light, "radius", 0.0) or 0.0)}
@@ -116,7 +118,8 @@ def _array(scene: Scene, number: int) -> npt.NDArray[Any]:
     geometry = scene.geometry
     start, count = (int(v) for v in geometry.places[number])
     real = number in _REAL
-    return (geometry.floats if real else geometry.integers)[start : start + count]
+    flat: npt.NDArray[Any] = geometry.floats if real else geometry.integers
+    return flat[start : start + count]
 
 
 _REAL = {

@@ -267,17 +267,29 @@ export class Viewer {
       this.marks();
     });
     this.wireHandle(this.find(".handle"));
-    new ResizeObserver(() => this.resize()).observe(this.canvas);
+    this.observer = new ResizeObserver(() => {
+      this.root.classList.toggle("narrow", this.root.clientWidth < 720);
+      this.resize();
+    });
+    this.observer.observe(this.canvas);
+    this.observer.observe(this.root);
     this.resize();
     this.canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
       this.trouble("The graphics driver has stopped drawing.", "Reload the page to go on.");
     });
     const quality = this.find(".quality");
-    setInterval(() => {
+    this.timer = setInterval(() => {
       const shown = this.film.shown;
       if (shown) quality.textContent = this.film.moving ? `${Math.round(this.film.scale * 100)} % of full resolution while moving` : `${shown.width} × ${shown.height}, ${this.film.samples} samples a pixel`;
     }, 250);
+  }
+
+  // Give everything back
+  end() {
+    this.observer.disconnect();
+    clearInterval(this.timer);
+    this.graphics.gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
   wireHandle(handle) {
@@ -303,14 +315,16 @@ export class Viewer {
 }
 
 // What stands there instead where the scene cannot be traced
-export function showInstead(root, message) {
-  const picture = document.getElementById("preview")?.content.firstElementChild?.cloneNode(true);
+export function showInstead(root, message, source) {
+  const picture = document.createElement("img");
+  picture.src = source;
+  picture.alt = "A picture of the scene";
   const box = document.createElement("div");
   box.className = "instead";
   const words = document.createElement("p");
   words.setAttribute("role", "alert");
   words.textContent = `${message} Here is a picture of the scene instead.`;
-  box.append(...(picture ? [picture] : []), words);
+  box.append(picture, words);
   root.replaceChildren(box);
   root.classList.add("bare");
 }
@@ -318,5 +332,5 @@ export function showInstead(root, message) {
 export function openPage() {
   const root = document.getElementById("conicoid"), data = JSON.parse(document.getElementById("conicoid-data").textContent);
   try { window.conicoid = new Viewer(root, data); }
-  catch (error) { showInstead(root, error.message); }
+  catch (error) { showInstead(root, error.message, data.preview); }
 }
