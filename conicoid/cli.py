@@ -1,4 +1,4 @@
-"""The command line: conicoid render, info, trace, import, schema."""
+"""The command line: conicoid render, view, export, info, trace, import, schema."""
 
 from __future__ import annotations
 
@@ -85,6 +85,53 @@ def render(
             )
         image.save(output)
         say(f"{output}: {width} x {height} pixels")
+
+
+@app.command(
+    epilog="Examples:\n\n  conicoid view scene.yaml\n\n  conicoid view --quadrics\n\n"
+    "The page follows the file as it changes. docs/viewer.md says what can be done on it."
+)
+def view(
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file, YAML or JSON.", show_default=False)
+    ] = None,
+    quadrics: Annotated[bool, typer.Option("--quadrics", help="The nine quadrics, with sliders.")] = False,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+) -> None:
+    """Walk around in a scene in the browser, until Ctrl-C."""
+    with user_mistakes():
+        if (scene is None) != quadrics:
+            raise ValueError("view: give either a scene file or --quadrics")
+        from .viewer.quadrics import quadrics_scene
+        from .viewer.server import serve
+        from .viewer.session import Session
+
+        if scene is None:
+            session = Session(quadrics_scene(), "Nine quadrics", select=0)
+        else:
+            session = Session(_load(scene, None), scene.stem, scene)
+        with compile_notes():
+            session.scene()
+        serve(session, port, browser, say)
+
+
+@app.command(epilog="Example:\n\n  conicoid export scene.yaml scene.html")
+def export(
+    scene: SceneFile,
+    output: Annotated[Path, typer.Argument(metavar="PAGE", help="The page, .html.", show_default=False)],
+) -> None:
+    """Write a scene as one page that any current browser shows, from a disk, with no server."""
+    with user_mistakes():
+        if output.suffix.lower() not in (".html", ".htm"):
+            raise ValueError(f"{output}: pages are saved as .html")
+        _check_folder(output)
+        loaded = _load(scene, None)
+        from .viewer import export as write_page
+
+        with compile_notes():
+            write_page(loaded, output, scene.stem)
+        say(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")
 
 
 @app.command(

@@ -174,6 +174,25 @@ class Scene:
             render(self, width=width, height=height, samples=samples, integrator=integrator, seed=seed, **options)
         )
 
+    def view(self, height: int = 480) -> Any:
+        """A widget to walk around in the scene in a notebook, `height` pixels high.
+
+        Raises ImportError without anywidget (`pip install conicoid[notebook]`), ValueError for what no browser holds.
+        """
+        from .viewer.widget import view
+
+        return view(self, height)
+
+    def _repr_mimebundle_(self, **_: Any) -> Any:
+        """In a notebook a scene shows itself: the widget, or a picture where anywidget is not installed."""
+        try:
+            return self.view()._repr_mimebundle_()
+        except ImportError:
+            from base64 import b64encode
+
+            picture = self.render(480, 360, samples=1)._repr_png_()
+            return {"image/png": b64encode(picture).decode(), "text/plain": repr(self)}
+
 
 def _as_body(index: int, item: Any) -> Body:
     if isinstance(item, Body):

@@ -1,0 +1,106 @@
+"""One page that holds everything: markup, style, modules, shaders, and the scene. It asks nobody for anything."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import os
+import re
+from functools import cache
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from ..formats.atomic import replacing
+from ..scene import Scene
+from ..shapes.color import srgb_encode
+from .lowered_data import ASPECT, scene_data
+
+SHADERS = (
+    "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights", "whitted",
+    "camera", "picture",
+)  # fmt: skip
+"""The pieces of the shader of pictures, in the order in which they build on each other."""
+PICK_SHADERS = (*SHADERS[:10], "camera", "pick")
+MODULES = (
+    "vectors", "tables", "graphics", "camera", "film", "pick", "state", "gestures", "section", "measure", "panel",
+    "details", "editing", "live", "main",
+)  # fmt: skip
+"""The modules of the page, each after those that it imports."""
+_IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=const|let|function|class|async)", re.MULTILINE)
+PREVIEW_BYTES = 40 << 10
+
+
+@cache
+def asset(name: str) -> str:
+    """The text of a file of the page or of a shader."""
+    return (resources.files(__package__) / name).read_text(encoding="utf-8")
+
+
+@cache
+def script() -> str:
+    """All modules as one: names at their top level are distinct, so imports between them can be left out."""
+    parts = [_EXPORT.sub("", _IMPORT.sub("", asset(f"page/{name}.js"))) for name in MODULES]
+    return "\n".join(parts)
+
+
+@cache
+def shaders() -> dict[str, Any]:
+    """The pieces, and of which each shader is made; the page puts the sizes of arrays before them."""
+    pieces = {name: asset(f"shaders/{name}.glsl") for name in (*SHADERS, "pick", "show")}
+    return {"pieces": pieces, "picture": SHADERS, "pick": PICK_SHADERS, "show": ("show",)}
+
+
+def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None) -> str:
+    """The page as HTML. `preview`: where its small picture is; `served`: what a page needs that can ask its server."""
+    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "preview": preview, "served": served}
+    fields = {
+        "TITLE": _text(title),
+        "CONNECT": "'self'" if served else "'none'",
+        "STYLE": asset("page/style.css"),
+        "MARKUP": asset("page/markup.html"),
+        "DATA": embedded(data),
+        "SCRIPT": script(),
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], asset("page/page.html"))
+
+
+def export(scene: Scene, path: str | os.PathLike[str], title: str | None = None) -> None:
+    """Write the scene as one HTML file that works from a disk.
+
+    Raises ValueError for a scene that a browser cannot hold, with the limit; OSError where it cannot be written.
+    """
+    text = page(
+        scene,
+        title or os.path.splitext(os.path.basename(path))[0],
+        "data:image/webp;base64," + base64.b64encode(preview_of(scene)).decode(),
+    )
+    with replacing(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def embedded(data: Any) -> str:
+    """JSON that may stand in a script element: no `</script>` or `<!--` in it, whatever names say."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _text(words: str) -> str:
+    return words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
+
+
+def preview_of(scene: Scene, width: int = 480) -> bytes:
+    """A small picture by the engine, a WebP file of at most 40 KiB, for browsers without WebGL 2."""
+    from PIL import Image
+
+    pixels = scene.render(width, round(width / ASPECT), samples=1, depth=6).pixels
+    bytes_ = np.rint(255 * srgb_encode(np.clip(pixels, 0, 1))).astype(np.uint8)
+    for quality in (80, 60, 40, 20, 5):
+        stream = io.BytesIO()
+        Image.fromarray(bytes_, "RGB").save(stream, "WEBP", quality=quality)
+        if stream.tell() <= PREVIEW_BYTES:
+            return stream.getvalue()
+    return preview_of(scene, width // 2)

@@ -1,0 +1,41 @@
+// What was found at a point: the answer of the exact engine, or the shader's, and which of them it is.
+import { distanceBetween } from "./measure.js";
+import { element } from "./panel.js";
+
+const exactText = (v) => (v === null ? "none" : String(v));
+const shortText = (v) => (v === null ? "none" : String(Number(v.toPrecision(6))));
+
+function table(rows, head) {
+  const body = rows.map((cells) => element("tr", {}, ...cells.map((text, k) => element(!head && k === 0 ? "th" : "td", {}, text))));
+  const heading = head ? [element("tr", {}, ...head.map((text) => element("th", { scope: "col" }, text)))] : [];
+  return element("table", {}, ...heading, ...body);
+}
+
+export function showDetails(root, state) {
+  const section = root.querySelector(".found"), place = root.querySelector(".details");
+  section.hidden = !state.found && !state.measured.length;
+  place.replaceChildren();
+  if (state.measured.length) {
+    const text = state.measured.length < 2 ? "Click a second point." : `Distance ${distanceBetween(state.measured).toPrecision(7)}`;
+    place.append(element("p", { class: "distance" }, text));
+  }
+  const found = state.found;
+  if (!found) return;
+  const exact = found.by === "engine", text = exact ? exactText : shortText, row = (v) => v.map(text).join("  ");
+  place.append(element("p", { class: "how" }, exact ? "Computed by the exact engine." : "Computed by the shader, in single precision."));
+  const rows = [["Body", found.name], ["Face", found.face === null ? "section plane" : String(found.face)], ["Distance", text(found.t)],
+    ["Point", row(found.point)], ["Normal", row(found.normal)], ["uv", found.uv ? row(found.uv) : "none"], ["Side", found.entering ? "entered here" : "left here"]];
+  const first = table(rows);
+  first.className = "hit";
+  place.append(first);
+  if (found.spans) {
+    const inside = found.spans.map((s) => [s.name, text(s.enter), text(s.exit)]);
+    const list = table(inside, ["Inside", "from", "to"]);
+    list.className = "spans";
+    place.append(element("details", { open: true }, element("summary", {}, `Spans along the ray (${inside.length})`), element("div", { class: "rows", tabindex: "0" }, list)));
+  }
+  const crossings = found.crossings.map((c) => [c.name, String(c.face ?? "cut"), text(c.t), c.entering ? "in" : "out"]);
+  const list = table(crossings, ["Body", "Face", "t", ""]);
+  list.className = "crossings";
+  place.append(element("details", {}, element("summary", {}, `Entries and exits (${crossings.length})`), element("div", { class: "rows", tabindex: "0" }, list)));
+}

@@ -1,0 +1,130 @@
+"""The page's own small server: this machine only, one secret path, nothing but the page and its scene."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import webbrowser
+from collections.abc import Callable
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+from .session import Session
+
+_MOST_BYTES = 1 << 16
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+class Server(ThreadingHTTPServer):
+    """Listens on 127.0.0.1. Requests must name that host, come from the page itself, and know the secret path."""
+
+    daemon_threads = True
+
+    def __init__(self, session: Session, port: int = 0) -> None:
+        self.session = session
+        self.token = secrets.token_urlsafe(16)
+        super().__init__(("127.0.0.1", port), _Handler)
+        self.hosts = {f"127.0.0.1:{self.server_port}", f"localhost:{self.server_port}"}
+        self.origins = {f"http://{host}" for host in self.hosts}
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return f"http://127.0.0.1:{self.server_port}/{self.token}/"
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: Server
+    protocol_version = "HTTP/1.1"
+    timeout = 30
+
+    def do_GET(self) -> None:
+        name = self._name()
+        session = self.server.session
+        if name is None:
+            return
+        if name == "":
+            self._answer(200, "text/html; charset=utf-8", session.page().encode())
+        elif name == "preview.webp":
+            self._answer(200, "image/webp", session.preview())
+        elif name in ("version", "scene"):
+            self._ask({"version": session.version, "scene": session.scene}[name], None)
+        else:
+            self._refuse(404, "there is nothing here")
+
+    def do_POST(self) -> None:
+        name = self._name()
+        if name is None:
+            return
+        session = self.server.session
+        calls = {"pick": session.pick, "numbers": session.numbers, "edit": session.edit}
+        length = self.headers.get("Content-Length", "")
+        if self.headers.get("Origin") not in self.server.origins:
+            self._refuse(403, "this is asked from another page")
+        elif name not in calls:
+            self._refuse(404, "there is nothing here")
+        elif self.headers.get_content_type() != "application/json":
+            self._refuse(415, "JSON is expected")
+        elif not length.isdecimal() or int(length) > _MOST_BYTES:
+            self._refuse(413, f"at most {_MOST_BYTES} bytes are taken")
+        else:
+            self._ask(calls[name], self.rfile.read(int(length)))
+
+    def _name(self) -> str | None:
+        """What is asked for, or None where the request is refused."""
+        if self.headers.get("Host") not in self.server.hosts:
+            self._refuse(421, "this server answers to its own name only")
+            return None
+        if self.headers.get("Origin", "null") not in self.server.origins | {"null"}:
+            self._refuse(403, "this is asked from another page")
+            return None
+        parts = self.path.partition("?")[0].split("/")
+        if len(parts) != 3 or not secrets.compare_digest(parts[1].encode(), self.server.token.encode()):
+            self._refuse(404, "there is nothing here")
+            return None
+        return parts[2]
+
+    def _ask(self, call: Callable[[Any], Any], body: bytes | None) -> None:
+        try:
+            answer = call(None if body is None else json.loads(body))
+        except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
+            self._refuse(400, str(error) or type(error).__name__)
+            return
+        self._answer(200, "application/json", json.dumps(answer, allow_nan=False).encode())
+
+    def _refuse(self, status: int, why: str) -> None:
+        self.close_connection = True
+        self._answer(status, "application/json", json.dumps({"error": why}).encode())
+
+    def _answer(self, status: int, kind: str, body: bytes) -> None:
+        self.send_response(status)
+        for name, value in {**_HEADERS, "Content-Type": kind, "Content-Length": str(len(body))}.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def version_string(self) -> str:
+        return "conicoid"
+
+    def log_message(self, *_: Any) -> None:
+        """Requests are not news."""
+
+
+def serve(session: Session, port: int, browser: bool, say: Callable[[str], None]) -> None:
+    """Serve a page until Ctrl-C. Raises OSError where the port is taken."""
+    with Server(session, port) as server:
+        say(f"{server.url}   (Ctrl-C ends)")
+        if browser:
+            webbrowser.open(server.url)
+        try:
+            server.serve_forever(poll_interval=0.2)
+        except KeyboardInterrupt:
+            say("ended")
