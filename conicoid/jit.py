@@ -24,9 +24,11 @@ from typing import Any, TypeVar, cast
 import llvmlite
 import numba
 import platformdirs
-from numba import njit, types
+from numba import types
 from numba.core import caching, event
 from numba.extending import intrinsic
+
+from .jit_functions import Inner, Kernel
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -36,12 +38,12 @@ _KEPT = 4  # caches of earlier sources that are not removed
 
 def kernel(function: Function) -> Function:
     """Compile an entry point: no interpreter lock, cached on disk."""
-    return cast(Function, njit(nogil=True, error_model="numpy", cache=True)(function))
+    return cast(Function, Kernel(function, nogil=True, error_model="numpy"))
 
 
 def inline(function: Function) -> Function:
     """Compile a function that is merged into each caller. It may not allocate (no reference counts)."""
-    return cast(Function, njit(nogil=True, error_model="numpy", forceinline=True, _nrt=False)(function))
+    return cast(Function, Inner(function, nogil=True, error_model="numpy", forceinline=True, _nrt=False))
 
 
 def helper(function: Function) -> Function:
@@ -49,12 +51,12 @@ def helper(function: Function) -> Function:
 
     Numba hands forceinline down to the functions that an inlined one calls, unless they say no.
     """
-    return cast(Function, njit(nogil=True, error_model="numpy", forceinline=False, _nrt=False)(function))
+    return cast(Function, Inner(function, nogil=True, error_model="numpy", forceinline=False, _nrt=False))
 
 
 def allocator(function: Function) -> Function:
     """Compile a function that is called from kernels and allocates arrays."""
-    return cast(Function, njit(nogil=True, error_model="numpy", forceinline=False, _nrt=True)(function))
+    return cast(Function, Inner(function, nogil=True, error_model="numpy", forceinline=False, _nrt=True))
 
 
 @intrinsic  # type: ignore[untyped-decorator]

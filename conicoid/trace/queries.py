@@ -25,6 +25,8 @@ from .spans import Crossings, Spans
 from .threads import chunk_size, run_chunks
 from .tree import with_trees
 
+Arguments = tuple[Any, Any, Any, Any, Any]  # of kernels: origins, directions, limits, where rays start
+
 _CHUNK = 4096
 _PACKETS = 512
 _FEW = 32
@@ -67,7 +69,7 @@ def _limits(rays: Rays, name: str, value: Any) -> FloatArray:
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
 
 
-def _arguments(rays: Rays, t_min: Any, t_max: Any) -> tuple[Any, ...]:
+def _arguments(rays: Rays, t_min: Any, t_max: Any) -> Arguments:
     return (
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),
@@ -107,7 +109,7 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     return Hits(scene, rays, found)
 
 
-def _in_order(scene: Prepared, arguments: Any, width: int, packets: int) -> bool:
+def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -> bool:
     """Should rays be traced as they come? Yes if they are few, or if every other packet of them is coherent."""
     if packets < _FEW:
         return True

@@ -23,7 +23,7 @@ from .simd import boxes_met_by_ray
 from .walk import leaf_range, reciprocal
 
 # Numbers of a ray that boxes are tested with, in the order of `boxes_met_by_ray`: one line of memory
-O, I, T_MIN, LAST = 0, 3, 6, 7
+ORIGIN, INVERSE, T_MIN, LAST = 0, 3, 6, 7
 RAY = 8
 # The others, and what it has met
 D, INVERSE, START, T_MAX, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11
@@ -59,8 +59,8 @@ def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
     """Ray k of a stream; nothing is hit yet."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     rays, more, at, far = stream.rays, stream.more, RAY * k, MORE * k
-    rays[at + O], rays[at + O + 1], rays[at + O + 2] = ox, oy, oz
-    rays[at + I], rays[at + I + 1], rays[at + I + 2] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
+    rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2] = ox, oy, oz
+    rays[at + INVERSE], rays[at + INVERSE + 1], rays[at + INVERSE + 2] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
     rays[at + T_MIN], rays[at + LAST] = t_min, t_max
     more[far + D], more[far + D + 1], more[far + D + 2] = dx, dy, dz
     more[far + INVERSE], more[far + START] = 1.0 / (dx * dx + dy * dy + dz * dz), start
@@ -73,7 +73,8 @@ def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
 def _ray(stream: Stream, k: int) -> Ray:
     rays, more, at, far = stream.rays, stream.more, RAY * k, MORE * k
     return (
-        rays[at + O], rays[at + O + 1], rays[at + O + 2], more[far + D], more[far + D + 1], more[far + D + 2],
+        rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2],
+        more[far + D], more[far + D + 1], more[far + D + 2],
         rays[at + T_MIN], more[far + T_MAX], whole(more[far + START]),
     )  # fmt: skip
 

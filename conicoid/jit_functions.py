@@ -1,0 +1,91 @@
+"""The compiled functions: kernels, which Python calls, and inner ones, which only kernels call.
+
+Numba compiles every function as if it were called from Python: with all that it calls it is optimised
+and turned into machine code, then again as part of each caller, and so on at every level. That was more
+than half of the time of a first call. Here an inner function is type-checked and lowered once, and
+optimised only as a part of each kernel.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+from collections.abc import Iterator
+from typing import Any
+
+from numba.core import codegen, compiler
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+
+
+class _Nowhere:
+    """A code generator for functions without an address: they have no Python objects to refer to."""
+
+    def __init__(self, actual: Any) -> None:
+        self._actual = actual
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._actual, name)
+
+    def set_env(self, name: str, environment: Any) -> None:
+        del name, environment
+
+
+class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """Lowered code, with that of the functions it calls, neither optimised nor placed in memory."""
+
+    def finalize(self) -> None:
+        self._raise_if_finalized()
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        del name
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        return _Nowhere(self._codegen)
+
+
+class _Compiler(compiler.Compiler):  # type: ignore[misc]
+    def __init__(self, typing_context: Any, target: Any, library: Any, *rest: Any) -> None:
+        super().__init__(typing_context, target, library or _Library(target.codegen(), "inner"), *rest)
+
+
+@contextlib.contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Collect garbage rarely: a compiler makes millions of objects, nearly all of which it keeps."""
+    with global_compiler_lock:
+        usual = gc.get_threshold()
+        gc.set_threshold(*map(max, usual, (200_000, 50, 50)))
+        try:
+            yield
+        finally:
+            gc.set_threshold(*usual)
+
+
+class Kernel(CPUDispatcher):  # type: ignore[misc]
+    """Numba's dispatcher of a function that Python calls, cached on disk."""
+
+    def __init__(self, function: Any, **options: Any) -> None:
+        options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True)
+        super().__init__(function, targetoptions=options)
+        self.enable_caching()
+
+    def compile(self, signature: Any) -> Any:
+        with _rare_collections():
+            return super().compile(signature)
+
+
+class Inner(CPUDispatcher):  # type: ignore[misc]
+    """Numba's dispatcher of a function that kernels call. Called from Python, it is interpreted."""
+
+    def __init__(self, function: Any, **options: Any) -> None:
+        options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True, no_cpython_wrapper=True)
+        super().__init__(function, targetoptions=options, pipeline_class=_Compiler)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
