@@ -14,6 +14,7 @@ import typer
 from .terminal import MISTAKE, Bar, compile_notes, say, user_mistakes, with_bytes
 
 if TYPE_CHECKING:
+    from .geometry.memory import Memory
     from .scene import Scene
 
 LISTED = 50
@@ -160,7 +161,7 @@ def info(
         typer.echo(f"lights    {len(loaded.lights):,}")
         typer.echo(f"surfaces  {geometry.places[SURFACE_KIND, 1]:,}")
         typer.echo(f"bounds    {_box(low, high)}")
-        typer.echo(f"memory    {with_bytes(_bytes(geometry))}")
+        typer.echo(f"memory    {_memory(loaded.memory)}")
         if check:
             _check(loaded, rays, seed)
 
@@ -335,6 +336,10 @@ def _box(low: Any, high: Any) -> str:
     return "  ".join(f"{axis} [{a:.6g}, {b:.6g}]" for axis, a, b in zip("xyz", low, high, strict=True))
 
 
-def _bytes(arrays: Any) -> int:
-    """Bytes of all arrays in nested tuples."""
-    return sum(_bytes(item) for item in arrays) if isinstance(arrays, tuple) else int(getattr(arrays, "nbytes", 0))
+def _memory(memory: Memory) -> str:
+    """Bytes in all, and for each cell."""
+    each = ", ".join(
+        f"{part / max(memory.cells, 1):.0f} bytes a cell for {name}"
+        for name, part in (("the tables", memory.tables), ("the tree", memory.tree))
+    )
+    return f"{with_bytes(memory.tables + memory.tree)} for {memory.cells:,} cells: {each}"

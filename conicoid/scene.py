@@ -15,6 +15,7 @@ from .shapes.spheres import Spheres
 from .shapes.vector import Box
 
 if TYPE_CHECKING:
+    from .geometry.memory import Memory
     from .image import Image
     from .lowering import Lowered
     from .trace.hits import Hits
@@ -114,6 +115,13 @@ class Scene:
     def geometry(self) -> Any:
         """The arrays that kernels take."""
         return self.prepared.geometry
+
+    @property
+    def memory(self) -> Memory:
+        """What the prepared scene takes: how many cells it has, and the bytes of its tables and of its tree."""
+        from .geometry.memory import memory
+
+        return memory(self.geometry)
 
     @property
     def body_materials(self) -> list[Any]:

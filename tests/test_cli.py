@@ -225,7 +225,11 @@ def test_info(scene):
     totals = dict(line.split(maxsplit=1) for line in lines[6:])
     assert totals["bodies"] == "5"
     assert totals["surfaces"] == "10"  # a ball, six walls, two balls, a half-space
-    assert totals["memory"].split()[1] in ("bytes", "kB")
+    _, unit, text = totals["memory"].split(maxsplit=2)
+    assert unit in ("bytes", "kB")
+    # The ball, the box, two balls, the half-space; the tree's node has 8 boxes of 6 floats
+    assert text.startswith("for 5 cells: ")
+    assert int(text.split(", ")[1].split()[0]) >= 8 * 6 * 8 / 5
 
 
 def test_info_of_nothing_and_of_many(tmp_path):

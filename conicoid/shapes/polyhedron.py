@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -83,11 +83,25 @@ def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> Box:
     rows = [_whole(_fractions((*plane.normal, plane.offset))) for plane in planes]
     normals, offsets = [row[:3] for row in rows], [row[3] for row in rows]
     low, high = np.empty(3), np.empty(3)
+    if all(sum(map(bool, normal)) == 1 for normal in normals):
+        return _box(normals, offsets)
     for i in range(3):
         up, down = ([Fraction(sign * int(i == j)) for j in range(3)] for sign in (1, -1))
         high[i] = _up(half_spaces_support(normals, offsets, up))
         low[i] = -_up(half_spaces_support(normals, offsets, down))
     return low + 0.0, high
+
+
+def _box(normals: Sequence[Sequence[Fraction]], offsets: Sequence[Fraction]) -> Box:
+    """The bounds where every normal lies along an axis: no need to search."""
+    ends: list[tuple[Fraction | float, Fraction | float]] = []
+    for i in range(3):
+        sides = [(normal[i], offset / normal[i]) for normal, offset in zip(normals, offsets, strict=True) if normal[i]]
+        below = max((end for factor, end in sides if factor < 0), default=-math.inf)
+        ends.append((below, min((end for factor, end in sides if factor > 0), default=math.inf)))
+    if any(below > above for below, above in ends):
+        return np.full(3, np.inf), np.full(3, -np.inf)
+    return np.array([-_up(-below) for below, _ in ends]) + 0.0, np.array([_up(above) for _, above in ends])
 
 
 def _middle(low: float, high: float) -> float:

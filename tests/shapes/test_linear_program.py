@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from conicoid.shapes.linear_program import half_spaces_support
+from conicoid.shapes.polyhedron import half_spaces_bounds
+from conicoid.shapes.surface import PlaneSurface
 
 
 def support(normals, offsets, direction):
@@ -57,3 +59,18 @@ def test_random_polyhedra_against_their_vertices(seed: int) -> None:
     for direction in rng.integers(-5, 6, (5, 3)).tolist():
         expected = (np.array(corners) @ direction).max()
         assert float(support(normals.tolist(), offsets.tolist(), direction)) == pytest.approx(expected, abs=1e-9)
+
+
+def test_half_spaces_along_the_axes_are_bounded_as_all_others() -> None:
+    """By their offsets; the simplex method, asked for each axis, agrees."""
+    random = np.random.default_rng(4)
+    for _ in range(200):
+        count = random.integers(1, 8)
+        normals = np.eye(3)[random.integers(0, 3, count)] * random.choice([1.0, -1.0, 3.0, -0.1, 1e-9], (count, 1))
+        offsets = random.choice([0.0, 1.0, -0.3, 7e8, 0.7], count)
+        planes = [PlaneSurface(tuple(n), float(d)) for n, d in zip(normals.tolist(), offsets, strict=True)]
+        low, high = half_spaces_bounds(planes)
+        for axis in np.eye(3):
+            above, below = support(normals, offsets, axis), support(normals, offsets, -axis)
+            for end, exact in ((high[axis == 1][0], above), (-low[axis == 1][0], below)):
+                assert end == exact if not math.isfinite(exact) else 0 <= Fraction(end) - exact <= math.ulp(end)

@@ -95,7 +95,7 @@ def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int
 
 @kernel
 def grow(records: Floats, branches: Branches, root: int, area: float, most: int, root_costs: Floats, row: int) -> None:
-    """Build a branch down to its entries, and weigh it: costs to root_costs[row:]. Leaves hold `most` or fewer."""
+    """Build a branch down to its entries, and weigh it: its costs go to root_costs[row:]. Leaves hold `most`."""
     begin, end = branches.first[root], branches.last[root]
     base, used = 2 * begin, 2 * begin
     boxes, counts = np.empty(BOXES), np.empty(3 * BINS, np.int64)

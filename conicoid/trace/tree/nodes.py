@@ -14,10 +14,12 @@ from .records import restored
 from .vectors import ITEM, SIZE, clear, join
 
 
-@inline
 def leaf_code(first: int, count: int) -> int:
     """A leaf of entries first, first + 1, ... of `tree_order`, as a number < 0; count is at most 15."""
     return -((first << 4) | count) - 1
+
+
+_leaf_code = inline(leaf_code)
 
 
 @kernel
@@ -49,7 +51,7 @@ def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> 
                 continue
             sources[node, slot] = branch
             if count > 0:
-                children[node, slot] = leaf_code(branches.first[branch], count)
+                children[node, slot] = _leaf_code(branches.first[branch], count)
             else:
                 children[node, slot] = used
                 stack[top, 0], stack[top, 1], stack[top, 2] = used, branch, level + 1
