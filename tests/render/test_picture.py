@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.render.tiles import SIDE
 
 SCENE = co.Scene(
     [
@@ -56,7 +57,8 @@ def test_a_camera_and_lights_come_by_themselves():
 def test_progress_ends_with_the_count():
     calls = []
     SCENE.render(50, 37, 1, progress=lambda done, count: calls.append((done, count)))
-    assert calls[-1] == (12, 12)
+    tiles = -(-50 // SIDE) * -(-37 // SIDE)
+    assert calls[-1] == (tiles, tiles)
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,17 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.shading.checker import is_even
-from conicoid.shading.fresnel import dielectric, schlick
-from conicoid.shading.phong import half_vector, phong
-from conicoid.shading.reflect import reflect
-from conicoid.shading.refract import refract
+from conicoid.shading import checker, fresnel
+from conicoid.shading import phong as highlights
+from conicoid.shading import reflect as mirrors
+from conicoid.shading import refract as lenses
+
+from ..compiled import compiled
+
+is_even = compiled(checker.is_even)
+dielectric, schlick = compiled(fresnel.dielectric), compiled(fresnel.schlick)
+half_vector, phong = compiled(highlights.half_vector), compiled(highlights.phong)
+reflect, refract = compiled(mirrors.reflect), compiled(lenses.refract)
 
 UP = (0.0, 0.0, 1.0)
 ROOT = math.sqrt(0.5)
