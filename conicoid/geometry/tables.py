@@ -80,6 +80,7 @@ class Tables(NamedTuple):
     tree_root: Ints  # [programs + 2] first of its roots
     roots: Ints  # where a walk begins: a node, and leaves of what no box holds
     tree_depth: Ints  # [1] the most that a walk's stack holds
+    leaf_balls: Floats  # [4 tree_order] balls around what leaves hold: of a leaf, all x, all y, all z, all radii
     extent: Floats  # [5] diagonal of the box of what is bounded, an entry's share of it, its middle
 
 
@@ -129,8 +130,9 @@ class Tables(NamedTuple):
     TREE_ROOT,
     ROOTS,
     TREE_DEPTH,
+    LEAF_BALLS,
     EXTENT,
-) = range(45)
+) = range(46)
 
 
 class Geometry(NamedTuple):
@@ -144,8 +146,11 @@ class Geometry(NamedTuple):
     floats: Floats
 
 
-def pack(tables: Tables, later: int = -1) -> Geometry:
-    """Lay the tables end to end; the one of number `later` gets room that the caller fills."""
+_SPARE = 8  # floats after the last: leaves are read eight at a time
+
+
+def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
+    """Lay the tables end to end; those of the numbers `later` get room that the caller fills."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
     places = np.zeros((len(arrays), 2), np.int64)
     ends = [0, 0]
@@ -153,9 +158,10 @@ def pack(tables: Tables, later: int = -1) -> Geometry:
         real = table.dtype == np.float64
         places[k] = ends[real], table.size
         ends[real] += table.size
-    geometry = Geometry(places, np.empty(ends[0], np.int32), np.empty(ends[1]))
+    geometry = Geometry(places, np.empty(ends[0], np.int32), np.empty(ends[1] + _SPARE))
+    geometry.floats[ends[1] :] = 0.0
     for k, table in enumerate(arrays):
-        if k != later:
+        if k not in later:
             _room(geometry, k, table)[...] = table
     return geometry
 

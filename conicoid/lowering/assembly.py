@@ -207,6 +207,7 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         tree_root=np.zeros(0, np.int32),
         roots=np.zeros(0, np.int32),
         tree_depth=np.zeros(1, np.int32),
+        leaf_balls=np.zeros(0),
         extent=np.zeros(5),
     )
     return _balls_direct(tables), end_to_end([np.zeros((0, 6)), *entries.boxes])

@@ -20,7 +20,7 @@ from .scratch import new_scratch
 from .simd import prefetch, store_eight
 from .stream import new_stream, put_stream_ray, stream_hit, trace_stream
 
-_AHEAD = 16  # rays whose memory is asked for before it is needed
+_AHEAD = 24  # rays whose memory is asked for before it is needed
 
 
 @kernel
@@ -128,8 +128,11 @@ def trace_first_ordered(
         for k in range(size * number, min(size * number + size, len(order))):
             i = order[k]
             if k + _AHEAD < len(order):
-                prefetch(origins, 3 * whole(order[k + _AHEAD]))
-                prefetch(directions, 3 * whole(order[k + _AHEAD]))
+                ahead = 3 * whole(order[k + _AHEAD])
+                prefetch(origins, ahead)
+                prefetch(origins, ahead + 2)
+                prefetch(directions, ahead)
+                prefetch(directions, ahead + 2)
             ray = load_ray(origins, directions, t_min, t_max, starts, i)
             if ray[8] != DEAD and scaled_ray(ray)[1] == 1.0:
                 put_stream_ray(stream, count, ray)

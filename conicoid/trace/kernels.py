@@ -15,7 +15,7 @@ from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
 from .events import counts_in, crossed_face, entry_crossings, entry_sides, span_inverse, surface_of
 from .scratch import Scratch, new_scratch
-from .simd import LAST
+from .simd import LAST, balls_met, lowest_bit
 from .walk import leaf_range, push_node, push_roots, put_beam, walk
 
 Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any]
@@ -119,19 +119,24 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
             top = push_node(geometry, stack, scratch.near, beam, 0, code, top)
             continue
         first, last = leaf_range(code)
-        for k in range(first, last):
-            entry = integer(geometry, table.TREE_ORDER, k)
-            if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
-                continue
-            kind = integer(geometry, table.ENTRY_KIND, entry)
-            if kind == BALL:
-                best = try_ball(geometry, entry, ray, inverse, best)
-            elif kind == CELL:
-                best = try_cell(geometry, entry, ray, inverse, best)
-            else:
-                best = try_entry(geometry, scratch, entry, ray, best)
-            if any_hit and best[1] >= 0:
-                return best
+        at = geometry.places[table.LEAF_BALLS, 0] + 4 * first
+        for eight in range(first, last, 8):
+            end = min(ray[7], best[0])
+            bits = balls_met(geometry.floats, at + eight - first, last - first, last - eight, ray, inverse, end)
+            while bits != 0:
+                entry = integer(geometry, table.TREE_ORDER, eight + lowest_bit(bits))
+                bits &= bits - 1
+                if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
+                    continue
+                kind = integer(geometry, table.ENTRY_KIND, entry)
+                if kind == BALL:
+                    best = try_ball(geometry, entry, ray, inverse, best)
+                elif kind == CELL:
+                    best = try_cell(geometry, entry, ray, inverse, best)
+                else:
+                    best = try_entry(geometry, scratch, entry, ray, best)
+                if any_hit and best[1] >= 0:
+                    return best
     return _unscaled(best, scale)
 
 

@@ -33,7 +33,7 @@ from .lanes import (
     shorten_beam,
 )  # fmt: skip
 from .scratch import Scratch
-from .simd import LAST, boxes_met, highest_bit, lanes_in_box, lowest_bit
+from .simd import LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_box, lowest_bit
 from .walk import leaf_range, push_met, push_roots
 
 
@@ -79,6 +79,21 @@ def _retire(lanes: Floats, groups: int) -> None:
 
 
 @inline
+def _lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> int:
+    """The lanes that meet the box with its six sides at floats[at::8]."""
+    f = geometry.floats
+    return lanes_in_box(lanes, (f[at], f[at + 8], f[at + 16]), (f[at + 24], f[at + 32], f[at + 40]), groups)
+
+
+@inline
+def _lanes_about_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
+    """The lanes that meet the box around a ball with its numbers at floats[at::stride]."""
+    f = geometry.floats
+    x, y, z, r = f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride] * (1.0 + 1e-14)
+    return lanes_in_box(lanes, (x - r, y - r, z - r), (x + r, y + r, z + r), groups)
+
+
+@inline
 def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bits: int) -> int:
     """Those of a node's children that a lane meets, of those that are told by bits."""
     met = 0
@@ -86,9 +101,55 @@ def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bit
     while bits != 0:
         child = lowest_bit(bits)
         bits &= bits - 1
-        if lanes_in_box(lanes, geometry.floats, at + child, groups) != 0:
+        if _lanes_in_child(geometry, lanes, groups, at + child) != 0:
             met |= 1 << child
     return met
+
+
+@inline
+def _meet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, entry: int, met: int) -> None:
+    """An entry, asked by the lanes that are told by bits, or more."""
+    lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
+    body = integer(geometry, table.ENTRY_BODY, entry)
+    if len(blocks) > 0 and blocks[body] == 0:
+        return
+    if kind == BALL:
+        ball_lanes(geometry, lanes, index, entry, body, first, last)
+    elif kind == CELL:
+        cell_lanes(geometry, lanes, index, entry, body, first, last)
+    elif kind == REGION and in_lanes(geometry, index):
+        region_lanes(geometry, lanes, packet.leaves, packet.truths, packet.spans, index, entry, body, first, last)
+    else:
+        _one_by_one(geometry, scratch, lanes, entry, body, met)
+
+
+@inline
+def _meet_balls(
+    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool,
+    begin: int, end: int,
+) -> None:  # fmt: skip
+    """A leaf of balls: the beam sorts out those that it misses, the lanes ask about the others."""
+    lanes, near, count = packet.lanes, scratch.near, end - begin
+    at = geometry.places[table.LEAF_BALLS, 0] + 4 * begin
+    bits, near[0] = 1, -math.inf
+    if count > 1:
+        bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)
+    while bits != 0:
+        k, others = lowest_bit(bits), bits & (bits - 1)
+        while others != 0:
+            other = lowest_bit(others)
+            others &= others - 1
+            k = other if near[other] < near[k] else k
+        bits &= ~(1 << k)
+        if near[k] > lanes[BEAM_AT + LAST]:
+            break
+        met = _lanes_about_ball(geometry, lanes, groups, at + k, count)
+        if met != 0:
+            _meet(geometry, scratch, packet, blocks, integer(geometry, table.TREE_ORDER, begin + k), met)
+            if any_hit:
+                _retire(lanes, groups)
+            shorten_beam(lanes, groups)
 
 
 @helper
@@ -102,7 +163,6 @@ def trace_packet(
     """
     stack, lanes = scratch.stack, packet.lanes
     top = push_roots(geometry, stack, scene_tree(geometry))
-    some = len(blocks) > 0
     boxes = geometry.places[table.NODE_BOXES, 0]
     while top > 0:
         top -= 1
@@ -115,29 +175,17 @@ def trace_packet(
                 bits = _children_met(geometry, lanes, groups, code, bits)
             top = push_met(geometry, stack, scratch.near, code, bits, top)
             continue
+        begin, end = leaf_range(code)
+        if box >= 0 and integer(geometry, table.ENTRY_KIND, integer(geometry, table.TREE_ORDER, begin)) == BALL:
+            _meet_balls(geometry, scratch, packet, groups, blocks, any_hit, begin, end)
+            continue
         met = (1 << (8 * groups)) - 1 if groups < 8 else -1
         if box >= 0:
-            met = lanes_in_box(lanes, geometry.floats, boxes + 48 * (box >> 3) + (box & 7), groups)
+            met = _lanes_in_child(geometry, lanes, groups, boxes + 48 * (box >> 3) + (box & 7))
             if met == 0:
                 continue
-        first, last = lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
-        begin, end = leaf_range(code)
         for k in range(begin, end):
-            entry = integer(geometry, table.TREE_ORDER, k)
-            kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
-            body = integer(geometry, table.ENTRY_BODY, entry)
-            if some and blocks[body] == 0:
-                continue
-            if kind == BALL:
-                ball_lanes(geometry, lanes, index, entry, body, first, last)
-            elif kind == CELL:
-                cell_lanes(geometry, lanes, index, entry, body, first, last)
-            elif kind == REGION and in_lanes(geometry, index):
-                region_lanes(
-                    geometry, lanes, packet.leaves, packet.truths, packet.spans, index, entry, body, first, last
-                )
-            else:
-                _one_by_one(geometry, scratch, lanes, entry, body, met)
+            _meet(geometry, scratch, packet, blocks, integer(geometry, table.TREE_ORDER, k), met)
         if any_hit:
             _retire(lanes, groups)
         shorten_beam(lanes, groups)

@@ -10,7 +10,7 @@ Dynamic ray stream traversal (ACM TOG 33, 2014).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ..geometry.tables import BALL, CELL, Floats, Geometry, Ints, Ray, Signs, in
 from ..jit import allocator, helper, inline
 from .kernels import Hit, scene_tree, try_ball, try_cell, try_entry
 from .scratch import Scratch
-from .simd import boxes_met_by_ray
+from .simd import FROM_THE_START, balls_met, boxes_met_by_ray, lowest_bit, waiting
 from .walk import leaf_range, reciprocal
 
 # Numbers of a ray that boxes are tested with, in the order of `boxes_met_by_ray`: one line of memory
@@ -35,11 +35,10 @@ class Stream(NamedTuple):
 
     rays: Floats  # RAY numbers each
     more: Floats  # MORE numbers each
-    lists: Ints  # rays that meet something, list after list
-    near: Floats  # where
+    lists: Any  # int64: rays that meet something, list after list, each with where, as `waiting` tells
     stack: Ints  # 4 each: what is met, where its list begins, how many rays it has, where its siblings' memory ends
     keys: Floats  # (8,) how far a node's children are
-    entered: Floats  # (8,) where a ray enters them
+    entering: Any  # (8,) int64: what a ray puts on their lists
     counts: Ints  # (8,) how many rays they have
 
 
@@ -49,8 +48,8 @@ def new_stream(geometry: Geometry, most: int) -> Stream:
     depth = integer(geometry, table.TREE_DEPTH, 0)
     room = most * (depth + 16)
     return Stream(
-        np.empty(RAY * most), np.empty(MORE * most), np.empty(room, np.int32), np.empty(room),
-        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8), np.empty(8, np.int32),
+        np.empty(RAY * most), np.empty(MORE * most), np.empty(room, np.int64),
+        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int64), np.empty(8, np.int32),
     )  # fmt: skip
 
 
@@ -100,21 +99,20 @@ def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
 @helper
 def _descend(geometry: Geometry, stream: Stream, node: int, begin: int, count: int, room: int, top: int) -> int:
     """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
-    rays, lists, near, entered, counts = stream.rays, stream.lists, stream.near, stream.entered, stream.counts
+    rays, lists, entering, counts = stream.rays, stream.lists, stream.entering, stream.counts
     at = geometry.places[table.NODE_BOXES, 0] + 48 * node
     for child in range(8):
         counts[child] = 0
     for k in range(begin, begin + count):
-        ray = whole(lists[k])
-        if near[k] > rays[RAY * ray + LAST]:
+        ray, t = waiting(lists[k])
+        if t > rays[RAY * ray + LAST]:
             continue
-        bits = boxes_met_by_ray(geometry.floats, at, rays, RAY * ray, entered)
+        bits = boxes_met_by_ray(geometry.floats, at, rays, ray, entering)
         for child in range(8):  # on every list, to be overwritten where it does not meet: a branch would cost more
-            place = np.uint64(room + count * child + counts[child])
-            lists[place], near[place] = ray, entered[child]
+            lists[np.uint64(room + count * child + counts[child])] = entering[child]
             counts[child] += (bits >> child) & 1
     # The nearest on top, as the first ray of the list sees it
-    first, base, boxes = MORE * whole(lists[begin]), top, geometry.floats
+    first, base, boxes = MORE * waiting(lists[begin])[0], top, geometry.floats
     dx, dy, dz = stream.more[first + D], stream.more[first + D + 1], stream.more[first + D + 2]
     stack, keys = stream.stack, stream.keys
     for child in range(8):
@@ -152,24 +150,29 @@ def _meet(
 ) -> None:
     """The entries of a leaf, for all rays of a list."""
     first, last = leaf_range(code)
-    for place in range(first, last):
-        entry = integer(geometry, table.TREE_ORDER, place)
-        kind = integer(geometry, table.ENTRY_KIND, entry)
-        if len(blocks) > 0 and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
+    at = geometry.places[table.LEAF_BALLS, 0] + 4 * first
+    for j in range(begin, begin + count):
+        k, t = waiting(stream.lists[j])
+        reach = stream.rays[RAY * k + LAST]
+        if t > reach:
             continue
-        for j in range(begin, begin + count):
-            k = whole(stream.lists[j])
-            if stream.near[j] > stream.rays[RAY * k + LAST]:
-                continue
-            best, ray, inverse = stream_hit(stream, k), _ray(stream, k), stream.more[MORE * k + INVERSE]
-            if kind == BALL:
-                hit = try_ball(geometry, entry, ray, inverse, best)
-            elif kind == CELL:
-                hit = try_cell(geometry, entry, ray, inverse, best)
-            else:
-                hit = try_entry(geometry, scratch, entry, ray, best)
-            if hit[0] != best[0] or hit[1] != best[1]:
-                _keep(stream, k, hit, any_hit)
+        ray, inverse = _ray(stream, k), stream.more[MORE * k + INVERSE]
+        for eight in range(first, last, 8):
+            bits = balls_met(geometry.floats, at + eight - first, last - first, last - eight, ray, inverse, reach)
+            while bits != 0:
+                entry = integer(geometry, table.TREE_ORDER, eight + lowest_bit(bits))
+                bits &= bits - 1
+                if len(blocks) > 0 and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
+                    continue
+                best, kind = stream_hit(stream, k), integer(geometry, table.ENTRY_KIND, entry)
+                if kind == BALL:
+                    hit = try_ball(geometry, entry, ray, inverse, best)
+                elif kind == CELL:
+                    hit = try_cell(geometry, entry, ray, inverse, best)
+                else:
+                    hit = try_entry(geometry, scratch, entry, ray, best)
+                if hit[0] != best[0] or hit[1] != best[1]:
+                    _keep(stream, k, hit, any_hit)
 
 
 @helper
@@ -182,7 +185,7 @@ def trace_stream(
     """
     stack, tree = stream.stack, scene_tree(geometry)
     for k in range(count):
-        stream.lists[k], stream.near[k] = k, -math.inf
+        stream.lists[k] = k + FROM_THE_START
     first, top = integer(geometry, table.TREE_ROOT, tree), 0
     for k in range(first, integer(geometry, table.TREE_ROOT, tree + 1)):
         stack[4 * top], stack[4 * top + 1] = integer(geometry, table.ROOTS, k), 0

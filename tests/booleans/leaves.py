@@ -40,10 +40,6 @@ class Leaf:
     def inside(self, points: Any) -> Any:
         return self.joined([f <= 0 for f in self.functions(*points)])
 
-    def nearness(self, points: Any) -> Any:
-        """The least |f|: 0 on one of its surfaces."""
-        return np.min([np.abs(f) for f in self.functions(*points)], axis=0)
-
 
 def _range(z: Any, low: float, high: float) -> list[Any]:
     return [low - z, z - high]

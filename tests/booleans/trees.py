@@ -36,12 +36,23 @@ class Node:
             return self.leaf.inside(own)
         return combined(self.operation, [part.inside(own) for part in self.parts])
 
-    def nearness(self, points: Any) -> Any:
-        """The least |f| over all leaves."""
+    def functions(self, points: Any) -> list[Any]:
+        """Those of all leaves."""
         own = _carried(self.back, points)
         if self.leaf is not None:
-            return self.leaf.nearness(own)
-        return np.min([part.nearness(own) for part in self.parts], axis=0)
+            return self.leaf.functions(*own)
+        return [f for part in self.parts for f in part.functions(own)]
+
+    def distance(self, points: Any) -> Any:
+        """About how far points (arrays of mpf) are from the nearest surface of a leaf: the least |f| / |grad f|."""
+        step = MANY_DIGITS.mpf(10) ** -30
+        here, squares = self.functions(points), 0
+        for axis in range(3):
+            beside = [p + step if k == axis else p for k, p in enumerate(points)]
+            squares = squares + np.array(
+                [((g - f) / step) ** 2 for f, g in zip(here, self.functions(beside), strict=True)]
+            )
+        return np.min(np.abs(np.array(here)) / np.frompyfunc(MANY_DIGITS.sqrt, 1, 1)(squares + MANY_DIGITS.mpf(10) ** -90), axis=0)
 
 
 def combined(operation: str, values: list[Any]) -> Any:

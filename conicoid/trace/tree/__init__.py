@@ -11,9 +11,10 @@ import math
 
 import numpy as np
 
-from ...geometry.tables import BALL, CELL, NODE_BOXES, POLYGON, REGION, SHEET, Floats, Geometry, pack
+from ...geometry.tables import BALL, CELL, LEAF_BALLS, NODE_BOXES, POLYGON, REGION, SHEET, Floats, Geometry, pack
 from ...lowering import Lowered
 from .forest import Forest
+from .leaf_balls import put_balls
 from .records import Survey
 
 _FEW = 12
@@ -21,7 +22,7 @@ _FEW = 12
 
 _COSTS = np.ones(5)
 """What testing an entry of each kind costs, where a node costs one."""
-_COSTS[[BALL, CELL, REGION, SHEET, POLYGON]] = 0.7, 1.0, 4.0, 1.0, 1.0
+_COSTS[[BALL, CELL, REGION, SHEET, POLYGON]] = 0.4, 0.8, 4.0, 1.0, 1.0
 
 
 def with_trees(lowered: Lowered) -> Geometry:
@@ -36,8 +37,9 @@ def with_trees(lowered: Lowered) -> Geometry:
         forest.end_tree()
     survey = forest.add(lowered.boxes, 0, _COSTS[tables.entry_kind])
     forest.end_tree()
-    geometry = pack(forest.in_tables(tables._replace(extent=_extent(survey))), later=NODE_BOXES)
+    geometry = pack(forest.in_tables(tables._replace(extent=_extent(survey))), later=(NODE_BOXES, LEAF_BALLS))
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES, 0]))
+    put_balls(geometry, lowered.boxes)
     return geometry
 
 

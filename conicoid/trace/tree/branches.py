@@ -3,7 +3,7 @@
 A subtree may become one node, or several slots of the node above it; what is cheapest follows from the cheapest
 for its halves (Ylitie, Karras, Laine: Efficient incoherent ray traversal on GPUs through compressed wide
 BVHs, HPG 2017). The cost of a tree is the sum over its nodes of their area, plus for each leaf its area times what
-testing its entries costs, where visiting a node costs one.
+visiting it and testing its entries costs, where visiting a node costs one.
 """
 
 from __future__ import annotations
@@ -20,10 +20,9 @@ from .vectors import COST, SIZE, half_area
 
 WIDTH = 8
 ROW = 8  # numbers for each branch: at j = 1..7 the cost of j slots and which of them the left half takes
-LEAF, NODE = (
-    1,
-    0,
-)  # in `choice`: how many entries, if a leaf is best, else 0; slots of the left half in a node of its own
+LEAF_COST = 0.3  # of visiting a leaf, without what its entries cost
+# In `choice`: how many entries, if a leaf is best, else 0; slots of the left half in a node of its own
+LEAF, NODE = 1, 0
 
 
 class Branches(NamedTuple):
@@ -51,7 +50,7 @@ def _put(branches: Branches, branch: int, left: int, first: int, last: int) -> N
 def _cost_of_one(records: Floats, branches: Branches, branch: int, costs: Floats, at: int) -> None:
     """A single entry: it takes one slot, however many there are."""
     first = SIZE * branches.first[branch]
-    cost = half_area(records, first) * records[first + COST]
+    cost = half_area(records, first) * (LEAF_COST + records[first + COST])
     for j in range(1, ROW):
         costs[at + j] = cost
     branches.choice[ROW * branch + LEAF] = 1
@@ -90,7 +89,7 @@ def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int
     cost = 0.0
     for i in range(first, last):
         cost += records[SIZE * i + COST]
-    return area * cost
+    return area * (LEAF_COST + cost)
 
 
 @kernel

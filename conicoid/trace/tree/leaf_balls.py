@@ -1,0 +1,63 @@
+"""Balls around the entries of the scene's tree, as `simd.balls_met` takes them, eight at a time."""
+
+from __future__ import annotations
+
+import math
+
+from ...geometry import tables as table
+from ...geometry.cell import load_sphere
+from ...geometry.tables import BALL, SPHERE, Floats, Geometry, integer, length
+from ...jit import inline, kernel
+from ..threads import run_chunks
+from ..walk import leaf_range
+
+_CHUNK = 1 << 14
+
+
+def put_balls(geometry: Geometry, boxes: Floats) -> None:
+    """Fill the table LEAF_BALLS, for the scene's own tree; boxes (n, 6) of the entries."""
+    run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.NODE_CHILDREN, a, b), _children(geometry), _CHUNK)
+    _put_leaves(geometry, boxes, table.ROOTS, 0, int(geometry.places[table.ROOTS, 1]))
+
+
+def _children(geometry: Geometry) -> int:
+    return int(geometry.places[table.NODE_CHILDREN, 1])
+
+
+@kernel
+def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: int) -> None:
+    """The leaves among codes begin..end of a table; those of bodies' trees have no balls."""
+    for k in range(begin, end):
+        code = integer(geometry, codes, k)
+        if code >= 0:
+            continue
+        first, last = leaf_range(code)
+        if first < length(geometry, table.TREE_ORDER) - len(boxes):
+            continue
+        at, count = geometry.places[table.LEAF_BALLS, 0] + 4 * first, last - first
+        for j in range(count):
+            ball = _around(geometry, boxes, integer(geometry, table.TREE_ORDER, first + j))
+            for row in range(4):
+                geometry.floats[at + count * row + j] = ball[row]
+
+
+@inline
+def _around(geometry: Geometry, boxes: Floats, entry: int) -> tuple[float, float, float, float]:
+    """A ball that holds an entry: itself, if it is one, or that around its box; of infinite radius, if need be."""
+    surface = integer(geometry, table.ENTRY_INDEX, entry)
+    if integer(geometry, table.ENTRY_KIND, entry) == BALL and integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+        return load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    x, y, z = _middle(boxes, entry, 0), _middle(boxes, entry, 1), _middle(boxes, entry, 2)
+    a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)
+    return x, y, z, math.sqrt(a * a + b * b + c * c) * (1.0 + 1e-14) + 1e-150
+
+
+@inline
+def _middle(boxes: Floats, entry: int, k: int) -> float:
+    middle = 0.5 * boxes[entry, k] + 0.5 * boxes[entry, k + 3]
+    return middle if math.isfinite(middle) else 0.0
+
+
+@inline
+def _half(boxes: Floats, entry: int, k: int, middle: float) -> float:
+    return max(boxes[entry, k + 3] - middle, middle - boxes[entry, k])
