@@ -212,14 +212,10 @@ def import_(
         if output.suffix.lower() not in (".yaml", ".yml", ".json"):
             raise ValueError(f"{output}: scenes are saved as .yaml or .json")
         _check_folder(output)
-        from .formats import openmc, scene_file, yaml_parser
+        from .formats import openmc, scene_file
 
         with refused_files(), Bar("expanding", "body") as bar:
             imported = openmc.read(geometry, void=void, max_bodies=max_bodies, progress=_counted(geometry, bar))
-        most, count = yaml_parser.MAX_NODES, _values(scene_file.scene_data(imported, str))
-        if count > most:
-            found = f"a scene file holds at most {most:,} values, this scene takes {count:,}"
-            raise ValueError(f"{output}: {found}: leave out the void, or use co.load_openmc in Python")
         scene_file.write(imported, output)
         for line in (*imported.notes, *imported.legend):
             typer.echo(line)
@@ -305,13 +301,6 @@ def _counted(geometry: Path, bar: Bar) -> Any:
         bar(done, count)
 
     return progress
-
-
-def _values(data: Any) -> int:
-    """How many values a scene file has, as its parser counts them."""
-    if isinstance(data, dict):
-        return 1 + len(data) + sum(map(_values, data.values()))
-    return 1 + sum(map(_values, data)) if isinstance(data, (list, tuple)) else 1
 
 
 def _listing(scene: Scene) -> list[str]:

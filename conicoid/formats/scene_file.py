@@ -17,6 +17,7 @@ import numpy as np
 from ..shapes.body import Body
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
+from . import yaml_parser
 from .atomic import write_text
 from .data_files import save_array
 from .errors import Problem, SceneFileError
@@ -175,10 +176,21 @@ def write(scene: SceneLike, path: str | os.PathLike[str]) -> None:
         return name
 
     data = scene_data(scene, keep)
+    count = _values(data)
+    if count > yaml_parser.MAX_NODES:
+        found = f"a scene file holds at most {yaml_parser.MAX_NODES:,} values, this scene takes {count:,}"
+        raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
     text = json_text(data) if final.suffix.lower() == ".json" else dump(data)
     for name, table in bulk.items():
         save_array(final.with_name(name), table)
     write_text(final, text)
+
+
+def _values(data: Any) -> int:
+    """How many values a scene file has, as its parser counts them."""
+    if isinstance(data, dict):
+        return 1 + len(data) + sum(map(_values, data.values()))
+    return 1 + sum(map(_values, data)) if isinstance(data, (list, tuple)) else 1
 
 
 def scene_data(scene: SceneLike, keep: Any) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
 import numpy as np
 
@@ -135,6 +135,12 @@ class Solid(Shape, abstract=True):
         from .region import union
 
         return union(self, other)
+
+    @overload
+    def __and__(self, other: Solid) -> Intersection: ...
+
+    @overload
+    def __and__(self, other: Sheet) -> ClippedSheet: ...
 
     def __and__(self, other: Any) -> Intersection | ClippedSheet:
         from .region import intersection

@@ -107,6 +107,10 @@ class Painted(Boolean):
         """The one operand, as a tuple."""
         return (self.operand,)
 
+    def __repr__(self) -> str:
+        inner = f"{type(self.operand).__name__}(...)" if isinstance(self.operand, Boolean) else repr(self.operand)
+        return f"Painted({inner}, {self.material!r})"
+
 
 def _spelled(solid: Solid) -> Iterator[Any]:
     """A tree as a flat sequence, parents first: what makes two of them equal."""

@@ -52,7 +52,9 @@ class Node:
             squares = squares + np.array(
                 [((g - f) / step) ** 2 for f, g in zip(here, self.functions(beside), strict=True)]
             )
-        return np.min(np.abs(np.array(here)) / np.frompyfunc(MANY_DIGITS.sqrt, 1, 1)(squares + MANY_DIGITS.mpf(10) ** -90), axis=0)
+        return np.min(
+            np.abs(np.array(here)) / np.frompyfunc(MANY_DIGITS.sqrt, 1, 1)(squares + MANY_DIGITS.mpf(10) ** -90), axis=0
+        )
 
 
 def combined(operation: str, values: list[Any]) -> Any:

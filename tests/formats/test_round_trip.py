@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import conicoid as co
+from conicoid.formats import yaml_parser
 from conicoid.formats.scene_file import Parts, read, write
 from conicoid.shapes import Shape
 
@@ -247,3 +248,16 @@ bodies:
     )
     assert co.load(tmp_path / "scene.yaml") == expected
     assert again(expected) == expected
+
+
+def test_what_could_not_be_loaded_is_not_saved(tmp_path, monkeypatch):
+    monkeypatch.setattr(yaml_parser, "MAX_NODES", 100)
+    small, large = (
+        co.Scene([co.Sphere(center=(k, 0, 0)) for k in range(5)]),
+        co.Scene([co.Sphere(k + 1.5) for k in range(40)]),
+    )
+    co.save(small, tmp_path / "small.yaml")
+    assert co.load(tmp_path / "small.yaml") == small
+    with pytest.raises(ValueError, match=r"large\.yaml: a scene file holds at most 100 values, this scene takes \d+"):
+        co.save(large, tmp_path / "large.yaml")
+    assert not (tmp_path / "large.yaml").exists()
