@@ -1,4 +1,4 @@
-"""The command line: conicoid render, view, export, info, trace, import, schema."""
+"""The command line: conicoid render, view, export, info, trace, import, bench, schema."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .terminal import MISTAKE, Bar, compile_notes, say, user_mistakes, with_bytes
+from .terminal import MISTAKE, Bar, compile_notes, say, show_table, user_mistakes, with_bytes
 
 if TYPE_CHECKING:
     from .geometry.memory import Memory
@@ -220,6 +220,47 @@ def import_(
         for line in (*imported.notes, *imported.legend):
             typer.echo(line)
         say(f"{output}: {len(imported.bodies):,} bodies")
+
+
+@app.command(
+    epilog="Examples:\n\n  conicoid bench\n\n  conicoid bench --rows camera-1000 --rows build\n\n"
+    "The peers come with `pip install conicoid[bench]`; docs/performance.md says how to read the table."
+)
+def bench(
+    rows: Annotated[
+        list[str] | None, typer.Option("--rows", help="Only this row; may be repeated.", show_default=False)
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Small, to see that all works; the ratios mean nothing.")
+    ] = False,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table of docs/performance.md.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--json", help="Write the figures to a file as well.", show_default=False)
+    ] = None,
+) -> None:
+    """Time the same rays in Conicoid and in every peer that is installed, in turn."""
+    with user_mistakes():
+        from .bench import report
+        from .bench.rows import QUICK, ROWS, Size
+        from .formats.atomic import write_text
+
+        known = {row.name: row for row in ROWS}
+        unknown = sorted(set(rows or ()) - set(known))
+        if unknown:
+            raise ValueError(f"bench: there is no row {unknown[0]!r}; the rows are {', '.join(known)}")
+        if output is not None:
+            _check_folder(output)
+        chosen = [known[name] for name in rows] if rows else list(ROWS)
+        outcomes = report.run(
+            chosen, QUICK if quick else Size(), lambda outcome: say("  ".join(filter(None, outcome.cells())))
+        )
+        about = report.machine(row.peer for row in chosen)
+        if output is not None:
+            write_text(output, report.as_json(outcomes, about))
+        if markdown:
+            typer.echo(report.markdown(outcomes, about))
+        else:
+            show_table(report.table(outcomes), about)
 
 
 @app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
+    from rich.table import Table
 
 MISTAKE, INTERRUPTED = 2, 130
 PATIENCE = 1.0
@@ -128,3 +129,13 @@ def with_bytes(count: int) -> str:
             break
         value /= 1000
     return f"{value:.3g} {unit}"
+
+
+def show_table(table: Table, about: list[str]) -> None:
+    """A table and lines below it, on stdout, as wide as they need to be."""
+    from rich.console import Console
+
+    wide = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 200)
+    wide.print(table)
+    for line in about:
+        wide.print(line, markup=False)

@@ -33,8 +33,9 @@ class ShapeWriter:
     Materials stand under names, equal ones once.
     """
 
-    def __init__(self, shapes: Iterable[Shape], keep_spheres: KeepSpheres) -> None:
+    def __init__(self, shapes: Iterable[Shape], keep_spheres: KeepSpheres, defaults: bool = False) -> None:
         self.keep_spheres = keep_spheres
+        self.defaults = defaults  # are a shape's fields at their defaults written too?
         self.named: dict[str, Any] = {}
         self.names: dict[Identity, str] = {}
         self.materials: dict[str, Any] = {}
@@ -73,13 +74,13 @@ class ShapeWriter:
         return {"centers": spheres.centers.tolist(), "radii": spheres.radii.tolist()}
 
     def record(self, item: Any) -> dict[str, Any]:
-        """The arguments that rebuild a dataclass, those at their defaults left out."""
+        """The arguments that rebuild a dataclass, those at their defaults left out (or those that are None)."""
         made_by: Any = type(item)
         values = {name: (getattr(item, name), field) for name, field in fields_of(made_by).items()}
         return {
             name: self.value(value)
             for name, (value, field) in values.items()
-            if field.required or repr(value) != repr(field.default)
+            if field.required or repr(value) != repr(field.default) or (self.defaults and value is not None)
         }
 
     def material(self, material: Any) -> str:

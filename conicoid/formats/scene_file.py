@@ -193,9 +193,9 @@ def _values(data: Any) -> int:
     return 1 + sum(map(_values, data)) if isinstance(data, (list, tuple)) else 1
 
 
-def scene_data(scene: SceneLike, keep: Any) -> dict[str, Any]:
-    """The sections of a scene file, those that say nothing left out."""
-    writer = ShapeWriter([body.shape for body in scene.bodies], keep)
+def scene_data(scene: SceneLike, keep: Any, defaults: bool = False) -> dict[str, Any]:
+    """The sections of a scene file, those that say nothing left out; with `defaults` not so a record's fields."""
+    writer = ShapeWriter([body.shape for body in scene.bodies], keep, defaults)
     bodies = [body_data(body, writer) for body in scene.bodies]
     sections: dict[str, Any] = {"conicoid": VERSION}
     if scene.camera is not None:

@@ -19,6 +19,7 @@ from ..shapes.material import DEFAULT
 from .limits import check
 
 ASPECT = 4 / 3
+_UNUSED = {"leaf_bounds", "leaf_balls"}
 _MOST_NAMED = 400
 """Items that get a row each in the page's list."""
 
@@ -32,10 +33,10 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     lights = scene.lights or fitting_lights(camera)
     look = look_of(scene, lights)
     low, high = extent(body.shape.bounds for body in scene.bodies)
-    tables = {name: _array(scene, number) for number, name in enumerate(Tables._fields)}
+    tables = {name: _array(scene, number) for number, name in enumerate(Tables._fields) if name not in _UNUSED}
     check(tables)
     return {
-        "tables": {name: _encoded(array) for name, array in tables.items() if name != "leaf_bounds"},
+        "tables": {name: _encoded(array) for name, array in tables.items()},
         "look": look_data(look),
         "lights": [_light(record, light) for record, light in zip(look.lights, _directed(lights), strict=True)],
         "camera": camera_data(camera),
@@ -123,7 +124,7 @@ def _array(scene: Scene, number: int) -> npt.NDArray[Any]:
 
 
 _REAL = {
-    table.PLANES, table.SPHERES, table.QUADRICS, table.LEAF_BOUNDS, table.VERTICES, table.BALL_FRAMES, table.FACE_UV,
+    table.PLANES, table.SPHERES, table.QUADRICS, table.VERTICES, table.BALL_FRAMES, table.FACE_UV,
     table.NODE_BOXES, table.EXTENT,
 }  # fmt: skip
 

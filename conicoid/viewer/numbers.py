@@ -67,7 +67,7 @@ def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
             save_array(folder / name, np.column_stack((spheres.centers, spheres.radii)))
         return name
 
-    copied: dict[str, Any] = _copied(scene_data(scene, keep))
+    copied: dict[str, Any] = _copied(scene_data(scene, keep, defaults=True))
     return copied
 
 

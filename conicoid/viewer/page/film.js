@@ -11,7 +11,7 @@ export class Film {
     this.graphics = graphics;
     this.view = view;    // () => { camera, section, xray, chordScale, softness, depth }
     this.scale = 0.5;
-    this.rate = 2e4;     // pixels per millisecond, as measured
+    this.rate = 300;     // pixels per millisecond, as measured; a guess that no browser stalls on
     this.frames = [null, null];
     this.most = MOST_SAMPLES;
     this.samples = 0;
@@ -76,14 +76,15 @@ export class Film {
       return this.wake();
     }
     if (this.moving) { this.moving = false; this.samples = 0; this.row = 0; }
-    this.band();
+    // The work before is done: who waits for so many samples has them, before the next band is begun
     const most = this.graphics.floatFilm ? this.most : 1;
     this.done = this.done.filter(([samples, resolve]) => {
-      const ready = this.samples >= Math.min(samples, most) && this.finished();
+      const ready = this.samples >= Math.min(samples, most);
       if (ready) resolve(this.samples);
       return !ready;
     });
-    if (this.samples < most || this.done.length) this.wake();
+    this.band();
+    if (this.samples < most || this.waiting || this.done.length) this.wake();
   }
 
   frame(slot, width, height) {

@@ -5,6 +5,7 @@ out uvec4 words;
 
 void main() {
     int column = int(gl_FragCoord.x), row = int(gl_FragCoord.y), after_body = 0x7fffffff;
+    Ray ray = camera_ray(u_pixel);
     Hit hit;
     for (int k = 0; k <= column; k++) {
         hit = traverse(ray, NEAREST, after_body);

@@ -1,0 +1,1 @@
+"""`conicoid bench`: the same rays through Conicoid and through every peer that is installed."""

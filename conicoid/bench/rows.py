@@ -1,0 +1,274 @@
+"""The rows of the benchmark: what is compared with whom, and which ratio is asked for.
+
+Every row runs Conicoid and its peer in turn, five times each, and compares medians; a ratio above one says
+that Conicoid is faster. Before that the two must agree on what is hit and where.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..render.camera import Camera
+from ..scene import Scene
+from ..shapes.base import Shape
+from ..shapes.body import Body
+from ..shapes.light import AmbientLight, PointLight
+from ..shapes.material import matte
+from ..trace.rays import Rays
+from ..trace.threads import set_threads
+from . import embree, mitsuba, povray, raysect, trimesh
+from .peer import Peer
+from .scenes import (
+    Balls,
+    Floats,
+    Singles,
+    balls,
+    bored_blocks,
+    boxes,
+    camera_rays,
+    capped_quadrics,
+    cut_balls,
+    growing_balls,
+    random_rays,
+    spheres,
+)
+
+RUNS = 5
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much is traced."""
+
+    width: int = 1024
+    rays: int = 1 << 20
+    runs: int = RUNS
+    balls: int = 1_000_000
+
+
+QUICK = Size(128, 1 << 12, 2, 10_000)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Ours and the peer's figure, how many times better ours is, and a unit; `apart` says how they disagree."""
+
+    ours: float
+    theirs: float
+    ratio: float
+    unit: str
+    apart: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A comparison: `floor` is asked for, `aim` wished for; 0 where nothing is."""
+
+    name: str
+    rays: str
+    scene: str
+    peer: Peer
+    floor: float
+    aim: float
+    measure: Callable[[Size], Measured]
+
+
+def in_turn(ours: Callable[[], float], theirs: Callable[[], float], runs: int) -> tuple[float, float]:
+    """Medians of seconds, run alternately; one round before is not counted."""
+    ours(), theirs()
+    rounds = [(ours(), theirs()) for _ in range(runs)]
+    return statistics.median(a for a, _ in rounds), statistics.median(b for _, b in rounds)
+
+
+def apart(ours: Floats, theirs: Floats) -> str:
+    """What is wrong with two sets of distances, one of them in single precision; nothing if they agree."""
+    a, b = np.isfinite(ours), np.isfinite(theirs)
+    if (a != b).mean() > 2e-3:
+        return f"{100 * (a != b).mean():.2g} % of the rays hit for one only"
+    both = a & b
+    off = np.abs(ours[both] - theirs[both]) > 1e-3 * (1 + ours[both])
+    return f"{100 * off.mean():.2g} % of the distances differ" if off.mean() > 2e-3 else ""
+
+
+def _rate(count: int, ours: float, theirs: float, ours_t: Floats, theirs_t: Floats) -> Measured:
+    return Measured(count / ours / 1e6, count / theirs / 1e6, theirs / ours, "Mray/s", apart(ours_t, theirs_t))
+
+
+def _rays(coherent: bool, size: Size) -> tuple[Rays, Singles, Singles]:
+    """Rays as we take them (a camera's as a picture), and as flat arrays."""
+    if not coherent:
+        flat = random_rays(size.rays)
+        return Rays(*flat), *flat
+    origins, directions = camera_rays(size.width)
+    return Rays(origins, directions), origins.reshape(-1, 3), directions.reshape(-1, 3)
+
+
+def _timed(scene: Scene, rays: Rays) -> Callable[[], float]:
+    def run() -> float:
+        begin = time.perf_counter()
+        scene.first_hit(rays)
+        return time.perf_counter() - begin
+
+    return run
+
+
+def with_mitsuba(shapes: Callable[[int], list[Shape]], count: int, coherent: bool) -> Callable[[Size], Measured]:
+    """Against Mitsuba on as many balls; hits are compared where ours are balls too."""
+
+    def measure(size: Size) -> Measured:
+        rays, origins, directions = _rays(coherent, size)
+        scene, same = Scene(shapes(count)), shapes is bulk
+        ours = _timed(scene, rays)
+        with mitsuba.MitsubaScene(balls(count), origins, directions, coherent) as theirs:
+            seconds = in_turn(ours, theirs.seconds, size.runs)
+            t = scene.first_hit(rays).t.ravel()
+            return _rate(len(origins), *seconds, t, theirs.distances() if same else t)
+
+    return measure
+
+
+def with_embree(count: int, coherent: bool) -> Callable[[Size], Measured]:
+    def measure(size: Size) -> Measured:
+        rays, origins, directions = _rays(coherent, size)
+        scene = Scene(bulk(count))
+        with embree.EmbreeScene(balls(count)) as theirs:
+            seconds = in_turn(_timed(scene, rays), lambda: theirs.first_hits(origins, directions)[0], size.runs)
+            found = theirs.first_hits(origins, directions)[1]
+        return _rate(len(origins), *seconds, scene.first_hit(rays).t.ravel(), found)
+
+    return measure
+
+
+def with_raysect(coherent: bool) -> Callable[[Size], Measured]:
+    """One core each; Raysect gets fewer rays, drawn from the same ones."""
+
+    def measure(size: Size) -> Measured:
+        rays, origins, directions = _rays(coherent, size)
+        scene, some = Scene(bulk(1000)), slice(None, None, max(1, len(origins) // (1 << 14)))
+        theirs = raysect.RaysectScene(balls(1000), origins[some], directions[some])
+        with one_thread():
+            ours, peers = in_turn(_timed(scene, rays), lambda: theirs.first_hits()[0], size.runs)
+        t, found = scene.first_hit(rays).t.ravel()[some], theirs.first_hits()[1]
+        return _rate(len(origins), ours, peers * len(origins) / len(found), t, found)
+
+    return measure
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Conicoid on one core."""
+    set_threads(1)
+    try:
+        yield
+    finally:
+        set_threads(None)
+
+
+def with_trimesh(size: Size) -> Measured:
+    rays, origins, directions = _rays(True, size)
+    blocks = boxes(1000)
+    scene, theirs = Scene(blocks.shapes()), trimesh.TrimeshScene(blocks, origins, directions)
+    seconds = in_turn(_timed(scene, rays), theirs.seconds, size.runs)
+    return _rate(len(origins), *seconds, scene.first_hit(rays).t.ravel(), theirs.distances())
+
+
+def with_povray(kind: str, shapes: Callable[[Balls], list[Shape]]) -> Callable[[Size], Measured]:
+    """A picture with one shadowed light."""
+
+    def measure(size: Size) -> Measured:
+        grey = matte((0.8, 0.8, 0.8), ambient=1.0, diffuse=0.8)
+        scene = Scene(
+            [Body(shape, material=grey) for shape in shapes(balls(1000))],
+            lights=[AmbientLight(0.1), PointLight((3, 4, -5))],
+            background=(0, 0, 0),
+            camera=Camera((0, 0, -3), (0, 0, 0), up=(0, 1, 0), field_of_view=2 * math.degrees(math.atan(0.5))),
+        )
+        with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as folder:
+            file = Path(folder) / "scene.pov"
+            povray.write_scene(file, kind, balls(1000))
+
+            def ours() -> float:
+                begin = time.perf_counter()
+                scene.render(size.width, size.width, samples=1)
+                return time.perf_counter() - begin
+
+            seconds = in_turn(ours, lambda: povray.picture(file, size.width)[0], size.runs)
+            theirs = povray.picture(file, size.width)[1]
+        lit = scene.render(size.width, size.width, samples=1).pixels.max(axis=-1) > 0
+        differ = float((lit != (theirs > 0)).mean())
+        note = f"{100 * differ:.2g} % of the pixels are lit for one only" if differ > 5e-3 else ""
+        return Measured(seconds[0], seconds[1], seconds[1] / max(seconds[0], 1e-9), "s", note)
+
+    return measure
+
+
+def building(size: Size) -> Measured:
+    each = balls(size.balls)
+
+    def ours() -> float:
+        scene = Scene([Body(shape) for shape in each.shapes()])
+        begin = time.perf_counter()
+        scene.prepared  # noqa: B018
+        return time.perf_counter() - begin
+
+    def theirs() -> float:
+        with embree.EmbreeScene(each) as scene:
+            return scene.build_seconds
+
+    seconds = in_turn(ours, theirs, size.runs)
+    return Measured(*seconds, seconds[1] / seconds[0], "s")
+
+
+def growth(size: Size) -> Measured:
+    """Nanoseconds a ray for a thousand balls and for the most; the ratio is how far that stays below eight times."""
+    rays, _, _ = _rays(True, size)
+    small, large = (Scene(growing_balls(count).shapes()) for count in (1000, size.balls))
+    one, many = in_turn(_timed(small, rays), _timed(large, rays), size.runs)
+    scale = 1e9 / size.width**2
+    return Measured(one * scale, many * scale, 8 * one / many, "ns/ray")
+
+
+def bulk(count: int) -> list[Shape]:
+    """As many balls as one shape."""
+    return balls(count).shapes()
+
+
+def quadrics(count: int) -> list[Shape]:
+    return capped_quadrics(count).shapes()
+
+
+_CAMERA, _RANDOM, _PICTURE = "camera", "random", "picture, one shadowed light"
+_OURS = Peer("itself", "1 000 balls", lambda: "")
+
+ROWS = (
+    *(
+        Row(f"camera-{n}", _CAMERA, f"{n:,} balls", mitsuba.PEER, 0.8, 1.2, with_mitsuba(bulk, n, True))
+        for n in (1000, 20_000, 100_000)
+    ),
+    *(
+        Row(f"camera-quadrics-{n}", _CAMERA, f"{n:,} capped quadrics (the peer: balls)", mitsuba.PEER, 0.5, 1.0,
+            with_mitsuba(quadrics, n, True))
+        for n in (1000, 20_000)
+    ),
+    Row("camera-embree", _CAMERA, "100,000 balls", embree.PEER, 2.5, 4.0, with_embree(100_000, True)),
+    Row("random-1000", _RANDOM, "1,000 balls", mitsuba.PEER, 1.5, 3.0, with_mitsuba(bulk, 1000, False)),
+    Row("random-20000", _RANDOM, "20,000 balls", mitsuba.PEER, 2.0, 3.0, with_mitsuba(bulk, 20_000, False)),
+    Row("random-embree", _RANDOM, "100,000 balls", embree.PEER, 0.8, 1.2, with_embree(100_000, False)),
+    Row("camera-raysect", _CAMERA, "1,000 balls, one core", raysect.PEER, 20.0, 0.0, with_raysect(True)),
+    Row("random-raysect", _RANDOM, "1,000 balls, one core", raysect.PEER, 6.0, 0.0, with_raysect(False)),
+    Row("camera-trimesh", _CAMERA, "1,000 boxes", trimesh.PEER, 0.0, 0.0, with_trimesh),
+    Row("picture-balls", _PICTURE, "1,000 balls", povray.PEER, 4.0, 0.0, with_povray("spheres", spheres)),
+    Row("picture-quadrics", _PICTURE, "1,000 cut quadrics", povray.PEER, 4.0, 0.0, with_povray("quadrics", cut_balls)),
+    Row("picture-csg", _PICTURE, "1,000 bodies of 5 leaves", povray.PEER, 3.0, 0.0, with_povray("csg", bored_blocks)),
+    Row("build", "tree", "1,000,000 balls", embree.PEER, 0.2, 1.0, building),
+    Row("growth", _CAMERA, "1,000,000 balls, constant hit rate", _OURS, 1.0, 0.0, growth),
+)  # fmt: skip

@@ -1,0 +1,77 @@
+"""The exported page: small, alone, safe; and what it says where it cannot draw."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import conicoid as co
+from conicoid.cli import app
+from conicoid.viewer import export, limits, page
+from conicoid.viewer.html import PREVIEW_BYTES, preview_of
+
+from .browser import NARROW, launch, needs_browser, opened
+
+BARREL = Path(__file__).resolve().parents[2] / "examples" / "scenes" / "barrel.yaml"
+
+
+def test_the_barrel_is_small_and_alone(tmp_path):
+    result = CliRunner().invoke(app, ["export", str(BARREL), str(tmp_path / "barrel.html")])
+    assert result.exit_code == 0
+    text = (tmp_path / "barrel.html").read_text(encoding="utf-8")
+    assert len(text.encode()) < 200 * 1024
+    assert re.findall(r"(?:src|href)=[\"']?(?!data:)[a-z]+:", text) == []
+    assert "connect-src 'none'" in text
+
+
+@needs_browser
+def test_the_page_asks_for_nothing(browser, tmp_path):
+    with opened(browser, co.load(BARREL), tmp_path, NARROW) as shown:
+        shown.settle()
+        assert shown.requests == [(tmp_path / "scene.html").as_uri()]
+        assert shown.errors == []
+
+
+@needs_browser
+def test_without_webgl_there_is_a_picture(playwright_tool, tmp_path):
+    browser = launch(playwright_tool, "--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis")
+    size = "(async () => { const i = document.querySelector('img'); await i.decode(); return i.naturalWidth; })()"
+    with opened(browser, co.Scene([co.Sphere()]), tmp_path, NARROW) as shown:
+        assert "This browser offers no WebGL 2." in shown.text("[role=alert]")
+        assert shown.ask(size) >= 200
+    browser.close()
+
+
+def test_the_small_picture_is_small():
+    data = preview_of(co.load(BARREL))
+    assert data[:4] == b"RIFF"
+    assert data[8:12] == b"WEBP"
+    assert len(data) <= PREVIEW_BYTES == 40 * 1024
+
+
+def test_names_cannot_leave_their_place():
+    evil = "</script><script>alert(1)</script><!-- \u2028 &"
+    text = page(co.Scene([co.Body(co.Sphere(), name=evil)]), evil, "data:,")
+    assert "<script>alert" not in text
+    assert text.count("</script>") == 2
+
+
+@pytest.mark.parametrize(("name", "value", "message"), [
+    ("MOST_BYTES", 100, r"tables take .* MiB, a page holds at most"),
+    ("MOST_GATES", 1, r"a Boolean combination of 3 nested steps, the shader counts at most 1"),
+])  # fmt: skip
+def test_limits_are_named(monkeypatch, tmp_path, name, value, message):
+    monkeypatch.setattr(limits, name, value)
+    shape = (co.Box() - co.Sphere(1.2)) | (co.Sphere(0.3) & co.Box())
+    with pytest.raises(ValueError, match=message):
+        export(co.Scene([shape]), tmp_path / "scene.html")
+    assert not (tmp_path / "scene.html").exists()
+
+
+def test_mistakes_are_told(tmp_path):
+    result = CliRunner().invoke(app, ["export", str(BARREL), str(tmp_path / "page.png")])
+    assert result.exit_code == 2
+    assert "pages are saved as .html" in result.stderr

@@ -1,0 +1,271 @@
+"""What a person does on the page, with mouse, keys and fingers, checked by what is on the screen."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import conicoid as co
+from conicoid.viewer.session import Session
+
+from .browser import NARROW, WIDE, Page, needs_browser, opened, served
+
+pytestmark = needs_browser
+CAMERA = co.Camera((0, -8, 0), (0, 0, 0), field_of_view=30)
+LIGHTS = [co.AmbientLight(0.4), co.DirectionalLight((0.2, 1, -0.4), 0.6)]
+RED, BLUE = co.matte("#c03028"), co.matte("#2848c0")
+SCENE = co.Scene(
+    [
+        co.Body(co.Sphere(0.8, (-1, 0, 0)), RED, name="red ball"),
+        co.Body(co.Box((0.4, -0.6, -0.6), (1.6, 0.6, 0.6)) - co.Sphere(0.4, (1, -0.6, 0)), BLUE, name="blue block"),
+    ],
+    lights=LIGHTS,
+    camera=CAMERA,
+)
+
+
+@pytest.fixture
+def page(browser, tmp_path):
+    with opened(browser, SCENE, tmp_path, WIDE) as found:
+        yield found
+        assert found.errors == []
+
+
+@pytest.fixture
+def engine_page(browser, tmp_path):
+    path = tmp_path / "scene.yaml"
+    co.save(SCENE, path)
+    with served(Session(co.load(path), "scene", path)) as server, Page(browser, server.url, WIDE) as found:
+        found.path = path
+        yield found
+
+
+COLORS = """(() => {
+    let behind = document.querySelector(".panel");
+    const text = getComputedStyle(behind).color;
+    while (getComputedStyle(behind).backgroundColor.endsWith(", 0)")) behind = behind.parentElement;
+    return [text, getComputedStyle(behind).backgroundColor];
+})()"""
+
+
+def covered(pixels):
+    return pixels[..., 3] > 0.5
+
+
+def test_dragging_turns_the_scene(page):
+    before = page.pixels()
+    page.drag(page.at(), page.at(0.9))
+    after = page.pixels()
+    assert (covered(before) != covered(after)).mean() > 0.02
+    # What is drawn is what the engine sees from the camera that the page now has
+    camera = page.ask("conicoid.state.camera")
+    height, width = after.shape[:2]
+    turned = co.Camera(camera["position"], camera["look_at"], camera["up"], camera["field_of_view"])
+    assert np.linalg.norm(camera["position"]) == pytest.approx(8)
+    assert (covered(after) == SCENE.occluded(turned.rays(width, height))).mean() >= 0.999
+
+
+def test_keys_do_what_the_mouse_does(page):
+    page.page.locator("canvas").focus()
+    before = covered(page.pixels())
+    for _ in range(4):
+        page.page.keyboard.press("ArrowLeft")
+    turned = covered(page.pixels())
+    assert (turned != before).mean() > 0.01
+    page.page.keyboard.press("+")
+    assert covered(page.pixels()).sum() > turned.sum()
+    page.page.keyboard.press("h")
+    assert (covered(page.pixels()) == before).all()
+    page.page.keyboard.press("3")  # from above
+    assert page.ask("conicoid.state.camera.position[2]") > 2
+
+
+def test_the_wheel_zooms_to_the_pointer(page):
+    x, y = page.at(0.33, 0.5)
+    before = page.ask("conicoid.firstAt({}, {})[0].body".format(*page.place(0.33, 0.5)))
+    page.page.mouse.move(x, y)
+    for _ in range(6):
+        page.page.mouse.wheel(0, -120)
+    after = page.pixels()
+    assert page.ask("conicoid.firstAt({}, {})[0].body".format(*page.place(0.33, 0.5))) == before
+    assert covered(after).mean() > 0.3
+
+
+def test_fingers_turn_and_zoom(browser, tmp_path):
+    with opened(browser, SCENE, tmp_path, NARROW, has_touch=True) as page:
+        before = covered(page.pixels())
+        fingers = """([kind, points]) => {
+            for (const [id, x, y] of points) conicoid.canvas.dispatchEvent(new PointerEvent(kind, {
+                pointerId: id, pointerType: "touch", clientX: x, clientY: y, bubbles: true, isPrimary: id === 1 }));
+        }"""
+        page.page.evaluate(fingers, ["pointerdown", [[1, 60, 60], [2, 100, 60]]])
+        page.page.evaluate(fingers, ["pointermove", [[1, 40, 60], [2, 120, 60]]])
+        page.page.evaluate(fingers, ["pointerup", [[1, 40, 60], [2, 120, 60]]])
+        assert covered(page.pixels()).sum() > 1.5 * before.sum()
+
+
+def test_hiding_isolating_and_tinting(page):
+    before = page.pixels()
+    page.page.locator("[data-item='0'] input[type=checkbox]").uncheck()
+    hidden = page.pixels()
+    width = before.shape[1]
+    assert covered(before)[:, : width // 2].any()
+    assert not covered(hidden)[:, : width // 2].any()
+    assert np.array_equal(hidden[:, width // 2 :], before[:, width // 2 :])
+    page.page.get_by_role("button", name="Show all").click()
+    page.page.locator("[data-item='0'] button:has-text('Only')").click()
+    assert not covered(page.pixels())[:, width // 2 :].any()
+    page.page.get_by_role("button", name="Show all").click()
+    page.page.locator("[data-item='0'] input[type=color]").fill("#00ff00")
+    green = page.pixels()[:, : width // 2][covered(before)[:, : width // 2]]
+    assert (green[:, 1] > 5 * green[:, 0]).mean() > 0.9
+
+
+def test_the_section_plane_cuts_and_is_dragged(page):
+    page.page.get_by_label("Cut the scene by a plane").check()
+    page.page.get_by_role("button", name="x", exact=True).click()
+    before = page.pixels()
+    width = before.shape[1]
+    assert not covered(before)[:, width // 2 + 12 :].any()  # x > 0 is cut away
+    handle = page.page.locator(".handle").bounding_box()
+    start = handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2
+    page.drag(start, (start[0] + 60, start[1]))
+    after = page.pixels()
+    assert covered(after).sum() > covered(before).sum()
+    assert page.ask("conicoid.state.section.offset") > 0.3
+    page.page.get_by_role("button", name="flip").click()
+    assert not covered(page.pixels())[:, : width // 4].any()
+    # Towards the eye the plane shows the cut, flat and in the body's own colour
+    page.page.get_by_role("button", name="y", exact=True).click()
+    picture = page.pixels()[..., :3]
+    height, width = picture.shape[:2]
+    column = round(width / 2 - height / 2 / (8 * np.tan(np.radians(15))))  # of the ball's middle, x = -1
+    ball = picture[height // 2 - 3 : height // 2 + 3, column - 3 : column + 3]
+    assert ball.std(axis=(0, 1)).max() < 1e-3
+    assert ball[..., 0].mean() > 3 * ball[..., 2].mean()
+
+
+def test_a_click_without_a_server_is_answered_by_the_shader(page):
+    page.page.mouse.click(*page.at(0.33))
+    page.page.wait_for_selector(".found:not([hidden]) table.hit")
+    text = page.text(".found")
+    assert "red ball" in text
+    assert "Computed by the shader, in single precision." in text
+    hit = SCENE.first_hit(*page.ray(0.33, 0.5))
+    assert page.ask("conicoid.state.found.t") == pytest.approx(hit.t, rel=1e-5)
+
+
+def test_a_click_is_answered_by_the_engine_where_there_is_one(engine_page):
+    engine_page.page.mouse.click(*engine_page.at(0.33))
+    engine_page.page.wait_for_selector(".found:not([hidden]) table.hit")
+    ray = engine_page.ray(0.33, 0.5)
+    hit, spans = SCENE.first_hit(*ray), SCENE.spans(*ray)
+    text = engine_page.text(".found")
+    assert "Computed by the exact engine." in text
+    for number in (hit.t, *hit.point, *hit.normal, *spans.t_enter, *spans.t_exit):
+        assert engine_page.ask(f"String({float(number)!r})") in text
+
+
+def test_measuring_between_two_clicks(engine_page):
+    engine_page.page.get_by_label("Measure between two clicks").check()
+    for x in (0.33, 0.62):
+        engine_page.page.mouse.click(*engine_page.at(x, 0.45))
+        engine_page.page.wait_for_timeout(400)
+    rays = [engine_page.ray(x, 0.45) for x in (0.33, 0.62)]
+    a, b = (SCENE.first_hit(*ray).point for ray in rays)
+    shown = float(engine_page.text(".distance").split()[1])
+    assert shown == pytest.approx(np.linalg.norm(a - b), rel=1e-6)
+
+
+def test_x_rays_are_chords(page):
+    page.page.get_by_label("X-ray").check()
+    pixels = page.pixels()
+    height, width = pixels.shape[:2]
+    chords = SCENE.spans(CAMERA.rays(width, height)).line_integral(np.ones(2)).reshape(height, width)
+    scale = page.ask("2.5 / conicoid.state.diagonal")
+    assert np.abs(pixels[..., 0] - np.exp(-scale * chords)).max() < 2e-3
+
+
+def test_sliders_change_the_body_and_keep_the_camera(engine_page):
+    engine_page.drag(engine_page.at(), engine_page.at(0.55))
+    before, camera = covered(engine_page.pixels()), engine_page.ask("conicoid.state.camera.position")
+    engine_page.page.locator("[data-item='0'] button:has-text('Edit')").click()
+    engine_page.page.get_by_label("radius, as a number").fill("0.4")
+    engine_page.page.get_by_label("radius, as a number").press("Enter")
+    engine_page.wait("conicoid.scene.bounds[0][0] > -1.5")
+    after = covered(engine_page.pixels())
+    assert 0 < after.sum() < 0.9 * before.sum()
+    assert engine_page.ask("conicoid.state.camera.position") == camera
+
+
+def test_the_file_is_followed_and_its_mistakes_are_shown(engine_page):
+    before = covered(engine_page.pixels())
+    text = engine_page.path.read_text()
+    engine_page.path.write_text(text.replace("Sphere", "Spere"))
+    engine_page.page.wait_for_selector(".trouble:not([hidden])")
+    assert "Spere" in engine_page.text(".trouble")
+    assert "line" in engine_page.text(".trouble") or ":" in engine_page.text(".trouble")
+    assert (covered(engine_page.pixels()) == before).all()
+    co.save(co.Scene([co.Body(co.Sphere(0.3), RED)], lights=LIGHTS, camera=CAMERA), engine_page.path)
+    engine_page.page.wait_for_selector(".trouble", state="hidden")
+    assert 0 < covered(engine_page.pixels()).sum() < 0.5 * before.sum()
+
+
+def test_a_picture_is_saved(page):
+    shown = page.pixels()
+    with page.page.expect_download() as waiting:
+        page.page.get_by_role("button", name="Save PNG").click()
+    with open(waiting.value.path(), "rb") as file:
+        saved = np.asarray(Image.open(io.BytesIO(file.read())).convert("RGB"), dtype=float) / 255
+    assert waiting.value.suggested_filename == "scene.png"
+    assert saved.shape[:2] == shown.shape[:2]
+    linear = np.where(saved <= 0.04045, saved / 12.92, ((saved + 0.055) / 1.055) ** 2.4)
+    assert (np.abs(linear - np.clip(shown[..., :3], 0, 1)) < 0.02).mean() > 0.95
+
+
+def test_the_camera_is_copied_as_a_scene_file_has_it(browser, tmp_path):
+    with opened(browser, SCENE, tmp_path, WIDE) as page:
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        page.page.get_by_role("button", name="Copy camera").click()
+        page.page.wait_for_selector(".toast:not([hidden])")
+        text = page.ask("navigator.clipboard.readText()")
+        (tmp_path / "again.yaml").write_text(f"conicoid: 1\n{text}\nbodies:\n  - shape: {{Sphere: {{}}}}\n")
+        assert co.load(tmp_path / "again.yaml").camera == CAMERA
+
+
+def test_everything_is_named_and_reachable(page):
+    """Each control has a name for who does not see it, and the tabulator reaches it."""
+    unnamed = """[...document.querySelectorAll("button, input, canvas")].filter((e) => e.offsetParent !== null
+        && !(e.getAttribute("aria-label") || e.textContent.trim() || e.labels?.length)).length"""
+    assert page.ask(unnamed) == 0
+    reached = set()
+    for _ in range(40):
+        page.page.keyboard.press("Tab")
+        reached.add(
+            page.ask(
+                "document.activeElement.textContent.trim() || document.activeElement.ariaLabel || document.activeElement.name"
+            )
+        )
+    assert {"Fit", "Save PNG", "Only", "Show red ball"} <= reached
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_a_phone_shows_it_all_without_sideways_scrolling(browser, tmp_path, scheme):
+    with opened(browser, SCENE, tmp_path, {"width": 400, "height": 700}, color_scheme=scheme) as page:
+        assert page.ask("document.documentElement.scrollWidth") <= 400
+        assert 2 * page.size()[0] >= 380  # at half a pixel each
+        colors = page.ask(COLORS)
+        assert contrast(*colors) > 7
+
+
+def contrast(*colors):
+    """Of WCAG 2."""
+    levels = []
+    for color in colors:
+        rgb = np.array([float(v) for v in color.split("(")[1].rstrip(")").split(",")[:3]]) / 255
+        linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        levels.append(linear @ (0.2126, 0.7152, 0.0722) + 0.05)
+    return max(levels) / min(levels)

@@ -1,0 +1,88 @@
+"""What the page draws against the engine's picture of the same camera."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.shapes.color import srgb_encode
+from conicoid.viewer.quadrics import quadrics_scene
+
+from .browser import NARROW, needs_browser, opened
+
+pytestmark = needs_browser
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+GALLERY = (
+    "balls_and_barrel", "bored_box", "boolean_solids", "chess_pawn", "cylinder_patch", "die", "engine",
+    "free_cylinder", "gear_plate", "glass_water_mirror", "lenses", "nine_quadrics", "polygons", "reactor_pin",
+    "shepp_logan", "sliding_planes", "steinmetz",
+)  # fmt: skip
+QUICK = {"balls_and_barrel", "bored_box", "gear_plate", "glass_water_mirror", "polygons"}
+
+
+def gallery_scene(name, monkeypatch):
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    before = set(sys.modules)
+    scene = importlib.import_module(name).scene()
+    for added in set(sys.modules) - before:
+        if Path(str(getattr(sys.modules[added], "__file__", ""))).parent == EXAMPLES:
+            del sys.modules[added]
+    return scene
+
+
+def assert_agrees(browser, scene, folder):
+    with opened(browser, scene, folder, NARROW) as page:
+        drawn = page.pixels()
+        assert page.errors == []
+        assert page.ask("conicoid.film.shown.samples") == 1
+    height, width = drawn.shape[:2]
+    rays = (scene.camera or co.Camera((0, 0, 1), (0, 0, 0))).rays(width, height) if scene.camera else None
+    expected = scene.render(width, height, samples=1, depth=10).pixels
+    apart = np.abs(srgb_encode(np.clip(drawn[..., :3], 0, 1)) - srgb_encode(np.clip(expected, 0, 1))).max(axis=-1)
+    assert (apart <= 3 / 255).mean() >= 0.99
+    if rays is not None:
+        assert ((drawn[..., 3] > 0.5) == scene.occluded(rays)).mean() >= 0.999
+    assert drawn[..., :3].std() > 0.02
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.deep) for name in GALLERY]
+)
+def test_gallery(browser, name, tmp_path, monkeypatch):
+    assert_agrees(browser, gallery_scene(name, monkeypatch), tmp_path)
+
+
+def test_playground(browser, tmp_path):
+    assert_agrees(browser, quadrics_scene(), tmp_path)
+
+
+def test_silhouettes_against_the_sky(browser, tmp_path):
+    """Every kind of entry against nothing: the mask is the engine's."""
+    camera = co.Camera((0, -9, 3), (0, 0, 0), field_of_view=30)
+    shapes = [
+        co.Sphere(1, (-2, 0, 0)),
+        co.Spheres([(0, 0, 1), (0.5, 0, 1)], [0.4, 0.3]),
+        co.DoubleCone(1, z_range=(-1, 1)).translate((2, 0, 0)),
+        (co.Box((-1, -1, -1), (1, 1, 1)) - co.Sphere(1.2)).scale(0.6),
+        co.Disc((0, 0, -1.3), (0, -1, 1), 0.6),
+        co.Polygon([(-1, 0, -1), (1, 0, -1), (0, 0, -0.4)]).translate((-1.6, 0, -0.8)),
+        co.Cylinder((1, 0, -1.4), (3, 0, -1.2), 0.3, 20, 300, (0, 1, 0)),
+    ]
+    assert_agrees(browser, co.Scene(shapes, camera=camera, lights=[co.DirectionalLight((0.3, 1, -1), 1.0)]), tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["ten thousand balls", "a body of five hundred leaves"])
+def test_large_scenes_draw(browser, kind, tmp_path):
+    rng = np.random.default_rng(0)
+    centers = rng.uniform(-1, 1, (10_000, 3))
+    if kind == "ten thousand balls":
+        bodies = [co.Spheres(centers, np.full(10_000, 0.02))]
+    else:
+        bodies = [co.Box((-1, -1, -1), (1, 1, 1)) - co.Union(tuple(co.Sphere(0.12, tuple(c)) for c in centers[:500]))]
+    camera = co.Camera((0.5, -5, 2), (0, 0, 0), field_of_view=32)
+    assert_agrees(browser, co.Scene(bodies, camera=camera, lights=[co.DirectionalLight((0.3, 1, -1), 1.0)]), tmp_path)

@@ -1,0 +1,150 @@
+"""The page's server: this machine only, its own page only, the scene's data only."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.viewer.session import Session
+
+from .browser import served
+
+BARREL = Path(__file__).resolve().parents[2] / "examples" / "scenes" / "barrel.yaml"
+SCENE = co.Scene([co.Body(co.Sphere(1), name="ball"), co.Box((2, -1, -1), (3, 1, 1)) - co.Sphere(1, (2, 0, 0))])
+RAY = {"origin": [-5.0, 0.1, 0.2], "direction": [1.0, 0.01, 0.003]}
+
+
+@pytest.fixture(scope="module")
+def server():
+    with served(Session(SCENE, "two")) as found:
+        yield found
+
+
+def ask(server, method, name, body=None, **headers):
+    link = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    path = name if name.startswith("/") else f"/{server.token}/{name}"
+    own = {"Host": f"127.0.0.1:{server.server_port}"}
+    if method == "POST":
+        own |= {"Origin": f"http://127.0.0.1:{server.server_port}", "Content-Type": "application/json"}
+    link.request(method, path, body, {**own, **{key.replace("_", "-"): value for key, value in headers.items()}})
+    answer = link.getresponse()
+    data = answer.read()
+    link.close()
+    return answer.status, data
+
+
+def test_it_serves_the_page_and_the_scene(server):
+    status, text = ask(server, "GET", "")
+    assert status == 200
+    assert b"<canvas" in text
+    assert b"connect-src 'self'" in text
+    assert json.loads(ask(server, "GET", "version")[1]) == {"version": 0, "trouble": None}
+    assert json.loads(ask(server, "GET", "scene")[1])["item_count"] == 2
+
+
+def test_picks_are_the_engines_to_the_last_digit(server):
+    status, text = ask(server, "POST", "pick", json.dumps(RAY))
+    found = json.loads(text)["found"]
+    hit, crossings = SCENE.first_hit(RAY["origin"], RAY["direction"]), SCENE.crossings(RAY["origin"], RAY["direction"])
+    spans = SCENE.spans(RAY["origin"], RAY["direction"])
+    assert status == 200
+    assert (found["t"], found["name"], found["face"]) == (hit.t, "ball", int(hit.face))
+    for name in ("point", "normal", "uv"):
+        assert found[name] == getattr(hit, name).tolist()
+    assert [row["t"] for row in found["crossings"]] == crossings.t.tolist()
+    assert [(row["enter"], row["exit"]) for row in found["spans"]] == list(
+        zip(spans.t_enter.tolist(), spans.t_exit.tolist(), strict=True)
+    )
+
+
+def test_picks_pass_over_what_is_hidden_or_cut_away(server):
+    hidden = json.loads(ask(server, "POST", "pick", json.dumps(RAY | {"hidden": [0]}))[1])["found"]
+    assert hidden["name"] != "ball"
+    assert hidden["t"] > 6
+    section = {"normal": [-1.0, 0.0, 0.0], "offset": 0.0}  # what lies at x >= 0 is kept
+    cut = json.loads(ask(server, "POST", "pick", json.dumps(RAY | {"section": section}))[1])["found"]
+    assert cut["face"] is None
+    assert cut["t"] == 5.0
+    assert cut["name"] == "ball"
+    assert np.allclose(cut["point"], [0, 0.15, 0.215])
+
+
+@pytest.mark.parametrize(("method", "name", "body", "headers", "status"), [
+    ("GET", "", None, {"Host": "evil.example"}, 421),
+    ("GET", "scene", None, {"Origin": "http://evil.example"}, 403),
+    ("POST", "pick", "{}", {"Origin": "http://evil.example"}, 403),
+    ("POST", "pick", "{}", {"Content_Type": "text/plain"}, 415),
+    ("POST", "pick", "{}", {}, 400),
+    ("POST", "pick", "[" * 5000, {}, 400),
+    ("POST", "pick", "x" * 70000, {}, 413),
+    ("POST", "scene", "{}", {}, 404),
+    ("GET", "../pyproject.toml", None, {}, 404),
+    ("GET", "/", None, {}, 404),
+    ("GET", "/scene", None, {}, 404),
+    ("GET", "/wrong/scene", None, {}, 404),
+])  # fmt: skip
+def test_everything_else_is_refused(server, method, name, body, headers, status):
+    assert ask(server, method, name, body, **headers)[0] == status
+
+
+def test_it_listens_on_this_machine_only(server):
+    assert server.server_address[0] == "127.0.0.1"
+    with socket.socket() as other:
+        other.bind(("", 0))
+        address = socket.gethostbyname(socket.gethostname())
+    if not address.startswith("127."):
+        with pytest.raises(ConnectionRefusedError):
+            socket.create_connection((address, server.server_port), timeout=2)
+
+
+def test_numbers_can_be_edited(server):
+    numbers = json.loads(ask(server, "POST", "numbers", json.dumps({"item": 0}))[1])
+    radius = next(row for row in numbers if row["label"] == "radius")
+    assert radius["value"] == 1.0
+    with served(Session(SCENE, "two")) as other:
+        status, _ = ask(other, "POST", "edit", json.dumps({"path": radius["path"], "value": 0.5}))
+        assert status == 200
+        assert json.loads(ask(other, "POST", "pick", json.dumps(RAY))[1])["found"]["t"] > 4.4
+        status, text = ask(other, "POST", "edit", json.dumps({"path": radius["path"], "value": -1}))
+        assert status == 400
+        assert "radius" in json.loads(text)["error"]
+
+
+def test_the_file_is_followed(tmp_path):
+    path = tmp_path / "scene.yaml"
+    co.save(SCENE, path)
+    session = Session(co.load(path), "scene", path)
+    assert session.version() == {"version": 0, "trouble": None}
+    path.write_text("conicoid: 1\nbodies:\n  - shape: {Spere: {}}\n")
+    changed = session.version()
+    assert changed["version"] == 1
+    assert "3" in changed["trouble"]
+    assert "Spere" in changed["trouble"]
+    co.save(co.Scene([co.Sphere(2)]), path)
+    assert session.version()["trouble"] is None
+    assert session.scene()["item_count"] == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a signal")
+def test_control_c_ends_it():
+    command = [sys.executable, "-m", "conicoid", "view", str(BARREL), "--no-browser"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as running:
+        line = ""
+        while "http://127.0.0.1:" not in line:
+            line = running.stderr.readline()
+            assert line or running.poll() is None
+        running.send_signal(signal.SIGINT)
+        _, rest = running.communicate(timeout=20)
+    assert running.returncode == 0
+    assert "ended" in rest
+    assert "Traceback" not in rest
