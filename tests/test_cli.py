@@ -67,7 +67,7 @@ def test_version():
     assert (result.exit_code, result.stdout) == (0, f"conicoid {co.__version__}\n")
 
 
-@pytest.mark.parametrize("command", ["render", "view", "export", "info", "trace", "import", "schema"])
+@pytest.mark.parametrize("command", ["render", "view", "export", "info", "trace", "import", "bench", "schema"])
 def test_help_has_an_example(command):
     result = run(command, "--help")
     assert result.exit_code == 0
@@ -83,6 +83,7 @@ def test_help_lists_what_there_is_and_no_more():
         "info",
         "trace",
         "import",
+        "bench",
         "schema",
     ]
 

@@ -1,6 +1,6 @@
 """The rows of the benchmark: what is compared with whom, and which ratio is asked for.
 
-Every row runs Conicoid and its peer in turn, five times each, and compares medians; a ratio above one says
+Every row runs Conicoid and its peer in turn, five turns each, and compares medians; a ratio above one says
 that Conicoid is faster. Before that the two must agree on what is hit and where.
 """
 
@@ -43,6 +43,7 @@ from .scenes import (
 )
 
 RUNS = 5
+WARM = 0.1  # seconds
 
 
 @dataclass(frozen=True)
@@ -83,9 +84,20 @@ class Row:
 
 
 def in_turn(ours: Callable[[], float], theirs: Callable[[], float], runs: int) -> tuple[float, float]:
-    """Medians of seconds, run alternately; one round before is not counted."""
-    ours(), theirs()
-    rounds = [(ours(), theirs()) for _ in range(runs)]
+    """Medians of seconds, run alternately.
+
+    Every turn begins with runs that do not count, for a tenth of a second: the one that does finds the caches
+    as its own kind leaves them, and the other's threads at rest.
+    """
+
+    def turn(run: Callable[[], float]) -> float:
+        begin = time.perf_counter()
+        run()
+        while time.perf_counter() - begin < WARM:
+            run()
+        return run()
+
+    rounds = [(turn(ours), turn(theirs)) for _ in range(runs)]
     return statistics.median(a for a, _ in rounds), statistics.median(b for _, b in rounds)
 
 

@@ -1,0 +1,117 @@
+"""The benchmark: its scenes are what they say, its table follows from the figures, absent peers are told."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import conicoid as co
+from conicoid.bench import report, rows, scenes
+from conicoid.bench.peer import Absent, Peer
+from conicoid.cli import app
+
+HERE = Peer("Somebody", "float32", lambda: "Somebody 1")
+
+
+def _absent() -> str:
+    raise Absent("not installed: pip install somebody")
+
+
+def row(name, measure, peer=HERE, floor=0.8, aim=1.2):
+    return rows.Row(name, "camera", "a scene", peer, floor, aim, measure)
+
+
+def brute_force_balls(balls, origins, directions):
+    """Nearest root of |o + t d - c|² = r² with t > 0 over all balls, rays by balls."""
+    o, d, c = (np.asarray(x, float) for x in (origins, directions, balls.centers))
+    p = o[:, None] - c
+    a, b = (d * d).sum(-1)[:, None], np.einsum("nmk,nk->nm", p, d)
+    k = (p * p).sum(-1) - np.asarray(balls.radii, float) ** 2
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt(b * b - a * k)
+    t = np.stack([(-b - root) / a, (-b + root) / a])
+    return np.where(t > 0, t, np.inf).min(axis=(0, 2))
+
+
+@pytest.mark.parametrize("coherent", [True, False])
+def test_balls_and_rays_are_those_of_a_brute_force(coherent):
+    each = scenes.balls(300)
+    origins, directions = scenes.camera_rays(32) if coherent else scenes.random_rays(1000)
+    t = co.Scene(each.shapes()).first_hit(origins, directions).t.ravel()
+    expected = brute_force_balls(each, origins.reshape(-1, 3), directions.reshape(-1, 3))
+    assert np.array_equal(np.isfinite(t), np.isfinite(expected))
+    assert np.allclose(t[np.isfinite(t)], expected[np.isfinite(t)], rtol=1e-9)
+
+
+def test_capped_quadrics_follow_their_inequalities():
+    each = scenes.capped_quadrics(40)
+    points = np.random.default_rng(3).uniform(-1, 1, (20_000, 3))
+    inside = np.zeros(len(points), bool)
+    for kind, center, r, axis in zip(each.kinds, each.centers, each.radii, each.axes, strict=True):
+        p = points - center
+        z = p @ axis
+        rho = (p * p).sum(axis=1) - z * z
+        curved = {0: rho + z * z <= r * r, 1: rho <= r * r, 2: rho <= z * z, 3: rho - z * z <= r * r / 5}[int(kind)]
+        inside |= curved & (np.abs(z) <= 0.6 * r)
+    assert np.array_equal(co.Scene(each.shapes()).contains(points), inside)
+
+
+def test_bored_blocks_are_five_leaves():
+    each = scenes.balls(20)
+    points = np.random.default_rng(4).uniform(-1, 1, (20_000, 3))
+    inside = np.zeros(len(points), bool)
+    for center, r in zip(each.centers.astype(float), each.radii.astype(float), strict=True):
+        p = (points - center) / r
+        block = ((p * p).sum(axis=1) <= 1) & (np.abs(p) <= 0.75).all(axis=1)
+        for k in range(3):
+            a, b = (p[:, j] for j in range(3) if j != k)
+            block &= ~((a * a + b * b <= 0.16) & (np.abs(p[:, k]) <= 1))
+        inside |= block
+    assert np.array_equal(co.Scene(scenes.bored_blocks(each)).contains(points), inside)
+
+
+def test_ratios_are_told_with_what_is_asked():
+    measured = rows.Measured(60.0, 30.0, 2.0, "Mray/s")
+    outcomes = report.run(
+        [row("a", lambda size: measured), row("b", lambda size: measured, Peer("X", "y", _absent))],
+        rows.QUICK,
+        lambda _: None,
+    )
+    assert outcomes[0].cells()[3:] == ("60 Mray/s", "30 Mray/s", "2.00 ×", "0.8 ×", "1.2 ×")
+    assert outcomes[1].cells()[5] == "not installed: pip install somebody"
+    found = json.loads(report.as_json(outcomes, ["a machine"]))
+    assert found["rows"][0]["ratio"] == 2.0
+    assert found["rows"][1]["missing"].startswith("not installed")
+    assert "| 2.00 × |" in report.markdown(outcomes, ["a machine"])
+
+
+def test_there_is_no_ratio_where_the_two_disagree():
+    outcome = report.Outcome(row("a", None), rows.Measured(1, 2, 2, "s", "5 % of the rays hit for one only"))
+    assert outcome.cells()[3:6] == ("", "", "no ratio: 5 % of the rays hit for one only")
+
+
+def test_agreement():
+    t = np.array([1.0, 2.0, np.inf] * 1000)
+    assert rows.apart(t, t + 1e-5) == ""
+    assert "hit for one only" in rows.apart(t, np.full(3000, 1.0))
+    assert "distances differ" in rows.apart(t, t * 1.1)
+
+
+def test_each_round_takes_turns(monkeypatch):
+    monkeypatch.setattr(rows, "WARM", 0.0)
+    order = []
+    a, b = rows.in_turn(lambda: order.append("a") or 3.0, lambda: order.append("b") or 1.0, 3)
+    assert order == ["a", "a", "b", "b"] * 3
+    assert (a, b) == (3.0, 1.0)
+
+
+def test_the_command(tmp_path):
+    result = CliRunner().invoke(app, ["bench", "--quick", "--rows", "growth", "--json", str(tmp_path / "bench.json")])
+    assert result.exit_code == 0
+    assert json.loads((tmp_path / "bench.json").read_text())["rows"][0]["ratio"] > 0
+    result = CliRunner().invoke(app, ["bench", "--rows", "nothing"])
+    assert result.exit_code == 2
+    assert "there is no row 'nothing'" in result.stderr
