@@ -12,6 +12,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 
 import conicoid as co
 from conicoid.bench.report import machine
@@ -38,7 +39,7 @@ def main() -> None:
         begin = time.perf_counter()
         scene.prepared  # noqa: B018
         built = time.perf_counter() - begin
-        times = [median(lambda rays=rays: scene.first_hit(rays)) / (1 << 20) * 1e9 for rays in (camera, random)]
+        times = [median(partial(scene.first_hit, rays)) / (1 << 20) * 1e9 for rays in (camera, random)]
         memory = scene.memory
         each = (memory.tables + memory.tree) / count
         print(f"| {count:,} | {times[0]:.1f} | {times[1]:.0f} | {built:.2g} | {each:.0f} |", flush=True)

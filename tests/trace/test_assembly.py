@@ -50,13 +50,12 @@ def arithmetic(functions, *names):
     return vectors, singles
 
 
-@pytest.mark.parametrize("loop", ["ball_lanes", "cell_lanes", "face_lanes"])
-def test_lane_loops_are_vectors(functions, loop):
-    if not any(loop in name for name in functions):
-        pytest.skip(f"{loop} is merged into its caller here")
+@pytest.mark.parametrize(("loop", "least"), [("ball_lanes", 40), ("face_lanes", 150), ("trace_packet", 200)])
+def test_lane_loops_are_vectors(functions, loop, least):
+    """Balls; quadrics and planes of cells; boxes. About two thirds of what stood there when this was written."""
     vectors, singles = arithmetic(functions, loop)
-    assert vectors > 10
-    assert vectors > singles
+    assert vectors >= least
+    assert vectors > 5 * singles
 
 
 def test_there_are_lane_loops(functions):
