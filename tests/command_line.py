@@ -1,0 +1,45 @@
+"""What tests of the command line share: a scene file, how commands are run and refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from typer.testing import CliRunner
+
+from conicoid.cli import app
+
+SCENE = """
+materials:
+  red: {phong: {color: red}}
+bodies:
+  - {name: ball, shape: {Sphere: {radius: 1}}, material: red}
+  - {shape: {Box: {low: [2, -1, -1], high: [4, 1, 1]}}}
+  - {shape: {Spheres: {centers: [[0, 0, 5], [0, 0, 9]], radii: 1}}}
+  - {shape: {HalfSpace: {normal: [0, 0, 1], offset: -3}}}
+"""
+
+
+def written(folder: Path) -> Path:
+    """The scene as a file in `folder`."""
+    path = folder / "scene.yaml"
+    path.write_text(SCENE)
+    return path
+
+
+def run(*arguments: object):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def arrays(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path, allow_pickle=False) as found:
+        return {name: found[name] for name in found.files}
+
+
+def refused(*arguments: object) -> str:
+    """The message of a command that fails by the user's mistake."""
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    assert "Traceback" not in result.output
+    assert isinstance(result.exception, SystemExit)
+    return result.stderr

@@ -1,0 +1,33 @@
+"""A scene file with mistakes: (name, content, line, phrases that the message must hold).
+
+Line 0 stands for the file as a whole. Contents are bytes where they are no text.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Broken:
+    name: str
+    content: bytes
+    line: int
+    phrases: tuple[str, ...]
+
+
+CASES: list[Broken] = []
+
+
+def broken(name: str, content: str | bytes, line: int, *phrases: str) -> None:
+    data = content.encode() if isinstance(content, str) else content
+    CASES.append(Broken(name, data, line, phrases))
+
+
+def sphere(fields: str) -> str:
+    """A scene with one sphere, in line 2."""
+    return f"bodies:\n  - shape: {{Sphere: {fields}}}\n"
+
+
+def body(text: str) -> str:
+    return f"bodies:\n  - {text}\n"
