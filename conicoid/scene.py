@@ -192,10 +192,10 @@ class Scene:
         return view(self, height)
 
     def _repr_mimebundle_(self, **_: Any) -> Any:
-        """In a notebook a scene shows itself: the widget, or a picture where anywidget is not installed."""
+        """In a notebook a scene shows itself: the widget, or a picture without anywidget or where it is too large."""
         try:
             return self.view()._repr_mimebundle_()
-        except ImportError:
+        except (ImportError, ValueError):
             from base64 import b64encode
 
             picture = self.render(480, 360, samples=1)._repr_png_()

@@ -236,6 +236,22 @@ def test_the_camera_is_copied_as_a_scene_file_has_it(browser, tmp_path):
         assert co.load(tmp_path / "again.yaml").camera == CAMERA
 
 
+def test_resolution_drops_in_motion_and_recovers(page):
+    """Software is slower than 30 pictures a second by far, so that it must drop here."""
+    mouse = page.page.mouse
+    mouse.move(*page.at())
+    mouse.down()
+    for k in range(40):
+        mouse.move(page.at()[0] + 3 * k, page.at()[1])
+        page.page.wait_for_timeout(30)
+    full = page.size()[0]
+    assert page.ask("conicoid.film.shown.width") < 0.9 * full
+    assert "while moving" in page.text(".quality")
+    mouse.up()
+    page.settle()
+    assert page.ask("conicoid.film.shown.width") == full
+
+
 def test_everything_is_named_and_reachable(page):
     """Each control has a name for who does not see it, and the tabulator reaches it."""
     unnamed = """[...document.querySelectorAll("button, input, canvas")].filter((e) => e.offsetParent !== null
