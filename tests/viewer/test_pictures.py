@@ -18,8 +18,8 @@ from .browser import NARROW, needs_browser, opened
 pytestmark = needs_browser
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 GALLERY = (
-    "balls_and_barrel", "bored_box", "boolean_solids", "chess_pawn", "cylinder_patch", "die", "engine",
-    "free_cylinder", "gear_plate", "glass_water_mirror", "lenses", "nine_quadrics", "polygons", "reactor_pin",
+    "balls_and_barrel", "bored_box", "chess_pawn", "cylinder_patch", "die", "engine",
+    "free_cylinder", "gear_plate", "glass_water_mirror", "lenses", *(f"nine_quadrics/{k}" for k in range(9)), "polygons", "reactor_pin",
     "shepp_logan", "sliding_planes", "steinmetz",
 )  # fmt: skip
 QUICK = {"balls_and_barrel", "bored_box", "gear_plate", "glass_water_mirror", "polygons"}
@@ -28,7 +28,9 @@ QUICK = {"balls_and_barrel", "bored_box", "gear_plate", "glass_water_mirror", "p
 def gallery_scene(name, monkeypatch):
     monkeypatch.syspath_prepend(str(EXAMPLES))
     before = set(sys.modules)
-    scene = importlib.import_module(name).scene()
+    module = importlib.import_module(name.partition("/")[0])
+    # The sheet of quadrics is nine scenes, by number
+    scene = module.scene(*module.PLATES[int(name.partition("/")[2])][2:]) if "/" in name else module.scene()
     for added in set(sys.modules) - before:
         if Path(str(getattr(sys.modules[added], "__file__", ""))).parent == EXAMPLES:
             del sys.modules[added]
