@@ -42,7 +42,8 @@ class Page:
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.on("console", lambda line: self.errors.append(line.text) if line.type == "error" else None)
         self.page.goto(url)
-        self.ask("(() => { if (window.conicoid) conicoid.film.most = 1; })()")
+        # Where there is no viewer, `conicoid` is the page's element of that name
+        self.ask("(() => { if (window.conicoid.film) conicoid.film.most = 1; })()")
 
     def __enter__(self) -> Page:
         return self
