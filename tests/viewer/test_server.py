@@ -138,13 +138,21 @@ def test_the_file_is_followed(tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a signal")
 def test_control_c_ends_it():
     command = [sys.executable, "-m", "conicoid", "view", str(BARREL), "--no-browser"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as running:
-        line = ""
-        while "http://127.0.0.1:" not in line:
-            line = running.stderr.readline()
-            assert line or running.poll() is None
-        running.send_signal(signal.SIGINT)
-        _, rest = running.communicate(timeout=20)
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=_hear_control_c) as running:
+        try:
+            line = ""
+            while "http://127.0.0.1:" not in line:
+                line = running.stderr.readline()
+                assert line or running.poll() is None
+            running.send_signal(signal.SIGINT)
+            _, rest = running.communicate(timeout=20)
+        finally:
+            running.kill()
     assert running.returncode == 0
     assert "ended" in rest
     assert "Traceback" not in rest
+
+
+def _hear_control_c():
+    """A shell makes what it runs in the background deaf to it, and that is handed down."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
