@@ -31,7 +31,7 @@ def server():
 
 
 def ask(server, method, name, body=None, **headers):
-    link = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    link = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=120)
     path = name if name.startswith("/") else f"/{server.token}/{name}"
     own = {"Host": f"127.0.0.1:{server.server_port}"}
     if method == "POST":
@@ -145,7 +145,7 @@ def test_control_c_ends_it():
                 line = running.stderr.readline()
                 assert line or running.poll() is None
             running.send_signal(signal.SIGINT)
-            _, rest = running.communicate(timeout=20)
+            _, rest = running.communicate(timeout=120)
         finally:
             running.kill()
     assert running.returncode == 0
