@@ -14,6 +14,7 @@ from ..formats.data_files import save_array
 from ..formats.scene_file import scene_data
 from ..formats.yaml_writer import dump
 from ..scene import Scene
+from ..shapes.coefficients import NAMES as COEFFICIENTS
 from ..shapes.spheres import Spheres
 
 MOST = 40
@@ -73,10 +74,17 @@ def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
 
 def _copied(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _copied(item) for key, item in value.items()}
+        return {key: _copied(_with_zeros(item) if key == "Quadric" else item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
         return value.tolist()
     return [_copied(item) for item in value] if isinstance(value, (list, tuple)) else value
+
+
+def _with_zeros(fields: Any) -> Any:
+    """A quadric's fields with the coefficients that are zero, which can be changed as well."""
+    if not isinstance(fields, dict) or not isinstance(fields.get("coefficients"), dict):
+        return fields
+    return {**fields, "coefficients": {**dict.fromkeys(COEFFICIENTS, 0.0), **fields["coefficients"]}}
 
 
 def _collect(data: Any, value: Any, path: list[Step], words: list[str], found: list[dict[str, Any]]) -> None:

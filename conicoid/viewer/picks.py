@@ -11,6 +11,7 @@ import numpy as np
 from ..scene import Scene
 from ..shapes.validate import number, vector
 from ..shapes.vector import FloatArray, Vector
+from ..trace.hits import Hits
 
 Interval = tuple[float, float]
 
@@ -63,11 +64,12 @@ def _crossings(
     found = scene.crossings(origin, direction)
     items = scene.lowered.body_item
     rows: list[dict[str, Any]] = []
-    for t, body, face, entering in zip(found.t, found.body, found.face, found.entering, strict=True):
+    columns = found.t, found.body, found.face, found.surface, found.entering
+    for t, body, face, surface, entering in zip(*columns, strict=True):
         item = int(items[body])
         if item in hidden or not (scene.bodies[item].shape.is_sheet or kept[0] < t < kept[1]):
             continue
-        row = {"t": float(t), "body": int(body), "face": int(face), "entering": bool(entering)}
+        row = {"t": float(t), "body": int(body), "face": int(face), "surface": int(surface), "entering": bool(entering)}
         rows.append(row | {"name": name_of(scene, item)})
     return rows
 
@@ -117,8 +119,18 @@ def _hit(
     t = first["t"]
     limits = (math.nextafter(t, -math.inf), math.nextafter(t, math.inf)) if chosen else (0.0, math.inf)
     hit = scene.first_hit(origin, direction, *limits)
+    if hit.body != first["body"]:
+        hit = _hit_of_one(scene, origin, direction, first)
     return {
-        "name": name_of(scene, int(scene.lowered.body_item[hit.body])), "t": float(hit.t), "body": int(hit.body),
-        "face": int(hit.face), "surface": int(hit.surface), "entering": bool(hit.entering),
+        "name": first["name"], "t": t, "body": first["body"], "face": first["face"], "surface": first["surface"],
+        "entering": first["entering"],
         "point": hit.point.tolist(), "normal": hit.normal.tolist(), "uv": hit.uv.tolist(),
     }  # fmt: skip
+
+
+def _hit_of_one(scene: Scene, origin: FloatArray, direction: FloatArray, first: dict[str, Any]) -> Hits:
+    """The hit of a crossing whose wall is also a hidden body's, which is listed earlier and would be found instead."""
+    alone = Scene([scene.bodies[int(scene.lowered.body_item[first["body"]])]])
+    times = alone.crossings(origin, direction).t
+    t = float(times[np.argmin(np.abs(times - first["t"]))])
+    return alone.first_hit(origin, direction, math.nextafter(t, -math.inf), math.nextafter(t, math.inf))

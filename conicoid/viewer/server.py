@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import secrets
+import sys
 import webbrowser
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -39,6 +40,11 @@ class Server(ThreadingHTTPServer):
     def url(self) -> str:
         """Where the page is."""
         return f"http://127.0.0.1:{self.server_port}/{self.token}/"
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A page that is closed or loaded again while it waits is no news."""
+        if not isinstance(sys.exception(), (ConnectionError, TimeoutError)):
+            super().handle_error(request, client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -83,7 +89,8 @@ class _Handler(BaseHTTPRequestHandler):
         if self.headers.get("Host") not in self.server.hosts:
             self._refuse(421, "this server answers to its own name only")
             return None
-        if self.headers.get("Origin", "null") not in self.server.origins | {"null"}:
+        origin = self.headers.get("Origin")
+        if origin is not None and origin not in self.server.origins:
             self._refuse(403, "this is asked from another page")
             return None
         parts = self.path.partition("?")[0].split("/")
@@ -95,7 +102,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _ask(self, call: Callable[[Any], Any], body: bytes | None) -> None:
         try:
             answer = call(None if body is None else json.loads(body))
-        except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
+        except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
             self._refuse(400, str(error) or type(error).__name__)
             return
         self._answer(200, "application/json", json.dumps(answer, allow_nan=False).encode())
@@ -121,10 +128,10 @@ class _Handler(BaseHTTPRequestHandler):
 def serve(session: Session, port: int, browser: bool, say: Callable[[str], None]) -> None:
     """Serve a page until Ctrl-C. Raises OSError where the port is taken."""
     with Server(session, port) as server:
-        say(f"{server.url}   (Ctrl-C ends)")
-        if browser:
-            webbrowser.open(server.url)
         try:
+            say(f"{server.url}   (Ctrl-C ends)")
+            if browser:
+                webbrowser.open(server.url)
             server.serve_forever(poll_interval=0.2)
         except KeyboardInterrupt:
             say("ended")

@@ -45,6 +45,20 @@ def test_without_webgl_there_is_a_picture(playwright_tool, tmp_path):
     browser.close()
 
 
+@needs_browser
+def test_what_the_browser_cannot_hold_is_refused_with_its_limit(browser, tmp_path):
+    export(co.Scene([co.Sphere()]), tmp_path / "scene.html")
+    context = browser.new_context(viewport=NARROW)
+    page = context.new_page()
+    page.add_init_script("""const ask = WebGL2RenderingContext.prototype.getParameter;
+        WebGL2RenderingContext.prototype.getParameter = function (name) {
+            return name === this.MAX_TEXTURE_SIZE ? 1024 : ask.call(this, name);
+        };""")
+    page.goto((tmp_path / "scene.html").as_uri())
+    assert "MAX_TEXTURE_SIZE of this browser is 1024" in page.locator("[role=alert]").inner_text()
+    context.close()
+
+
 def test_the_small_picture_is_small():
     data = preview_of(co.load(BARREL))
     assert data[:4] == b"RIFF"

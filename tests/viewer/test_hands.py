@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 import conicoid as co
+from conicoid.viewer.quadrics import quadrics_scene
 from conicoid.viewer.session import Session
 
 from .browser import NARROW, WIDE, Page, needs_browser, opened, served
@@ -268,10 +269,43 @@ def test_everything_is_named_and_reachable(page):
     assert {"Fit", "Save PNG", "Only", "Show red ball"} <= reached
 
 
+def test_keys_on_the_panel_keep_their_place(page):
+    page.page.locator("[data-item='1'] input[type=checkbox]").focus()
+    before = covered(page.pixels())
+    page.page.keyboard.press("Space")
+    assert covered(page.pixels()).sum() < before.sum()
+    assert page.ask("document.activeElement.ariaLabel") == "Show blue block"
+    page.page.keyboard.press("Space")
+    assert (covered(page.pixels()) == before).all()
+
+
+def test_the_playground_of_quadrics_is_played_with(browser):
+    """A cross term that is zero at first bends the ellipsoid."""
+    with (
+        served(Session(quadrics_scene(), "Nine quadrics", select=0)) as server,
+        Page(browser, server.url, WIDE) as page,
+    ):
+        page.page.wait_for_selector(".sliders .number")
+        before = page.pixels()
+        page.page.get_by_label("xy", exact=True).focus()
+        for _ in range(6):
+            page.page.keyboard.press("PageUp")
+        page.wait("Number(document.querySelector('[aria-label=\"xy, as a number\"]').value) > 0.2")
+        page.page.wait_for_timeout(600)
+        after = page.pixels()
+        assert (np.abs(after - before).max(axis=-1) > 0.05).mean() > 0.002
+        assert page.errors == []
+
+
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_a_phone_shows_it_all_without_sideways_scrolling(browser, tmp_path, scheme):
     with opened(browser, SCENE, tmp_path, {"width": 400, "height": 700}, color_scheme=scheme) as page:
         assert page.ask("document.documentElement.scrollWidth") <= 400
+        for name in ("Front", "Right", "Top", "Back", "Left", "Bottom", "Fit", "Home", "Panel"):
+            box = page.page.get_by_role("button", name=name, exact=True).bounding_box()
+            assert box["x"] >= 0
+            assert box["x"] + box["width"] <= 400
+            assert box["height"] >= 24  # the target size of WCAG 2.2
         assert 2 * page.size()[0] >= 380  # at half a pixel each
         colors = page.ask(COLORS)
         assert contrast(*colors) > 7

@@ -7,8 +7,10 @@ import json
 import os
 import signal
 import socket
+import struct
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -82,10 +84,14 @@ def test_picks_pass_over_what_is_hidden_or_cut_away(server):
 @pytest.mark.parametrize(("method", "name", "body", "headers", "status"), [
     ("GET", "", None, {"Host": "evil.example"}, 421),
     ("GET", "scene", None, {"Origin": "http://evil.example"}, 403),
+    ("GET", "scene", None, {"Origin": "null"}, 403),
     ("POST", "pick", "{}", {"Origin": "http://evil.example"}, 403),
     ("POST", "pick", "{}", {"Content_Type": "text/plain"}, 415),
     ("POST", "pick", "{}", {}, 400),
     ("POST", "pick", "[" * 5000, {}, 400),
+    ("POST", "pick", '{"origin": [0, 0, 0], "direction": [1, 0, 0], "hidden": [1e999]}', {}, 400),
+    ("POST", "numbers", '{"item": 1e999}', {}, 400),
+    ("POST", "edit", '{"path": ["bodies", 1e999], "value": 1}', {}, 400),
     ("POST", "pick", "x" * 70000, {}, 413),
     ("POST", "scene", "{}", {}, 404),
     ("GET", "../pyproject.toml", None, {}, 404),
@@ -118,6 +124,25 @@ def test_numbers_can_be_edited(server):
         status, text = ask(other, "POST", "edit", json.dumps({"path": radius["path"], "value": -1}))
         assert status == 400
         assert "radius" in json.loads(text)["error"]
+
+
+def test_every_coefficient_of_a_quadric_can_be_edited():
+    scene = co.Scene([co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, constant=-1))])
+    session = Session(scene, "ball")
+    rows = {row["label"]: row for row in session.numbers({"item": 0})}
+    assert set(rows) >= {"xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant"}
+    session.edit({"path": rows["x"]["path"], "value": -2.0})  # x² - 2 x + y² + z² <= 1: its middle is at x = 1
+    found = session.pick({"origin": [1, -9, 0], "direction": [0, 1, 0]})["found"]
+    assert found["t"] == pytest.approx(9 - 2**0.5, rel=1e-15)
+
+
+def test_a_page_that_goes_away_is_no_news(server, capfd):
+    with socket.create_connection(("127.0.0.1", server.server_port)) as link:
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closing resets
+        link.sendall(f"GET /{server.token}/ HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n".encode())
+    assert ask(server, "GET", "version")[0] == 200
+    time.sleep(0.3)
+    assert "Traceback" not in capfd.readouterr().err
 
 
 def test_the_file_is_followed(tmp_path):

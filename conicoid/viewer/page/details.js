@@ -14,6 +14,9 @@ function table(rows, head) {
 export function showDetails(root, state) {
   const section = root.querySelector(".found"), place = root.querySelector(".details");
   section.hidden = !state.found && !state.measured.length;
+  // What stands there already keeps its focus and what is open
+  if (place.found === state.found && place.measured === state.measured) return;
+  Object.assign(place, { found: state.found, measured: state.measured });
   place.replaceChildren();
   if (state.measured.length) {
     const text = state.measured.length < 2 ? "Click a second point." : `Distance ${distanceBetween(state.measured).toPrecision(7)}`;

@@ -22,8 +22,9 @@ export class Server {
         const { version, trouble } = await this.ask("version");
         lost(false);
         if (version !== this.version) {
+          const answer = trouble ? { trouble } : { scene: await this.ask("scene") };
           this.version = version;
-          changed(trouble ? { trouble } : { scene: await this.ask("scene") });
+          changed(answer);
         }
       } catch { lost(true); }
       setTimeout(look, 500);

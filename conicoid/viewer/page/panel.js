@@ -24,9 +24,23 @@ export function itemColor(scene, item) {
   return rgb;
 }
 
+// Fill a list anew; what had the focus has it again, and it stays where it was scrolled to
+function refilled(list, fill) {
+  const focused = list.getRootNode().activeElement, row = list.contains(focused) ? focused.closest("[data-item]") : null;
+  const controls = (of) => [...(of?.querySelectorAll("input, button") ?? [])];
+  const index = controls(row).indexOf(focused), top = list.scrollTop;
+  list.replaceChildren();
+  fill();
+  list.scrollTop = top;
+  if (row) controls(list.querySelector(`[data-item="${row.dataset.item}"]`))[index]?.focus({ preventScroll: true });
+}
+
 // act: { restyle(), select(item) }
 export function listBodies(list, scene, state, act) {
-  list.replaceChildren();
+  refilled(list, () => fillBodies(list, scene, state, act));
+}
+
+function fillBodies(list, scene, state, act) {
   scene.items.forEach((item, i) => {
     const name = nameOf(scene, i), shown = !state.hidden.has(i);
     const box = element("input", { type: "checkbox", checked: shown, "aria-label": `Show ${name}` });
