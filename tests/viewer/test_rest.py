@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import conicoid as co
 
@@ -10,6 +11,7 @@ from .browser import NARROW, needs_browser, opened
 
 
 @needs_browser
+@pytest.mark.deep
 def test_at_rest_edges_become_smooth_and_shadows_soft(browser, tmp_path):
     floor = co.Body(co.Disc((0, 0, -1), (0, 0, 1), 6), co.matte("#c03028"))
     scene = co.Scene(
