@@ -11,14 +11,15 @@ from typing import TypeAlias
 
 from ..jit import helper, inline
 from . import tables as table
-from .plane import Plane, plane_on_ray
+from .nearness import Nearness, near, nearness_of
+from .plane import Limits, Plane, plane_on_ray, unsure_of_plane
 from .quadric import Quadric, Roots, Sphere, quadric_roots, sphere_roots
 from .tables import QUADRIC, SPHERE, Geometry, Ray, integer
 
 NO_PLACE = -1
 
-Spans: TypeAlias = tuple[int, float, float, int, int, float, float, int, int]
-"""count, then t_in, t_out, place_in, place_out of each"""
+Spans: TypeAlias = tuple[int, float, float, int, int, float, float, int, int, bool]
+"""count, then t_in, t_out, place_in, place_out of each; might rounding change any of that within the interval?"""
 
 
 @inline
@@ -52,13 +53,21 @@ def load_quadric(geometry: Geometry, row: int) -> Quadric:
 
 
 @inline
-def plane_crossing(geometry: Geometry, surface: int, ray: Ray) -> tuple[float, float, float]:
-    """(t, height, rate): where the ray crosses a plane; t = 0 on the plane it starts on."""
+def load_limits(geometry: Geometry, of: int, row: int) -> Limits:
+    """The limits of a plane or quadric: row `row` of table `of`."""
+    at = geometry.places[of, 0] + 2 * row
+    return geometry.floats[at], geometry.floats[at + 1]
+
+
+@inline
+def plane_crossing(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> tuple[float, float, float, bool]:
+    """(t, height, rate, unsure): where the ray crosses a plane; t = 0 on the plane it starts on."""
     ox, oy, oz, dx, dy, dz, _, _, start = ray
-    plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    height, rate = plane_on_ray(plane, ox, oy, oz, dx, dy, dz)
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    height, rate, parallel = plane_on_ray(load_plane(geometry, row), ox, oy, oz, dx, dy, dz)
+    unsure = unsure_of_plane(height, rate, parallel, inverse, load_limits(geometry, table.PLANE_LIMITS, row))
     height = 0.0 if surface == start else height
-    return -height / rate, height, rate
+    return -height / rate, height, rate, unsure
 
 
 @helper
@@ -68,58 +77,85 @@ def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> 
     row = integer(geometry, table.SURFACE_ROW, surface)
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         return sphere_roots(load_sphere(geometry, row), ox, oy, oz, dx, dy, dz, inverse, surface == start)
-    return quadric_roots(load_quadric(geometry, row), ox, oy, oz, dx, dy, dz, inverse, surface == start)
+    limits = load_limits(geometry, table.QUADRIC_LIMITS, row)
+    return quadric_roots(load_quadric(geometry, row), limits, ox, oy, oz, dx, dy, dz, inverse, surface == start)
 
 
 @inline
-def slab_span(geometry: Geometry, cell: int, ray: Ray) -> tuple[float, float, int, int]:
-    """The span inside all planes of a cell; t_in >= t_out where there is none.
+def slab_span(
+    geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
+) -> tuple[float, float, int, int, bool]:
+    """The span inside all planes of a cell; t_in >= t_out where there is none. And: might rounding change it?
 
     A ray within a plane counts as if the plane stood an infinitesimal further along its normal.
     """
-    t_in, t_out, place_in, place_out = -math.inf, math.inf, NO_PLACE, NO_PLACE
+    t_in, t_out, place_in, place_out, unsure = -math.inf, math.inf, NO_PLACE, NO_PLACE, False
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-        t, height, rate = plane_crossing(geometry, integer(geometry, table.PLANE_SURFACE, slot), ray)
+        t, height, rate, doubtful = plane_crossing(geometry, integer(geometry, table.PLANE_SURFACE, slot), ray, inverse)
         side = integer(geometry, table.PLANE_SIDE, slot)
+        unsure |= doubtful
         if rate == 0.0:
             if (height <= 0.0) != (side > 0):
-                return math.inf, -math.inf, NO_PLACE, NO_PLACE
+                return math.inf, -math.inf, NO_PLACE, NO_PLACE, unsure
         elif (rate < 0.0) == (side > 0):
+            unsure |= near(t, t_in, nearness)
             if t > t_in:
                 t_in, place_in = t, slot
-        elif t < t_out:
-            t_out, place_out = t, slot
-    return t_in, t_out, place_in, place_out
+        else:
+            unsure |= near(t, t_out, nearness)
+            if t < t_out:
+                t_out, place_out = t, slot
+    return t_in, t_out, place_in, place_out, unsure | near(t_in, t_out, nearness)
+
+
+@inline
+def _matters(t_in: float, t_out: float, ray: Ray, nearness: Nearness) -> bool:
+    """May a stretch that rounding might change lie within the ray's interval?"""
+    begins = (t_in < ray[7]) | near(t_in, ray[7], nearness)
+    ends = (t_out > ray[6]) | near(t_out, ray[6], nearness)
+    return (t_out == -math.inf) | (begins & ends & ((t_in < t_out) | near(t_in, t_out, nearness)))
+
+
+@inline
+def beyond(t: float, nearness: Nearness) -> bool:
+    """Is a crossing so far away that nothing is certain of it?"""
+    return (abs(t) > nearness[2]) & (abs(t) < math.inf)
 
 
 @helper
 def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans:
     """The spans of a ray inside a cell, in order; contacts of zero length are none."""
-    t_in, t_out, place_in, place_out = slab_span(geometry, cell, ray)
+    nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
+    t_in, t_out, place_in, place_out, unsure = slab_span(geometry, cell, ray, inverse, nearness)
     second = (math.inf, -math.inf, NO_PLACE, NO_PLACE)
+    matters = _matters(t_in, t_out, ray, nearness)
+    unsure = (unsure & matters) | (nearness[2] < 0.0)
     if not t_in < t_out:
-        return 0, t_in, t_out, place_in, place_out, *second
+        return 0, t_in, t_out, place_in, place_out, *second, unsure
     quadric, curved = integer(geometry, table.CELL_QUADRIC, cell), quadric_place(cell)
     if quadric < 0:
-        return 1, t_in, t_out, place_in, place_out, *second
-    low, high, outside, crosses = curved_roots(geometry, quadric, ray, inverse)
+        return 1, t_in, t_out, place_in, place_out, *second, unsure
+    low, high, outside, crosses, doubtful = curved_roots(geometry, quadric, ray, inverse)
     outside = outside != (integer(geometry, table.CELL_SIDE, cell) < 0)
     if not crosses:
-        return (1 if outside else 0), t_in, t_out, place_in, place_out, *second
+        return (1 if outside else 0), t_in, t_out, place_in, place_out, *second, unsure | (doubtful & matters)
+    close = near(low, t_in, nearness) | near(low, t_out, nearness)
+    close |= near(high, t_in, nearness) | near(high, t_out, nearness) | beyond(low, nearness) | beyond(high, nearness)
+    unsure |= (doubtful | close) & matters
     if not outside:
         in_slot = curved if low >= t_in else place_in
         out_slot = curved if high <= t_out else place_out
         t_in, t_out = max(low, t_in), min(high, t_out)
-        return (1 if t_in < t_out else 0), t_in, t_out, in_slot, out_slot, *second
+        return (1 if t_in < t_out else 0), t_in, t_out, in_slot, out_slot, *second, unsure
     # Outside of ]low, high[: what is left of it and what is right of it
     out_slot = curved if low <= t_out else place_out
     in_slot = curved if high >= t_in else place_in
     first_out, second_in = min(low, t_out), max(high, t_in)
     if second_in < t_out:
         if t_in < first_out:
-            return 2, t_in, first_out, place_in, out_slot, second_in, t_out, in_slot, place_out
-        return 1, second_in, t_out, in_slot, place_out, *second
-    return (1 if t_in < first_out else 0), t_in, first_out, place_in, out_slot, *second
+            return 2, t_in, first_out, place_in, out_slot, second_in, t_out, in_slot, place_out, unsure
+        return 1, second_in, t_out, in_slot, place_out, *second, unsure
+    return (1 if t_in < first_out else 0), t_in, first_out, place_in, out_slot, *second, unsure
 
 
 @inline

@@ -15,10 +15,16 @@ from . import tables as table
 from .errorfree import difference_of_products, two_difference
 from .tables import Geometry, Ray, real
 
+_DOUBT = 2.0**-44
+"""Share of the terms of u, v and of the side of an edge by which rounding may change them."""
+
 
 @inline
-def seen_along(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[float, float]:
-    """(u, v) of a vertex: its place across the ray, times the direction's longest component."""
+def seen_along(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[float, float, bool]:
+    """(u, v, unsure) of a vertex: its place across the ray, times the direction's longest component.
+
+    `unsure`: rounding might change the sign of v, or u by more than a small share of it.
+    """
     ox, oy, oz, dx, dy, dz, _, _, _ = ray
     x, ex = two_difference(px, ox)
     y, ey = two_difference(py, oy)
@@ -29,11 +35,13 @@ def seen_along(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[fl
         x, ex, dx, y, ey, dy, z, ez, dz = z, ez, dz, x, ex, dx, y, ey, dy
     u = difference_of_products(dz, x, dx, z) + fma(dz, ex, -(dx * ez))
     v = difference_of_products(dz, y, dy, z) + fma(dz, ey, -(dy * ez))
-    return u, v
+    across, along = abs(dz * x) + abs(dx * z), abs(dz * y) + abs(dy * z)
+    unsure = (abs(v) <= _DOUBT * along) & (along > 0.0)
+    return u, v, unsure | ((abs(u) <= _DOUBT * _DOUBT * across) & (across > 0.0))
 
 
 @inline
-def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float]:
+def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float, bool]:
     at = 3 * vertex
     x, y, z = (
         real(geometry, table.VERTICES, at),
@@ -44,17 +52,19 @@ def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[f
 
 
 @inline
-def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> bool:
-    """Even-odd: does a half-line from the ray across the view meet an odd number of edges?"""
+def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bool, bool]:
+    """Even-odd: does a half-line from the ray across the view meet an odd number of edges? And: is that doubtful?"""
     dx, dy, dz = abs(ray[3]), abs(ray[4]), abs(ray[5])
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     odd = False
-    ua, va = seen_vertex(geometry, last - 1, axis, ray)
+    ua, va, unsure = seen_vertex(geometry, last - 1, axis, ray)
     for k in range(first, last):
-        ub, vb = seen_vertex(geometry, k, axis, ray)
+        ub, vb, doubtful = seen_vertex(geometry, k, axis, ray)
+        unsure |= doubtful
         if (va < 0.0) != (vb < 0.0):
             side = difference_of_products(ua, vb, ub, va)
+            unsure |= abs(side) <= _DOUBT * (abs(ua * vb) + abs(ub * va))
             if (side > 0.0) if vb > va else (side < 0.0):
                 odd = not odd
         ua, va = ub, vb
-    return odd
+    return odd, unsure

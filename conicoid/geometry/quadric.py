@@ -28,15 +28,23 @@ Quadric: TypeAlias = tuple[
 Sphere: TypeAlias = tuple[float, float, float, float]
 """center (3), radius"""
 
-Roots: TypeAlias = tuple[float, float, bool, bool]
-"""low, high, outside, crosses: inside is ]low, high[, or its outside where `outside`. Without
-crossings (a touch counts as none) the ray is inside all along if `outside`, else nowhere."""
+Roots: TypeAlias = tuple[float, float, bool, bool, bool]
+"""low, high, outside, crosses, unsure: inside is ]low, high[, or its outside where `outside`. Without
+crossings (a touch counts as none) the ray is inside all along if `outside`, else nowhere. `unsure`: rounding
+might change that, or the roots by more than the limits of their surface say."""
+
+Limits: TypeAlias = tuple[float, float]
+"""least discriminant that is certain, for |d| = 1; least value along rulings"""
 
 _CANCELS = 2.0**-10
+_LEAST_OF_BALLS = 2.0**-31
+"""Of a sphere's discriminant, for |d| = 1, as a share of r²."""
+_STARTING = 1024.0
+"""So many times larger the least discriminant is at the surface that a ray starts on, which its origin is beside."""
 
 
 @inline
-def roots_of(a: float, b: float, c: float, discriminant: float, shift: float) -> Roots:
+def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, unsure: bool) -> Roots:
     """Roots of a t² + 2 b t + c from its discriminant; each by the formula that does not cancel.
 
     q = -(b + sign(b) sqrt(b² - a c)); t = q / a and c / q. For a = 0 the first becomes the infinity
@@ -46,7 +54,7 @@ def roots_of(a: float, b: float, c: float, discriminant: float, shift: float) ->
     q = -(b + math.copysign(math.sqrt(discriminant if crosses else 1.0), b))
     first, second = q / a + shift, c / q + shift
     outside = a < 0.0 or (a == 0.0 and not crosses and c < 0.0)
-    return min(first, second), max(first, second), outside, crosses
+    return min(first, second), max(first, second), outside, crosses, unsure
 
 
 @inline
@@ -70,33 +78,58 @@ def sphere_roots(
     mz = difference_of_products(px, dy, py, dx)
     c = 0.0 if starts else dot(px, py, pz, px, py, pz) - r * r
     discriminant = b * b if starts else a * (r * r) - dot(mx, my, mz, mx, my, mz)
-    return roots_of(a, b, c, discriminant, foot)
+    least = (_LEAST_OF_BALLS * _STARTING if starts else _LEAST_OF_BALLS) * (r * r)
+    return roots_of(a, b, c, discriminant, foot, not abs(discriminant) * inverse >= least)
 
 
 @inline
 def quadric_roots(
-    quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
+    quadric: Quadric,
+    limits: Limits,
+    ox: float,
+    oy: float,
+    oz: float,
+    dx: float,
+    dy: float,
+    dz: float,
+    inverse: float,
+    starts: bool,
 ) -> Roots:
     """Crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on it."""
-    a, b, c, discriminant, foot, cancels = quadratic_on_ray(quadric, ox, oy, oz, dx, dy, dz, inverse, starts)
+    a, b, c, discriminant, foot, cancels, ruling = quadratic_on_ray(quadric, ox, oy, oz, dx, dy, dz, inverse, starts)
     if cancels:
         a, b, c, discriminant = careful_quadratic(quadric, ox, oy, oz, dx, dy, dz, foot)
-    return settled_roots(a, b, c, discriminant, foot, starts)
+    return settled_roots(a, b, c, discriminant, foot, starts, ruling, inverse, limits)
 
 
 @inline
-def settled_roots(a: float, b: float, c: float, discriminant: float, foot: float, starts: bool) -> Roots:
+def settled_roots(
+    a: float,
+    b: float,
+    c: float,
+    discriminant: float,
+    foot: float,
+    starts: bool,
+    ruling: bool,
+    inverse: float,
+    limits: Limits,
+) -> Roots:
     """Roots; the one a ray starts on is taken out by setting c = 0: what remains is t = 0 and -2 b / a."""
-    return roots_of(a, b, 0.0 if starts else c, b * b if starts else discriminant, foot)
+    discriminant = b * b if starts else discriminant
+    c = 0.0 if starts else c
+    least = limits[0] * _STARTING if starts else limits[0]
+    certain = (abs(c) > limits[1]) if ruling else (abs(discriminant) * inverse >= least)
+    return roots_of(a, b, c, discriminant, foot, not certain)
 
 
 @inline
 def quadratic_on_ray(
     quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
-) -> tuple[float, float, float, float, float, bool]:
-    """(a, b, c, b² - a c, foot, cancels): the quadric on the ray about o + foot d.
+) -> tuple[float, float, float, float, float, bool, bool]:
+    """(a, b, c, b² - a c, foot, cancels, ruling): the quadric on the ray about o + foot d.
 
     `cancels`: terms of a or of the discriminant do, and all of it is to be done again in two floats.
+    `ruling`: the ray runs along the axis of a cylinder: every term of a and of its change is zero.
     """
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     # Origin relative to the anchor in two floats, then the foot of the perpendicular
@@ -126,7 +159,8 @@ def quadratic_on_ray(
     size = abs(f0 * e0) + abs(f1 * e1) + abs(f2 * e2)
     terms = abs(size * k) + abs(t0) + abs(t1) + abs(t2) + g * g + 2.0 * abs(h)
     cancels = (abs(discriminant) < _CANCELS * terms) | (abs(a) < _CANCELS * size)
-    return a, b, c, discriminant, foot, cancels
+    ruling = (size == 0.0) & (abs(b0 * e0) + abs(b1 * e1) + abs(b2 * e2) == 0.0)
+    return a, b, c, discriminant, foot, cancels, ruling
 
 
 @helper

@@ -83,6 +83,14 @@ class Tables(NamedTuple):
     leaf_balls: Floats  # [4 tree_order] balls around what leaves hold: of a leaf, all x, all y, all z, all radii
     extent: Floats  # [5] diagonal of the box of what is bounded, an entry's share of it, its middle
 
+    # How far the fast formulas can be trusted (lowering/limits.py)
+    plane_limits: Floats  # [planes, 2] square of the least certain rate, least certain height of parallel rays
+    quadric_limits: Floats  # [quadrics, 2] least certain discriminant, least certain value along rulings
+    cell_limits: Floats  # [cells, 3] what t may be off by, for |d| = 1; as a share of t; the farthest |o| + |t d|
+    program_limits: Floats  # [programs, 3] the same
+    sheet_limits: Floats  # [sheets, 3]
+    polygon_limits: Floats  # [polygons, 3]
+
 
 # The number of each table, by which kernels find it
 (
@@ -132,7 +140,13 @@ class Tables(NamedTuple):
     TREE_DEPTH,
     LEAF_BALLS,
     EXTENT,
-) = range(46)
+    PLANE_LIMITS,
+    QUADRIC_LIMITS,
+    CELL_LIMITS,
+    PROGRAM_LIMITS,
+    SHEET_LIMITS,
+    POLYGON_LIMITS,
+) = range(52)
 
 
 class Geometry(NamedTuple):

@@ -20,10 +20,10 @@ from ..shapes.material import Material
 from ..shapes.motion import STILL, Motion
 from ..shapes.region import ClippedSheet
 from ..shapes.spheres import Spheres
-from ..shapes.surface import QuadricSurface
+from ..shapes.surface import QuadricSurface, Surface
 from ..shapes.vector import FloatArray
 from .assembly import Assembly, Entries, finished_tables
-from .surfaces import end_to_end
+from .surfaces import Remainders, end_to_end
 from .trees import Faces, negation, world_tree
 
 _CHUNK = 1 << 13
@@ -40,6 +40,8 @@ class Lowered:
     body_item: Ints  # (bodies,) which entry of the scene's list a body comes from
     face_paint: dict[int, Material]  # row of a face -> its material, where it is not the body's
     body_count: int
+    rest: Remainders  # what rounding took from the records of surfaces
+    exact: list[Surface]  # what the first surfaces were before they were rounded; the others are bulk balls
 
     def sharing(self, geometry: Geometry) -> Lowered:
         """The same with tables that share the memory of what was packed from them."""
@@ -62,7 +64,7 @@ def lower(bodies: Sequence[Body]) -> Lowered:
             frames.append(own_frame(body.shape).inverse_matrix[:3])
         body_frame.append(frame)
         body_item.append(np.full(entries.body_count - before, item, np.int32))
-    tables, boxes = finished_tables(assembly, entries)
+    tables, boxes, surfaces = finished_tables(assembly, entries)
     return Lowered(
         tables,
         boxes,
@@ -71,6 +73,8 @@ def lower(bodies: Sequence[Body]) -> Lowered:
         end_to_end([np.zeros(0, np.int32), *body_item]),
         entries.paints,
         entries.body_count,
+        surfaces.rest,
+        surfaces.exact,
     )
 
 

@@ -14,7 +14,8 @@ from ..shapes.cells import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tre
 from ..shapes.material import Material
 from ..shapes.surface import PlaneSurface
 from ..shapes.vector import Box
-from .surfaces import SurfaceTable, end_to_end
+from .limits import with_limits
+from .surfaces import SurfaceArrays, SurfaceTable, end_to_end
 
 UNBOUNDED = np.array([-math.inf] * 3 + [math.inf] * 3)
 LeafBounds = dict[int, Floats]
@@ -145,8 +146,8 @@ class Entries:
         ]
 
 
-def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Floats]:
-    """The finished arrays (without a tree) and the entries' boxes (n, 6)."""
+def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Floats, SurfaceArrays]:
+    """The finished arrays (without a tree), the entries' boxes (n, 6), the surfaces with what rounding took."""
     table = assembly.surfaces.finish()
     single = len(assembly.surfaces.kinds)
 
@@ -209,8 +210,15 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         tree_depth=np.zeros(1, np.int32),
         leaf_balls=np.zeros(0),
         extent=np.zeros(5),
+        plane_limits=np.zeros((0, 2)),
+        quadric_limits=np.zeros((0, 2)),
+        cell_limits=np.zeros((0, 3)),
+        program_limits=np.zeros((0, 3)),
+        sheet_limits=np.zeros((0, 3)),
+        polygon_limits=np.zeros((0, 3)),
     )
-    return _balls_direct(tables), end_to_end([np.zeros((0, 6)), *entries.boxes])
+    boxes = end_to_end([np.zeros((0, 6)), *entries.boxes])
+    return with_limits(_balls_direct(tables), boxes, table.rest), boxes, table
 
 
 def _balls_direct(tables: Tables) -> Tables:

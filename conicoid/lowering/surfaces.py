@@ -24,6 +24,9 @@ from ..shapes.surface import ORIGIN, UPRIGHT, PlaneSurface, QuadricSurface, Surf
 _CLOSE = 1e-11
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
+_WIDTHS = ((PLANE, 7), (SPHERE, 4), (QUADRIC, 19))
+_CENTERED = 2.0**-46
+"""A ball whose center cannot be told to this share of its radius is a general quadric: it has bounds of its own."""
 
 
 @dataclass
@@ -37,6 +40,17 @@ class SurfaceArrays:
     quadrics: Floats
     ids: Ints
     senses: Signs
+    rest: Remainders
+    exact: list[Surface]  # what the first of them were before they were rounded; the others are bulk balls
+
+
+@dataclass
+class Remainders:
+    """What rounding took from the numbers of each record: the exact number is the record's plus this, to 2^-106."""
+
+    planes: Floats
+    spheres: Floats  # shorter than the table: bulk balls have none
+    quadrics: Floats
 
 
 @dataclass
@@ -45,6 +59,7 @@ class SurfaceTable:
 
     kinds: list[int] = field(default_factory=list)
     records: list[tuple[float, ...]] = field(default_factory=list)
+    rests: list[tuple[float, ...]] = field(default_factory=list)
     senses: list[int] = field(default_factory=list)  # +1, or -1 where the record is the surface turned over
     surfaces: list[Surface] = field(default_factory=list)
     balls: list[Floats] = field(default_factory=list)
@@ -52,14 +67,17 @@ class SurfaceTable:
 
     def add(self, surface: Surface) -> int:
         """The temporary number of a surface, >= 0."""
-        kind, record = _record(surface)
+        kind, numbers = _record(surface)
+        record, rest = _floats(numbers), _rests(numbers)
         sense = 1
         if kind == PLANE and _leading(record) < 0:
             # A plane's normal leads with a positive number: which side a ray within it counts to
             # must not depend on who wrote the plane first
             record, sense = (*(-x for x in record[:4]), *record[4:]), -1
+            rest = (*(-x for x in rest[:4]), *rest[4:])
         self.kinds.append(kind)
         self.records.append(record)
+        self.rests.append(rest)
         self.senses.append(sense)
         self.surfaces.append(surface)
         return len(self.kinds) - 1
@@ -74,8 +92,8 @@ class SurfaceTable:
     def finish(self) -> SurfaceArrays:
         """Number the distinct surfaces. ids and senses are ordered as added, bulk balls after the rest."""
         kinds = np.array(self.kinds, dtype=np.int8)
-        spheres = _rows(self.records, kinds, SPHERE, 4)
-        planes, quadrics = _rows(self.records, kinds, PLANE, 7), _rows(self.records, kinds, QUADRIC, 19)
+        planes, spheres, quadrics = (_rows(self.records, kinds, kind, width) for kind, width in _WIDTHS)
+        rest = Remainders(*(_rows(self.rests, kinds, kind, width) for kind, width in _WIDTHS))
         all_spheres = end_to_end([spheres, *self.balls])
         single, count = len(kinds), len(kinds) + self.ball_count
         kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
@@ -93,10 +111,11 @@ class SurfaceTable:
         self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
         # Number the representatives in the order they came
         leads = first == np.arange(count, dtype=np.int32)
+        exact = [self.surfaces[i] for i in np.flatnonzero(leads[:single]).tolist()]
         if leads.all():
-            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses)
+            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, exact)
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
-        return SurfaceArrays(kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses)
+        return SurfaceArrays(kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses, rest, exact)
 
     def _surface(self, index: int, spheres: Floats, row: Ints) -> Surface:
         if index < len(self.surfaces):
@@ -173,11 +192,11 @@ def _rows(records: list[tuple[float, ...]], kinds: Signs, kind: int, width: int)
     return np.array(rows, dtype=np.float64).reshape(len(rows), width)
 
 
-def _record(surface: Surface) -> tuple[int, tuple[float, ...]]:
-    """(kind, float64 record), each number rounded once."""
+def _record(surface: Surface) -> tuple[int, tuple[ex.Number, ...]]:
+    """(kind, numbers of the record before they are rounded)."""
     if isinstance(surface, PlaneSurface):
-        normal, anchor = _floats(surface.normal), _floats(surface.anchor)
-        return PLANE, (*normal, _height_of_anchor(surface, anchor), *anchor)
+        anchor = _floats(surface.anchor)
+        return PLANE, (*surface.normal, _height_of_anchor(surface, anchor), *anchor)
     ball = _as_sphere(surface)
     if ball is not None:
         return SPHERE, ball
@@ -185,37 +204,59 @@ def _record(surface: Surface) -> tuple[int, tuple[float, ...]]:
     largest = max(abs(float(s)) for s in surface.squares)
     factor = math.ldexp(1.0, -math.frexp(largest)[1]) if largest else 1.0
     numbers = (*surface.squares, *surface.linear, surface.constant)
-    rows = [float(w) for line in surface.rows for w in line]
-    return QUADRIC, (*_floats(surface.anchor), *rows, *(float(v) * factor for v in numbers))
+    rows = [w for line in surface.rows for w in line]
+    return QUADRIC, (*surface.anchor, *rows, *(_times(v, factor) for v in numbers))
 
 
-def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> float:
+def _times(value: ex.Number, factor: float) -> ex.Number:
+    """A product with a power of two, exact."""
+    return value * Fraction(factor) if isinstance(value, Fraction) else value * factor
+
+
+def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Number:
     if not any(anchor):
-        return -float(surface.offset)
-    return ex.rounded(ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(surface.offset)))
+        return -surface.offset
+    return ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(surface.offset))
 
 
-def _as_sphere(surface: QuadricSurface) -> tuple[float, ...] | None:
+def _as_sphere(surface: QuadricSurface) -> tuple[ex.Number, ...] | None:
     """(center, radius) where the quadric is a sphere with its inside inside."""
     a, b, c = surface.squares
     if not (a == b == c and a > 0 and not any(surface.linear) and surface.constant > 0):
         return None
     if surface.rows is UPRIGHT:
         square = float(surface.constant) if a == 1 else float(ex.exact(surface.constant) / ex.exact(a))
-        if 1e-290 < square < 1e290:
-            return (*_floats(surface.anchor), math.sqrt(square))
+        radius = math.sqrt(square) if 1e-290 < square < 1e290 else 0.0
+        if radius and a == 1 and Fraction(radius) ** 2 == surface.constant:
+            return _centered(surface, radius)
     rows = tuple(ex.exact_row(row) for row in surface.rows)
     gram = ex.multiply((rows[0], rows[1], rows[2]), ex.transpose((rows[0], rows[1], rows[2])))
     if gram[0][1] or gram[0][2] or gram[1][2]:
         return None
     if ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
         return None
-    radius = ex.rounded(ex.context.sqrt(ex.exact(surface.constant) / (ex.exact(a) * gram[0][0])))
-    return (*_floats(surface.anchor), radius)
+    return _centered(surface, ex.context.sqrt(ex.exact(surface.constant) / (ex.exact(a) * gram[0][0])))
+
+
+def _centered(surface: QuadricSurface, radius: ex.Number) -> tuple[ex.Number, ...] | None:
+    if any(abs(rest) > _CENTERED * float(radius) for rest in _rests(surface.anchor)):
+        return None
+    return (*surface.anchor, radius)
 
 
 def _floats(values: Iterable[Any]) -> tuple[float, ...]:
     return tuple(float(v) for v in values)
+
+
+def _rests(values: Iterable[Any]) -> tuple[float, ...]:
+    """What rounding to float64 takes from each number."""
+    return tuple(0.0 if isinstance(v, (float, int)) else _rest(v) for v in values)
+
+
+def _rest(value: Any) -> float:
+    if isinstance(value, Fraction):
+        return float(value - Fraction(float(value)))
+    return float(value - ex.exact(float(value)))
 
 
 def _mixed(table: Floats) -> npt.NDArray[np.uint64]:

@@ -7,19 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry import tables as table
-from ..geometry.tables import Floats, Geometry, Ints, Signs, integer, whole
+from ..geometry.tables import Floats, Geometry, Ints, Signs, whole
 from ..geometry.vectors import dot
-from ..jit import allocator, fma, inline, kernel
+from ..jit import fma, inline, kernel
 from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
-from .events import crossed_face, entry_crossings, is_solid
-from .kernels import Hit, blocked, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
-from .lanes import BEST, BODY, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
+from .events import crossed_face
+from .kernels import Hit, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
+from .lanes import BEST, BODY, DOUBT, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
+from .lists import (
+    CROSSING_COLUMNS,
+    CROSSING_OFF,
+    SPAN_COLUMNS,
+    SPAN_OFF,
+    ray_crossings,
+    ray_spans,
+    scale_rows,
+)  # fmt: skip
 from .packet import new_packet, trace_packet
 from .scratch import new_scratch
 from .simd import prefetch, store_eight
 from .stream import new_stream, put_stream_ray, stream_hit, trace_stream
 
+DOUBTFUL = 32
+"""Added to the turn of a hit, or miss, that rounding might have changed."""
 _AHEAD = 24  # rays whose memory is asked for before it is needed
 
 
@@ -42,10 +52,10 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
 
 @inline
 def put_hit(hit: Hit, i: Any, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs) -> None:
-    """Hit i, in arrays; `turn` holds the sense of its leaf, doubled where the body is entered."""
+    """Hit i, in arrays; `turn` holds the sense of its leaf, doubled where the body is entered, raised if doubtful."""
     i = np.uint64(i)
     t[i], body[i], entry[i], place[i] = hit[0], hit[1], hit[2], hit[3]
-    turn[i] = 2 * hit[4] if hit[5] else hit[4]
+    turn[i] = (2 * hit[4] if hit[5] else hit[4]) + (DOUBTFUL if hit[7] else 0)
 
 
 @inline
@@ -66,23 +76,23 @@ def trace_first(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
     width: int, begin: int, end: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
 ) -> None:  # fmt: skip
-    """First hits of packets begin..end of 64 rays."""
+    """First hits of packets begin..end of 64 rays. What is doubtful in a packet is asked again by itself."""
     scratch, bundle = new_scratch(geometry), new_packet()
     lanes = bundle.lanes
     for packet in range(begin, end):
         fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
-        together = coherent(geometry, lanes, 8)
+        together, doubtful = coherent(geometry, lanes, 8), 0
         if together:
             trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, False)
-            put_turns(lanes)
+            doubtful = put_turns(lanes)
         for row in range(8):
             first, n = packet_row(packet, row, width, len(origins))
-            if together and n == 8:
+            if together and n == 8 and doubtful == 0:
                 put_eight_hits(lanes, 8 * row, first, t, body, entry, place, turn)
                 continue
             for k in range(n):
                 i = first + k
-                if together:
+                if together and lanes[DOUBT + np.uint64(8 * row + k)] == 0.0:
                     put_hit(lane_hit(lanes, 8 * row + k), i, t, body, entry, place, turn)
                     continue
                 hit = no_hit()
@@ -95,9 +105,9 @@ def trace_first(
 @kernel
 def trace_occluded(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    width: int, begin: int, end: int, result: Any,
+    width: int, begin: int, end: int, result: Signs,
 ) -> None:  # fmt: skip
-    """Is there any crossing? Of packets begin..end of 64 rays."""
+    """Is there any crossing (1) or not (0), raised if doubtful? Of packets begin..end of 64 rays."""
     scratch, bundle = new_scratch(geometry), new_packet()
     lanes = bundle.lanes
     for packet in range(begin, end):
@@ -108,12 +118,15 @@ def trace_occluded(
         for row in range(8):
             first, n = packet_row(packet, row, width, len(origins))
             for k in range(n):
-                i = first + k
-                if together:
-                    result[i] = lanes[BEST + np.uint64(8 * row + k)] < math.inf
+                i, lane = first + k, np.uint64(8 * row + k)
+                if together and lanes[DOUBT + lane] == 0.0:
+                    result[i] = 1 if lanes[BEST + lane] < math.inf else 0
                     continue
+                hit = no_hit()
                 ray = load_ray(origins, directions, t_min, t_max, starts, i)
-                result[i] = ray[8] != DEAD and blocked(geometry, scratch, ray, scratch.nothing)
+                if ray[8] != DEAD:
+                    hit = first_crossing(geometry, scratch, ray, scratch.nothing, True)
+                result[i] = (1 if hit[1] >= 0 else 0) + (DOUBTFUL if hit[7] else 0)
 
 
 @kernel
@@ -172,81 +185,37 @@ def faces_of(geometry: Geometry, entry: Ints, place: Ints, turn: Signs, begin: i
             faces[0, i], faces[1, i], faces[2, i] = surface, face, side
 
 
-@allocator
-def _grown(table: Floats) -> Floats:
-    larger = np.empty((2 * len(table), table.shape[1]))
-    larger[: len(table)] = table
-    return larger
-
-
-@allocator
-def _sort_rows(rows: Floats, first: int, last: int, columns: int) -> None:
-    """Order rows by their first columns (few rows: by insertion)."""
-    for i in range(first + 1, last):
-        row = rows[i].copy()
-        j = i
-        while j > first:
-            later = False
-            for k in range(columns):
-                if rows[j - 1, k] != row[k]:
-                    later = rows[j - 1, k] > row[k]
-                    break
-            if not later:
-                break
-            rows[j] = rows[j - 1]
-            j -= 1
-        rows[j] = row
-
-
 @kernel
 def trace_spans(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    begin: int, end: int, counts: Any,
+    begin: int, end: int, counts: Any, doubts: Signs,
 ) -> Floats:  # fmt: skip
-    """Rows (t_enter, body, t_exit, enter clipped, exit clipped), ordered within each ray; counts[i] rows for ray i."""
+    """Rows of spans (see lists.py), ordered within each ray: counts[i] rows for ray i; doubts[i] = 1: doubtful."""
     scratch = new_scratch(geometry)
-    rows = np.empty((max(64, 4 * (end - begin)), 5))
+    rows = np.empty((max(64, 4 * (end - begin)), SPAN_COLUMNS))
     used = 0
     for i in range(begin, end):
-        whole = load_ray(origins, directions, t_min, t_max, starts, i)
+        ray = load_ray(origins, directions, t_min, t_max, starts, i)
         counts[i] = 0
-        if whole[8] == DEAD or not whole[6] < whole[7]:
+        if ray[8] == DEAD or not ray[6] < ray[7]:
             continue
-        ray, scale = scaled_ray(whole)
+        ray, scale = scaled_ray(ray)
         first = used
-        for k in range(collect(geometry, scratch, ray)):
-            entry = scratch.found[k]
-            if not is_solid(geometry, entry):
-                continue
-            crossings, inside = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
-            enter, clipped = ray[6], 1.0
-            for c in range(crossings + 1):
-                at_end = c == crossings
-                if inside:
-                    if used == len(rows):
-                        rows = _grown(rows)
-                    rows[used, 0] = whole[6] if clipped == 1.0 else enter * scale
-                    rows[used, 1] = integer(geometry, table.ENTRY_BODY, entry)
-                    rows[used, 2] = whole[7] if at_end else scratch.cross_t[c] * scale
-                    rows[used, 3] = clipped
-                    rows[used, 4] = 1.0 if at_end else 0.0
-                    used += 1
-                if not at_end:
-                    inside = not inside
-                    enter, clipped = scratch.cross_t[c], 0.0
-        _sort_rows(rows, first, used, 2)
-        counts[i] = used - first
+        count = collect(geometry, scratch, ray)
+        rows, used, unsure = ray_spans(geometry, geometry, scratch, ray, ray, count, rows, used)
+        scale_rows(rows, first, used, scale, SPAN_OFF)
+        counts[i], doubts[i] = used - first, 1 if unsure else 0
     return rows[:used].copy()
 
 
 @kernel
 def trace_crossings(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    begin: int, end: int, counts: Any,
+    begin: int, end: int, counts: Any, doubts: Signs,
 ) -> Floats:  # fmt: skip
-    """Rows (t, body, face, surface, side, entered), ordered within each ray; counts[i] rows for ray i."""
+    """Rows of crossings (see lists.py), ordered within each ray: counts[i] rows for ray i; doubts[i] = 1: doubtful."""
     scratch = new_scratch(geometry)
-    rows = np.empty((max(64, 4 * (end - begin)), 6))
+    rows = np.empty((max(64, 4 * (end - begin)), CROSSING_COLUMNS))
     used = 0
     for i in range(begin, end):
         ray = load_ray(origins, directions, t_min, t_max, starts, i)
@@ -255,21 +224,10 @@ def trace_crossings(
             continue
         ray, scale = scaled_ray(ray)
         first = used
-        for k in range(collect(geometry, scratch, ray)):
-            entry = scratch.found[k]
-            crossings, _ = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
-            for c in range(crossings):
-                if used == len(rows):
-                    rows = _grown(rows)
-                rows[used, 0] = scratch.cross_t[c] * scale
-                rows[used, 1] = integer(geometry, table.ENTRY_BODY, entry)
-                place, sense = whole(scratch.crossing[3 * c]), whole(scratch.crossing[3 * c + 1])
-                surface, face, side = crossed_face(geometry, whole(entry), place, sense)
-                rows[used, 2], rows[used, 3], rows[used, 4] = face, surface, side
-                rows[used, 5] = scratch.crossing[3 * c + 2]
-                used += 1
-        _sort_rows(rows, first, used, 3)
-        counts[i] = used - first
+        count = collect(geometry, scratch, ray)
+        rows, used, unsure = ray_crossings(geometry, geometry, scratch, ray, ray, count, rows, used)
+        scale_rows(rows, first, used, scale, CROSSING_OFF)
+        counts[i], doubts[i] = used - first, 1 if unsure else 0
     return rows[:used].copy()
 
 

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .bundle import DEAD
-from .rays import FloatArray, Rays, points_array
+from .errors import errors_of_points, errors_of_t
+from .rays import FloatArray, Rays, lines_of, points_array
 from .threads import run_chunks
 
 if TYPE_CHECKING:
@@ -41,6 +42,8 @@ class Hits:
     t         float64 (...), in units of the direction's length; inf for a miss
     body, face, surface   int32 (...), -1 for a miss
     entering  bool (...): normal·direction < 0; False for a miss
+    t_error   float64 (...): t is at most so far from the exact crossing; 0 for a miss
+    point_error   float64 (...): so is the point, in length; NaN for a miss
     point, local_point, normal   float64 (..., 3); NaN for a miss; the normal is unit and outward
     uv        float64 (..., 2); NaN for a miss
     """
@@ -87,9 +90,30 @@ class Hits:
     def _points(self) -> FloatArray:
         t = self._found.t
         points = np.empty((len(t), 3))
-        o, d = self.rays.origins.reshape(-1, 3), self.rays.directions.reshape(-1, 3)
+        o, d = lines_of(self.rays)
         run_chunks(lambda a, b: points_along(o, d, t, a, b, points), len(points), _CHUNK)
         return points
+
+    @cached_property
+    def _errors(self) -> FloatArray:
+        scene, found = self._scene, self._found
+        errors = np.empty(len(found.t))
+        arguments = (*lines_of(self.rays), np.zeros(0, np.int64), found.t, self._faces[0])
+        run_chunks(lambda a, b: errors_of_t(scene.geometry, scene.rest, *arguments, a, b, errors), len(errors), _CHUNK)
+        return errors
+
+    @property
+    def t_error(self) -> Any:
+        """A bound on |t - t*|, t* being where the ray as given crosses the surface as given (docs/exactness.md)."""
+        return self._shaped(self._errors)
+
+    @cached_property
+    def point_error(self) -> Any:
+        """A bound on the distance of `point` from the exact one, in length."""
+        errors = np.empty(len(self._errors))
+        arguments = (lines_of(self.rays)[1], self._points, self._errors)
+        run_chunks(lambda a, b: errors_of_points(*arguments, a, b, errors), len(errors), _CHUNK)
+        return self._shaped(errors)
 
     @property
     def point(self) -> FloatArray:

@@ -9,17 +9,29 @@ import numpy as np
 
 from ..geometry import tables as table
 from ..geometry.cell import NO_PLACE, cell_spans, load_plane, load_quadric, load_sphere
+from ..geometry.nearness import ball_nearness, nearness_of
 from ..geometry.quadric import quadric_gradient, sphere_roots
 from ..geometry.tables import BALL, CELL, PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real, whole
 from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
-from .events import counts_in, crossed_face, entry_crossings, entry_sides, span_inverse, surface_of
+from .events import (
+    at_start,
+    counts_in,
+    crossed_face,
+    entry_crossings,
+    entry_nearness,
+    entry_sides,
+    span_inverse,
+    surface_of,
+)  # fmt: skip
 from .scratch import Scratch, new_scratch
 from .simd import LAST, balls_met, lowest_bit
 from .walk import leaf_range, push_node, push_roots, put_beam, walk
 
-Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any]
-"""t, body, entry, place, sense, entered: `crossed_face` makes the middle ones a surface, a face and a side"""
+Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any, float, Any]
+"""t, body, entry, place, sense, entered: `crossed_face` makes the middle ones a surface, a face and a side.
+
+Then by how much rounding may have moved t, and whether anything of the answer is doubtful for it."""
 
 _FAR = 2.0**100
 
@@ -44,12 +56,39 @@ def scene_tree(geometry: Geometry) -> int:
 @inline
 def no_hit() -> Hit:
     nothing = np.int64(-1)
-    return math.inf, nothing, nothing, nothing, np.int64(1), False
+    return math.inf, nothing, nothing, nothing, np.int64(1), False, 0.0, False
 
 
 @inline
-def _closer(t: float, body: int, best: Hit) -> bool:
-    return t < best[0] or (t == best[0] and body < best[1])
+def certain(hit: Hit, off: float, unsure: bool) -> Hit:
+    """A hit with what is said of its certainty."""
+    return hit[0], hit[1], hit[2], hit[3], hit[4], hit[5], off, unsure
+
+
+@inline
+def within(hit: Hit) -> float:
+    """Nothing beyond can be the nearer crossing."""
+    return hit[0] + hit[6]
+
+
+@inline
+def nearer(geometry: Geometry, best: Hit, new: Hit) -> Hit:
+    """The nearer of two hits; equal t goes to the body listed first.
+
+    Where rounding might have changed which it is, the answer is doubtful; not where both are on the same
+    surface: then they are at the same t, whatever it is.
+    """
+    unsure = best[7] | new[7]
+    if abs(new[0] - best[0]) <= new[6] + best[6]:
+        unsure |= new[0] != best[0] or resolved_surface(geometry, new) != resolved_surface(geometry, best)
+    closer = new[0] < best[0] or (new[0] == best[0] and new[1] < best[1])
+    return certain(new, new[6], unsure) if closer else certain(best, best[6], unsure)
+
+
+@inline
+def resolved_surface(geometry: Geometry, hit: Hit) -> int:
+    """The surface of a hit."""
+    return crossed_face(geometry, hit[2], hit[3], hit[4])[0]
 
 
 @inline
@@ -58,45 +97,65 @@ def try_ball(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit
     ox, oy, oz, dx, dy, dz, _, _, start = ray
     surface, body = integer(geometry, table.ENTRY_INDEX, entry), integer(geometry, table.ENTRY_BODY, entry)
     sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    low, high, _, crosses = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, surface == start)
+    low, high, _, crosses, unsure = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, surface == start)
+    nearness = ball_nearness(sphere[3], ray, inverse)
+    unsure |= nearness[2] < 0.0
     if not crosses:
-        return best
+        return certain(best, best[6], best[7] | unsure)
+    unsure |= at_start(low, surface, ray, nearness) | at_start(high, surface, ray, nearness)
     enters = counts_in(low, surface, ray)
     t = low if enters else high
-    if (enters or counts_in(high, surface, ray)) and _closer(t, body, best):
-        return t, body, entry, whole(NO_PLACE), whole(1), enters
-    return best
+    if enters or counts_in(high, surface, ray):
+        off = nearness[0] + nearness[1] * abs(t)
+        return nearer(geometry, best, (t, body, entry, whole(NO_PLACE), whole(1), enters, off, unsure))
+    return certain(best, best[6], best[7] | unsure)
 
 
 @inline
 def try_cell(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for a cell."""
-    spans, in1, out1, a1, b1, in2, out2, a2, b2 = cell_spans(
-        geometry, integer(geometry, table.ENTRY_INDEX, entry), ray, inverse
-    )
+    cell = integer(geometry, table.ENTRY_INDEX, entry)
+    spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = cell_spans(geometry, cell, ray, inverse)
     if spans == 0:
-        return best
+        return certain(best, best[6], best[7] | unsure)
+    nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
     body = integer(geometry, table.ENTRY_BODY, entry)
     for end in range(2 * spans):
         t, place = (in1, a1) if end == 0 else ((out1, b1) if end == 1 else ((in2, a2) if end == 2 else (out2, b2)))
-        if counts_in(t, surface_of(geometry, place, t), ray):
-            if _closer(t, body, best):
-                return t, body, entry, place, whole(1), end == 0 or end == 2
-            return best
-    return best
+        surface = surface_of(geometry, place, t)
+        unsure |= at_start(t, surface, ray, nearness)
+        if counts_in(t, surface, ray):
+            off = nearness[0] + nearness[1] * abs(t)
+            hit = (t, body, entry, place, whole(1), end == 0 or end == 2, off, unsure)
+            return nearer(geometry, best, hit)
+    return certain(best, best[6], best[7] | unsure)
 
 
 @helper
 def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
     """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
-    limit = min(t_max, best[0] + abs(best[0]) * 1e-15 + 1e-300)
-    count, _ = entry_crossings(geometry, scratch, entry, (ox, oy, oz, dx, dy, dz, t_min, limit, start), 1)
-    body = integer(geometry, table.ENTRY_BODY, entry)
-    if count == 0 or not _closer(scratch.cross_t[0], body, best):
-        return best
-    crossing = scratch.crossing
-    return scratch.cross_t[0], body, entry, np.int64(crossing[0]), np.int64(crossing[1]), crossing[2] == 1
+    limit = min(t_max, within(best) + abs(best[0]) * 1e-15 + 1e-300)
+    ray = (ox, oy, oz, dx, dy, dz, t_min, limit, start)
+    nearness = entry_nearness(geometry, entry, ray)
+    count, _, unsure = entry_crossings(geometry, scratch, entry, ray, 1)
+    if count == 0:
+        return certain(best, best[6], best[7] | unsure)
+    t, crossing = scratch.cross_t[0], scratch.crossing
+    off, body = nearness[0] + nearness[1] * abs(t), integer(geometry, table.ENTRY_BODY, entry)
+    hit = (t, body, entry, np.int64(crossing[0]), np.int64(crossing[1]), crossing[2] == 1, off, unsure)
+    return nearer(geometry, best, hit)
+
+
+@inline
+def meet(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
+    """`try_entry`, by the shortest way for its kind."""
+    kind = integer(geometry, table.ENTRY_KIND, entry)
+    if kind == BALL:
+        return try_ball(geometry, entry, ray, inverse, best)
+    if kind == CELL:
+        return try_cell(geometry, entry, ray, inverse, best)
+    return try_entry(geometry, scratch, entry, ray, best)
 
 
 @helper
@@ -111,44 +170,38 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     top = push_roots(geometry, stack, scene_tree(geometry))
     while top > 0:
         top -= 1
-        if stack.t[top] > best[0] + abs(best[0]) * 1e-15:
+        if stack.t[top] > within(best) + abs(best[0]) * 1e-15:
             continue
         code = stack.code[top]
         if code >= 0:
-            beam[LAST] = min(ray[7], best[0])
+            beam[LAST] = min(ray[7], within(best))
             top = push_node(geometry, stack, scratch.near, beam, 0, code, top)
             continue
         first, last = leaf_range(code)
         at = geometry.places[table.LEAF_BALLS, 0] + 4 * first
         for eight in range(first, last, 8):
-            end = min(ray[7], best[0])
+            end = min(ray[7], within(best))
             bits = balls_met(geometry.floats, at + eight - first, last - first, last - eight, ray, inverse, end)
             while bits != 0:
                 entry = integer(geometry, table.TREE_ORDER, eight + lowest_bit(bits))
                 bits &= bits - 1
                 if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
                     continue
-                kind = integer(geometry, table.ENTRY_KIND, entry)
-                if kind == BALL:
-                    best = try_ball(geometry, entry, ray, inverse, best)
-                elif kind == CELL:
-                    best = try_cell(geometry, entry, ray, inverse, best)
-                else:
-                    best = try_entry(geometry, scratch, entry, ray, best)
+                best = meet(geometry, scratch, entry, ray, inverse, best)
                 if any_hit and best[1] >= 0:
-                    return best
+                    return _unscaled(best, scale)
     return _unscaled(best, scale)
 
 
 @inline
 def _unscaled(best: Hit, scale: float) -> Hit:
-    return best[0] * scale, best[1], best[2], best[3], best[4], best[5]
+    return best[0] * scale, best[1], best[2], best[3], best[4], best[5], best[6] * scale, best[7]
 
 
 @inline
 def resolved(geometry: Geometry, hit: Hit) -> tuple[float, int, int, int, int]:
     """(t, body, surface, face, side) of a hit; ids -1 for a miss."""
-    t, body, entry, place, sense, _ = hit
+    t, body, entry, place, sense, _, _, _ = hit
     if entry < 0:
         return t, body, entry, entry, sense
     surface, face, side = crossed_face(geometry, entry, place, sense)

@@ -13,13 +13,23 @@ from __future__ import annotations
 import math
 
 from ..geometry import tables as table
-from ..geometry.cell import NO_PLACE, load_plane, load_quadric, load_sphere, quadric_place
-from ..geometry.plane import Plane, careful_plane, plain_plane
-from ..geometry.quadric import Quadric, Sphere, careful_quadratic, quadratic_on_ray, settled_roots, sphere_roots
+from ..geometry.cell import NO_PLACE, load_limits, load_plane, load_quadric, load_sphere, quadric_place
+from ..geometry.nearness import BALL, BALL_FAR, RELATIVE, Nearness, finite, lengths_of, near
+from ..geometry.plane import Limits, Plane, careful_plane, plain_plane, unsure_of_plane
+from ..geometry.quadric import (
+    Quadric,
+    Roots,
+    Sphere,
+    careful_quadratic,
+    quadratic_on_ray,
+    settled_roots,
+    sphere_roots,
+)
 from ..geometry.tables import SPHERE, Floats, Geometry, integer
-from ..jit import helper, inline
+from ..jit import choose, helper, inline
 from .lanes import (
     DISCRIMINANT,
+    DOUBT,
     DX,
     DY,
     DZ,
@@ -28,6 +38,7 @@ from .lanes import (
     HIGH,
     INVERSE,
     LOW,
+    OWN,
     OX,
     OY,
     OZ,
@@ -38,10 +49,14 @@ from .lanes import (
     T_MAX,
     T_MIN,
     T_OUT,
+    UNSURE,
+    WITHIN,
     A,
     B,
     C,
+    at_start,
     eights,
+    lane_nearness,
     take,
 )  # fmt: skip
 
@@ -53,135 +68,194 @@ def ball_lanes(geometry: Geometry, lanes: Floats, surface: int, entry: int, body
     """The first crossing of a ball."""
     first, last = eights(first, last)
     sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    off, far = BALL * sphere[3], BALL_FAR * sphere[3]
     for i in range(first, last):
-        low, high, _, crosses = sphere_roots(
+        starts = lanes[START + i] == surface
+        low, high, _, crosses, unsure = sphere_roots(
             sphere, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
-            lanes[INVERSE + i], lanes[START + i] == surface,
+            lanes[INVERSE + i], starts,
         )  # fmt: skip
         enters = crosses & (low > lanes[T_MIN + i]) & (low < lanes[T_MAX + i])
         leaves = crosses & (high > lanes[T_MIN + i]) & (high < lanes[T_MAX + i])
         t = low if enters else (high if leaves else math.inf)
-        take(lanes, i, t, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
+        nearness = lane_nearness(lanes, i, off, RELATIVE, far)
+        ends = at_start(lanes, i, low, starts, nearness[0]) | at_start(lanes, i, high, starts, nearness[0])
+        unsure |= (crosses & ends) | (nearness[2] < 0.0)
+        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
+        take(
+            lanes,
+            i,
+            t,
+            nearness[0] + RELATIVE * (abs(low) + abs(high)),
+            entry,
+            body,
+            NO_PLACE,
+            1.0,
+            1.0 if enters else 0.0,
+        )
 
 
 @helper
-def _cut_lanes(lanes: Floats, surface: int, side: int, place: int, first: int, last: int) -> None:
-    """Cut the spans by a plane whose height and rate stand in A and B."""
+def _cut_lanes(
+    lanes: Floats, limits: Limits, around: Nearness, surface: int, side: int, place: int, first: int, last: int
+) -> None:
+    """Cut the spans by a plane whose height and rate stand in A and B; FLAG 2 or more: all lanes run along it."""
     first, last = eights(first, last)
     for i in range(first, last):
-        rate = lanes[B + i]
+        rate, before, after = lanes[B + i], lanes[T_IN + i], lanes[T_OUT + i]
+        unsure = unsure_of_plane(lanes[A + i], rate, lanes[FLAG + i] >= 2.0, lanes[INVERSE + i], limits)
         height = 0.0 if lanes[START + i] == surface else lanes[A + i]
         t = -height / rate
         parallel = rate == 0.0
         outside = parallel & ((height <= 0.0) != (side > 0))
         falls = ((rate < 0.0) == (side > 0)) & ~parallel
         rises = ((rate < 0.0) != (side > 0)) & ~parallel
-        later = falls & (t > lanes[T_IN + i])
-        sooner = rises & (t < lanes[T_OUT + i])
-        t_in = t if later else lanes[T_IN + i]
-        lanes[T_IN + i] = math.inf if outside else t_in
-        lanes[T_OUT + i] = t if sooner else lanes[T_OUT + i]
+        nearness = lane_nearness(lanes, i, around[0], around[1], around[2])
+        unsure |= near(t, choose(falls, before, after), nearness) & ~parallel
+        later = falls & (t > before)
+        sooner = rises & (t < after)
+        lanes[T_IN + i] = choose(outside, math.inf, choose(later, t, before))
+        lanes[T_OUT + i] = choose(outside, -math.inf, choose(sooner, t, after))
         lanes[PLACE_IN + i] = place if later else lanes[PLACE_IN + i]
         lanes[PLACE_OUT + i] = place if sooner else lanes[PLACE_OUT + i]
+        lanes[UNSURE + i] = choose(unsure, 1.0, lanes[UNSURE + i])
+        lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
 
 
 @inline
-def _plane_lanes(lanes: Floats, plane: Plane, surface: int, side: int, place: int, first: int, last: int) -> None:
+def _plane_lanes(
+    lanes: Floats, plane: Plane, limits: Limits, around: Nearness, surface: int, side: int, place: int,
+    first: int, last: int,
+) -> None:  # fmt: skip
     """Cut the lanes' spans [T_IN, T_OUT] by a plane of a cell."""
     again = 0
     for i in range(first, last):
-        height, rate, cancels = plain_plane(
+        height, rate, cancels, parallel = plain_plane(
             plane, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
         )
         lanes[A + i], lanes[B + i] = height, rate
-        lanes[FLAG + i] = 1.0 if cancels else 0.0
+        lanes[FLAG + i] = (1.0 if cancels else 0.0) + (2.0 if parallel else 0.0)
         again += 1 if cancels else 0
     if again > 0:
         for i in range(first, last):
-            if lanes[FLAG + i] == 1.0:
+            if lanes[FLAG + i] == 1.0 or lanes[FLAG + i] == 3.0:
                 lanes[A + i], lanes[B + i] = careful_plane(
                     plane, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
                 )
-    _cut_lanes(lanes, surface, side, place, first, last)
+    _cut_lanes(lanes, limits, around, surface, side, place, first, last)
+
+
+@inline
+def _put_roots(lanes: Floats, i: int, roots: Roots) -> None:
+    low, high, outside, crosses, unsure = roots
+    lanes[LOW + i], lanes[HIGH + i] = low, high
+    lanes[FLAG + i] = (1.0 if outside else 0.0) + (2.0 if crosses else 0.0)
+    lanes[DISCRIMINANT + i] = 1.0 if unsure else 0.0
 
 
 @helper
-def _settle_lanes(lanes: Floats, surface: int, first: int, last: int) -> None:
-    """Roots from the terms in A, B, C, DISCRIMINANT and FOOT."""
+def _settle_lanes(lanes: Floats, limits: Limits, surface: int, first: int, last: int) -> None:
+    """Roots from the terms in A, B, C, DISCRIMINANT and FOOT; FLAG 2 or more: all terms that bend are zero."""
     first, last = eights(first, last)
     for i in range(first, last):
-        low, high, outside, crosses = settled_roots(
+        roots = settled_roots(
             lanes[A + i],
             lanes[B + i],
             lanes[C + i],
             lanes[DISCRIMINANT + i],
             lanes[FOOT + i],
             lanes[START + i] == surface,
+            lanes[FLAG + i] >= 2.0,
+            lanes[INVERSE + i],
+            limits,
         )
-        lanes[LOW + i], lanes[HIGH + i] = low, high
-        lanes[FLAG + i] = (1.0 if outside else 0.0) + (2.0 if crosses else 0.0)
+        _put_roots(lanes, i, roots)
 
 
 @inline
-def _quadric_lanes(lanes: Floats, quadric: Quadric, surface: int, first: int, last: int) -> None:
-    """The lanes' roots into LOW and HIGH; FLAG: 1 outside is inside, 2 it crosses."""
+def _quadric_lanes(lanes: Floats, quadric: Quadric, limits: Limits, surface: int, first: int, last: int) -> None:
+    """The lanes' roots into LOW and HIGH; FLAG: 1 outside is inside, 2 it crosses; DISCRIMINANT: 1 it is unsure."""
     again = 0
     for i in range(first, last):
-        a, b, c, discriminant, foot, cancels = quadratic_on_ray(
+        a, b, c, discriminant, foot, cancels, ruling = quadratic_on_ray(
             quadric, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
             lanes[INVERSE + i], lanes[START + i] == surface,
         )  # fmt: skip
         lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i], lanes[FOOT + i] = a, b, c, discriminant, foot
-        lanes[FLAG + i] = 1.0 if cancels else 0.0
+        lanes[FLAG + i] = (1.0 if cancels else 0.0) + (2.0 if ruling else 0.0)
         again += 1 if cancels else 0
     if again > 0:
         for i in range(first, last):
-            if lanes[FLAG + i] == 1.0:
+            if lanes[FLAG + i] == 1.0 or lanes[FLAG + i] == 3.0:
                 lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i] = careful_quadratic(
                     quadric, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
                     lanes[FOOT + i],
                 )  # fmt: skip
-    _settle_lanes(lanes, surface, first, last)
+    _settle_lanes(lanes, limits, surface, first, last)
 
 
 @inline
 def _sphere_lanes(lanes: Floats, sphere: Sphere, surface: int, first: int, last: int) -> None:
     """As `_quadric_lanes`, for the sphere of a cut ball."""
     for i in range(first, last):
-        low, high, outside, crosses = sphere_roots(
+        roots = sphere_roots(
             sphere, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
             lanes[INVERSE + i], lanes[START + i] == surface,
         )  # fmt: skip
-        lanes[LOW + i], lanes[HIGH + i] = low, high
-        lanes[FLAG + i] = (1.0 if outside else 0.0) + (2.0 if crosses else 0.0)
+        _put_roots(lanes, i, roots)
+
+
+@helper
+def _matter_lanes(lanes: Floats, around: Nearness, curved: bool, first: int, last: int) -> None:
+    """Where rounding might change the spans of a cell within a lane's interval, the lane becomes doubtful."""
+    first, last = eights(first, last)
+    for i in range(first, last):
+        nearness = lane_nearness(lanes, i, around[0], around[1], around[2])
+        t_in, t_out, low, high = lanes[T_IN + i], lanes[T_OUT + i], lanes[LOW + i], lanes[HIGH + i]
+        off = nearness[0] + nearness[1] * choose(abs(t_in) < abs(t_out), finite(abs(t_in)), finite(abs(t_out)))
+        unsure = (lanes[UNSURE + i] != 0.0) | (abs(t_in - t_out) <= off)
+        close = near(low, t_in, nearness) | near(low, t_out, nearness)
+        close |= near(high, t_in, nearness) | near(high, t_out, nearness)
+        close |= (abs(low) > nearness[2]) & (abs(low) < math.inf)
+        close |= (abs(high) > nearness[2]) & (abs(high) < math.inf)
+        close &= lanes[FLAG + i] >= 2.0
+        unsure |= curved & (close | (lanes[DISCRIMINANT + i] != 0.0))
+        begins = (t_in <= lanes[T_MAX + i] + off) & (t_in <= lanes[WITHIN + i] + off)
+        ends = t_out >= lanes[T_MIN + i] - off
+        matters = (begins & ends & (t_in <= t_out + off)) | (t_out == -math.inf)
+        doubt = (unsure & matters) | (nearness[2] < 0.0)
+        lanes[DOUBT + i] = choose(doubt & (lanes[T_MIN + i] < lanes[T_MAX + i]), 1.0, lanes[DOUBT + i])
 
 
 @helper
 def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: int) -> int:
     """The span inside all planes of a cell, the roots of its quadric. Returns how many lanes may be inside."""
     first, last = eights(first, last)
+    around = lengths_of(geometry, table.CELL_LIMITS, cell)
     for i in range(first, last):
         lanes[T_IN + i], lanes[T_OUT + i] = -math.inf, math.inf
         lanes[PLACE_IN + i], lanes[PLACE_OUT + i] = NO_PLACE, NO_PLACE
-        lanes[FLAG + i] = 1.0
+        lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 1.0
     for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         surface = integer(geometry, table.PLANE_SURFACE, place)
-        plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface))
-        _plane_lanes(lanes, plane, surface, integer(geometry, table.PLANE_SIDE, place), place, first, last)
+        row = integer(geometry, table.SURFACE_ROW, surface)
+        plane, limits = load_plane(geometry, row), load_limits(geometry, table.PLANE_LIMITS, row)
+        side = integer(geometry, table.PLANE_SIDE, place)
+        _plane_lanes(lanes, plane, limits, around, surface, side, place, first, last)
     some = 0
     for i in range(first, last):
         low = lanes[T_IN + i] if lanes[T_IN + i] > lanes[T_MIN + i] else lanes[T_MIN + i]
         some += 1 if (low < lanes[T_OUT + i]) & (lanes[T_IN + i] < lanes[T_MAX + i]) else 0
         lanes[FLAG + i] = 1.0
     surface = integer(geometry, table.CELL_QUADRIC, cell)
-    if some == 0 or surface < 0:
-        return some
-    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-        sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
-        _sphere_lanes(lanes, sphere, surface, first, last)
-    else:
-        quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
-        _quadric_lanes(lanes, quadric, surface, first, last)
+    if some > 0 and surface >= 0:
+        row = integer(geometry, table.SURFACE_ROW, surface)
+        if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+            _sphere_lanes(lanes, load_sphere(geometry, row), surface, first, last)
+        else:
+            limits = load_limits(geometry, table.QUADRIC_LIMITS, row)
+            _quadric_lanes(lanes, load_quadric(geometry, row), limits, surface, first, last)
+    _matter_lanes(lanes, around, some > 0 and surface >= 0, first, last)
     return some
 
 
@@ -220,6 +294,8 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return
     side, curved = curved_side(geometry, cell), quadric_place(cell)
+    around, quadric = lengths_of(geometry, table.CELL_LIMITS, cell), integer(geometry, table.CELL_QUADRIC, cell)
+    quadric = quadric if quadric >= 0 else NO_PLACE - 9
     first, last = eights(first, last)
     for i in range(first, last):
         in1, out1, in2, out2, a1, b1, a2, b2, some, more = span_lane(lanes, i, side, curved)
@@ -230,4 +306,11 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
         c4 = more & (out2 > t_min) & (out2 < t_max)
         t = in1 if c1 else (out1 if c2 else (in2 if c3 else (out2 if c4 else math.inf)))
         place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
-        take(lanes, i, t, entry, body, place, 1.0, 1.0 if c1 | (~c2 & c3) else 0.0)
+        nearness = lane_nearness(lanes, i, around[0], around[1], around[2])
+        starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric)
+        ends = at_start(lanes, i, in1, starts, nearness[0]) | at_start(lanes, i, out1, starts, nearness[0])
+        ends &= some
+        second = at_start(lanes, i, in2, starts, nearness[0]) | at_start(lanes, i, out2, starts, nearness[0])
+        lanes[DOUBT + i] = choose(ends | (second & more), 1.0, lanes[DOUBT + i])
+        off = nearness[0] + nearness[1] * finite(t)
+        take(lanes, i, t, off, entry, body, place, 1.0, 1.0 if c1 | (~c2 & c3) else 0.0)

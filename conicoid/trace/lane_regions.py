@@ -13,11 +13,13 @@ import numpy as np
 
 from ..geometry import tables as table
 from ..geometry.cell import quadric_place
+from ..geometry.nearness import Nearness, finite, lengths_of
 from ..geometry.tables import Floats, Geometry, Ints, integer
 from ..jit import choose, helper, inline
 from .lane_cells import curved_side, face_lanes, span_lane
 from .lanes import (
-    BEST,
+    CLOSE,
+    DOUBT,
     FOUND,
     INSIDE,
     LANES,
@@ -28,10 +30,13 @@ from .lanes import (
     NEW_SENSE,
     NEXT,
     NOW,
+    OFF,
     SEEKS,
     T_MAX,
     T_MIN,
+    WITHIN,
     eights,
+    lane_nearness,
     take,
 )  # fmt: skip
 
@@ -56,7 +61,15 @@ def in_lanes(geometry: Geometry, program: int) -> bool:
 
 @helper
 def _leaf_spans(
-    geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, narrows: bool, first: int, last: int
+    geometry: Geometry,
+    lanes: Floats,
+    leaves: Floats,
+    at: int,
+    cell: int,
+    narrows: bool,
+    share: float,
+    first: int,
+    last: int,
 ) -> tuple[int, int]:
     """A leaf's spans into its rows from leaves[at]: (how many of them any lane has, how many lanes still seek).
 
@@ -85,10 +98,12 @@ def _leaf_spans(
         begin = min(leaves[row + IN + i], leaves[second + IN + i])
         end = max(leaves[row + OUT + i], leaves[second + OUT + i])
         low, high = max(lanes[NARROW_IN + i], begin), min(lanes[NARROW_OUT + i], end)
-        counts = (low <= high) & (lanes[SEEKS + i] == 1.0)
+        off = lanes[OFF + i] + share * finite(abs(low))
+        counts = (low <= high + off) & (lanes[SEEKS + i] == 1.0)
         near += 1 if counts else 0
         lanes[FOUND + i] = low
         lanes[NEXT + i] = high
+        lanes[DOUBT + i] = choose(narrows & (abs(high - low) <= off) & counts, 1.0, lanes[DOUBT + i])
     if narrows:
         for i in range(first, last):
             lanes[SEEKS + i] = choose(lanes[FOUND + i] < lanes[NEXT + i], lanes[SEEKS + i], 0.0)
@@ -98,13 +113,16 @@ def _leaf_spans(
 
 @helper
 def _count_span(
-    lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float, first: int, last: int
-) -> None:
+    lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float, share: float,
+    first: int, last: int,
+) -> None:  # fmt: skip
     """Add `change` to a gate where NOW is in a span, and let NEXT be its next end, if it is the first."""
     first, last = eights(first, last)
     row, counter = np.uint64(at), np.uint64(gate * LANES)
     for i in range(first, last):
         now, begin, end = lanes[NOW + i], leaves[row + IN + i], leaves[row + OUT + i]
+        off = lanes[OFF + i] + share * abs(now)
+        lanes[CLOSE + i] += choose(abs(begin - now) <= off, 1.0, 0.0) + choose(abs(end - now) <= off, 1.0, 0.0)
         truths[counter + i] += choose((begin <= now) & (now < end), change, 0.0)
         later = choose(begin > now, begin, choose(end > now, end, math.inf))
         lanes[NEXT + i] = min(lanes[NEXT + i], later)
@@ -120,7 +138,7 @@ def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, firs
         for i in range(first, last):
             truths[counter + i] = start
     for i in range(first, last):
-        lanes[NEXT + i] = math.inf
+        lanes[NEXT + i], lanes[CLOSE + i] = math.inf, 0.0
 
 
 @helper
@@ -148,22 +166,26 @@ def _settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, 
 
 @helper
 def _advance(
-    geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, first: int, last: int
+    geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, share: float, first: int, last: int
 ) -> int:
     """Note where the truth has turned, go on to the next end; returns how many lanes still seek."""
     first, last = eights(first, last)
     root = integer(geometry, table.PROGRAM_GATE, program)
     need, negated = float(integer(geometry, table.GATE_NEED, root)), integer(geometry, table.GATE_NEGATED, root) == 1
-    seeking = 0
+    seeking, ends = 0, 0.5 if starts else 1.5  # the first place is no end of a span, the others are one
     for i in range(first, last):
+        doubt = (lanes[CLOSE + i] > ends) & (lanes[SEEKS + i] == 1.0)
         truth = 1.0 if (truths[i] >= need) != negated else 0.0
         turned = (truth != lanes[INSIDE + i]) & (lanes[SEEKS + i] == 1.0) & (not starts)
         lanes[FOUND + i] = choose(turned, lanes[NOW + i], lanes[FOUND + i])
         lanes[NEW_ENTERS + i] = choose(turned, truth, lanes[NEW_ENTERS + i])
         lanes[INSIDE + i] = truth
         t = lanes[NEXT + i]
+        off = lanes[OFF + i] + share * finite(abs(t))
         lanes[NOW + i] = t
-        seeks = (lanes[SEEKS + i] == 1.0) & ~turned & (t < lanes[T_MAX + i]) & (t <= lanes[BEST + i])
+        on = (lanes[SEEKS + i] == 1.0) & ~turned
+        lanes[DOUBT + i] = choose(doubt, 1.0, lanes[DOUBT + i])
+        seeks = on & (t < lanes[T_MAX + i]) & (t <= lanes[WITHIN + i] + off)
         lanes[SEEKS + i] = 1.0 if seeks else 0.0
         seeking += 1 if seeks else 0
     return seeking
@@ -184,18 +206,21 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
 
 
 @helper
-def _begin(lanes: Floats, first: int, last: int) -> None:
+def _begin(lanes: Floats, around: Nearness, first: int, last: int) -> None:
     first, last = eights(first, last)
     for i in range(first, last):
-        best = lanes[BEST + i]
+        nearness, within = lane_nearness(lanes, i, around[0], around[1], around[2]), lanes[WITHIN + i]
+        tie = nearness[0] + nearness[1] * finite(within)
+        lanes[OFF + i] = nearness[0]
+        lanes[DOUBT + i] = choose(nearness[2] < 0.0, 1.0, lanes[DOUBT + i])
         lanes[NARROW_IN + i] = lanes[T_MIN + i]
-        lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], best + abs(best) * 1e-15 + 1e-300)  # as far as a tie
+        lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], within + tie)  # as far as a tie
         lanes[SEEKS + i] = 1.0 if lanes[NARROW_IN + i] < lanes[NARROW_OUT + i] else 0.0
 
 
 @helper
 def _leaves_met(
-    geometry: Geometry, lanes: Floats, leaves: Floats, spans: Ints, program: int, first: int, last: int
+    geometry: Geometry, lanes: Floats, leaves: Floats, spans: Ints, program: int, share: float, first: int, last: int
 ) -> int:
     """Spans of all leaves, those first that the body lies within; returns how many lanes still seek.
 
@@ -212,7 +237,7 @@ def _leaves_met(
             if narrows != (sweep == 0):
                 continue
             k, cell = leaf - begin, integer(geometry, table.LEAF_CELL, leaf)
-            spans[k], near = _leaf_spans(geometry, lanes, leaves, k * LEAF, cell, narrows, first, last)
+            spans[k], near = _leaf_spans(geometry, lanes, leaves, k * LEAF, cell, narrows, share, first, last)
             seeking = near if narrows else seeking
             if seeking == 0:
                 return 0
@@ -226,8 +251,10 @@ def region_lanes(
 ) -> None:  # fmt: skip
     """The first crossing of a Boolean body."""
     first, last = eights(first, last)
-    _begin(lanes, first, last)
-    if _leaves_met(geometry, lanes, leaves, spans, program, first, last) == 0:
+    around = lengths_of(geometry, table.PROGRAM_LIMITS, program)
+    _begin(lanes, around, first, last)
+    share = around[1]
+    if _leaves_met(geometry, lanes, leaves, spans, program, share, first, last) == 0:
         return
     for i in range(first, last):
         lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
@@ -241,14 +268,14 @@ def region_lanes(
             change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf) == 1 else 1.0
             gate = integer(geometry, table.LEAF_GATE, leaf) - root
             for s in range(spans[k]):
-                _count_span(lanes, leaves, truths, k * LEAF + s * SPAN, gate, change, first, last)
+                _count_span(lanes, leaves, truths, k * LEAF + s * SPAN, gate, change, share, first, last)
         _settle_gates(geometry, truths, program, first, last)
-        seeking = _advance(geometry, lanes, truths, program, starts, first, last)
+        seeking = _advance(geometry, lanes, truths, program, starts, share, first, last)
         starts = False
     for leaf in range(end - 1, begin - 1, -1):
         k, sense = leaf - begin, float(integer(geometry, table.LEAF_SENSE, leaf))
         for s in range(spans[k]):
             _choose_face(lanes, leaves, k * LEAF + s * SPAN, sense, first, last)
     for i in range(first, last):
-        t = lanes[FOUND + i]
-        take(lanes, i, t, entry, body, lanes[NEW_PLACE + i], lanes[NEW_SENSE + i], lanes[NEW_ENTERS + i])
+        t, sense, enters = lanes[FOUND + i], lanes[NEW_SENSE + i], lanes[NEW_ENTERS + i]
+        take(lanes, i, t, lanes[OFF + i] + share * finite(t), entry, body, lanes[NEW_PLACE + i], sense, enters)

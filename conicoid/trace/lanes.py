@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..geometry.nearness import STARTING, Nearness, ray_size
 from ..geometry.tables import Floats, Ray, whole
 from ..jit import choose, inline
 from .kernels import Hit
@@ -22,11 +23,12 @@ LANES = 64
 
 # Where the rows begin. `lanes_in_box` relies on the order of the first nine
 (
-    OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, BEST, DX, DY, DZ, INVERSE, START, BODY, ENTRY, PLACE, SENSE, ENTERS,
+    OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, START, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS,
     A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN,
     NOW, NEXT, INSIDE, SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS,
-) = (np.uint64(row) for row in range(0, 42 * LANES, LANES))  # fmt: skip
-BEAM_AT = 42 * LANES
+    UNIT, AWAY, BESIDE, UNSURE, DOUBT, CLOSE, OFF, OWN,
+) = (np.uint64(row) for row in range(0, 51 * LANES, LANES))  # fmt: skip
+BEAM_AT = 51 * LANES
 ALL = np.uint64(LANES)
 SIZE = BEAM_AT + BEAM + 2
 
@@ -77,9 +79,12 @@ def prepare_lanes(lanes: Floats, groups: int) -> None:
     first, last = eights(0, 8 * groups)
     for i in range(first, last):
         dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
-        lanes[INVERSE + i] = 1.0 / (dx * dx + dy * dy + dz * dz)
+        inverse = 1.0 / (dx * dx + dy * dy + dz * dz)
+        away = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], inverse)
+        lanes[INVERSE + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, math.sqrt(inverse), away
+        lanes[BESIDE + i] = choose(lanes[START + i] >= 0.0, away * STARTING, away)
         lanes[IX + i], lanes[IY + i], lanes[IZ + i] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
-        lanes[BEST + i] = math.inf
+        lanes[BEST + i], lanes[WITHIN + i], lanes[DOUBT + i] = math.inf, math.inf, 0.0
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
         lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
 
@@ -134,11 +139,31 @@ def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
 
 
 @inline
-def take(lanes: Floats, i: int, t: float, entry: int, body: int, place: float, sense: float, enters: float) -> None:
-    """Keep the nearer of a lane's hit and a new one; equal t goes to the body listed first."""
-    best = lanes[BEST + i]
+def lane_nearness(lanes: Floats, i: int, off: float, share: float, far: float) -> Nearness:
+    """Limits of lengths as limits of a lane's t."""
+    unit = lanes[UNIT + i]
+    return off * unit + share * lanes[BESIDE + i], share, far * unit - lanes[AWAY + i]
+
+
+@inline
+def at_start(lanes: Floats, i: int, t: float, starts: bool, off: float) -> bool:
+    """Might rounding have taken a crossing to the other side of the ray's origin?  (`events.at_start`)"""
+    return (abs(t) <= off) & (lanes[T_MIN + i] <= off) & ~(starts & (t == 0.0))
+
+
+@inline
+def take(
+    lanes: Floats, i: int, t: float, off: float, entry: int, body: int, place: float, sense: float, enters: float
+) -> None:
+    """Keep the nearer of a lane's hit and a new one, as `kernels.nearer` does.
+
+    Equal t is always doubtful here: a single ray finds out whether both lie on the same surface.
+    """
+    best, within = lanes[BEST + i], lanes[WITHIN + i]
     closer = (t < best) | ((t == best) & (body < lanes[BODY + i]))
+    lanes[DOUBT + i] = choose(abs(t - best) <= off + (within - best), 1.0, lanes[DOUBT + i])
     lanes[BEST + i] = choose(closer, t, best)
+    lanes[WITHIN + i] = choose(closer, t + off, within)
     lanes[BODY + i] = choose(closer, body, lanes[BODY + i])
     lanes[ENTRY + i] = choose(closer, entry, lanes[ENTRY + i])
     lanes[PLACE + i] = choose(closer, place, lanes[PLACE + i])
@@ -147,17 +172,22 @@ def take(lanes: Floats, i: int, t: float, entry: int, body: int, place: float, s
 
 
 @inline
-def put_turns(lanes: Floats) -> None:
-    """The senses of the hits' leaves, doubled where a body is entered."""
+def put_turns(lanes: Floats) -> int:
+    """The senses of the hits' leaves, doubled where a body is entered; returns how many lanes are doubtful."""
+    doubtful = 0
     for i in range(ALL):
         lanes[TURN + i] = lanes[SENSE + i] * (1.0 + lanes[ENTERS + i])
+        doubtful += 1 if lanes[DOUBT + i] != 0.0 else 0
+    return doubtful
 
 
 @inline
 def lane_hit(lanes: Floats, i: Any) -> Hit:
     """What lane i has met."""
     i = np.uint64(i)
+    t = lanes[BEST + i]
+    off = lanes[WITHIN + i] - t if t < math.inf else 0.0
     return (
-        lanes[BEST + i], whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(lanes[PLACE + i]),
-        whole(lanes[SENSE + i]), lanes[ENTERS + i] == 1.0,
+        t, whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(lanes[PLACE + i]),
+        whole(lanes[SENSE + i]), lanes[ENTERS + i] == 1.0, off, lanes[DOUBT + i] != 0.0,
     )  # fmt: skip

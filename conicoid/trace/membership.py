@@ -28,7 +28,7 @@ def cell_holds(geometry: Geometry, cell: int, x: float, y: float, z: float) -> b
     """Is the point on the inner side of every face, or on it?"""
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, integer(geometry, table.PLANE_SURFACE, slot)))
-        height, _ = plane_on_ray(plane, x, y, z, plane[0], plane[1], plane[2])
+        height, _, _ = plane_on_ray(plane, x, y, z, plane[0], plane[1], plane[2])
         if height * integer(geometry, table.PLANE_SIDE, slot) > 0.0:
             return False
     quadric = integer(geometry, table.CELL_QUADRIC, cell)

@@ -12,15 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs, integer, whole
+from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs, integer
 from ..jit import allocator, choose, helper, inline
-from .kernels import scene_tree, try_entry
+from .kernels import scene_tree, try_entry, within
 from .lane_cells import ball_lanes, cell_lanes
 from .lane_regions import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
 from .lanes import (
     BEAM_AT,
     BEST,
     BODY,
+    DOUBT,
     ENTERS,
     ENTRY,
     PLACE,
@@ -28,7 +29,9 @@ from .lanes import (
     SIZE,
     T_MAX,
     T_MIN,
+    WITHIN,
     eights,
+    lane_hit,
     lane_ray,
     shorten_beam,
 )  # fmt: skip
@@ -53,21 +56,17 @@ def new_packet() -> Packet:
 
 
 @helper
-def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int, body: int, met: int) -> None:
+def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int, met: int) -> None:
     """Large bodies and sheets: each lane that meets the box by itself."""
     while met != 0:
         i = np.uint64(lowest_bit(met))
         met &= met - 1
         if not lanes[T_MIN + i] < lanes[T_MAX + i]:
             continue
-        none = whole(-1)
-        hit = try_entry(
-            geometry, scratch, entry, lane_ray(lanes, i, lanes[T_MAX + i]),
-            (lanes[BEST + i], whole(lanes[BODY + i]), none, none, none, False),
-        )  # fmt: skip
-        if hit[2] >= 0:
-            lanes[BEST + i], lanes[BODY + i], lanes[ENTRY + i] = hit[0], body, entry
-            lanes[PLACE + i], lanes[SENSE + i], lanes[ENTERS + i] = hit[3], hit[4], 1.0 if hit[5] else 0.0
+        hit = try_entry(geometry, scratch, entry, lane_ray(lanes, i, lanes[T_MAX + i]), lane_hit(lanes, i))
+        lanes[BEST + i], lanes[BODY + i], lanes[ENTRY + i] = hit[0], hit[1], hit[2]
+        lanes[PLACE + i], lanes[SENSE + i], lanes[ENTERS + i] = hit[3], hit[4], 1.0 if hit[5] else 0.0
+        lanes[WITHIN + i], lanes[DOUBT + i] = within(hit), 1.0 if hit[7] else 0.0
 
 
 @inline
@@ -121,7 +120,7 @@ def _meet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, e
     elif kind == REGION and in_lanes(geometry, index):
         region_lanes(geometry, lanes, packet.leaves, packet.truths, packet.spans, index, entry, body, first, last)
     else:
-        _one_by_one(geometry, scratch, lanes, entry, body, met)
+        _one_by_one(geometry, scratch, lanes, entry, met)
 
 
 @inline

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from ..exact.forms import Form
+from ..geometry.decide import Rest
 from ..geometry.tables import Geometry
 from ..lowering import Lowered
 from .array_kernels import (
+    DOUBTFUL,
     coherent_packets,
     trace_crossings,
     trace_first,
@@ -17,15 +20,15 @@ from .array_kernels import (
     trace_occluded,
     trace_spans,
 )
+from .certain import settle_hits, settled_rows
 from .hits import Found, Hits
+from .lists import CROSSING_COLUMNS, SPAN_COLUMNS
 from .membership import locate
 from .order import ray_order
-from .rays import FloatArray, Rays, points_array
+from .rays import Arguments, FloatArray, Rays, points_array
 from .spans import Crossings, Spans
 from .threads import chunk_size, run_chunks
 from .tree import with_trees
-
-Arguments = tuple[Any, Any, Any, Any, Any]  # of kernels: origins, directions, limits, where rays start
 
 _CHUNK = 4096
 _PACKETS = 512
@@ -39,11 +42,14 @@ class Prepared:
 
     lowered: Lowered
     geometry: Geometry
+    rest: Rest
+    forms: dict[int, Form] = field(default_factory=dict, repr=False, compare=False)  # surfaces in exact arithmetic
 
     @classmethod
     def of(cls, lowered: Lowered) -> Prepared:
-        geometry = with_trees(lowered)
-        return cls(lowered.sharing(geometry), geometry)
+        geometry, rest = with_trees(lowered), lowered.rest
+        flat = Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel())
+        return cls(lowered.sharing(geometry), geometry, flat)
 
 
 def as_rays(origins: Any, directions: Any) -> Rays:
@@ -106,6 +112,9 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
             packets,
             chunk_size(packets, _PACKETS),
         )
+    doubtful = np.flatnonzero(found.turn > DOUBTFUL // 2)
+    if len(doubtful):
+        settle_hits(scene, arguments, doubtful, found)
     return Hits(scene, rays, found)
 
 
@@ -120,42 +129,65 @@ def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     """Is there any crossing in ]t_min, t_max[?  bool of the rays' shape."""
     arguments = _arguments(rays, t_min, t_max)
-    result = np.zeros(len(arguments[0]), np.bool_)
+    result = np.zeros(len(arguments[0]), np.int8)
     width, packets = _packets(rays)
     run_chunks(
         lambda a, b: trace_occluded(scene.geometry, *arguments, width, a, b, result),
         packets,
         chunk_size(packets, _PACKETS),
     )
-    return result.reshape(rays.shape)[()]
+    doubtful = np.flatnonzero(result >= DOUBTFUL)
+    if len(doubtful):
+        some = tuple(part if len(part) == 1 else part[doubtful] for part in arguments)
+        found = Found.new(len(doubtful))
+        settle_hits(scene, some, np.arange(len(doubtful)), found)
+        result[doubtful] = found.body >= 0
+    return result.astype(np.bool_).reshape(rays.shape)[()]
 
 
-def _listed(kernel: Any, scene: Prepared, rays: Rays, t_min: Any, t_max: Any, columns: int) -> tuple[Any, FloatArray]:
+def _listed(kernel: Any, scene: Prepared, rays: Rays, t_min: Any, t_max: Any, spans: bool) -> tuple[Any, FloatArray]:
     """Run a kernel that returns rows for each chunk; (offsets, all rows)."""
     arguments = _arguments(rays, t_min, t_max)
     count = len(arguments[0])
-    counts = np.zeros(count, np.int64)
+    counts, doubts = np.zeros(count, np.int64), np.zeros(count, np.int8)
     pieces: dict[int, FloatArray] = {}
 
     def work(begin: int, end: int) -> None:
-        pieces[begin] = kernel(scene.geometry, *arguments, begin, end, counts)
+        pieces[begin] = kernel(scene.geometry, *arguments, begin, end, counts, doubts)
 
     run_chunks(work, count, _CHUNK)
+    columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
+    rows = np.concatenate([np.zeros((0, columns)), *(pieces[begin] for begin in sorted(pieces))])
+    doubtful = np.flatnonzero(doubts)
+    if len(doubtful):
+        ends = np.cumsum(counts)
+        settled, _ = settled_rows(scene, arguments, doubtful, spans)
+        rows = _replaced(rows, ends, doubtful, settled)
+        counts[doubtful] = [len(part) for part in settled]
     offsets = np.zeros(count + 1, np.int64)
     np.cumsum(counts, out=offsets[1:])
-    return offsets, np.concatenate([np.zeros((0, columns)), *(pieces[begin] for begin in sorted(pieces))])
+    return offsets, rows
+
+
+def _replaced(rows: FloatArray, ends: Any, which: Any, parts: list[FloatArray]) -> FloatArray:
+    """Rows, of which those of ray i end at ends[i], with those of rays `which` replaced."""
+    pieces, done = [], 0
+    for ray, part in zip(which.tolist(), parts, strict=True):
+        pieces += [rows[done : int(ends[ray - 1]) if ray else 0], part]
+        done = int(ends[ray])
+    return np.concatenate([*pieces, rows[done:]])
 
 
 def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
-    offsets, rows = _listed(trace_spans, scene, rays, t_min, t_max, 5)
-    return Spans(offsets, rows, rays, scene.lowered.body_count)
+    offsets, rows = _listed(trace_spans, scene, rays, t_min, t_max, True)
+    return Spans(scene, rays, offsets, rows)
 
 
 def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Every crossing of each ray with every body in ]t_min, t_max[, sheets too."""
-    offsets, rows = _listed(trace_crossings, scene, rays, t_min, t_max, 6)
-    return Crossings(offsets, rows)
+    offsets, rows = _listed(trace_crossings, scene, rays, t_min, t_max, False)
+    return Crossings(scene, rays, offsets, rows)
 
 
 def body_at(scene: Prepared, points: Any) -> Any:

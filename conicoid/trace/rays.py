@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
+Arguments = tuple[Any, Any, Any, Any, Any]  # of kernels: origins, directions, limits, where rays start
 
 _REASONS = {1: "origin must be finite", 2: "direction must be finite", 3: "direction must not be zero"}
 
@@ -100,6 +101,11 @@ class Rays:
 
     def __repr__(self) -> str:
         return f"Rays(shape={self.shape})"
+
+
+def lines_of(rays: Rays) -> tuple[FloatArray, FloatArray]:
+    """(origins, directions), both (n, 3)."""
+    return rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)
 
 
 def _own(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:

@@ -30,6 +30,7 @@ class Scratch(NamedTuple):
     inner_beam: Floats
     found: Ints  # entries whose boxes the ray meets
     found_leaves: Ints
+    known: Ints  # (1,) how many leaves stand in found_leaves already, or -1: they are to be looked for
     nothing: Signs  # an empty mask: every body counts
 
 
@@ -59,5 +60,6 @@ def new_scratch(geometry: Geometry) -> Scratch:
         np.empty(BEAM),
         np.empty(length(geometry, table.ENTRY_KIND), np.int32),
         np.empty(leaves, np.int32),
+        np.full(1, -1, np.int32),
         np.empty(0, np.int8),
     )

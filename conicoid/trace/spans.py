@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .rays import FloatArray, Rays
+from .errors import errors_of_t
+from .rays import FloatArray, Rays, lines_of
+from .threads import run_chunks
 
+if TYPE_CHECKING:
+    from .queries import Prepared
+
+_CHUNK = 16384
 _LARGEST = 4 << 30
 
 
@@ -17,21 +24,41 @@ def _column(rows: FloatArray, column: int, dtype: type[Any] = np.float64) -> Any
     return result
 
 
+def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: Any) -> FloatArray:
+    """The bounds on the crossings of rays with surfaces, rows offsets[i]:offsets[i + 1] of ray i."""
+    which, errors = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)), np.empty(len(t))
+    arguments = (scene.geometry, scene.rest, *lines_of(rays), which, t, surfaces)
+    run_chunks(lambda a, b: errors_of_t(*arguments, a, b, errors), len(t), _CHUNK)
+    errors.flags.writeable = False
+    return errors
+
+
 class Spans:
     """Stretches of rays inside solids. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
 
     t_enter, t_exit   float64, in units of the direction's length
     body              int32
     enter_clipped, exit_clipped   bool: the end is the interval's (or infinity), not a wall
+    t_enter_error, t_exit_error   float64: each end is at most so far from the exact one; 0 where it is clipped
     """
 
-    def __init__(self, offsets: Any, rows: FloatArray, rays: Rays, body_count: int) -> None:
+    def __init__(self, scene: Prepared, rays: Rays, offsets: Any, rows: FloatArray) -> None:
         offsets.flags.writeable = False
         self.offsets = offsets
         self.t_enter, self.t_exit = _column(rows, 0), _column(rows, 2)
         self.body = _column(rows, 1, np.int32)
         self.enter_clipped, self.exit_clipped = _column(rows, 3, np.bool_), _column(rows, 4, np.bool_)
-        self._rays, self._body_count = rays, body_count
+        self._ends = _column(rows, 5, np.int32), _column(rows, 6, np.int32)
+        self._rays, self._scene = rays, scene
+        self._body_count = scene.lowered.body_count
+
+    @cached_property
+    def t_enter_error(self) -> FloatArray:
+        return _errors(self._scene, self._rays, self.offsets, self.t_enter, self._ends[0])
+
+    @cached_property
+    def t_exit_error(self) -> FloatArray:
+        return _errors(self._scene, self._rays, self.offsets, self.t_exit, self._ends[1])
 
     def _chords(self) -> tuple[Any, FloatArray]:
         """(flat index of the ray, true length) of every span."""
@@ -80,14 +107,20 @@ class Crossings:
     t                    float64, in units of the direction's length
     body, face, surface  int32
     entering             bool: against the outward normal
+    t_error              float64: t is at most so far from the exact crossing
     """
 
-    def __init__(self, offsets: Any, rows: FloatArray) -> None:
+    def __init__(self, scene: Prepared, rays: Rays, offsets: Any, rows: FloatArray) -> None:
+        self._scene, self._rays = scene, rays
         offsets.flags.writeable = False
         self.offsets = offsets
         self.t = _column(rows, 0)
         self.body, self.face, self.surface = (_column(rows, k, np.int32) for k in (1, 2, 3))
         self.entering = _column(rows, 5, np.bool_)
+
+    @cached_property
+    def t_error(self) -> FloatArray:
+        return _errors(self._scene, self._rays, self.offsets, self.t, self.surface)
 
     def __repr__(self) -> str:
         return f"Crossings({len(self.offsets) - 1} rays, {len(self.t)} crossings)"

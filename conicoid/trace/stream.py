@@ -15,19 +15,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import BALL, CELL, Floats, Geometry, Ints, Ray, Signs, integer, whole
+from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, integer, whole
 from ..jit import allocator, helper, inline
-from .kernels import Hit, scene_tree, try_ball, try_cell, try_entry
+from .kernels import Hit, meet, scene_tree, within
 from .scratch import Scratch
 from .simd import FROM_THE_START, balls_met, boxes_met_by_ray, lowest_bit, waiting
 from .walk import leaf_range, reciprocal
 
 # Numbers of a ray that boxes are tested with, in the order of `boxes_met_by_ray`: one line of memory
-ORIGIN, INVERSE, T_MIN, LAST = 0, 3, 6, 7
+ORIGIN, SLOPES, T_MIN, LAST = 0, 3, 6, 7
 RAY = 8
 # The others, and what it has met
-D, INVERSE, START, T_MAX, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11
-MORE = 12
+D, INVERSE, START, T_MAX, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS, OFF, DOUBT = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13
+MORE = 14
 
 
 class Stream(NamedTuple):
@@ -59,13 +59,13 @@ def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     rays, more, at, far = stream.rays, stream.more, RAY * k, MORE * k
     rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2] = ox, oy, oz
-    rays[at + INVERSE], rays[at + INVERSE + 1], rays[at + INVERSE + 2] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
+    rays[at + SLOPES], rays[at + SLOPES + 1], rays[at + SLOPES + 2] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
     rays[at + T_MIN], rays[at + LAST] = t_min, t_max
     more[far + D], more[far + D + 1], more[far + D + 2] = dx, dy, dz
     more[far + INVERSE], more[far + START] = 1.0 / (dx * dx + dy * dy + dz * dz), start
     more[far + T_MAX], more[far + BEST] = t_max, math.inf
     more[far + BODY], more[far + ENTRY], more[far + PLACE] = -1.0, -1.0, -1.0
-    more[far + SENSE], more[far + ENTERS] = 1.0, 0.0
+    more[far + SENSE], more[far + ENTERS], more[far + OFF], more[far + DOUBT] = 1.0, 0.0, 0.0, 0.0
 
 
 @inline
@@ -84,7 +84,7 @@ def stream_hit(stream: Stream, k: int) -> Hit:
     more, far = stream.more, MORE * k
     return (
         more[far + BEST], whole(more[far + BODY]), whole(more[far + ENTRY]), whole(more[far + PLACE]),
-        whole(more[far + SENSE]), more[far + ENTERS] == 1.0,
+        whole(more[far + SENSE]), more[far + ENTERS] == 1.0, more[far + OFF], more[far + DOUBT] == 1.0,
     )  # fmt: skip
 
 
@@ -93,7 +93,9 @@ def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
     more, far = stream.more, MORE * k
     more[far + BEST], more[far + BODY], more[far + ENTRY], more[far + PLACE] = hit[0], hit[1], hit[2], hit[3]
     more[far + SENSE], more[far + ENTERS] = hit[4], 1.0 if hit[5] else 0.0
-    stream.rays[RAY * k + LAST] = -math.inf if any_hit else min(more[far + T_MAX], hit[0])
+    more[far + OFF], more[far + DOUBT] = hit[6], 1.0 if hit[7] else 0.0
+    done = any_hit and hit[2] >= 0
+    stream.rays[RAY * k + LAST] = -math.inf if done else min(more[far + T_MAX], within(hit))
 
 
 @helper
@@ -164,14 +166,9 @@ def _meet(
                 bits &= bits - 1
                 if len(blocks) > 0 and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
                     continue
-                best, kind = stream_hit(stream, k), integer(geometry, table.ENTRY_KIND, entry)
-                if kind == BALL:
-                    hit = try_ball(geometry, entry, ray, inverse, best)
-                elif kind == CELL:
-                    hit = try_cell(geometry, entry, ray, inverse, best)
-                else:
-                    hit = try_entry(geometry, scratch, entry, ray, best)
-                if hit[0] != best[0] or hit[1] != best[1]:
+                best = stream_hit(stream, k)
+                hit = meet(geometry, scratch, entry, ray, inverse, best)
+                if hit[0] != best[0] or hit[1] != best[1] or hit[7] != best[7]:
                     _keep(stream, k, hit, any_hit)
 
 
@@ -183,6 +180,8 @@ def trace_stream(
 
     Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
     """
+    if count == 0:
+        return
     stack, tree = stream.stack, scene_tree(geometry)
     for k in range(count):
         stream.lists[k] = k + FROM_THE_START

@@ -44,12 +44,16 @@ def test_sphere_keeps_its_chord():
 
 
 def test_grazing_inside_a_sphere():
-    """Whispering gallery: chords of 1e-6 of the radius, a thousand of them."""
+    """Whispering gallery: chords of 1e-6 of the radius, a thousand of them.
+
+    A hit point is up to e = 2^-52 beside the sphere, and the ray that starts there is traced as it stands: its chord
+    changes by e / sin(1e-6), a ten-thousandth of it, every time. A thousand such steps at random add up to 1e-2.
+    """
 
     def check(hits, previous):
         if previous is not None:
             chord = hits.t * np.linalg.norm(hits.rays.directions, axis=1)
-            assert np.abs(chord / 2e-6 - 1).max() < 1e-3
+            assert np.abs(chord / 2e-6 - 1).max() < 1e-2
 
     angle = np.linspace(0, 2 * np.pi, N, endpoint=False)
     origins = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1) * np.sqrt(1 - 1e-12)

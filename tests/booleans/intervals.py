@@ -60,6 +60,25 @@ def _truth(node: Node, truth: Any) -> Any:
     )
 
 
+def without_hairs(spans: tuple[Any, Any]) -> tuple[Any, Any]:
+    """Spans whose ends round to the same float left out, and those joined with nothing but such a gap between them.
+
+    The algebra above knows ends by their floats. Crossings that are told apart exactly may share one.
+    """
+    rows = []
+    for enter, leave in zip(*spans, strict=True):
+        kept: list[list[float]] = []
+        for a, b in zip(enter.tolist(), leave.tolist(), strict=True):
+            if kept and kept[-1][1] == a:
+                kept[-1][1] = b
+            elif a < b:
+                kept.append([a, b])
+        rows.append([span for span in kept if span[0] < math.inf])
+    most = max(1, *(len(row) for row in rows))
+    filled = np.array([row + [[math.inf, math.inf]] * (most - len(row)) for row in rows])
+    return filled[..., 0], filled[..., 1]
+
+
 def same(one: tuple[Any, Any], other: tuple[Any, Any]) -> Any:
     """(rays,) bool: equal spans to the bit."""
     most = max(one[0].shape[1], other[0].shape[1])

@@ -10,7 +10,7 @@ import pytest
 
 import conicoid as co
 
-from .intervals import expected, same, table
+from .intervals import expected, same, table, without_hairs
 from .leaves import MANY_DIGITS
 from .rays import mixed_rays, random_rays
 from .trees import Node, tree, world_leaves
@@ -26,7 +26,7 @@ def assert_spans_follow_from_those_of_the_leaves(node: Node, rays: Any) -> tuple
     scene = co.Scene([node.shape, *world_leaves(node)])
     spans = scene.spans(*rays, t_min=-math.inf)
     found = table(spans, 0)
-    agree = same(found, expected(node, spans, 1))
+    agree = same(without_hairs(found), without_hairs(expected(node, spans, 1)))
     wrong = np.flatnonzero(~agree)
     assert agree.all(), (
         f"{len(wrong)} rays, the first from {rays[0][wrong[0]].tolist()} along {rays[1][wrong[0]].tolist()}"
@@ -88,7 +88,7 @@ def assert_crossings_are_in_order(node: Node, rays: Any, found: tuple[Any, Any])
     place = np.arange(len(ray)) - starts[ray]
     assert np.array_equal(crossings.entering, (place + first[ray]) % 2 == 0)
     inner = np.diff(crossings.t)[np.diff(ray) == 0]
-    assert (inner > 0).all()
+    assert (inner >= 0).all()  # told apart exactly, they may round to one float
     if np.isfinite(node.shape.bounds).all():
         assert (counts % 2 == 0).all()
     ends = np.sort(np.concatenate(found, axis=1), axis=1)

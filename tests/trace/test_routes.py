@@ -109,3 +109,13 @@ def test_pictures_of_any_size(shape):
     assert np.array_equal(hits.body >= 0, inside)
     expected = 5 - np.sqrt(1 - x[inside] ** 2 - y[inside] ** 2)
     assert np.allclose(hits.t[inside], expected, rtol=1e-14, atol=0)
+
+
+def test_streams_without_any_ray():
+    """Directions of no ordinary length go one by one, which leaves nothing for the streams."""
+    r = np.random.default_rng(4)
+    origins, directions = r.uniform(-2, 2, (4096, 3)), r.normal(size=(4096, 3))
+    scene, small = crowded_scene(), 2.0**-170
+    hits, same = scene.first_hit(origins, directions), scene.first_hit(origins, directions * small)
+    assert np.array_equal(hits.t, same.t * small)
+    assert np.array_equal(hits.body, same.body)

@@ -1,0 +1,115 @@
+"""Surfaces as polynomials with integer coefficients, and what is left of them on a ray or at a point."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
+from .roots import Quadratic
+
+Vector = tuple[Fraction, Fraction, Fraction]
+
+
+def fraction(value: Any) -> Fraction:
+    """A float, an integer, a fraction or a 400-bit number, exactly."""
+    if hasattr(value, "_mpf_"):
+        negative, mantissa, exponent, _ = value._mpf_
+        return Fraction(-int(mantissa) if negative else int(mantissa)) * Fraction(2) ** int(exponent)
+    return Fraction(value)
+
+
+def vector(values: Iterable[Any]) -> Vector:
+    x, y, z = values
+    return fraction(x), fraction(y), fraction(z)
+
+
+def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def integers(values: Sequence[Fraction]) -> list[int]:
+    """Numbers in the same ratios, by a positive factor."""
+    common = math.lcm(*(v.denominator for v in values))
+    return [v.numerator * (common // v.denominator) for v in values]
+
+
+@dataclass(frozen=True)
+class Form:
+    """xx X² + yy Y² + zz Z² + 2 xy XY + 2 xz XZ + 2 yz YZ + 2 x X + 2 y Y + 2 z Z + one: <= 0 inside."""
+
+    second: tuple[int, int, int, int, int, int]
+    first: tuple[int, int, int]
+    one: int
+
+    def _bilinear(self, p: Sequence[int], q: Sequence[int]) -> int:
+        xx, yy, zz, xy, xz, yz = self.second
+        return (
+            p[0] * (xx * q[0] + xy * q[1] + xz * q[2])
+            + p[1] * (xy * q[0] + yy * q[1] + yz * q[2])
+            + p[2] * (xz * q[0] + yz * q[1] + zz * q[2])
+        )
+
+    def along(self, line: Line) -> Quadratic:
+        """On a ray, times a positive number."""
+        o, d, unit = line.origin, line.direction, line.unit
+        slope = self.first[0] * d[0] + self.first[1] * d[1] + self.first[2] * d[2]
+        level = self.first[0] * o[0] + self.first[1] * o[1] + self.first[2] * o[2]
+        return Quadratic(
+            self._bilinear(d, d),
+            self._bilinear(o, d) + slope * unit,
+            self._bilinear(o, o) + (2 * level + self.one * unit) * unit,
+        )
+
+
+@dataclass(frozen=True)
+class Line:
+    """(origin + t direction) / unit, in integers."""
+
+    origin: tuple[int, ...]
+    direction: tuple[int, ...]
+    unit: int
+
+
+def line(origin: Sequence[float], direction: Sequence[float]) -> Line:
+    """A ray of floats."""
+    numbers = [Fraction(float(x)) for x in (*origin, *direction)]
+    common = math.lcm(*(n.denominator for n in numbers))
+    whole = [n.numerator * (common // n.denominator) for n in numbers]
+    return Line(tuple(whole[:3]), tuple(whole[3:]), common)
+
+
+def form_of(surface: Surface) -> Form:
+    """A surface as its record in the table of surfaces has it: a plane's normal leads with a positive number."""
+    if isinstance(surface, PlaneSurface):
+        normal, offset = vector(surface.normal), fraction(surface.offset)
+        turned = -1 if next(float(n) for n in surface.normal if float(n)) < 0 else 1
+        x, y, z, one = integers([turned * n for n in normal] + [-2 * turned * offset])
+        return Form((0, 0, 0, 0, 0, 0), (x, y, z), one)
+    return _quadric(surface)
+
+
+def ball_form(center: Sequence[float], radius: float) -> Form:
+    """A ball of floats."""
+    c, r = vector(center), Fraction(radius)
+    unit, x, y, z, one = integers([Fraction(1), -c[0], -c[1], -c[2], dot(c, c) - r * r])
+    return Form((unit, unit, unit, 0, 0, 0), (x, y, z), one)
+
+
+def _quadric(surface: QuadricSurface) -> Form:
+    rows = [vector(row) for row in surface.rows]
+    squares, linear, anchor = vector(surface.squares), vector(surface.linear), vector(surface.anchor)
+    shift = [-dot(row, anchor) for row in rows]
+    second = [
+        sum((squares[k] * rows[k][i] * rows[k][j] for k in range(3)), Fraction(0))
+        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    ]
+    slopes = [squares[k] * shift[k] + linear[k] for k in range(3)]
+    first = [sum((slopes[k] * rows[k][i] for k in range(3)), Fraction(0)) for i in range(3)]
+    one = sum(((squares[k] * shift[k] + 2 * linear[k]) * shift[k] for k in range(3)), -fraction(surface.constant))
+    numbers = integers([*second, *first, one])
+    a, b, c, d, e, f, x, y, z, w = numbers
+    return Form((a, b, c, d, e, f), (x, y, z), w)

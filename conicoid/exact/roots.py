@@ -1,0 +1,96 @@
+"""Roots of quadratics with integer coefficients, compared without rounding.
+
+Two roots are equal only if their quadratics share one, which their resultant tells; roots that are not equal part
+at some precision, so a comparison always ends. (Basu, Pollack, Roy: Algorithms in Real Algebraic Geometry, 2006.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import isqrt
+
+
+def sign(x: int | Fraction) -> int:
+    return (x > 0) - (x < 0)
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """a t² + 2 b t + c"""
+
+    a: int
+    b: int
+    c: int
+
+    @property
+    def discriminant(self) -> int:
+        return self.b * self.b - self.a * self.c
+
+
+@dataclass(frozen=True)
+class Root:
+    """The lower (side -1) or higher (+1) root of a quadratic with a > 0 and two roots, or a line's (a = 0, b > 0)."""
+
+    of: Quadratic
+    side: int
+
+    def between(self, bits: int) -> tuple[int, int, int]:
+        """(low, high, d): it lies in [low / d, high / d], narrow by so many bits."""
+        q = self.of
+        if q.a == 0:
+            return -q.c, -q.c, 2 * q.b
+        root = isqrt(q.discriminant << (2 * bits))
+        ends = (root, root + 1) if self.side > 0 else (-root - 1, -root)
+        return ends[0] - (q.b << bits), ends[1] - (q.b << bits), q.a << bits
+
+    def __float__(self) -> float:
+        """The nearest float64."""
+        bits = 64
+        while True:
+            low, high, d = self.between(bits)
+            if float(Fraction(low, d)) == float(Fraction(high, d)) or bits > 1 << 16:
+                return float(Fraction(low + high, 2 * d))
+            bits *= 2
+
+
+def number(x: Fraction) -> Root:
+    """A rational number as the root of a line."""
+    return Root(Quadratic(0, x.denominator, -2 * x.numerator), 0)
+
+
+def roots(q: Quadratic) -> tuple[Root, Root] | tuple[Root] | tuple[()]:
+    """The real roots, in order; none where the quadratic only touches zero, or is constant."""
+    if q.a < 0 or (q.a == 0 and q.b < 0):
+        q = Quadratic(-q.a, -q.b, -q.c)
+    if q.a == 0:
+        return (Root(q, 0),) if q.b else ()
+    return (Root(q, -1), Root(q, 1)) if q.discriminant > 0 else ()
+
+
+def equal(x: Root, y: Root) -> bool:
+    p, q = x.of, y.of
+    ab, ac, bc = p.a * q.b - q.a * p.b, p.a * q.c - q.a * p.c, p.b * q.c - q.b * p.c
+    if ac * ac != 4 * ab * bc:
+        return False
+    if ab == 0 and ac == 0 and bc == 0:
+        return x.side == y.side
+    if ab == 0:
+        return False
+    # The one root that they share is rational
+    common = Fraction(-ac, 2 * ab)
+    return all(r.side == sign(r.of.a * common + r.of.b) for r in (x, y) if r.of.a)
+
+
+def compare(x: Root, y: Root) -> int:
+    """-1, 0 or 1 as x lies before y, at y or after it."""
+    bits = 64
+    while True:
+        (low, high, d), (least, most, e) = x.between(bits), y.between(bits)
+        if high * e < least * d:
+            return -1
+        if low * e > most * d:
+            return 1
+        if bits == 64 and equal(x, y):
+            return 0
+        bits *= 2

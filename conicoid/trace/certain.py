@@ -1,0 +1,128 @@
+"""Doubtful rays and what becomes of them: error bounds first, exact arithmetic for what they leave open."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..exact.forms import Form, ball_form, form_of, line
+from ..exact.order import Place, exact_ranks, place, verdict
+from ..exact.outline import passes_within
+from ..geometry import tables as table
+from ..geometry.decide import CROSSES, MISSES
+from ..geometry.tables import POLYGON, Geometry
+from .hits import Found
+from .ranks import Ranks
+from .rays import Arguments, FloatArray
+from .settle import ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
+from .threads import run_chunks
+
+if TYPE_CHECKING:
+    from .queries import Prepared
+
+_CHUNK = 256
+
+
+def _memory(geometry: Geometry) -> tuple[Geometry, Ranks]:
+    """Room for one thread. Memory from `zeros` is taken only where it is written to."""
+    surfaces, polygons = int(geometry.places[table.SURFACE_KIND, 1]), int(geometry.places[table.POLYGON_SURFACE, 1])
+    most = 2 * surfaces + 8
+
+    def whole(count: int) -> Any:
+        return np.zeros(count, np.int32)
+
+    ranks = Ranks(
+        whole(surfaces), whole(surfaces), whole(2 * surfaces), whole(surfaces),
+        np.zeros(most), np.zeros(most), np.zeros(most), whole(most), np.zeros(most), whole(most), np.zeros(most),
+        whole(polygons), np.zeros(2), np.zeros(2, np.int64),
+    )  # fmt: skip
+    return Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks
+
+
+def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Found) -> int:
+    """Decide the first hits of doubtful rays, in place; how many of them took exact arithmetic."""
+    geometry, rest = scene.geometry, scene.rest
+    which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
+
+    def work(begin: int, end: int) -> None:
+        stand, ranks = _memory(geometry)
+        settle_first(geometry, rest, stand, ranks, *arguments, which, begin, end, *found, still)
+
+    run_chunks(work, len(which), max(_CHUNK, len(which) // 64))
+    left = which[still == 1].tolist()
+    if left:
+        stand, ranks = _memory(geometry)
+        for i in left:
+            _rank_exactly(scene, ranks, arguments, i)
+            ranked_first(geometry, stand, ranks, *arguments, i, *found)
+    return len(left)
+
+
+def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bool) -> tuple[list[FloatArray], int]:
+    """The rows of doubtful rays' spans or crossings, an array for each; how many of them took exact arithmetic."""
+    geometry, rest = scene.geometry, scene.rest
+    which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
+    counts, (stand, ranks) = np.zeros(len(doubtful), np.int32), _memory(geometry)
+    rows = settle_rows(geometry, rest, stand, ranks, *arguments, which, spans, counts, still)
+    parts = np.split(rows, np.cumsum(counts)[:-1])
+    left = np.flatnonzero(still).tolist()
+    for k in left:
+        _rank_exactly(scene, ranks, arguments, int(which[k]))
+        parts[k] = ranked_rows(geometry, stand, ranks, *arguments, int(which[k]), spans)
+    return parts, len(left)
+
+
+def _pick(values: Any, i: int) -> float:
+    return float(values[i if len(values) > 1 else 0])
+
+
+def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -> None:
+    """Put the ranks of all that ray i may cross where kernels look for them."""
+    geometry, tables = scene.geometry, scene.lowered.tables
+    entries = np.zeros(len(tables.entry_kind), np.int32)
+    surfaces, count = surfaces_met(geometry, ranks, *arguments, i, entries)
+    origins, directions, _, _, starts = arguments
+    origin, direction = origins[i].tolist(), _scaled(directions[i].tolist())
+    ray, start = line(origin, direction), int(_pick(starts, i))
+    places: list[Place] = [place(0.0)]
+    for surface in ranks.surfaces[:surfaces].tolist():
+        found = verdict(form(scene, surface), ray, surface == start)
+        ranks.verdict[2 * surface : 2 * surface + 2] = CROSSES if found.crosses else MISSES, found.sense
+        if found.crosses:
+            ranks.first[surface] = len(places)
+            places += [found.low, found.high]
+    ranks.rank[: len(places)] = exact_ranks(places, 0)
+    told = [float(t) for t in places]
+    ranks.high[: len(places)], ranks.t[: len(places)] = told, told
+    ranks.order[: len(places)] = np.argsort(ranks.rank[: len(places)], kind="stable")
+    ranks.size[1] = len(places)
+    for entry in entries[:count].tolist():
+        if tables.entry_kind[entry] == POLYGON:
+            polygon = int(tables.entry_index[entry])
+            first, last = tables.polygon_first[polygon : polygon + 2].tolist()
+            ranks.loops[polygon] = passes_within(tables.vertices[first:last], origin, direction)
+
+
+def _scaled(direction: list[float]) -> list[float]:
+    """The direction of `kernels.scaled_ray`."""
+    largest = max(abs(d) for d in direction)
+    if 2.0**-100 < largest < 2.0**100:
+        return direction
+    scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
+    return [d * scale for d in direction]
+
+
+def form(scene: Prepared, surface: int) -> Form:
+    """A surface of the scene's table, exactly."""
+    known = scene.forms.get(surface)
+    if known is None:
+        exact = scene.lowered.exact
+        if surface < len(exact):
+            known = form_of(exact[surface])
+        else:
+            x, y, z, r = scene.lowered.tables.spheres[scene.lowered.tables.surface_row[surface]].tolist()
+            known = ball_form((x, y, z), r)
+        scene.forms[surface] = known
+    return known

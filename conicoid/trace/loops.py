@@ -1,0 +1,51 @@
+"""Is a ray inside a closed loop of points, with certainty?  (The rule of geometry/polygon.py)"""
+
+from __future__ import annotations
+
+from ..geometry import tables as table
+from ..geometry.errorfree import two_difference
+from ..geometry.sure import Sure, minus, moment, scaled, sign
+from ..geometry.tables import Geometry, Ray, integer, real
+from ..jit import helper, inline
+
+OPEN = 2
+
+
+@inline
+def _seen(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[Sure, Sure]:
+    """(u, v) of a vertex, as in `polygon.seen_along`."""
+    first, second = (1, 2) if axis == 0 else ((2, 0) if axis == 1 else (0, 1))
+    at, origin, direction = 3 * vertex, (ray[0], ray[1], ray[2]), (ray[3], ray[4], ray[5])
+    x = two_difference(real(geometry, table.VERTICES, at + first), origin[first])
+    y = two_difference(real(geometry, table.VERTICES, at + second), origin[second])
+    z = two_difference(real(geometry, table.VERTICES, at + axis), origin[axis])
+    along, depth = direction[axis], (z[0], z[1], 0.0)
+    u = minus(scaled((x[0], x[1], 0.0), along), scaled(depth, direction[first]))
+    v = minus(scaled((y[0], y[1], 0.0), along), scaled(depth, direction[second]))
+    return u, v
+
+
+@helper
+def decide_loop(geometry: Geometry, polygon: int, ray: Ray) -> int:
+    """1 inside, 0 outside, OPEN where that is not certain."""
+    first, last = (
+        integer(geometry, table.POLYGON_FIRST, polygon),
+        integer(geometry, table.POLYGON_FIRST, polygon + 1),
+    )
+    dx, dy, dz = abs(ray[3]), abs(ray[4]), abs(ray[5])
+    axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
+    odd = 0
+    ua, va = _seen(geometry, last - 1, axis, ray)
+    for vertex in range(first, last):
+        ub, vb = _seen(geometry, vertex, axis, ray)
+        before, after = sign(va), sign(vb)
+        if before == OPEN or after == OPEN:
+            return OPEN
+        if (before < 0) != (after < 0):
+            side = sign(moment(ua, vb, ub, va))
+            if side == OPEN:
+                return OPEN
+            rises = after > before
+            odd ^= 1 if (side > 0 if rises else side < 0) else 0
+        ua, va = ub, vb
+    return odd

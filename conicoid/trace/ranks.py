@@ -1,0 +1,369 @@
+"""A doubtful ray as a problem of order alone.
+
+What bodies a ray meets depends on its crossings with surfaces only by their order. So a ray that rounding may
+have got wrong is decided in two steps. First every crossing is found with certainty and gets its rank: 0, 1, 2
+along the ray, equal where crossings coincide. Then the surfaces are replaced by simple ones which a ray along the
+x axis crosses at x = the rank, exactly, in floats: a sphere from rank 3 to 8 has its center at 5.5. The
+kernels of `events` trace these as they trace any ray, so every rule stands in one place.
+
+Ranks come from numbers with error bounds (geometry/decide.py) or, where those leave it open, from exact
+arithmetic (conicoid.exact).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..geometry import tables as table
+from ..geometry.cell import curved_roots, is_curved, plane_crossing
+from ..geometry.decide import CROSSES, OPEN, Rest, decide_curved, decide_plane
+from ..geometry.tables import BALL, CELL, POLYGON, REGION, SPHERE, Floats, Geometry, Ints, Ray, integer
+from ..jit import helper, inline
+from .events import leaves_met
+from .kernels import collect
+from .loops import decide_loop
+from .scratch import Scratch
+
+ALONG = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+"""Origin and direction of the ray that crosses at ranks."""
+FREE = -1
+"""In place of a surface: the ray's origin."""
+
+
+class Ranks(NamedTuple):
+    """Memory for one ray's crossings. Large arrays are empty until used, and take no memory before."""
+
+    surfaces: Ints  # (surfaces,) those that the ray may meet
+    listed: Ints  # (surfaces,) 1 for those
+    verdict: Ints  # (2 surfaces,) of each: CROSSES or MISSES, and the sign that goes with it
+    first: Ints  # (surfaces,) where its crossings stand in the lists below
+    high: Floats  # (2 surfaces + 8,) crossings: where, to 30 digits
+    low: Floats
+    error: Floats
+    owner: Ints  # the surface
+    t: Floats  # what is said of where
+    order: Ints
+    rank: Floats
+    loops: Ints  # (polygons,) 1: the ray passes within the polygon's outline
+    ends: Floats  # (2,) ranks of the interval's ends
+    size: Any  # (2,) int64: surfaces, crossings
+
+
+@inline
+def _put(ranks: Ranks, high: float, low: float, error: float, owner: int, t: float) -> None:
+    k = ranks.size[1]
+    ranks.high[k], ranks.low[k], ranks.error[k], ranks.owner[k], ranks.t[k] = high, low, error, owner, t
+    ranks.size[1] = k + 1
+
+
+@inline
+def _list(ranks: Ranks, surface: int) -> None:
+    if surface >= 0 and ranks.listed[surface] == 0:
+        ranks.listed[surface] = 1
+        ranks.surfaces[ranks.size[0]] = surface
+        ranks.size[0] += 1
+
+
+@inline
+def _list_cell(geometry: Geometry, ranks: Ranks, cell: int) -> None:
+    _list(ranks, integer(geometry, table.CELL_QUADRIC, cell))
+    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+        _list(ranks, integer(geometry, table.PLANE_SURFACE, slot))
+
+
+@inline
+def entry_program(geometry: Geometry, entry: int) -> int:
+    """The program of an entry: of a region, or what clips a sheet; -1 for none."""
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
+    if kind == REGION:
+        return index
+    if kind <= CELL:
+        return -1
+    return integer(geometry, table.POLYGON_PROGRAM if kind == POLYGON else table.SHEET_PROGRAM, index)
+
+
+@helper
+def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> None:
+    """Every surface of the entries scratch.found[:count] that matters along the ray."""
+    ranks.size[0] = 0
+    for k in range(count):
+        entry = scratch.found[k]
+        kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
+        if kind == BALL:
+            _list(ranks, index)
+        elif kind == CELL:
+            _list_cell(geometry, ranks, index)
+        elif kind != REGION:
+            of = table.POLYGON_SURFACE if kind == POLYGON else table.SHEET_SURFACE
+            _list(ranks, integer(geometry, of, index))
+        program = entry_program(geometry, entry)
+        if program >= 0:
+            for j in range(leaves_met(geometry, scratch, program, ray)):
+                _list_cell(geometry, ranks, integer(geometry, table.LEAF_CELL, scratch.found_leaves[j]))
+
+
+@inline
+def forget(ranks: Ranks) -> None:
+    """Make ready for another ray."""
+    for k in range(ranks.size[0]):
+        ranks.listed[ranks.surfaces[k]] = 0
+    ranks.size[0] = 0
+
+
+@helper
+def _decide_surface(geometry: Geometry, rest: Rest, ranks: Ranks, surface: int, ray: Ray, inverse: float) -> bool:
+    """The crossings of a surface into the list; False if they are open."""
+    starts = surface == ray[8]
+    if is_curved(geometry, surface):
+        verdict, sense, low, high = decide_curved(geometry, rest, surface, ray, starts)
+    else:
+        verdict, sense, low, high = decide_plane(geometry, rest, surface, ray, starts)
+    ranks.verdict[2 * surface], ranks.verdict[2 * surface + 1] = verdict, sense
+    if verdict == OPEN:
+        return False
+    if verdict == CROSSES:
+        ranks.first[surface] = ranks.size[1]
+        _put(ranks, low[0], low[1], low[2], surface, low[0])
+        _put(ranks, high[0], high[1], high[2], surface, high[0])
+        tell_as_usual(geometry, ranks, surface, ray, inverse)
+    return True
+
+
+@inline
+def tell_as_usual(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inverse: float) -> None:
+    """Say of a crossing what rays are told that are not doubtful: t must not depend on who else is near."""
+    if is_curved(geometry, surface):
+        low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
+        known = crosses and not unsure
+    else:
+        low, _, _, unsure = plane_crossing(geometry, surface, ray, inverse)
+        known, high = not unsure, low
+    if known:
+        _tell_one(ranks, ranks.first[surface], low)
+        _tell_one(ranks, ranks.first[surface] + 1, high)
+
+
+@inline
+def _tell_one(ranks: Ranks, k: int, t: float) -> None:
+    """What is near the origin keeps its exact place: its sign counts."""
+    if abs(t - ranks.t[k]) <= 2.0**-24 * abs(t):
+        ranks.t[k] = t
+
+
+@inline
+def _later(ranks: Ranks, i: int, j: int) -> bool:
+    return ranks.high[i] > ranks.high[j] or (ranks.high[i] == ranks.high[j] and ranks.low[i] > ranks.low[j])
+
+
+@helper
+def _sort(ranks: Ranks) -> None:
+    """The crossings in order, by Shell's sort."""
+    count, order = ranks.size[1], ranks.order
+    for i in range(count):
+        order[i] = i
+    gap = 1
+    while gap < count // 2:
+        gap = gap * 9 // 4 + 1
+    while gap > 0:
+        for i in range(gap, count):
+            item, j = order[i], i
+            while j >= gap and _later(ranks, order[j - gap], item):
+                order[j] = order[j - gap]
+                j -= gap
+            order[j] = item
+        gap = gap * 4 // 9
+
+
+@inline
+def _together(ranks: Ranks, i: int, j: int) -> bool:
+    """Are two crossings one: of one plane, the same number, or both infinite?"""
+    if ranks.high[i] != ranks.high[j] or ranks.low[i] != ranks.low[j]:
+        return False
+    return ranks.error[i] + ranks.error[j] == 0.0 or (
+        ranks.owner[i] == ranks.owner[j] and ranks.error[i] == ranks.error[j]
+    )
+
+
+@inline
+def _apart(ranks: Ranks, i: int, j: int) -> bool:
+    """Does crossing i certainly come before j?"""
+    if ranks.high[i] == -math.inf or ranks.high[j] == math.inf:
+        return ranks.high[i] != ranks.high[j]
+    return (ranks.high[j] - ranks.high[i]) + (ranks.low[j] - ranks.low[i]) > (ranks.error[i] + ranks.error[j]) * 1.0001
+
+
+@helper
+def _number(ranks: Ranks) -> bool:
+    """Ranks in order, 0 at the ray's origin, which is the first in the list; False where an order is open."""
+    order, rank, last = ranks.order, 0.0, 0
+    for k in range(ranks.size[1]):
+        this = order[k]
+        if k > 0 and not _together(ranks, order[k - 1], this):
+            if not _apart(ranks, last, this):
+                return False
+            rank += 1.0
+        furthest = ranks.high[last] + ranks.error[last]
+        last = this if k == 0 or ranks.high[this] + ranks.error[this] >= furthest else last
+        ranks.rank[this] = rank
+    zero = ranks.rank[0]
+    for k in range(ranks.size[1]):
+        ranks.rank[k] -= zero
+    return True
+
+
+@helper
+def tell(ranks: Ranks, t_min: float, t_max: float) -> None:
+    """Make what is told of crossings rise with their ranks, and find the ranks of the interval's ends.
+
+    An end at 0 is the origin itself. Others are compared with what is told.
+    """
+    before, low, high = -math.inf, -math.inf, math.inf
+    for k in range(ranks.size[1]):
+        this = ranks.order[k]
+        if this == 0:
+            continue
+        t, rank = max(before, ranks.t[this]), ranks.rank[this]
+        ranks.t[this], before = t, t
+        if t <= t_min:
+            low = rank
+        if t >= t_max and rank < high:
+            high = rank
+    ranks.ends[0] = 0.0 if t_min == 0.0 else low
+    ranks.ends[1] = 0.0 if t_max == 0.0 else high
+
+
+@helper
+def rank_ray(geometry: Geometry, rest: Rest, scratch: Scratch, ranks: Ranks, ray: Ray, inverse: float) -> int:
+    """Ranks of all that the ray may cross: how many entries stand in scratch.found, -1 if something is open.
+
+    The ray's origin is number 0 in the list of crossings.
+    """
+    count = collect(geometry, scratch, ray)
+    list_surfaces(geometry, scratch, ranks, ray, count)
+    ranks.size[1] = 0
+    _put(ranks, 0.0, 0.0, 0.0, FREE, 0.0)
+    certain = True
+    for k in range(ranks.size[0]):
+        certain &= _decide_surface(geometry, rest, ranks, ranks.surfaces[k], ray, inverse)
+    for k in range(count):
+        certain &= _decide_outline(geometry, ranks, scratch.found[k], ray)
+    if not certain:
+        return -1
+    _sort(ranks)
+    if not _number(ranks):
+        return -1
+    tell(ranks, ray[6], ray[7])
+    return count
+
+
+@inline
+def _decide_outline(geometry: Geometry, ranks: Ranks, entry: int, ray: Ray) -> bool:
+    if integer(geometry, table.ENTRY_KIND, entry) != POLYGON:
+        return True
+    polygon = integer(geometry, table.ENTRY_INDEX, entry)
+    inside = decide_loop(geometry, polygon, ray)
+    ranks.loops[polygon] = inside
+    return inside < 2
+
+
+@helper
+def put_stand_ins(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, start: int, count: int) -> None:
+    """Write the surfaces that are crossed at ranks, and the outlines, into the records of `stand`."""
+    for k in range(ranks.size[0]):
+        surface = ranks.surfaces[k]
+        row = integer(geometry, table.SURFACE_ROW, surface)
+        crosses, sense = ranks.verdict[2 * surface] == CROSSES, float(ranks.verdict[2 * surface + 1])
+        low, high = 0.0, 0.0
+        if crosses:
+            low, high = ranks.rank[ranks.first[surface]], ranks.rank[ranks.first[surface] + 1]
+        kind = integer(geometry, table.SURFACE_KIND, surface)
+        if not is_curved(geometry, surface):
+            _put_plane(stand, row, crosses, sense, low)
+        elif kind == SPHERE:
+            _put_sphere(stand, row, crosses, low, high)
+        else:
+            first = ranks.first[surface]
+            ends = crosses and ranks.high[first] > -math.inf, crosses and ranks.high[first + 1] < math.inf
+            _put_quadric(stand, row, crosses, sense, low, high, ends, surface == start)
+    for k in range(count):
+        entry = scratch.found[k]
+        if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
+            _put_outline(geometry, stand, ranks, integer(geometry, table.ENTRY_INDEX, entry))
+
+
+@inline
+def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: float) -> None:
+    f, at = stand.floats, stand.places[table.PLANES, 0] + 7 * row
+    f[at], f[at + 1], f[at + 2] = (sense, 0.0, 0.0) if crosses else (0.0, 1.0, 0.0)
+    f[at + 3] = -sense * rank if crosses else sense
+    f[at + 4], f[at + 5], f[at + 6] = 0.0, 0.0, 0.0
+
+
+@inline
+def _put_sphere(stand: Geometry, row: int, crosses: bool, low: float, high: float) -> None:
+    f, at = stand.floats, stand.places[table.SPHERES, 0] + 4 * row
+    f[at], f[at + 1], f[at + 2] = 0.5 * (low + high), 0.0 if crosses else 5.0, 0.0
+    f[at + 3] = 0.5 * (high - low) if crosses else 1.0
+
+
+@inline
+def _put_quadric(
+    stand: Geometry, row: int, crosses: bool, sense: float, low: float, high: float, ends: tuple[bool, bool],
+    starts: bool,
+) -> None:  # fmt: skip
+    """± ((x - middle)² - half²), or a plane where one root is infinite, or a constant."""
+    f, at = stand.floats, stand.places[table.QUADRICS, 0] + 19 * row
+    for k in range(19):
+        f[at + k] = 0.0
+    f[at + 3], f[at + 7], f[at + 11] = 1.0, 1.0, 1.0
+    if crosses and ends[0] and ends[1]:
+        half = 0.5 * (high - low)
+        f[at], f[at + 12], f[at + 18] = 0.5 * (low + high), sense, sense * half * half
+    elif crosses:
+        f[at], f[at + 15] = (high, 0.5) if ends[1] else (low, -0.5)
+    elif starts:
+        f[at + 12] = sense
+    else:
+        f[at + 18] = -sense
+
+
+@inline
+def _put_outline(geometry: Geometry, stand: Geometry, ranks: Ranks, polygon: int) -> None:
+    """A triangle about the x axis, or a point beside it, with as many vertices."""
+    first, last = (
+        integer(geometry, table.POLYGON_FIRST, polygon),
+        integer(geometry, table.POLYGON_FIRST, polygon + 1),
+    )
+    for vertex in range(first, last):
+        y, z = 0.0, 4.0
+        if vertex == first:
+            y, z = -3.0, -2.0
+        elif vertex == first + 1:
+            y, z = 3.0, -2.0
+        if ranks.loops[polygon] == 0:
+            y, z = 5.0, 5.0
+        at = stand.places[table.VERTICES, 0] + 3 * vertex
+        stand.floats[at], stand.floats[at + 1], stand.floats[at + 2] = 0.0, y, z
+
+
+@inline
+def ray_of_ranks(ranks: Ranks, start: int) -> Ray:
+    """The ray that crosses at ranks, over the same interval."""
+    return 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, ranks.ends[0], ranks.ends[1], start
+
+
+@inline
+def t_of(ranks: Ranks, surface: int, rank: float) -> float:
+    """Where the crossing of a surface at a rank is."""
+    first = ranks.first[surface]
+    return ranks.t[first] if ranks.rank[first] == rank else ranks.t[first + 1]
+
+
+@inline
+def find_leaves(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray) -> None:
+    """The leaves that the true ray may meet of an entry, for the kernels that trace ranks."""
+    program = entry_program(geometry, entry)
+    scratch.known[0] = -1
+    if program >= 0:
+        scratch.known[0] = leaves_met(geometry, scratch, program, ray)
