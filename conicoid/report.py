@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .formats.errors import printable
+from .shapes.quadric import Quadric
 from .terminal import with_bytes
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ LISTED = 50
 
 
 def listing(scene: Scene) -> list[str]:
-    """A line for each body: its ids, name, shape and bounds."""
+    """A line for each body: its ids, name, shape and bounds; below a general quadric, which one it is."""
     lines, number = [], 0
     for body in scene.bodies[:LISTED]:
         count = len(getattr(body.shape, "radii", ())) if type(body.shape).__name__ == "Spheres" else 1
@@ -25,6 +26,8 @@ def listing(scene: Scene) -> list[str]:
         number += count
         name, kind = printable(body.name or ""), type(body.shape).__name__
         lines.append(f"{ids:>9}  {name:<16} {kind:<22} {_box(*body.shape.bounds)}")
+        if isinstance(body.shape, Quadric):
+            lines.append(f"{'':>9}  {body.shape.classification}")
     if len(scene.bodies) > LISTED:
         lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more")
     return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
