@@ -53,6 +53,15 @@ class Targets:
             np.isfinite(high), high, np.maximum(last, low)
         )
 
+    def box(self, body: int) -> tuple[FloatArray, FloatArray]:
+        """The box of one body; low > high if it is empty. Infinite ends lie past the window, as far as it is from 0."""
+        low, high = self.low[body], self.high[body]
+        first, last = self.window
+        far = np.abs([first, last]).max()
+        low = np.where(np.isfinite(low), low, np.minimum(first, np.where(np.isfinite(high), high, first)) - far)
+        high = np.where(np.isfinite(high), high, np.maximum(last, np.where(np.isfinite(low), low, last)) + far)
+        return low, high
+
     def common(self, one: Indices, other: Indices) -> tuple[FloatArray, FloatArray]:
         """The common boxes of pairs of bodies; low > high where there is none."""
         (a, b), (c, d) = self._cut(one), self._cut(other)
