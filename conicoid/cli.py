@@ -139,7 +139,10 @@ def export(
 def info(
     scene: SceneFile,
     check: Annotated[
-        bool, typer.Option("--check", help="Look for overlaps, slivers, nearly coincident surfaces and empty bodies.")
+        bool,
+        typer.Option(
+            "--check", help="Look for overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits."
+        ),
     ] = False,
     rays: Annotated[int, typer.Option(min=1, help="Rays for the check.")] = 200_000,
     seed: Annotated[int, typer.Option(min=0, help="Of the check's random rays.")] = 0,

@@ -54,13 +54,16 @@ class Targets:
         )
 
     def box(self, body: int) -> tuple[FloatArray, FloatArray]:
-        """The box of one body; low > high if it is empty. Infinite ends lie past the window, as far as it is from 0."""
+        """The box of one body; low > high if it is empty. Infinite ends lie as far from 0 as the window reaches."""
         low, high = self.low[body], self.high[body]
+        if (low > high).any():
+            return low, high
         first, last = self.window
         far = np.abs([first, last]).max()
-        low = np.where(np.isfinite(low), low, np.minimum(first, np.where(np.isfinite(high), high, first)) - far)
-        high = np.where(np.isfinite(high), high, np.maximum(last, np.where(np.isfinite(low), low, last)) + far)
-        return low, high
+        size = float((last - first).max())
+        return np.where(np.isfinite(low), low, np.minimum(-far, high - size)), np.where(
+            np.isfinite(high), high, np.maximum(far, low + size)
+        )
 
     def common(self, one: Indices, other: Indices) -> tuple[FloatArray, FloatArray]:
         """The common boxes of pairs of bodies; low > high where there is none."""

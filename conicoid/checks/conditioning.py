@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,76 +18,70 @@ from ..shapes.region import Boolean, ClippedSheet
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
 from ..shapes.triangle import Triangle
-from ..shapes.vector import FloatArray
+from ..shapes.vector import FloatArray, Vector
 from .aim import Targets
-from .changes import HALF_ULP
+from .balls import Balls, ball_verdict
 from .local import Extent, Frame, Local, fields_of, local, own_frame
-from .movement import Movement, ball_movements, movement, polygon_movement
+from .movement import movement, polygon_movement
+from .verdict import Conditioning, verdict
 
 if TYPE_CHECKING:
     from ..scene import Scene
 
-ALL_DIGITS = 53 * math.log10(2)
-"""What float64 has: 15.95."""
-FEW = 8.0
-"""Fewer digits than this are reported."""
+FEW = 24 * math.log10(2)
+"""Fewer digits than this are reported: those of single precision, 7.22."""
 
-_NOTABLE = 1e3
 _MARGIN = 1e-3
+_REMEMBERED = 1024
 
 Progress = Callable[[int, int], Any]
 
 
-@dataclass(frozen=True, eq=False)
-class Conditioning:
-    """What is left of a body's digits where that is least.
-
-    body      its id
-    part      the kind of the primitive
-    digits    decimal digits that remain, 0 to 15.95: -log10 of `movement`
-    movement  how far the surface moves, in units of the part's extent in that direction, when each number that was
-              written changes by a relative 2^-53
-    number    the number that most of it comes from
-    point     (3,) where that is
-    reason    why, in words
-    """
-
-    body: int
-    part: str
-    digits: float
-    movement: float
-    number: str
-    point: FloatArray
-    reason: str
-
-
-def conditioning(scene: Scene, below: float = math.inf, progress: Progress | None = None) -> list[Conditioning]:
+def conditioning(
+    scene: Scene, below: float = math.inf, most: int | None = None, progress: Progress | None = None
+) -> list[Conditioning]:
     """The worst place of every body with fewer than `below` digits, in order of their ids.
 
-    A body of which nothing is left to look at (an empty one) is missing. Bodies of a million `Spheres` take a second,
-    others some milliseconds for each kind of part and less for the same part moved elsewhere.
+    Of an entry of `Spheres` at most so many. A body of which nothing is left to look at (an empty one) is missing.
+    A part takes some 20 milliseconds, 2 where it only differs by its motion from another; a million `Spheres` one
+    second, and half a millisecond for each that is told.
     """
-    lowered = scene.lowered
-    if lowered.body_count == 0:
-        return []
-    examiner, found, first = _Examiner(Targets.of(lowered)), [], 0
-    for item, body in enumerate(scene.bodies):
-        if isinstance(body.shape, Spheres):
-            found.extend(_balls(body.shape, first, below))
-            first += len(body.shape)
-        else:
-            worst = examiner.worst(body.shape, first)
-            if worst is not None and worst.digits < below:
-                found.append(worst)
-            first += 1
-        if progress is not None:
-            progress(item + 1, len(scene.bodies))
+    found: list[Conditioning] = []
+    for one in _examined(scene, progress):
+        if isinstance(one, Balls):
+            found.extend(one.below(below, most))
+        elif one.digits < below:
+            found.append(one)
     return found
 
 
-def digits_of(relative: float) -> float:
-    """-log10, between none and all that float64 has."""
-    return ALL_DIGITS if relative <= 0 else min(max(-math.log10(relative), 0.0), ALL_DIGITS)
+def digits(scene: Scene) -> FloatArray:
+    """(bodies,) decimal digits that remain of every body, NaN where nothing is left to look at."""
+    result = np.full(scene.body_count, np.nan)
+    for one in _examined(scene, None):
+        if isinstance(one, Balls):
+            result[one.first : one.first + len(one.relative)] = one.digits
+        else:
+            result[one.body] = one.digits
+    return result
+
+
+def _examined(scene: Scene, progress: Progress | None) -> Iterator[Conditioning | Balls]:
+    lowered = scene.lowered
+    if lowered.body_count == 0:
+        return
+    examiner, first = _Examiner(Targets.of(lowered)), 0
+    for item, body in enumerate(scene.bodies):
+        if isinstance(body.shape, Spheres):
+            yield Balls.of(body.shape, first)
+            first += len(body.shape)
+        else:
+            worst = examiner.worst(body.shape, first)
+            if worst is not None:
+                yield worst
+            first += 1
+        if progress is not None:
+            progress(item + 1, len(scene.bodies))
 
 
 def parts(shape: Shape, outer: Motion = STILL) -> Iterator[tuple[Any, Motion]]:
@@ -109,8 +103,8 @@ class _Examiner:
 
     def __init__(self, targets: Targets) -> None:
         self.targets = targets
-        self._known: dict[Any, tuple[Frame, Extent]] = {}
-        self._local: dict[Any, Local] = {}
+        self._own_frame = lru_cache(_REMEMBERED)(own_frame)
+        self._local = lru_cache(_REMEMBERED)(_local)
 
     def worst(self, shape: Shape, body: int) -> Conditioning | None:
         """The worst part of a body."""
@@ -123,24 +117,22 @@ class _Examiner:
 
     def _part(self, leaf: Any, motion: Motion, body: int, box: Extent, whole: bool) -> Conditioning | None:
         if isinstance(leaf, Sphere):
-            return _ball(leaf, motion, body)
+            return ball_verdict(leaf, motion, body)
         if isinstance(leaf, (Polygon, Triangle)):
-            moved, frame = polygon_movement(leaf, motion)
-            return _told(leaf, motion, body, moved, frame)
-        if leaf not in self._known:
-            self._known[leaf] = own_frame(leaf)
-        frame, own = self._known[leaf]
+            return verdict(leaf, motion, body, *polygon_movement(leaf, motion))
+        frame, own = self._own_frame(leaf)
         cut = not whole or not np.isfinite(own).all()
         extent = _common(own, _seen(box, motion, frame)) if cut else own
         if not (extent[0] <= extent[1]).all():
             return None
-        extent = _thickened(extent, frame, leaf.is_sheet)
-        key = (leaf, cut, extent[0].tobytes(), extent[1].tobytes())
-        if key not in self._local:
-            self._local[key] = local(leaf, frame.scaled(extent), cut)
-        seen = self._local[key]
+        low, high = _thickened(extent, frame, leaf.is_sheet)
+        seen = self._local(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
         moved = movement(seen, fields_of(motion, seen.frame), leaf.is_sheet)
-        return None if moved is None else _told(leaf, motion, body, moved, seen.frame)
+        return None if moved is None else verdict(leaf, motion, body, moved, seen.frame)
+
+
+def _local(leaf: Any, frame: Frame, low: Vector, high: Vector, cut: bool) -> Local:
+    return local(leaf, frame.scaled((np.array(low), np.array(high))), cut)
 
 
 def _seen(box: Extent, motion: Motion, frame: Frame) -> Extent:
@@ -165,63 +157,3 @@ def _thickened(extent: Extent, frame: Frame, is_sheet: bool) -> Extent:
     largest = float(size.max()) or max(abs(float(c)) for c in frame.origin) or 1.0
     size = np.where((size <= 0) | is_sheet, largest, size)
     return middle - size / 2, middle + size / 2
-
-
-def _told(leaf: Any, motion: Motion, body: int, moved: Movement, frame: Frame) -> Conditioning:
-    linear, shift = motion.affine
-    z = ex.exact_row(moved.local.tolist())
-    own = ex.exact_row(ex.dot(row, z, start) for row, start in zip(frame.columns, frame.origin, strict=True))
-    point = np.array([float(ex.dot(row, own, t)) for row, t in zip(linear, shift, strict=True)])
-    whole = ex.multiply(linear, frame.columns)
-    back = np.array([[float(c) for c in row] for row in ex.inverse(whole)])
-    to_world = np.array([[float(c) for c in row] for row in whole])
-    slope = float(np.linalg.norm(back.T @ moved.gradient))
-    width = moved.width / slope if slope else float(np.linalg.norm(to_world, -2))
-    far, long = float(np.linalg.norm(point)) / width, float(np.linalg.norm(to_world, 2)) / width
-    stretch = float(np.linalg.cond(np.array([[float(c) for c in row] for row in linear])))
-    reason = _reason(moved, far, long, stretch)
-    name = type(leaf).__name__
-    return Conditioning(body, name, digits_of(moved.relative), moved.relative, _number(moved.number), point, reason)
-
-
-def _number(name: str) -> str:
-    return f"move {name}" if name.startswith("steps") else name
-
-
-def _reason(moved: Movement, far: float, long: float, stretch: float) -> str:
-    """What has been measured there and is large, the largest first."""
-    if moved.relative < _NOTABLE * HALF_ULP:
-        return "no digits are lost"
-    causes = [
-        (far, f"it lies {far:.1e} times its extent from the origin"),
-        (long, f"it is {long:.1e} times as long as thick"),
-        (stretch, f"its motion is nearly singular, of condition number {stretch:.1e}"),
-        (1 / moved.sine if moved.sine else 0.0, f"surfaces meet there at {moved.sine:.1e} rad"),
-        (math.inf if moved.singular else 0.0, "its surface has a double point there"),
-    ]
-    words = [words for size, words in sorted(causes, reverse=True) if size > _NOTABLE]
-    return ", ".join(words[:2]) or "its numbers cancel"
-
-
-def _ball(leaf: Sphere, motion: Motion, body: int) -> Conditioning:
-    center, radius = np.array([leaf.center]), np.array([leaf.radius])
-    frame = Frame(ex.exact_row(leaf.center), ex.IDENTITY)
-    fields = fields_of(motion, Frame(ex.exact_row((0.0, 0.0, 0.0)), ex.IDENTITY))
-    relative, where = ball_movements(center, radius, fields)
-    return _ball_told(leaf, motion, body, float(relative[0]), where[0], frame, radius[0])
-
-
-def _ball_told(
-    leaf: Any, motion: Motion, body: int, relative: float, n: FloatArray, frame: Frame, radius: float
-) -> Conditioning:
-    number = "center" if motion.is_identity else "move"
-    moved = Movement(relative, number, radius * n, n, 2 * float(radius))
-    return _told(leaf, motion, body, moved, frame)
-
-
-def _balls(shape: Spheres, first: int, below: float) -> Iterator[Conditioning]:
-    fields = fields_of(shape.motion, Frame(ex.exact_row((0.0, 0.0, 0.0)), ex.IDENTITY))
-    relative, where = ball_movements(shape.centers, shape.radii, fields)
-    for i in np.flatnonzero(-np.log10(np.maximum(relative, 2.0**-53)) < below).tolist():
-        frame = Frame(ex.exact_row(shape.centers[i].tolist()), ex.IDENTITY)
-        yield _ball_told(shape, shape.motion, first + i, float(relative[i]), where[i], frame, float(shape.radii[i]))

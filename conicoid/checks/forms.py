@@ -35,24 +35,24 @@ class Form:
         """self - factor other"""
 
         def row(a: Sequence[ex.Exact], b: Sequence[ex.Exact]) -> ex.Row:
-            x, y, z = (ex.cancelling_sum((p, -factor * q)) for p, q in zip(a, b, strict=True))
-            return x, y, z
+            return a[0] - factor * b[0], a[1] - factor * b[1], a[2] - factor * b[2]
 
         second = self.second
         if second is not None and other.second is not None:
             second = row(second[0], other.second[0]), row(second[1], other.second[1]), row(second[2], other.second[2])
-        zeroth = ex.cancelling_sum((self.zeroth, -factor * other.zeroth))
-        return Form(second, row(self.first, other.first), zeroth)
+        return Form(second, row(self.first, other.first), self.zeroth - factor * other.zeroth)
 
     def seen_from(self, origin: ex.Row, columns: ex.Rows) -> Form:
         """The form in coordinates z, x = origin + columns z."""
         rows = ex.transpose(columns)
         if self.second is None:
-            return Form(None, ex.apply(rows, self.first), ex.dot((2, 2, 2), _each(self.first, origin), self.zeroth))
-        half = ex.apply(self.second, origin)
-        x, y, z = (ex.cancelling_sum((a, b)) for a, b in zip(half, self.first, strict=True))
-        zeroth = ex.dot(origin, half, ex.dot((2, 2, 2), _each(self.first, origin)), self.zeroth)
-        return Form(ex.multiply(rows, ex.multiply(self.second, columns)), ex.apply(rows, (x, y, z)), zeroth)
+            return Form(None, _applied(rows, self.first), 2 * dot(self.first, origin) + self.zeroth)
+        half = _applied(self.second, origin)
+        slope = half[0] + self.first[0], half[1] + self.first[1], half[2] + self.first[2]
+        zeroth = dot(origin, half) + 2 * dot(self.first, origin) + self.zeroth
+        x, y, z = (_applied(self.second, column) for column in rows)
+        second = _applied((x, y, z), rows[0]), _applied((x, y, z), rows[1]), _applied((x, y, z), rows[2])
+        return Form(second, _applied(rows, slope), zeroth)
 
     def rounded(self) -> FloatArray:
         """(4, 4) float64."""
@@ -64,8 +64,13 @@ class Form:
         return result
 
 
-def _each(a: ex.Row, b: ex.Row) -> ex.Row:
-    return a[0] * b[0], a[1] * b[1], a[2] * b[2]
+def dot(a: Sequence[ex.Exact], b: Sequence[ex.Exact]) -> ex.Exact:
+    """a·b to 400 bits. What cancels leaves its rounding, unlike in `exact.dot`: here all is rounded to float64 next."""
+    return ex.context.fdot(zip(a, b, strict=True))
+
+
+def _applied(rows: ex.Rows, point: ex.Row) -> ex.Row:
+    return dot(rows[0], point), dot(rows[1], point), dot(rows[2], point)
 
 
 @dataclass(frozen=True)

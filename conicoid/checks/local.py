@@ -18,7 +18,7 @@ from ..shapes.motion import Motion
 from ..shapes.surface import UPRIGHT, PlaneSurface, QuadricSurface
 from ..shapes.vector import FloatArray
 from .changes import changes
-from .forms import Form, Side, cells_of, forms_of
+from .forms import Form, Side, cells_of, dot, forms_of
 
 Extent = tuple[FloatArray, FloatArray]
 
@@ -127,8 +127,8 @@ def _cell(
 
 def _difference(changed: Form, form: Form) -> Form:
     """What is left of the changed form without the multiple of the old one that is most like it: 0 on the surface."""
-    own = ex.dot(form.entries, form.entries)
-    return changed.minus(ex.dot(changed.entries, form.entries) / own, form)
+    own = form.entries
+    return changed.minus(dot(changed.entries, own) / dot(own, own), form)
 
 
 def _divided(form: Form, divisor: ex.Exact) -> FloatArray:

@@ -30,7 +30,7 @@ class Movement:
     relative    how far it moves there, in units of the part's extent in that direction
     number      the number that most of it comes from
     local       (3,) where, in local coordinates; `gradient` (3,) of what moves, and `width` of the part along it
-    sine        of the angle at which surfaces meet there, in local coordinates; 1 on a face
+    normals     (k, 3) gradients of the surfaces that meet there
     singular    does the surface's gradient vanish there, as far as its numbers can tell?
     """
 
@@ -39,8 +39,8 @@ class Movement:
     local: FloatArray
     gradient: FloatArray
     width: float
-    sine: float = 1.0
     singular: bool = False
+    normals: FloatArray | None = None
 
 
 def movement(part: Local, fields: Fields, is_sheet: bool) -> Movement | None:
@@ -82,8 +82,8 @@ def _of_cell(cell: LocalCell, fields: Fields, is_sheet: bool) -> Movement | None
         tests.points[worst],
         gradient[worst],
         float(width[worst]),
-        1.0 if np.count_nonzero(tests.weights[worst]) == 1 else float(np.linalg.norm(gradient[worst])),
         bool(4 * bend[worst] * change[worst] > width[worst] ** 2),
+        slopes[worst][tests.weights[worst] != 0],
     )
 
 
@@ -92,27 +92,6 @@ def moved(change: Any, width: Any, bend: Any) -> Any:
     with np.errstate(divide="ignore", invalid="ignore"):
         found = 2 * change / (width + np.sqrt(width * width + 4 * bend * change))
     return np.where(change > 0, found, 0.0)
-
-
-def ball_movements(centers: FloatArray, radii: FloatArray, fields: Fields) -> tuple[FloatArray, FloatArray]:
-    """((N,), (N, 3)) for balls: the worst movement and the direction from the center in which it is.
-
-    `fields` are those of the balls' own coordinates. Along the unit vector n the surface goes by
-    Σ |n_k c_k| + r for the ball's own numbers, and by n·field(c + r n) for each number of a motion.
-    """
-    worst, where = np.zeros(len(radii)), np.zeros((len(radii), 3))
-    lengths = np.linalg.norm(centers, axis=1)
-    outward = centers / np.where(lengths > 0, lengths, 1.0)[:, None]
-    for n in (*np.eye(3), *-np.eye(3), outward):
-        n = np.broadcast_to(n, centers.shape)
-        points = centers + radii[:, None] * n
-        change = HALF_ULP * (np.abs(n * centers).sum(axis=1) + radii)
-        for field in fields.fields:
-            change = change + np.abs(((points @ field[:, :3].T + field[:, 3]) * n).sum(axis=1))
-        relative = moved(change / (2 * radii), 1.0, 1.0)
-        better = relative > worst
-        worst[better], where[better] = relative[better], n[better]
-    return worst, where
 
 
 def polygon_movement(leaf: Polygon | Triangle, motion: Motion) -> tuple[Movement, Frame]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -87,9 +88,9 @@ def values(forms: FloatArray, points: FloatArray) -> FloatArray:
     return result
 
 
-def _inside(cell: LocalCell, points: FloatArray, through: Sequence[int]) -> FloatArray:
+def _inside(cell: LocalCell, points: FloatArray, through: Sequence[int]) -> Any:
     """(T,) bool: in the part looked at, and inside all other faces."""
-    keep = np.isfinite(points).all(axis=1) & (np.abs(points) <= _REACH).all(axis=1)
+    keep: Any = (np.isfinite(points) & (np.abs(points) <= _REACH)).all(axis=1)
     others = [s for s in range(len(cell.forms)) if s not in through and cell.sides[s]]
     if others and keep.any():
         height = values(cell.forms[others], np.where(keep[:, None], points, 0.0)) * cell.sides[others]
@@ -121,14 +122,15 @@ def _weights(cell: LocalCell, points: FloatArray, chosen: tuple[int, ...]) -> It
 
 def _along(units: FloatArray, vector: FloatArray) -> FloatArray:
     """(T, 1 or 2): the combination of one or two unit vectors that is nearest to another vector."""
-    first = (units[:, 0] * vector).sum(axis=1)
+    first: FloatArray = (units[:, 0] * vector).sum(axis=1)
     if units.shape[1] == 1:
         return first[:, None]
     second = (units[:, 1] * vector).sum(axis=1)
     both = (units[:, 0] * units[:, 1]).sum(axis=1)
     square = (np.cross(units[:, 0], units[:, 1]) ** 2).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.stack([(first - both * second) / square, (second - both * first) / square], axis=1)
+        parts: FloatArray = np.stack([(first - both * second) / square, (second - both * first) / square], axis=1)
+    return parts
 
 
 def _on_lines(cell: LocalCell, lines: FloatArray) -> Iterator[Found]:
@@ -151,8 +153,9 @@ def _met(form: FloatArray, lines: FloatArray) -> FloatArray:
         q = -(b + np.copysign(root, b))
         t = np.stack([np.where(a == 0, np.nan, q / a), np.where(a == 0, -c / (2 * b), c / q)], axis=1)
         points = start[:, None] + t[:, :, None] * along[:, None]
-    found: FloatArray = points.reshape(-1, 3)
-    return found[np.isfinite(found).all(axis=1)]
+    points = points.reshape(-1, 3)
+    found: FloatArray = points[np.isfinite(points).all(axis=1)]
+    return found
 
 
 def _rims(cell: LocalCell, lines: FloatArray) -> Iterator[Found]:
