@@ -65,6 +65,10 @@ class Targets:
             np.isfinite(high), high, np.maximum(far, low + size)
         )
 
+    def endless(self, body: int) -> bool:
+        """Is some end of a body's box infinite?"""
+        return not (np.isfinite(self.low[body]).all() and np.isfinite(self.high[body]).all())
+
     def common(self, one: Indices, other: Indices) -> tuple[FloatArray, FloatArray]:
         """The common boxes of pairs of bodies; low > high where there is none."""
         (a, b), (c, d) = self._cut(one), self._cut(other)

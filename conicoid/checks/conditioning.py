@@ -22,7 +22,8 @@ from ..shapes.vector import FloatArray, Vector
 from .aim import Targets
 from .balls import Balls, ball_verdict
 from .local import Extent, Frame, Local, fields_of, local, own_frame
-from .movement import movement, polygon_movement
+from .movement import movement
+from .polygons import polygon_movement
 from .verdict import Conditioning, verdict
 
 if TYPE_CHECKING:
@@ -120,15 +121,22 @@ class _Examiner:
             return ball_verdict(leaf, motion, body)
         if isinstance(leaf, (Polygon, Triangle)):
             return verdict(leaf, motion, body, *polygon_movement(leaf, motion))
-        frame, own = self._own_frame(leaf)
+        frame, own, size = self._own_frame(leaf)
         cut = not whole or not np.isfinite(own).all()
-        extent = _common(own, _seen(box, motion, frame)) if cut else own
+        extent = _common(own, self._looked_at(body, box, motion, frame, size)) if cut else own
         if not (extent[0] <= extent[1]).all():
             return None
         low, high = _thickened(extent, frame, leaf.is_sheet)
         seen = self._local(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
         moved = movement(seen, fields_of(motion, seen.frame), leaf.is_sheet)
         return None if moved is None else verdict(leaf, motion, body, moved, seen.frame)
+
+    def _looked_at(self, body: int, box: Extent, motion: Motion, frame: Frame, size: FloatArray) -> Extent:
+        """What is looked at along the axes of a part: the box of its body; if that is endless, all its size."""
+        low, high = _seen(box, motion, frame)
+        if self.targets.endless(body):
+            return np.minimum(low, -2 * size), np.maximum(high, 2 * size)
+        return low, high
 
 
 def _local(leaf: Any, frame: Frame, low: Vector, high: Vector, cut: bool) -> Local:

@@ -68,10 +68,11 @@ class Local:
     cells: tuple[LocalCell, ...]
 
 
-def own_frame(leaf: Any) -> tuple[Frame, Extent]:
-    """(axes of the first quadric about its anchor, how far the shape reaches along them); see `Frame`.
+def own_frame(leaf: Any) -> tuple[Frame, Extent, FloatArray]:
+    """(axes of the first quadric about its anchor, how far the shape reaches along them, its own size along them).
 
-    The extent is infinite where the shape is, and low > high where it is empty.
+    The extent is infinite where the shape is, and low > high where it is empty; the size is of the order of the
+    quadric's semi-axes, and 0 for planes.
     """
     sides = [side.surface for cell in cells_of(leaf) for side in cell]
     curved = next((surface for surface in sides if isinstance(surface, QuadricSurface)), None)
@@ -89,7 +90,16 @@ def own_frame(leaf: Any) -> tuple[Frame, Extent]:
         low[k] = -float(ex.exact(leaf.support((-x, -y, -z))) + middle)
     linear, shift = leaf.placement.affine
     start = tuple(ex.dot(row, anchor, t) for row, t in zip(linear, shift, strict=True))
-    return Frame((start[0], start[1], start[2]), ex.multiply(linear, columns)), (low, high)
+    frame = Frame((start[0], start[1], start[2]), ex.multiply(linear, columns))
+    return frame, (low, high), _size(curved) if curved is not None else np.zeros(3)
+
+
+def _size(surface: QuadricSurface) -> FloatArray:
+    """(3,) half lengths along the axes, with the largest where the surface is not curved."""
+    constant, slope = abs(ex.exact(surface.constant)), max(abs(ex.exact(b)) for b in surface.linear)
+    squares = [abs(ex.exact(s)) for s in surface.squares]
+    curved = [float(ex.context.sqrt(constant / s) + slope / s) if s else 0.0 for s in squares]
+    return np.array([size or max(curved) for size in curved])
 
 
 def local(leaf: Any, frame: Frame, cut: bool) -> Local:

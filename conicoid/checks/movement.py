@@ -10,16 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..shapes import exact as ex
-from ..shapes.motion import Motion
-from ..shapes.polygon import Polygon
-from ..shapes.triangle import Triangle
 from ..shapes.vector import FloatArray
-from .changes import HALF_ULP
-from .local import Fields, Frame, Local, LocalCell, fields_of
+from .local import Fields, Local, LocalCell
 from .places import gradients, tests_of
 
-_MOST_EDGES = 128
 _ROUNDING = 2.0**-50
 
 
@@ -92,40 +86,3 @@ def moved(change: Any, width: Any, bend: Any) -> Any:
     with np.errstate(divide="ignore", invalid="ignore"):
         found = 2 * change / (width + np.sqrt(width * width + 4 * bend * change))
     return np.where(change > 0, found, 0.0)
-
-
-def polygon_movement(leaf: Polygon | Triangle, motion: Motion) -> tuple[Movement, Frame]:
-    """Vertices against the polygon's width across each edge, in the world's directions; across its plane the least."""
-    own = leaf.vertices if isinstance(leaf, Polygon) else (leaf.a, leaf.b, leaf.c)
-    names = [f"vertices[{k}]" for k in range(len(own))] if isinstance(leaf, Polygon) else ["a", "b", "c"]
-    rows, _ = motion.affine
-    start = ex.exact_row(own[0])
-    frame = Frame(start, ex.IDENTITY)
-    fields = fields_of(motion, frame)
-    exact = [ex.exact_row(ex.exact(a) - b for a, b in zip(vertex, start, strict=True)) for vertex in own]
-    local = np.array([[float(c) for c in row] for row in exact])
-    points = np.array([[float(c) for c in ex.apply(rows, row)] for row in exact])
-    linear = np.array([[float(c) for c in row] for row in rows])
-    normal = _area(points)
-    edges = np.roll(points, -1, axis=0) - points
-    across = np.cross(normal, edges[:: -(-len(edges) // _MOST_EDGES)])
-    across = across[np.abs(across).max(axis=1) > 0]
-    across = across / np.linalg.norm(across, axis=1)[:, None]
-    heights = across @ points.T
-    widths = heights.max(axis=1) - heights.min(axis=1)
-    tests = np.concatenate([across, normal[None] / np.linalg.norm(normal)])
-    widths = np.append(widths, widths.min())
-    by_own = HALF_ULP * np.abs((tests @ linear)[:, None, :] * np.array(own)[None, :, :])
-    h = np.concatenate([local, np.ones((len(local), 1))], axis=1)
-    by_field = np.abs(np.einsum("ei,mij,vj->evm", tests @ linear, fields.fields, h, optimize=True))
-    relative = (by_own.sum(axis=2) + by_field.sum(axis=2)) / widths[:, None]
-    e, v = np.unravel_index(int(relative.argmax()), relative.shape)
-    parts = np.concatenate([by_own[e, v], by_field[e, v]])
-    number = (*(f"{names[v]}[{k}]" for k in range(3)), *fields.numbers)[int(parts.argmax())]
-    return Movement(float(relative[e, v]), number, local[v], tests[e] @ linear, float(widths[e])), frame
-
-
-def _area(points: FloatArray) -> FloatArray:
-    """Twice the area vector of a loop that begins at the origin."""
-    total: FloatArray = np.cross(points[1:-1], points[2:]).sum(axis=0)
-    return total

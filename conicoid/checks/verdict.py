@@ -92,11 +92,12 @@ def _reason(moved: Movement, point: FloatArray, linear: ex.Rows, to_world: ex.Ro
     if moved.relative < _NOTABLE * HALF_ULP:
         return "no digits are lost"
     back, forth = _floats(ex.inverse(to_world)), _floats(to_world)
-    slope = float(np.linalg.norm(moved.gradient @ back))
-    width = moved.width / slope if slope else float(np.linalg.norm(forth, -2))
-    far, long = float(np.linalg.norm(point)) / width, float(np.linalg.norm(forth, 2)) / width
-    stretch = float(np.linalg.cond(_floats(linear)))
-    sine = 1.0 if moved.normals is None else _sine(moved.normals @ back)
+    with np.errstate(all="ignore"):  # sizes may be beyond float64
+        slope = np.linalg.norm(moved.gradient @ back)
+        width = moved.width / slope if 0 < slope < math.inf else np.linalg.norm(forth, -2)
+        far, long = float(np.linalg.norm(point) / width), float(np.linalg.norm(forth, 2) / width)
+        stretch = float(np.linalg.cond(_floats(linear)))
+        sine = 1.0 if moved.normals is None else _sine(moved.normals @ back)
     causes = [
         (far, f"it lies {far:.1e} times its extent from the origin"),
         (long, f"it is {long:.1e} times as long as thick"),
