@@ -21,8 +21,8 @@ from ..shapes.triangle import Triangle
 from ..shapes.vector import FloatArray, Vector
 from .aim import Targets
 from .balls import Balls, ball_verdict
-from .local import Extent, Frame, Local, fields_of, local, own_frame
-from .movement import movement
+from .local import Extent, Frame, fields_of, local, own_frame
+from .movement import Part, movement
 from .polygons import polygon_movement
 from .verdict import Conditioning, verdict
 
@@ -105,7 +105,7 @@ class _Examiner:
     def __init__(self, targets: Targets) -> None:
         self.targets = targets
         self._own_frame = lru_cache(_REMEMBERED)(own_frame)
-        self._local = lru_cache(_REMEMBERED)(_local)
+        self._made = lru_cache(_REMEMBERED)(_part)
 
     def worst(self, shape: Shape, body: int) -> Conditioning | None:
         """The worst part of a body."""
@@ -127,9 +127,9 @@ class _Examiner:
         if not (extent[0] <= extent[1]).all():
             return None
         low, high = _thickened(extent, frame, leaf.is_sheet)
-        seen = self._local(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
-        moved = movement(seen, fields_of(motion, seen.frame), leaf.is_sheet)
-        return None if moved is None else verdict(leaf, motion, body, moved, seen.frame)
+        seen = self._made(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
+        moved = movement(seen, fields_of(motion, seen.local.frame), leaf.is_sheet)
+        return None if moved is None else verdict(leaf, motion, body, moved, seen.local.frame)
 
     def _looked_at(self, body: int, box: Extent, motion: Motion, frame: Frame, size: FloatArray) -> Extent:
         """What is looked at along the axes of a part: the box of its body; if that is endless, all its size."""
@@ -139,8 +139,8 @@ class _Examiner:
         return low, high
 
 
-def _local(leaf: Any, frame: Frame, low: Vector, high: Vector, cut: bool) -> Local:
-    return local(leaf, frame.scaled((np.array(low), np.array(high))), cut)
+def _part(leaf: Any, frame: Frame, low: Vector, high: Vector, cut: bool) -> Part:
+    return Part.of(local(leaf, frame.scaled((np.array(low), np.array(high))), cut))
 
 
 def _seen(box: Extent, motion: Motion, frame: Frame) -> Extent:

@@ -166,29 +166,65 @@ class Fields:
     numbers: tuple[str, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class MotionChange:
+    """M⁻¹ M' - 1 for one number: x goes by linear x + shift; `linear` is None where all points go alike."""
+
+    number: str
+    linear: ex.Rows | None
+    shift: ex.Row
+
+
+def motion_changes(motion: Motion) -> list[MotionChange]:
+    """For each number of a motion M = A S B, S being the step with the number: (S B)⁻¹ (S' - S) B."""
+    found, before = [], Motion()
+    for i, step in enumerate(motion.steps):
+        until = before.then(Motion((step,)))
+        back, _ = until.inverse
+        before_rows, before_shift = before.affine
+        rows, shift = step.affine()
+        for change in changes(step):
+            to, to_shift = change.made.affine()
+            share = ex.exact(change.share)
+            moved = share * (to_shift[0] - shift[0]), share * (to_shift[1] - shift[1]), share * (to_shift[2] - shift[2])
+            linear = None
+            if to != rows:
+                turned = _times(share, _minus(to, rows))
+                at = ex.apply(turned, before_shift)
+                moved = moved[0] + at[0], moved[1] + at[1], moved[2] + at[2]
+                linear = ex.multiply(ex.multiply(back, turned), before_rows)
+            found.append(MotionChange(f"steps[{i}].{change.number}", linear, ex.apply(back, moved)))
+        before = until
+    return found
+
+
 def fields_of(motion: Motion, frame: Frame) -> Fields:
-    """Old motion backwards after the changed one: M⁻¹ M', in the coordinates of `frame`."""
-    fields, numbers = [], []
-    if not motion.is_identity:
-        back, _ = motion.inverse
-        own = ex.inverse(frame.columns)
-        rows, shift = motion.affine
-        whole = ex.multiply(own, back)
-        for change in changes(motion):
-            to, to_shift = change.made.affine
-            linear = _minus(to, rows)
-            moved = ex.apply(linear, frame.origin)
-            start = ex.exact_row(ex.cancelling_sum((m, t, -s)) for m, t, s in zip(moved, to_shift, shift, strict=True))
-            field = np.empty((3, 4))
-            field[:, :3] = [[float(c) for c in row] for row in ex.multiply(ex.multiply(whole, linear), frame.columns)]
-            field[:, 3] = [float(c) for c in ex.apply(whole, start)]
-            fields.append(change.share * field)
-            numbers.append(change.number)
-    return Fields(np.array(fields).reshape(-1, 3, 4), tuple(numbers))
+    """The changes of a motion in the coordinates of `frame`."""
+    found = motion_changes(motion)
+    fields = np.zeros((len(found), 3, 4))
+    own = ex.inverse(frame.columns) if found else ex.IDENTITY
+    for field, change in zip(fields, found, strict=True):
+        shift = change.shift
+        if change.linear is not None:
+            at = ex.apply(change.linear, frame.origin)
+            shift = at[0] + shift[0], at[1] + shift[1], at[2] + shift[2]
+            linear = ex.multiply(ex.multiply(own, change.linear), frame.columns)
+            field[:, :3] = [[float(c) for c in row] for row in linear]
+        field[:, 3] = [float(c) for c in ex.apply(own, shift)]
+    return Fields(fields, tuple(change.number for change in found))
+
+
+def _times(factor: ex.Exact, rows: ex.Rows) -> ex.Rows:
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    return (
+        (factor * a, factor * b, factor * c),
+        (factor * d, factor * e, factor * f),
+        (factor * g, factor * h, factor * i),
+    )
 
 
 def _minus(a: ex.Rows, b: ex.Rows) -> ex.Rows:
     def row(p: ex.Row, q: ex.Row) -> ex.Row:
-        return ex.exact_row(ex.cancelling_sum((x, -y)) for x, y in zip(p, q, strict=True))
+        return p[0] - q[0], p[1] - q[1], p[2] - q[2]
 
     return row(a[0], b[0]), row(a[1], b[1]), row(a[2], b[2])

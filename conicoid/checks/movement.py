@@ -12,7 +12,7 @@ import numpy as np
 
 from ..shapes.vector import FloatArray
 from .local import Fields, Local, LocalCell
-from .places import gradients, tests_of
+from .places import Tests, gradients, tests_of
 
 _ROUNDING = 2.0**-50
 
@@ -37,14 +37,25 @@ class Movement:
     normals: FloatArray | None = None
 
 
-def movement(part: Local, fields: Fields, is_sheet: bool) -> Movement | None:
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The cells of a shape with the places where they are looked at."""
+
+    local: Local
+    tests: tuple[Tests, ...]
+
+    @classmethod
+    def of(cls, local: Local) -> Part:
+        return cls(local, tuple(tests_of(cell) for cell in local.cells))
+
+
+def movement(part: Part, fields: Fields, is_sheet: bool) -> Movement | None:
     """The worst of all cells; None where nothing of the part is looked at."""
-    found = [_of_cell(cell, fields, is_sheet) for cell in part.cells]
+    found = [_of_cell(cell, tests, fields, is_sheet) for cell, tests in zip(part.local.cells, part.tests, strict=True)]
     return max((one for one in found if one is not None), key=lambda one: one.relative, default=None)
 
 
-def _of_cell(cell: LocalCell, fields: Fields, is_sheet: bool) -> Movement | None:
-    tests = tests_of(cell)
+def _of_cell(cell: LocalCell, tests: Tests, fields: Fields, is_sheet: bool) -> Movement | None:
     if not len(tests.points):
         return None
     h = np.concatenate([tests.points, np.ones((len(tests.points), 1))], axis=1)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..shapes.row_vectors import cross_rows, lengths
 from ..shapes.vector import FloatArray
 from .local import LocalCell
 
@@ -127,7 +128,7 @@ def _along(units: FloatArray, vector: FloatArray) -> FloatArray:
         return first[:, None]
     second = (units[:, 1] * vector).sum(axis=1)
     both = (units[:, 0] * units[:, 1]).sum(axis=1)
-    square = (np.cross(units[:, 0], units[:, 1]) ** 2).sum(axis=1)
+    square = (cross_rows(units[:, 0], units[:, 1]) ** 2).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         parts: FloatArray = np.stack([(first - both * second) / square, (second - both * first) / square], axis=1)
     return parts
@@ -179,21 +180,28 @@ def _corners(cell: LocalCell) -> Iterator[Found]:
     if cell.cut:
         forms, planes = np.concatenate([forms, _CUBE]), [*planes, *range(count, count + 6)]
     normals, offsets = forms[:, :3, 3], forms[:, 3, 3] / 2
+    first, second = (
+        (np.array(ends, np.int64) for ends in zip(*itertools.combinations(planes, 2), strict=True))
+        if len(planes) > 1
+        else (np.zeros(0, np.int64),) * 2
+    )
+    along = cross_rows(normals[first], normals[second])
+    crossing = along.any(axis=1)
+    first, second, along = first[crossing], second[crossing], along[crossing]
+    base = offsets[first, None] * cross_rows(along, normals[second])
+    base += offsets[second, None] * cross_rows(normals[first], along)
+    base /= (along * along).sum(axis=1)[:, None]
+    third = np.array(planes, np.int64)
     with np.errstate(divide="ignore", invalid="ignore"):
-        for a, b in itertools.combinations(planes, 2):
-            along = np.cross(normals[a], normals[b])
-            if not along.any():
-                continue
-            base = offsets[a] * np.cross(along, normals[b]) + offsets[b] * np.cross(normals[a], along)
-            base = base / (along @ along)
-            others = np.array([c for c in planes if c > b and min(a, b, c) < count], np.int64)
-            t = -(normals[others] @ base + offsets[others]) / (normals[others] @ along)
-            points = base + t[:, None] * along
-            for k in np.flatnonzero((np.abs(points) <= _REACH).all(axis=1)).tolist():
-                yield (a, b, int(others[k])), points[k : k + 1]
-            line = np.stack([base, base + along / np.linalg.norm(along)])[None]
-            for q in np.flatnonzero(~cell.flat).tolist():
-                yield (a, b, q), _met(cell.forms[q], line)
+        t = -(base @ normals[third].T + offsets[third]) / (along @ normals[third].T)
+        points = base[:, None] + t[:, :, None] * along[:, None]
+        kept = (np.abs(points) <= _REACH).all(axis=2) & (third > second[:, None]) & (first < count)[:, None]
+    for k, c in np.argwhere(kept).tolist():
+        yield (int(first[k]), int(second[k]), int(third[c])), points[k, c][None, :]
+    for q in np.flatnonzero(~cell.flat).tolist():
+        for a, b, start, towards in zip(first.tolist(), second.tolist(), base, along, strict=True):
+            if a < count:
+                yield (a, b, q), _met(cell.forms[q], np.stack([start, start + towards / lengths(towards)])[None])
 
 
 def _singular(cell: LocalCell) -> Iterator[Found]:
