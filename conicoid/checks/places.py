@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..shapes.row_vectors import cross_rows, lengths
+from ..shapes.row_vectors import cross_rows, unit_rows
 from ..shapes.vector import FloatArray
 from .local import LocalCell
 
@@ -173,35 +173,38 @@ def _rims(cell: LocalCell, lines: FloatArray) -> Iterator[Found]:
 def _corners(cell: LocalCell) -> Iterator[Found]:
     """Where three planes meet, or two and the quadric. The ends of what is looked at count as planes if it is cut."""
     count = len(cell.forms)
-    planes = np.flatnonzero(cell.flat).tolist()
+    planes = np.flatnonzero(cell.flat)
     if len(planes) > _MOST_PLANES:
         return
     forms = cell.forms
     if cell.cut:
-        forms, planes = np.concatenate([forms, _CUBE]), [*planes, *range(count, count + 6)]
+        forms, planes = np.concatenate([forms, _CUBE]), np.append(planes, np.arange(count, count + 6))
     normals, offsets = forms[:, :3, 3], forms[:, 3, 3] / 2
-    first, second = (
-        (np.array(ends, np.int64) for ends in zip(*itertools.combinations(planes, 2), strict=True))
-        if len(planes) > 1
-        else (np.zeros(0, np.int64),) * 2
-    )
+    first, second, start, along = _common_lines(normals, offsets, planes)
+    real = first < count
+    first, second, start, along = first[real], second[real], start[real], along[real]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = -(start @ normals[planes].T + offsets[planes]) / (along @ normals[planes].T)
+        points = start[:, None] + t[:, :, None] * along[:, None]
+        kept = (np.abs(points) <= _REACH).all(axis=2) & (planes > second[:, None])
+    for k, c in np.argwhere(kept).tolist():
+        yield (int(first[k]), int(second[k]), int(planes[c])), points[k, c][None, :]
+    for q in np.flatnonzero(~cell.flat).tolist():
+        for k in range(len(first)):
+            line = np.stack([start[k], start[k] + along[k]])[None]
+            yield (int(first[k]), int(second[k]), q), _met(cell.forms[q], line)
+
+
+def _common_lines(normals: FloatArray, offsets: FloatArray, planes: Any) -> tuple[Any, Any, FloatArray, FloatArray]:
+    """(first, second, a point, the direction) of the line that each two of the planes normal·x + offset = 0 share."""
+    i, j = np.triu_indices(len(planes), 1)
+    first, second = planes[i], planes[j]
     along = cross_rows(normals[first], normals[second])
     crossing = along.any(axis=1)
     first, second, along = first[crossing], second[crossing], along[crossing]
-    base = offsets[first, None] * cross_rows(along, normals[second])
-    base += offsets[second, None] * cross_rows(normals[first], along)
-    base /= (along * along).sum(axis=1)[:, None]
-    third = np.array(planes, np.int64)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = -(base @ normals[third].T + offsets[third]) / (along @ normals[third].T)
-        points = base[:, None] + t[:, :, None] * along[:, None]
-        kept = (np.abs(points) <= _REACH).all(axis=2) & (third > second[:, None]) & (first < count)[:, None]
-    for k, c in np.argwhere(kept).tolist():
-        yield (int(first[k]), int(second[k]), int(third[c])), points[k, c][None, :]
-    for q in np.flatnonzero(~cell.flat).tolist():
-        for a, b, start, towards in zip(first.tolist(), second.tolist(), base, along, strict=True):
-            if a < count:
-                yield (a, b, q), _met(cell.forms[q], np.stack([start, start + towards / lengths(towards)])[None])
+    start = offsets[first, None] * cross_rows(along, normals[second])
+    start += offsets[second, None] * cross_rows(normals[first], along)
+    return first, second, start / (along * along).sum(axis=1)[:, None], unit_rows(along)[0]
 
 
 def _singular(cell: LocalCell) -> Iterator[Found]:
