@@ -37,7 +37,7 @@ def main() -> None:
     while count <= most:
         scene = co.Scene(growing_balls(count).shapes())
         begin = time.perf_counter()
-        scene.prepared  # noqa: B018
+        _ = scene.prepared
         built = time.perf_counter() - begin
         times = [median(partial(scene.first_hit, rays)) / (1 << 20) * 1e9 for rays in (camera, random)]
         memory = scene.memory

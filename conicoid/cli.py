@@ -11,13 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .terminal import MISTAKE, Bar, compile_notes, say, show_table, user_mistakes, with_bytes
+from .terminal import MISTAKE, Bar, compile_notes, say, show_table, user_mistakes
 
 if TYPE_CHECKING:
-    from .geometry.memory import Memory
     from .scene import Scene
-
-LISTED = 50
 
 app = typer.Typer(
     help="Exact ray tracing of quadric solids.",
@@ -142,7 +139,10 @@ def export(
 def info(
     scene: SceneFile,
     check: Annotated[
-        bool, typer.Option("--check", help="Look for overlaps, slivers, nearly coincident surfaces and empty bodies.")
+        bool,
+        typer.Option(
+            "--check", help="Look for overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits."
+        ),
     ] = False,
     rays: Annotated[int, typer.Option(min=1, help="Rays for the check.")] = 200_000,
     seed: Annotated[int, typer.Option(min=0, help="Of the check's random rays.")] = 0,
@@ -150,20 +150,20 @@ def info(
     """List the bodies of a scene with their bounds, and what it takes in memory; check it."""
     with user_mistakes():
         loaded = _load(scene, None)
-        with compile_notes():
-            geometry = loaded.geometry
-        from .geometry.tables import SURFACE_KIND
+        from . import report
 
-        for line in _listing(loaded):
+        with compile_notes():
+            lines = [*report.listing(loaded), "", *report.totals(loaded)]
+        for line in lines:
             typer.echo(line)
-        low, high = loaded.bounds
-        typer.echo(f"\nbodies    {loaded.body_count:,}")
-        typer.echo(f"lights    {len(loaded.lights):,}")
-        typer.echo(f"surfaces  {geometry.places[SURFACE_KIND, 1]:,}")
-        typer.echo(f"bounds    {_box(low, high)}")
-        typer.echo(f"memory    {_memory(loaded.memory)}")
-        if check:
-            _check(loaded, rays, seed)
+        if not check:
+            return
+        from .checks.check import check as find
+
+        with compile_notes(), Bar("checking", "step") as bar:
+            findings = find(loaded, rays, seed, bar)
+        for line in report.findings(findings):
+            typer.echo(line)
 
 
 @app.command(
@@ -298,23 +298,6 @@ def _load(path: Path, threads: int | None) -> Scene:
     return scene
 
 
-def _check(scene: Scene, rays: int, seed: int) -> None:
-    """Print what a check finds, of each kind the worst."""
-    from .checks.check import check
-    from .checks.finding import KINDS
-    from .formats.errors import printable
-
-    with compile_notes(), Bar("checking", "step") as bar:
-        findings = check(scene, rays, seed, bar)
-    typer.echo(f"findings  {len(findings):,}")
-    for kind in KINDS:
-        found = [finding for finding in findings if finding.kind == kind]
-        for finding in found[:LISTED]:
-            typer.echo(printable(str(finding)))
-        if len(found) > LISTED:
-            typer.echo(f"{kind}: and {len(found) - LISTED:,} more")
-
-
 def _check_folder(output: Path) -> None:
     """Refuse an output that cannot be written before the work, not after it."""
     if output.is_dir():
@@ -342,34 +325,3 @@ def _counted(geometry: Path, bar: Bar) -> Any:
         bar(done, count)
 
     return progress
-
-
-def _listing(scene: Scene) -> list[str]:
-    """A line for each body: its ids, name, shape and bounds."""
-    from .formats.errors import printable
-
-    lines, number = [], 0
-    for body in scene.bodies[:LISTED]:
-        count = len(getattr(body.shape, "radii", ())) if type(body.shape).__name__ == "Spheres" else 1
-        ids = f"{number}" if count == 1 else f"{number}-{number + count - 1}" if count else "none"
-        number += count
-        name, kind = printable(body.name or ""), type(body.shape).__name__
-        lines.append(f"{ids:>9}  {name:<16} {kind:<22} {_box(*body.shape.bounds)}")
-    if len(scene.bodies) > LISTED:
-        lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more")
-    return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
-
-
-def _box(low: Any, high: Any) -> str:
-    if (low > high).any():
-        return "empty"
-    return "  ".join(f"{axis} [{a:.6g}, {b:.6g}]" for axis, a, b in zip("xyz", low, high, strict=True))
-
-
-def _memory(memory: Memory) -> str:
-    """Bytes in all, and for each cell."""
-    each = ", ".join(
-        f"{part / max(memory.cells, 1):.0f} bytes a cell for {name}"
-        for name, part in (("the tables", memory.tables), ("the tree", memory.tree))
-    )
-    return f"{with_bytes(memory.tables + memory.tree)} for {memory.cells:,} cells: {each}"

@@ -108,7 +108,8 @@ class MitsubaScene:
 
     def distances(self) -> Floats:
         """t (M,) of the last run, inf for a miss."""
-        return np.load(Path(self._folder.name) / "t.npy").astype(float)  # type: ignore[no-any-return]
+        single: Singles = np.load(Path(self._folder.name) / "t.npy")
+        return single.astype(float)
 
     def _answer(self) -> str:
         assert self._process.stdout is not None

@@ -59,7 +59,7 @@ def _capped_quadric(kind: int, center: Floats, r: float, axis: Floats) -> Shape:
     if kind == 1:
         return Cylinder(_vector(center - half * axis), _vector(center + half * axis), r)
     between = (-half, half)
-    upright: Any
+    upright: Shape
     if kind == 0:
         upright = Ellipsoid.from_coefficients(r**-2, r**-2, r**-2, z_range=between)
     elif kind == 2:
@@ -67,7 +67,7 @@ def _capped_quadric(kind: int, center: Floats, r: float, axis: Floats) -> Shape:
     else:
         upright = OneSheetHyperboloid(5 * r**-2, 5 * r**-2, 5 * r**-2, z_range=between)
     turned = upright.rotate(np.cross((0, 0, 1), axis), math.degrees(math.acos(axis[2])))
-    return turned.translate(center)  # type: ignore[no-any-return]
+    return turned.translate(center)
 
 
 def _vector(point: Floats) -> tuple[float, float, float]:

@@ -1,1 +1,1 @@
-"""What may be wrong with a scene: overlaps, slivers, nearly coincident surfaces, empty bodies."""
+"""What may be wrong with a scene: overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits."""

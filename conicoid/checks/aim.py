@@ -53,6 +53,22 @@ class Targets:
             np.isfinite(high), high, np.maximum(last, low)
         )
 
+    def box(self, body: int) -> tuple[FloatArray, FloatArray]:
+        """The box of one body; low > high if it is empty. Infinite ends lie as far from 0 as the window reaches."""
+        low, high = self.low[body], self.high[body]
+        if (low > high).any():
+            return low, high
+        first, last = self.window
+        far = np.abs([first, last]).max()
+        size = float((last - first).max())
+        return np.where(np.isfinite(low), low, np.minimum(-far, high - size)), np.where(
+            np.isfinite(high), high, np.maximum(far, low + size)
+        )
+
+    def endless(self, body: int) -> bool:
+        """Is some end of a body's box infinite?"""
+        return not (np.isfinite(self.low[body]).all() and np.isfinite(self.high[body]).all())
+
     def common(self, one: Indices, other: Indices) -> tuple[FloatArray, FloatArray]:
         """The common boxes of pairs of bodies; low > high where there is none."""
         (a, b), (c, d) = self._cut(one), self._cut(other)

@@ -10,24 +10,27 @@ import numpy as np
 from ..geometry.tables import BALL
 from .aim import Targets, rays_through
 from .coincidence import NearPair, near_pairs
-from .finding import COINCIDENCE, EMPTY, OVERLAP, SLIVER, Finding, titles
+from .conditioning import FEW, conditioning
+from .finding import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, titles
 from .scan import THIN, Scan, Sighting
+from .verdict import Conditioning
 
 if TYPE_CHECKING:
     from ..scene import Scene
 
 _FOR_A_PAIR = 64
 _FOR_THE_UNSEEN = 256
+_MOST_BALLS = 1000
 
 Progress = Callable[[int, int], Any]
 
 
 def check(scene: Scene, rays: int = 200_000, seed: int = 0, progress: Progress | None = None) -> list[Finding]:
-    """Overlaps of solid bodies, slivers, nearly coincident surfaces and empty bodies; worst first within each kind.
+    """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits; worst first within each kind.
 
     About `rays` rays go through the whole scene, through every body, and where boxes of two bodies meet; more
     through surfaces that are nearly equal and bodies that none has met. What no ray has seen is not
-    reported, but for surfaces: those are compared by their coefficients.
+    reported, but for surfaces and digits: those follow from the numbers that were written.
     """
     if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or rays < 1:
         raise ValueError(f"check: rays must be an integer >= 1, got {rays!r}")
@@ -39,21 +42,25 @@ def check(scene: Scene, rays: int = 200_000, seed: int = 0, progress: Progress |
     for part, step in enumerate((_everywhere, _bodies, _pairs)):
         step(scan, targets, rays // 3, random)
         if progress is not None:
-            progress(part + 1, 5)
+            progress(part + 1, 6)
     near = list(near_pairs(lowered.tables, targets))
     for pair in near:
         low, high = (np.tile(end, (_FOR_A_PAIR, 1)) for end in (pair.low, pair.high))
         scan.follow(*rays_through(low, np.maximum(low, high), random))
     if progress is not None:
-        progress(4, 5)
+        progress(4, 6)
     unseen = _unseen(scan, targets, rays, random)
     if progress is not None:
-        progress(5, 5)
+        progress(5, 6)
+    few = conditioning(scene, FEW, _MOST_BALLS)
+    if progress is not None:
+        progress(6, 6)
     return [
         *_overlaps(scan),
         *_slivers(scan),
         *(_coincidence(scan, pair) for pair in near),
         *_empty(scan, targets, unseen),
+        *(_few_digits(scene, one) for one in sorted(few, key=lambda one: (one.digits, one.body))),
     ]
 
 
@@ -141,6 +148,15 @@ def _empty(scan: Scan, targets: Targets, bodies: Any) -> list[Finding]:
         why = "its bounds are empty" if targets.empty[body] else f"none of {scan.rays:,} rays meets it"
         found.append(Finding(EMPTY, (body,), f"{titles(scan.scene, (body,))} is empty: {why}", 0.0))
     return found
+
+
+def _few_digits(scene: Scene, one: Conditioning) -> Finding:
+    place = ", ".join(f"{c:.6g}" for c in one.point.tolist())
+    message = (
+        f"{titles(scene, (one.body,))} keeps {one.digits:.1f} of 16 digits near ({place}): {one.reason}; "
+        f"{one.number} of its {one.part} counts most"
+    )
+    return Finding(DIGITS, (one.body,), message, one.digits)
 
 
 def _shown(kind: str, bodies: tuple[int, ...], message: str, sighting: Sighting, size: float | None = None) -> Finding:

@@ -10,18 +10,19 @@ from ..shapes.vector import FloatArray
 if TYPE_CHECKING:
     from ..scene import Scene
 
-OVERLAP, SLIVER, COINCIDENCE, EMPTY = "overlap", "sliver", "near-coincidence", "empty"
-KINDS = (OVERLAP, SLIVER, COINCIDENCE, EMPTY)
+OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS = "overlap", "sliver", "near-coincidence", "empty", "lost digits"
+KINDS = (OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS)
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
     """Something that a scene's author may not have meant.
 
-    kind       "overlap", "sliver", "near-coincidence" or "empty"
+    kind       "overlap", "sliver", "near-coincidence", "empty" or "lost digits"
     bodies     ids of the bodies concerned
     message    one sentence
-    size       the longest common stretch, the thickness, or the relative difference; 0 for an empty body
+    size       the longest common stretch, the thickness, or the relative difference; 0 for an empty body; the decimal
+               digits that remain
     origin, direction   (3,) a ray that shows it: ask `scene.spans(origin, direction)`; None where none does
     """
 

@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from . import exact as ex
 from .coefficients import Symmetric
+from .rational import eliminated
 from .surface import UPRIGHT, QuadricSurface, Triples
 
 _WEAK = Fraction(1, 1024)
@@ -21,7 +22,7 @@ _NOISE = ex.context.ldexp(1, -300)
 
 def principal_quadric(matrix: Symmetric) -> QuadricSurface:
     """The surface of (x, 1) matrix (x, 1)ᵀ = 0, whose second-order part is not zero."""
-    values, rows = _eigen(matrix)
+    values, rows = eigen(matrix)
     first = (matrix[0][3], matrix[1][3], matrix[2][3])
     if rows is UPRIGHT:
         slopes = [ex.exact(value) for value in first]
@@ -39,8 +40,11 @@ def principal_quadric(matrix: Symmetric) -> QuadricSurface:
     )
 
 
-def _eigen(matrix: Symmetric) -> tuple[list[ex.Number], Triples]:
-    """Eigenvalues and unit eigenvectors (as rows); a diagonal matrix keeps its own, exact."""
+def eigen(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Number], Triples]:
+    """Eigenvalues and unit eigenvectors (as rows); a diagonal matrix keeps its own, exact.
+
+    `rank` is that of the second-order part where its entries are rounded; it is found where they are exact.
+    """
     a = [list(row[:3]) for row in matrix[:3]]
     if not (a[0][1] or a[0][2] or a[1][2]):
         return [a[0][0], a[1][1], a[2][2]], UPRIGHT
@@ -53,7 +57,7 @@ def _eigen(matrix: Symmetric) -> tuple[list[ex.Number], Triples]:
         exact = context.matrix([[context.mpf(v.numerator) / v.denominator / scale for v in row] for row in a])
         found, vectors = context.eigsy(exact)
         order = sorted(range(3), key=lambda k: max(range(3), key=lambda i: abs(vectors[i, k])))
-        rank = _rank(a)
+        rank = len(eliminated(a, 3)[1]) if rank is None else rank
         vanishing = sorted(range(3), key=lambda k: abs(found[k]))[: 3 - rank]
         values = [context.mpf(0) if k in vanishing else found[k] * scale for k in order]
         rows = tuple(tuple(_quiet(vectors[i, k]) for i in range(3)) for k in order)
@@ -63,21 +67,6 @@ def _eigen(matrix: Symmetric) -> tuple[list[ex.Number], Triples]:
 def _quiet(entry: ex.Exact) -> ex.Exact:
     """An entry of a unit vector; zero where it is only the rounding of 400 bits."""
     return ex.ZERO if abs(entry) < _NOISE else entry
-
-
-def _rank(a: list[list[Fraction]]) -> int:
-    """The rank of a 3 × 3 matrix, by exact elimination."""
-    rows, rank = [list(row) for row in a], 0
-    for column in range(3):
-        pivot = next((i for i in range(rank, 3) if rows[i][column]), None)
-        if pivot is None:
-            continue
-        rows[rank], rows[pivot] = rows[pivot], rows[rank]
-        for i in range(rank + 1, 3):
-            factor = rows[i][column] / rows[rank][column]
-            rows[i] = [x - factor * y for x, y in zip(rows[i], rows[rank], strict=True)]
-        rank += 1
-    return rank
 
 
 def _anchor(

@@ -10,6 +10,8 @@ from functools import cached_property
 from . import exact as ex
 from .base import PrimitiveSolid
 from .cells import UV, Cell, Face, moved_uv
+from .classification import Classification
+from .classify import classify
 from .coefficients import Symmetric, coefficients, matrix_of_coefficients, symmetric_part
 from .motion import Motion, Translate
 from .planar import half_space_bounds, plane_through, plane_uv
@@ -64,6 +66,11 @@ class Quadric(PrimitiveSolid):
         if any(q[i][j] for i in range(3) for j in range(3)):
             return principal_quadric(q)
         return plane_through((2 * q[0][3], 2 * q[1][3], 2 * q[2][3]), -q[3][3])
+
+    @cached_property
+    def classification(self) -> Classification:
+        """Which quadric it is, exactly, with its center, axes and semi-axes as it stands in the world."""
+        return classify(self.symmetric, self.motion)
 
     @property
     def _outside(self) -> Surface:

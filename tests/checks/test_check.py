@@ -161,7 +161,7 @@ def test_rays_are_a_number():
 def test_progress():
     calls: list[tuple[int, int]] = []
     co.check(co.Scene([co.Sphere()]), rays=60, progress=lambda done, total: calls.append((done, total)))
-    assert calls[-1] == (5, 5)
+    assert calls[-1] == (6, 6)
 
 
 def test_the_command_line_says_the_same(tmp_path: Path):
