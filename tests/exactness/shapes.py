@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ..oracle.cases import Case
-from .forms import Form, chain
+from .forms import chain
 from .sheets import SHEETS, ExactSheet
-from .solids import COMBINED, SOLIDS, Formula, mapped, moved, sphere
+from .solids import COMBINED, SOLIDS, Formula, moved, sphere
 from .traced import Shape
 
 
@@ -28,12 +28,13 @@ def reference(case: Case) -> Formula | ExactSheet:
     return found.moved(motion) if isinstance(found, ExactSheet) else moved(found, motion)
 
 
-def bodies(case: Case) -> list[Shape]:
-    """The bodies that a case makes in a scene: one, or a ball each of `Spheres`."""
-    if case.kind == "Spheres":
-        return [Shape(sphere(r, c)) for r, c in zip(case.parameters["radii"], case.parameters["centers"], strict=True)]
-    return [Shape(reference(case), faces=not case.operands)]
-
-
-def renumbered(formula: Formula, face: int) -> Formula:
-    return mapped(formula, lambda f: Form(f.k, face, f.exact, f.flat))
+def exact_shape(*cases: Case) -> Shape:
+    """The bodies that cases make in a scene: one each, or a ball each of `Spheres`."""
+    references: list[Formula | ExactSheet] = []
+    for case in cases:
+        if case.kind == "Spheres":
+            balls = zip(case.parameters["radii"], case.parameters["centers"], strict=True)
+            references += [sphere(r, c) for r, c in balls]
+        else:
+            references.append(reference(case))
+    return Shape(references, faces=not any(case.operands for case in cases))

@@ -17,16 +17,12 @@ from ..oracle.trace import trace
 from .exact import ExactRay, as_pair, compare, distance, integers
 from .forms import chain
 from .rational import VANISHED
-from .shapes import bodies
+from .shapes import exact_shape, reference
 from .traced import Shape, crossings
 
 
 def found(case: Case, origin, direction):
-    return [
-        (as_pair(c.root)[0], c.entering)
-        for shape in bodies(case)
-        for c in crossings(shape, ExactRay(origin, direction))
-    ]
+    return [(as_pair(c.root)[0], c.entering) for c in crossings(exact_shape(case), ExactRay(origin, direction))]
 
 
 def plain(kind: str, *steps, **parameters) -> Case:
@@ -83,29 +79,22 @@ def test_irrational_frames_know_what_is_zero_on_paper():
 
 
 def test_roots_in_common_are_recognised():
-    """Spheres about (0, 0, 0) and (2, 0, 0) of radius √2 have the circle x = 1 in common: irrational, but equal."""
-    shape = Shape(
-        (
-            "any",
-            (
-                bodies(plain("Sphere", radius=1.25, center=(0, 0, 0)))[0].reference,
-                bodies(plain("Sphere", radius=1.25, center=(2, 0, 0)))[0].reference,
-            ),
-        )
-    )
+    """Spheres about (0, 0, 0) and (2, 0, 0) of radius 5/4 have a circle at x = 1 in common, but equal."""
+    first, second = (plain("Sphere", radius=1.25, center=(x, 0, 0)) for x in (0, 2))
+    shape = Shape([("any", (reference(first), reference(second)))])
     ray = ExactRay((1, -4, 0), (0, 1, 0))
     assert len(crossings(shape, ray)) == 2
     nudged = ExactRay((math.nextafter(1, 2), -4, 0), (0, 1, 0))
     assert len(crossings(shape, nudged)) == 2
     entering = crossings(shape, nudged)[0].root
-    (other,) = crossings(Shape(bodies(plain("Sphere", radius=1.25, center=(0, 0, 0)))[0].reference), nudged)[:1]
+    other = crossings(exact_shape(first), nudged)[0]
     assert compare(entering, other.root) == -1
     assert distance(other.root, as_pair(entering)[0])[0] > 0
 
 
 def test_distances_are_bounds():
     ray = ExactRay((-3, 0, 0), (1, 0, 0))
-    (root, _) = (c.root for c in crossings(bodies(plain("Sphere", radius=0.1, center=(0, 0, 0)))[0], ray))
+    (root, _) = (c.root for c in crossings(exact_shape(plain("Sphere", radius=0.1, center=(0, 0, 0))), ray))
     exact = 3 - Fraction(0.1)
     assert distance(root, 2.9)[0] <= float(abs(exact - Fraction(2.9))) <= distance(root, 2.9)[1]
     assert distance(root, 2.9)[1] < 1e-15
@@ -125,16 +114,16 @@ def test_against_ninety_digits(kind: str):
     for index in range(3):
         random = generator(kind, 500 + index)
         case = random_case(kind, random)
-        reference, size = case.reference(), number(case.world_size)
-        (shape,) = bodies(case)
+        known_formula, size = case.reference(), number(case.world_size)
+        shape = exact_shape(case)
         for o, d in zip(*hard_rays.rays(case, 8, random), strict=True):
             ray = line(o, d)
             reach = mp.mpf(10) ** 7 * (size + mp.norm(ray.origin)) / ray.speed
             if case.is_sheet:
-                known = sheet_crossings(reference, ray, size, reach)
+                known = sheet_crossings(known_formula, ray, size, reach)
                 certain, expected = all(k.on is not None for k in known), [k.crossing for k in known]
             else:
-                traced = trace(reference, ray, size, reach)
+                traced = trace(known_formula, ray, size, reach)
                 certain, expected = not traced.in_band, traced.crossings
             if not certain:
                 continue

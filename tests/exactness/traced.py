@@ -24,23 +24,54 @@ class ExactCrossing:
     root: Root
     entering: bool
     face: int
+    body: int
+
+
+@dataclass(frozen=True)
+class Body:
+    """A solid's formula, or a sheet with the formula that clips it (None: all of it is there)."""
+
+    formula: Formula | None
+    sheet: ExactSheet | None = None
+    own: int = -1
 
 
 class Shape:
-    """A formula or sheet with its forms numbered; `faces` False where a body's faces are not compared."""
+    """Bodies over numbered forms; `faces` False where a body's faces are not compared."""
 
-    def __init__(self, reference: Formula | ExactSheet, faces: bool = True) -> None:
-        self.reference, self.faces = reference, faces
-        self.sheet = reference if isinstance(reference, ExactSheet) else None
-        self.formula = reference.clip if isinstance(reference, ExactSheet) else reference
-        self.forms: list[Form] = [] if self.sheet is None else [self.sheet.surface]
-        known: dict[Any, int] = {} if self.sheet is None else {self.sheet.surface.name: 0}
+    def __init__(self, references: Sequence[Formula | ExactSheet], faces: bool = True) -> None:
+        self.faces = faces
+        self.forms: list[Form] = []
         self.numbers: dict[int, int] = {}
-        for f in forms_of(self.formula) if self.formula is not None else ():
-            if f.name not in known:
-                known[f.name] = len(self.forms)
-                self.forms.append(f)
-            self.numbers[id(f)] = known[f.name]
+        self._known: dict[Any, int] = {}
+        self.bodies = [self._body(reference) for reference in references]
+
+    def _body(self, reference: Formula | ExactSheet) -> Body:
+        if isinstance(reference, ExactSheet):
+            own = self._number(reference.surface)
+            return Body(self._numbered(reference.clip), reference, own)
+        return Body(self._numbered(reference))
+
+    def _numbered(self, formula: Formula | None) -> Formula | None:
+        for f in forms_of(formula) if formula is not None else ():
+            self._number(f)
+        return formula
+
+    def _number(self, f: Form) -> int:
+        number = self._known.setdefault(f.name, len(self.forms))
+        if number == len(self.forms):
+            self.forms.append(f)
+        self.numbers[id(f)] = number
+        return number
+
+    def faces_of(self, number: int) -> list[int]:
+        """The face that each form is of a solid body; -1 where it is none or is not told."""
+        formula = self.bodies[number].formula
+        found = [-1] * len(self.forms)
+        if self.faces and formula is not None:
+            for f in reversed(list(forms_of(formula))):
+                found[self.numbers[id(f)]] = f.face
+        return found
 
     def truth(self, formula: Formula, negative: Callable[[int], Any]) -> Any:
         """The formula where negative(i) says of form i whether it is; bools or arrays of them."""
@@ -55,11 +86,23 @@ class Shape:
         values = (self.combined(part, held) for part in parts)
         return _every(values) if kind == "all" else _some(values)
 
-    def contains(self, point: Sequence[float]) -> bool:
-        """Leaves are closed; combinations exactly Boolean. A sheet contains nothing."""
-        if self.sheet is not None or self.formula is None:
-            return False
-        return bool(self.truth(self.formula, lambda i: value_sign(self.forms[i], point) <= 0))
+    def closed(self, formula: Formula, before: Callable[[int], Any], after: Callable[[int], Any]) -> Any:
+        """Is a point of the ray in a clip?  Its cells are closed: they hold it if they hold what is just before or after."""
+
+        def held(forms: Sequence[Form]) -> Any:
+            numbers = [self.numbers[id(f)] for f in forms]
+            return np.logical_or(_every(map(before, numbers)), _every(map(after, numbers)))
+
+        return self.combined(formula, held)
+
+    def body_at(self, point: Sequence[float]) -> int:
+        """The first body that holds a point, or -1. Leaves are closed, combinations exactly Boolean; sheets hold nothing."""
+        for number, body in enumerate(self.bodies):
+            if body.sheet is not None or body.formula is None:
+                continue
+            if self.truth(body.formula, lambda i: value_sign(self.forms[i], point) <= 0):
+                return number
+        return -1
 
 
 def _every(values: Any) -> Any:
@@ -104,8 +147,7 @@ def events(shape: Shape, ray: ExactRay, start: int = SKIPPED) -> Events:
         negative = sign_at_start(f, quadratic, bool(found))
         if index == start and found:
             gone = found[0] if len(found) == 1 or abs(found[0].at(200)) < abs(found[1].at(200)) else found[1]
-            if gone is found[0]:  # what was left of it never was
-                negative = not negative
+            negative = not negative  # so that all is right where t > 0
             found = [r for r in found if r is not gone]
         every += found
         before.append(negative)
@@ -120,52 +162,57 @@ def events(shape: Shape, ray: ExactRay, start: int = SKIPPED) -> Events:
 
 
 def crossings(shape: Shape, ray: ExactRay, start: int = SKIPPED) -> list[ExactCrossing]:
-    """All crossings of the whole line, in order."""
+    """All crossings of the whole line, in order; at equal t by body."""
     met = events(shape, ray, start)
-    return _sheet_crossings(shape, met, ray) if shape.sheet is not None else _solid_crossings(shape, met)
-
-
-def _solid_crossings(shape: Shape, met: Events) -> list[ExactCrossing]:
     states = met.states()
-    truths = [bool(shape.truth(shape.formula, state.__getitem__)) for state in states]  # type: ignore[arg-type]
+    found: list[tuple[int, int, ExactCrossing]] = []
+    for number, body in enumerate(shape.bodies):
+        one = _solid_crossings if body.sheet is None else _sheet_crossings
+        found += [(k, number, crossing) for k, crossing in one(shape, number, met, states, ray)]
+    return [crossing for _, _, crossing in sorted(found, key=lambda item: item[:2])]
+
+
+Placed = list[tuple[int, ExactCrossing]]
+
+
+def _solid_crossings(shape: Shape, number: int, met: Events, states: list[list[bool]], ray: ExactRay) -> Placed:
+    formula = shape.bodies[number].formula
+    assert formula is not None
+    own = {shape.numbers[id(f)] for f in forms_of(formula)}
+    faces = shape.faces_of(number)
+    truths = [bool(shape.truth(formula, state.__getitem__)) for state in states]
     found = []
     for k, group in enumerate(met.groups):
         entering = truths[k + 1]
         if entering == truths[k]:
             continue
-        turned = [r for r in group if states[k + 1][r.index] == entering] or group
-        chosen = min(turned, key=lambda r: shape.forms[r.index].face)
-        found.append(ExactCrossing(chosen, entering, shape.forms[chosen.index].face if shape.faces else -1))
+        mine = [r for r in group if r.index in own]
+        turned = [r for r in mine if states[k + 1][r.index] == entering] or mine
+        chosen = min(turned, key=lambda r: faces[r.index])
+        found.append((k, ExactCrossing(chosen, entering, faces[chosen.index], number)))
     return found
 
 
-def _sheet_crossings(shape: Shape, met: Events, ray: ExactRay) -> list[ExactCrossing]:
-    sheet, states = shape.sheet, met.states()
+def _sheet_crossings(shape: Shape, number: int, met: Events, states: list[list[bool]], ray: ExactRay) -> Placed:
+    body = shape.bodies[number]
+    sheet = body.sheet
     assert sheet is not None
     found = []
     for k, group in enumerate(met.groups):
-        own = next((r for r in group if r.index == 0), None)
-        if own is None:
+        root = next((r for r in group if r.index == body.own), None)
+        if root is None:
             continue
-        entering = states[k + 1][0]
+        entering = states[k + 1][body.own]
         if sheet.one_sided and not entering:
             continue
-        if shape.formula is not None and not _held(shape, states[k], states[k + 1]):
+        if body.formula is not None and not shape.closed(
+            body.formula, states[k].__getitem__, states[k + 1].__getitem__
+        ):
             continue
         if sheet.loop and not in_loop(sheet, ray):
             continue
-        found.append(ExactCrossing(own, entering, 0))
+        found.append((k, ExactCrossing(root, entering, 0, number)))
     return found
-
-
-def _held(shape: Shape, before: list[bool], after: list[bool]) -> bool:
-    """Is the point in the clip?  Its cells are closed: they hold it if they hold what is just before or just after."""
-
-    def cell(forms: Sequence[Form]) -> bool:
-        numbers = [shape.numbers[id(f)] for f in forms]
-        return all(before[n] for n in numbers) or all(after[n] for n in numbers)
-
-    return bool(shape.combined(shape.formula, cell))  # type: ignore[arg-type]
 
 
 def in_loop(sheet: ExactSheet, ray: ExactRay) -> bool:
