@@ -48,9 +48,11 @@ class Score:
 
     @property
     def slackness(self) -> float:
-        """Median bound over median error, relative to |t|; of crossings whose t is not exact."""
-        errors, bounds = np.concatenate(self.errors), np.concatenate(self.bounds)
-        return float(np.median(bounds) / max(np.median(errors), 2.0**-54))
+        """Median bound over median error, both relative to |t|."""
+        return float(np.median(np.concatenate(self.bounds)) / np.median(np.concatenate(self.errors)))
+
+    def check(self) -> None:
+        assert not self.wrong, f"{self.wrong} of {self.rays} rays\n\n" + "\n\n".join(self.failures)
 
 
 class Judge:
@@ -69,6 +71,7 @@ class Judge:
         good = self._decisions(answers, found)
         self._times(answers, found, good)
         self._first(answers)
+        self._spans(found)
         self._membership()
         return self.score
 
@@ -94,13 +97,10 @@ class Judge:
         with np.errstate(all="ignore"):
             error = np.abs((t - answers.high[mine]) - answers.low[mine])
         slack, size = answers.slack[mine], np.abs(answers.high[mine])
-        bound = getattr(found, "t_error", None)
-        if bound is None:
-            return
-        bound = bound[theirs]
-        inexact = (error > 0) & (size > 0)
-        self.score.errors.append(error[inexact] / size[inexact])
-        self.score.bounds.append(bound[inexact] / size[inexact])
+        bound = found.t_error[theirs]
+        some = size > 0
+        self.score.errors.append(error[some] / size[some])
+        self.score.bounds.append(bound[some] / size[some])
         row_of = np.arange(len(answers.high))[mine] - answers.offsets[ray]
         for i in np.flatnonzero(~(error * (1 + 2.0**-40) + slack <= bound)).tolist():
             least, _ = self.oracle.error(self.origins[ray[i]], self.directions[ray[i]], int(row_of[i]), float(t[i]))
@@ -138,9 +138,7 @@ class Judge:
 
     def _places(self, answers: Answers, hits: Any, rays: Array, rows: Array) -> None:
         """|t - exact| <= t_error and |point - (o + t d)| <= point_error of first hits."""
-        t_error, point_error = getattr(hits, "t_error", None), getattr(hits, "point_error", None)
-        if t_error is None or point_error is None:
-            return
+        t_error, point_error = hits.t_error, hits.point_error
         missed = ~np.isfinite(hits.t)
         if np.isnan(hits.t).any() or np.isnan(hits.point[~missed]).any() or np.isnan(hits.normal[~missed]).any():
             self.score.fail("NaN", 1, repr(self.cases))
@@ -163,6 +161,26 @@ class Judge:
             for i in bad[:SHOWN].tolist():
                 message = f"{value[i]:.6g} off, bound {bound[i]:.6g}\n{self._ray(int(rays[i]))}"
                 self.score.fail(f"first_hit.{name}", 1, message)
+
+    def _spans(self, found: Any) -> None:
+        """Ends of spans are the crossings of solids, errors and all; clipped ends, at infinity, have error 0."""
+        spans = self.scene.spans(self.origins, self.directions, t_min=-np.inf)
+        ray = np.repeat(np.arange(len(self.origins)), np.diff(spans.offsets))
+        crossing = np.repeat(np.arange(len(self.origins)), np.diff(found.offsets))
+        for name, entering in (("enter", True), ("exit", False)):
+            t, error, clipped = (getattr(spans, n) for n in (f"t_{name}", f"t_{name}_error", f"{name}_clipped"))
+            rows = np.isin(found.body, self.solids) & (found.entering == entering)
+            told = np.stack([ray, spans.body, t, error])[:, ~clipped]
+            expected = np.stack([crossing, found.body, found.t, found.t_error])[:, rows]
+            told, expected = (x[:, np.lexsort(x[::-1])] for x in (told, expected))
+            if told.shape != expected.shape or not np.array_equal(told, expected):
+                self.score.fail(f"spans.t_{name}", 1, f"not those of crossings\n{self.cases!r}")
+            if not ((error[clipped] == 0) & np.isinf(t[clipped])).all():
+                self.score.fail(f"spans.t_{name}", 1, f"clipped ends must be infinite and have error 0\n{self.cases!r}")
+
+    @property
+    def solids(self) -> list[int]:
+        return [number for number, body in enumerate(self.oracle.shape.bodies) if body.sheet is None]
 
     def _membership(self) -> None:
         points = np.concatenate([self.origins, self.origins + self.directions])
