@@ -45,6 +45,11 @@ class Form:
         """Equal for forms that are positive multiples of one another."""
         return (self.flat, *(int(k) for k in self.integers)) if self.exact else (id(self),)
 
+    def same_surface(self, other: Form) -> bool:
+        """Equal up to a factor, of either sign."""
+        mine, its = self.integers, other.integers
+        return self.exact and other.exact and (mine == its or mine == tuple(-k for k in its))
+
     @property
     def side(self) -> int:
         """Of a plane: the sign of the first component of its normal that is not zero."""

@@ -221,9 +221,15 @@ assert set(PLAIN) <= set(KINDS)
 
 
 def lattice_rays(r: Random, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Whole or half origins, whole directions, many along axes."""
+    """Whole or half origins, whole directions, many along axes; in a third of them one number is a little off."""
     origins = r.integers(-6, 7, (count, 3)) / r.choice([1.0, 1.0, 2.0], (count, 1))
     d = r.integers(-3, 4, (count, 3)).astype(float)
     axes = np.eye(3)[r.integers(3, size=count)] * r.choice([-1.0, 1.0], (count, 1))
     d = np.where((r.random((count, 1)) < 0.3) | ~d.any(axis=1, keepdims=True), axes, d)
+    for values, share in ((origins, 0.2), (d, 0.13)):
+        rows = np.flatnonzero(r.random(count) < share)
+        columns = r.integers(3, size=len(rows))
+        off = r.choice([-1.0, 1.0], len(rows)) * 2.0 ** -r.choice([20, 40, 49, 50, 51, 52, 60, 200], len(rows))
+        values[rows, columns] += off * np.maximum(np.abs(values[rows, columns]), 2.0**-8)
+        values[rows, columns] = np.where(values[rows, columns] == 0, off, values[rows, columns])
     return origins, d

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from .filtered import X, Y, Z, _filled, _inner, _relative, _sum, gradient
@@ -29,3 +31,9 @@ def off_surface(oracle: Oracle, points: Array) -> tuple[Array, Array]:
     distances = np.stack(found, axis=1)
     nearest = distances.argmin(axis=1)
     return np.ldexp(distances[np.arange(len(points)), nearest], local.exponent) * (1 - 1e-9), nearest
+
+
+def learn(forms: dict[int, int], hits: Any, nearest: np.ndarray) -> None:
+    """Which of the oracle's forms each surface of the scene is: the one that most of its first points lie on."""
+    for surface in set(hits.surface.tolist()):
+        forms.setdefault(surface, int(np.bincount(nearest[hits.surface == surface]).argmax()))

@@ -18,7 +18,7 @@ import conicoid as co
 from ..oracle.cases import Case
 from .exact import ExactRay, distance
 from .oracle import Oracle
-from .places import off_surface
+from .places import learn, off_surface
 from .shapes import exact_shape
 from .traced import crossings
 
@@ -92,12 +92,6 @@ def test_a_thousand_bounces(name: str, scale: float, away: float) -> None:
         elif step % EVERY == 0:
             trace_exactly(oracle, forms, previous, hits)
         inward = co.reflect(rays.directions, hits.normal)
-
-
-def learn(forms: dict[int, int], hits: Any, nearest: np.ndarray) -> None:
-    """Which of the oracle's forms each surface of the scene is: the one that most of its first points lie on."""
-    for surface in set(hits.surface.tolist()):
-        forms.setdefault(surface, int(np.bincount(nearest[hits.surface == surface]).argmax()))
 
 
 def trace_exactly(oracle: Oracle, forms: dict[int, int], previous: Any, hits: Any) -> None:

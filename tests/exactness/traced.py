@@ -138,14 +138,14 @@ class Events:
 
 
 def events(shape: Shape, ray: ExactRay, start: int = SKIPPED) -> Events:
-    """`start`: the form that the ray starts on, one root of which, the nearest to t = 0, is taken out."""
+    """`start`: the form whose surface the ray starts on; one root of it, the nearest to t = 0, is taken out."""
     every: list[Root] = []
     before = []
     for index, f in enumerate(shape.forms):
         quadratic = ray.quadratic(f)
         found = roots(index, f, quadratic)
         negative = sign_at_start(f, quadratic, bool(found))
-        if index == start and found:
+        if start != SKIPPED and found and (index == start or f.same_surface(shape.forms[start])):
             gone = found[0] if len(found) == 1 or abs(found[0].at(200)) < abs(found[1].at(200)) else found[1]
             negative = not negative  # so that all is right where t > 0
             found = [r for r in found if r is not gone]
