@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,10 +30,10 @@ class Score:
     bounds: list[Array] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
 
-    def fail(self, what: str, count: int, message: str) -> None:
+    def fail(self, what: str, count: int, message: str | Callable[[], str]) -> None:
         self.wrong[what] = self.wrong.get(what, 0) + count
-        if sum(f.startswith(what) for f in self.failures) < SHOWN:
-            self.failures.append(f"{what}: {message}")
+        if sum(f.startswith(f"{what}:") for f in self.failures) < SHOWN:
+            self.failures.append(f"{what}: {message if isinstance(message, str) else message()}")
 
     def add(self, other: Score) -> None:
         self.rays, self.crossings, self.hard = (
@@ -103,11 +104,13 @@ class Judge:
         self.score.bounds.append(bound[some] / size[some])
         row_of = np.arange(len(answers.high))[mine] - answers.offsets[ray]
         for i in np.flatnonzero(~(error * (1 + 2.0**-40) + slack <= bound)).tolist():
-            least, _ = self.oracle.error(self.origins[ray[i]], self.directions[ray[i]], int(row_of[i]), float(t[i]))
+            least = float(error[i] * (1 - 2.0**-40) - slack[i])
+            if least <= bound[i]:
+                o, d = self.origins[ray[i]], self.directions[ray[i]]
+                least, _ = self.oracle.error(o, d, int(row_of[i]), float(t[i]))
             if not least <= bound[i]:
-                self.score.fail(
-                    "t_error", 1, f"t = {t[i]!r} is {least:.4g} off, t_error {bound[i]:.4g}\n{self._ray(ray[i])}"
-                )
+                what = f"t = {t[i]!r} is {least:.4g} off, t_error {bound[i]:.4g}"
+                self.score.fail("t_error", 1, lambda i=i, what=what: f"{what}\n{self._ray(ray[i])}")
 
     def _first(self, answers: Answers) -> None:
         hits = self.scene.first_hit(self.origins, self.directions)
