@@ -13,7 +13,8 @@ from .local import located
 from .traced import SKIPPED, Shape, crossings
 from .wide import Array
 
-CHUNK = 4096
+CELLS = 1 << 22
+"""Rays × gaps × forms at a time."""
 
 
 @dataclass
@@ -48,8 +49,10 @@ class Oracle:
 
     def answers(self, origins: Array, directions: Array) -> Answers:
         parts = []
-        for begin in range(0, len(origins), CHUNK):
-            rows = slice(begin, begin + CHUNK)
+        forms = len(self.shape.forms)
+        chunk = max(64, min(4096, CELLS // (forms * (2 * forms + 1))))
+        for begin in range(0, len(origins), chunk):
+            rows = slice(begin, begin + chunk)
             parts.append(self._chunk(origins[rows], directions[rows]))
         return _joined(parts)
 

@@ -33,6 +33,7 @@ def exact_shape(*cases: Case) -> Shape:
     references: list[Formula | ExactSheet] = []
     for case in cases:
         if case.kind == "Spheres":
+            assert not case.steps, "a motion of bulk spheres rounds them"
             balls = zip(case.parameters["radii"], case.parameters["centers"], strict=True)
             references += [sphere(r, c) for r, c in balls]
         else:
