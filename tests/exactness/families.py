@@ -118,12 +118,12 @@ FAMILIES: dict[str, tuple[float, Callable[[Aim, int], Pair]]] = {
 
 
 def rays(aim: Aim, count: int) -> Pair:
-    """A mixture, within the documented domain; half of the directions as they are, half of lengths 10^U(-3, 3)."""
+    """A mixture, within the documented domain; half of the directions of length 1, most others of 10^U(-3, 3), some of any."""
     share = sum(weight for weight, _ in FAMILIES.values())
     parts = [family(aim, max(2, round(count * weight / share))) for weight, family in FAMILIES.values()]
     origins, d = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
-    lengths = np.where(aim.random.random(len(d)) < 0.5, 1.0, 10 ** aim.random.uniform(-3, 3, len(d)))
-    return in_domain(origins, d * lengths[:, None])
+    decades = aim.random.choice([0.0, 3.0, 95.0], len(d), p=[0.5, 0.45, 0.05])
+    return in_domain(origins, d * 10 ** (decades * aim.random.uniform(-1, 1, len(d)))[:, None])
 
 
 def in_domain(origins: Array, d: Array) -> Pair:

@@ -143,8 +143,9 @@ class Judge:
         """|t - exact| <= t_error and |point - (o + t d)| <= point_error of first hits."""
         t_error, point_error = hits.t_error, hits.point_error
         missed = ~np.isfinite(hits.t)
-        if np.isnan(hits.t).any() or np.isnan(hits.point[~missed]).any() or np.isnan(hits.normal[~missed]).any():
-            self.score.fail("NaN", 1, repr(self.cases))
+        for name in ("t", "t_error", "point", "point_error", "normal", "local_point", "uv"):
+            if np.isnan(getattr(hits, name)[~missed if name != "t" else slice(None)]).any():
+                self.score.fail("NaN", 1, f"{name}\n{self.cases!r}")
         if (t_error[missed] != 0).any() or not np.isnan(point_error[missed]).all():
             self.score.fail("miss", 1, f"t_error must be 0 and point_error NaN\n{self.cases!r}")
         o, d, point = self.origins[rays], self.directions[rays], hits.point[rays]

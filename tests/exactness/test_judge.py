@@ -59,7 +59,9 @@ class Right:
         hit = np.isfinite(columns["t"])
         point = np.where(hit[:, None], o + np.where(hit, columns["t"], 0)[:, None] * d, np.nan)
         point_error = np.where(hit, 1e-14, np.nan)
-        return SimpleNamespace(point=point, point_error=point_error, normal=point, **columns)
+        return SimpleNamespace(
+            point=point, point_error=point_error, normal=point, local_point=point, uv=point, **columns
+        )
 
     def occluded(self, o, d):
         return np.isfinite(self.first_hit(o, d).t)
