@@ -9,9 +9,10 @@ from fractions import Fraction
 from typing import Any
 
 from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
-from .roots import Quadratic
+from .roots import Quadratic, quiet
 
 Vector = tuple[Fraction, Fraction, Fraction]
+_EXACT = 300
 
 
 def fraction(value: Any) -> Fraction:
@@ -31,6 +32,11 @@ def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def is_rounded(values: Iterable[Any]) -> bool:
+    """Are some of the numbers irrational on paper? They fill the 400 bits, those that are exact do not."""
+    return any(hasattr(v, "_mpf_") and int(v._mpf_[3]) > _EXACT for v in values)
+
+
 def integers(values: Sequence[Fraction]) -> list[int]:
     """Numbers in the same ratios, by a positive factor."""
     common = math.lcm(*(v.denominator for v in values))
@@ -44,25 +50,33 @@ class Form:
     second: tuple[int, int, int, int, int, int]
     first: tuple[int, int, int]
     one: int
+    rounded: bool = False
+    """Are some of its numbers irrational on paper?"""
 
-    def _bilinear(self, p: Sequence[int], q: Sequence[int]) -> int:
+    def _terms(self, p: Sequence[int], q: Sequence[int]) -> list[int]:
         xx, yy, zz, xy, xz, yz = self.second
-        return (
-            p[0] * (xx * q[0] + xy * q[1] + xz * q[2])
-            + p[1] * (xy * q[0] + yy * q[1] + yz * q[2])
-            + p[2] * (xz * q[0] + yz * q[1] + zz * q[2])
-        )
+        return [
+            xx * p[0] * q[0], yy * p[1] * q[1], zz * p[2] * q[2],
+            xy * (p[0] * q[1] + p[1] * q[0]), xz * (p[0] * q[2] + p[2] * q[0]), yz * (p[1] * q[2] + p[2] * q[1]),
+        ]  # fmt: skip
+
+    def _sum(self, terms: Sequence[int]) -> int:
+        total = sum(terms)
+        return quiet(total, sum(abs(term) for term in terms)) if self.rounded else total
 
     def along(self, line: Line) -> Quadratic:
         """On a ray, times a positive number."""
         o, d, unit = line.origin, line.direction, line.unit
-        slope = self.first[0] * d[0] + self.first[1] * d[1] + self.first[2] * d[2]
-        level = self.first[0] * o[0] + self.first[1] * o[1] + self.first[2] * o[2]
+        slopes = [f * x * unit for f, x in zip(self.first, d, strict=True)]
         return Quadratic(
-            self._bilinear(d, d),
-            self._bilinear(o, d) + slope * unit,
-            self._bilinear(o, o) + (2 * level + self.one * unit) * unit,
+            self._sum(self._terms(d, d)), self._sum([*self._terms(o, d), *slopes]), self.at(line), self.rounded
         )
+
+    def at(self, line: Line) -> int:
+        """At the origin of a ray, times a positive number."""
+        o, unit = line.origin, line.unit
+        levels = [2 * f * x * unit for f, x in zip(self.first, o, strict=True)]
+        return self._sum([*self._terms(o, o), *levels, self.one * unit * unit])
 
 
 @dataclass(frozen=True)
@@ -88,7 +102,7 @@ def form_of(surface: Surface) -> Form:
         normal, offset = vector(surface.normal), fraction(surface.offset)
         turned = -1 if next(float(n) for n in surface.normal if float(n)) < 0 else 1
         x, y, z, one = integers([turned * n for n in normal] + [-2 * turned * offset])
-        return Form((0, 0, 0, 0, 0, 0), (x, y, z), one)
+        return Form((0, 0, 0, 0, 0, 0), (x, y, z), one, is_rounded((*surface.normal, surface.offset)))
     return _quadric(surface)
 
 
@@ -112,4 +126,11 @@ def _quadric(surface: QuadricSurface) -> Form:
     one = sum(((squares[k] * shift[k] + 2 * linear[k]) * shift[k] for k in range(3)), -fraction(surface.constant))
     numbers = integers([*second, *first, one])
     a, b, c, d, e, f, x, y, z, w = numbers
-    return Form((a, b, c, d, e, f), (x, y, z), w)
+    every = (
+        *surface.squares,
+        *surface.linear,
+        surface.constant,
+        *surface.anchor,
+        *(w for r in surface.rows for w in r),
+    )
+    return Form((a, b, c, d, e, f), (x, y, z), w, is_rounded(every))

@@ -52,11 +52,11 @@ def _flat(rate: int, height: int, starts: bool, found: Sequence[Root]) -> Verdic
     return Verdict(True, rate, here, here)
 
 
-def _compare(x: Place, y: Place) -> int:
+def _compare(x: Place, y: Place, size: Fraction) -> int:
     if isinstance(x, float) or isinstance(y, float):
         a, b = (value if isinstance(value, float) else 0.0 for value in (x, y))
         return (a > b) - (a < b)
-    return compare(x, y)
+    return compare(x, y, size)
 
 
 def place(t: float) -> Place:
@@ -64,14 +64,15 @@ def place(t: float) -> Place:
     return number(Fraction(t)) if math.isfinite(t) else t
 
 
-def exact_ranks(places: Sequence[Place], zero: int) -> list[float]:
-    """The rank of each place: equal for equal ones, 0 for place number `zero`."""
+def exact_ranks(places: Sequence[Place], line: Line) -> list[float]:
+    """The rank of each place along a ray: equal for equal ones, 0 for the first, which is the ray's origin."""
+    size = Fraction(sum(abs(x) for x in line.origin), sum(abs(x) for x in line.direction))
 
     def later(i: int, j: int) -> int:
-        return _compare(places[i], places[j])
+        return _compare(places[i], places[j], size)
 
     order = sorted(range(len(places)), key=cmp_to_key(later))
     rank = [0.0] * len(places)
     for k in range(1, len(order)):
         rank[order[k]] = rank[order[k - 1]] + (later(order[k - 1], order[k]) != 0)
-    return [r - rank[zero] for r in rank]
+    return [r - rank[0] for r in rank]

@@ -2,6 +2,9 @@
 
 Two roots are equal only if their quadratics share one, which their resultant tells; roots that are not equal part
 at some precision, so a comparison always ends. (Basu, Pollack, Roy: Algorithms in Real Algebraic Geometry, 2006.)
+
+What is irrational on paper comes with 400 bits. There a difference below 2^-300 is taken for none, as it is
+wherever such numbers are compared (shapes/exact.py).
 """
 
 from __future__ import annotations
@@ -15,17 +18,27 @@ def sign(x: int | Fraction) -> int:
     return (x > 0) - (x < 0)
 
 
+CANCELLED = 300
+
+
+def quiet(value: int, size: int) -> int:
+    """A sum, zero where its terms, which add up to `size` without their signs, cancel to the last of 400 bits."""
+    return 0 if abs(value) << CANCELLED < size else value
+
+
 @dataclass(frozen=True)
 class Quadratic:
-    """a t² + 2 b t + c"""
+    """a t² + 2 b t + c; `rounded` if its coefficients are, to 400 bits."""
 
     a: int
     b: int
     c: int
+    rounded: bool = False
 
     @property
     def discriminant(self) -> int:
-        return self.b * self.b - self.a * self.c
+        square, product = self.b * self.b, self.a * self.c
+        return quiet(square - product, square + abs(product)) if self.rounded else square - product
 
 
 @dataclass(frozen=True)
@@ -62,7 +75,7 @@ def number(x: Fraction) -> Root:
 def roots(q: Quadratic) -> tuple[Root, Root] | tuple[Root] | tuple[()]:
     """The real roots, in order; none where the quadratic only touches zero, or is constant."""
     if q.a < 0 or (q.a == 0 and q.b < 0):
-        q = Quadratic(-q.a, -q.b, -q.c)
+        q = Quadratic(-q.a, -q.b, -q.c, q.rounded)
     if q.a == 0:
         return (Root(q, 0),) if q.b else ()
     return (Root(q, -1), Root(q, 1)) if q.discriminant > 0 else ()
@@ -82,15 +95,20 @@ def equal(x: Root, y: Root) -> bool:
     return all(r.side == sign(r.of.a * common + r.of.b) for r in (x, y) if r.of.a)
 
 
-def compare(x: Root, y: Root) -> int:
-    """-1, 0 or 1 as x lies before y, at y or after it."""
-    bits = 64
+def compare(x: Root, y: Root, size: Fraction) -> int:
+    """-1, 0 or 1 as x lies before y, at y or after it; `size` is what their differences are small against."""
+    bits, rounded = 64, x.of.rounded or y.of.rounded
     while True:
         (low, high, d), (least, most, e) = x.between(bits), y.between(bits)
-        if high * e < least * d:
+        left, right = low * e, least * d
+        if rounded:
+            largest = max(abs(left), abs(right), int(size * d * e))
+            if abs(left - right) << CANCELLED < largest or abs(high * e - most * d) << CANCELLED < largest:
+                return 0
+        if high * e < right:
             return -1
-        if low * e > most * d:
+        if left > most * d:
             return 1
-        if bits == 64 and equal(x, y):
+        if bits == 64 and not rounded and equal(x, y):
             return 0
         bits *= 2

@@ -93,7 +93,7 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -
         if found.crosses:
             ranks.first[surface] = len(places)
             places += [found.low, found.high]
-    ranks.rank[: len(places)] = exact_ranks(places, 0)
+    ranks.rank[: len(places)] = exact_ranks(places, ray)
     told = [float(t) for t in places]
     ranks.high[: len(places)], ranks.t[: len(places)] = told, told
     ranks.order[: len(places)] = np.argsort(ranks.rank[: len(places)], kind="stable")
