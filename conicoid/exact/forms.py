@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
-from .roots import Quadratic, quiet
+from .roots import CANCELLED, Quadratic, quiet
 
 Vector = tuple[Fraction, Fraction, Fraction]
 _EXACT = 300
@@ -113,19 +113,12 @@ def ball_form(center: Sequence[float], radius: float) -> Form:
     return Form((unit, unit, unit, 0, 0, 0), (x, y, z), one)
 
 
+def _sum(terms: Sequence[Fraction], rounded: bool) -> Fraction:
+    total = sum(terms, Fraction(0))
+    return Fraction(0) if rounded and abs(total) * 2**CANCELLED < sum(abs(t) for t in terms) else total
+
+
 def _quadric(surface: QuadricSurface) -> Form:
-    rows = [vector(row) for row in surface.rows]
-    squares, linear, anchor = vector(surface.squares), vector(surface.linear), vector(surface.anchor)
-    shift = [-dot(row, anchor) for row in rows]
-    second = [
-        sum((squares[k] * rows[k][i] * rows[k][j] for k in range(3)), Fraction(0))
-        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    ]
-    slopes = [squares[k] * shift[k] + linear[k] for k in range(3)]
-    first = [sum((slopes[k] * rows[k][i] for k in range(3)), Fraction(0)) for i in range(3)]
-    one = sum(((squares[k] * shift[k] + 2 * linear[k]) * shift[k] for k in range(3)), -fraction(surface.constant))
-    numbers = integers([*second, *first, one])
-    a, b, c, d, e, f, x, y, z, w = numbers
     every = (
         *surface.squares,
         *surface.linear,
@@ -133,4 +126,17 @@ def _quadric(surface: QuadricSurface) -> Form:
         *surface.anchor,
         *(w for r in surface.rows for w in r),
     )
-    return Form((a, b, c, d, e, f), (x, y, z), w, is_rounded(every))
+    rounded = is_rounded(every)
+    rows = [vector(row) for row in surface.rows]
+    squares, linear, anchor = vector(surface.squares), vector(surface.linear), vector(surface.anchor)
+    shift = [-_sum([w * x for w, x in zip(row, anchor, strict=True)], rounded) for row in rows]
+    second = [
+        _sum([squares[k] * rows[k][i] * rows[k][j] for k in range(3)], rounded)
+        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    ]
+    first = [
+        _sum([t * rows[k][i] for k in range(3) for t in (squares[k] * shift[k], linear[k])], rounded) for i in range(3)
+    ]
+    ones = [t for k in range(3) for t in (squares[k] * shift[k] ** 2, 2 * linear[k] * shift[k])]
+    a, b, c, d, e, f, x, y, z, w = integers([*second, *first, _sum([*ones, -fraction(surface.constant)], rounded)])
+    return Form((a, b, c, d, e, f), (x, y, z), w, rounded)

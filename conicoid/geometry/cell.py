@@ -84,19 +84,21 @@ def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> 
 @inline
 def slab_span(
     geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
-) -> tuple[float, float, int, int, bool]:
-    """The span inside all planes of a cell; t_in >= t_out where there is none. And: might rounding change it?
+) -> tuple[float, float, int, int, bool, bool]:
+    """The span inside all planes of a cell; t_in >= t_out where there is none.
+
+    Then: might rounding change it, and is it unknown where, as the ray runs along a plane?
 
     A ray within a plane counts as if the plane stood an infinitesimal further along its normal.
     """
-    t_in, t_out, place_in, place_out, unsure = -math.inf, math.inf, NO_PLACE, NO_PLACE, False
+    t_in, t_out, place_in, place_out, unsure, lost = -math.inf, math.inf, NO_PLACE, NO_PLACE, False, False
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         t, height, rate, doubtful = plane_crossing(geometry, integer(geometry, table.PLANE_SURFACE, slot), ray, inverse)
         side = integer(geometry, table.PLANE_SIDE, slot)
-        unsure |= doubtful
+        lost |= doubtful
         if rate == 0.0:
             if (height <= 0.0) != (side > 0):
-                return math.inf, -math.inf, NO_PLACE, NO_PLACE, unsure
+                return math.inf, -math.inf, NO_PLACE, NO_PLACE, unsure, lost
         elif (rate < 0.0) == (side > 0):
             unsure |= near(t, t_in, nearness)
             if t > t_in:
@@ -105,7 +107,7 @@ def slab_span(
             unsure |= near(t, t_out, nearness)
             if t < t_out:
                 t_out, place_out = t, slot
-    return t_in, t_out, place_in, place_out, unsure | near(t_in, t_out, nearness)
+    return t_in, t_out, place_in, place_out, unsure | near(t_in, t_out, nearness), lost
 
 
 @inline
@@ -113,7 +115,7 @@ def _matters(t_in: float, t_out: float, ray: Ray, nearness: Nearness) -> bool:
     """May a stretch that rounding might change lie within the ray's interval?"""
     begins = (t_in < ray[7]) | near(t_in, ray[7], nearness)
     ends = (t_out > ray[6]) | near(t_out, ray[6], nearness)
-    return (t_out == -math.inf) | (begins & ends & ((t_in < t_out) | near(t_in, t_out, nearness)))
+    return begins & ends & ((t_in < t_out) | near(t_in, t_out, nearness))
 
 
 @inline
@@ -126,10 +128,10 @@ def beyond(t: float, nearness: Nearness) -> bool:
 def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans:
     """The spans of a ray inside a cell, in order; contacts of zero length are none."""
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
-    t_in, t_out, place_in, place_out, unsure = slab_span(geometry, cell, ray, inverse, nearness)
+    t_in, t_out, place_in, place_out, unsure, lost = slab_span(geometry, cell, ray, inverse, nearness)
     second = (math.inf, -math.inf, NO_PLACE, NO_PLACE)
     matters = _matters(t_in, t_out, ray, nearness)
-    unsure = (unsure & matters) | (nearness[2] < 0.0)
+    unsure = (unsure & matters) | lost | (nearness[2] < 0.0)
     if not t_in < t_out:
         return 0, t_in, t_out, place_in, place_out, *second, unsure
     quadric, curved = integer(geometry, table.CELL_QUADRIC, cell), quadric_place(cell)

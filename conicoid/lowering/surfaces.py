@@ -256,7 +256,8 @@ def _rests(values: Iterable[Any]) -> tuple[float, ...]:
 def _rest(value: Any) -> float:
     if isinstance(value, Fraction):
         return float(value - Fraction(float(value)))
-    return float(value - ex.exact(float(value)))
+    rest = ex.cancelling_sum((value, -ex.exact(float(value))))  # of 400 bits, the last are noise
+    return float(rest)
 
 
 def _mixed(table: Floats) -> npt.NDArray[np.uint64]:

@@ -42,7 +42,7 @@ def error_of_t(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float)
     a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, t)
     value, slope, bend = _most(c), _least(b), _most(a)
     apart = slope * slope - bend * value
-    if apart > 0.0:
+    if slope > 0.0 and apart > 0.0:
         bound = value / (slope + math.sqrt(apart)) * _MORE
         # The other root must be far enough that the one near t is the one that was meant
         if bound * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):

@@ -37,6 +37,7 @@ from .lanes import (
     FOOT,
     HIGH,
     INVERSE,
+    LOST,
     LOW,
     OWN,
     OX,
@@ -103,7 +104,7 @@ def _cut_lanes(
     first, last = eights(first, last)
     for i in range(first, last):
         rate, before, after = lanes[B + i], lanes[T_IN + i], lanes[T_OUT + i]
-        unsure = unsure_of_plane(lanes[A + i], rate, lanes[FLAG + i] >= 2.0, lanes[INVERSE + i], limits)
+        lost = unsure_of_plane(lanes[A + i], rate, lanes[FLAG + i] >= 2.0, lanes[INVERSE + i], limits)
         height = 0.0 if lanes[START + i] == surface else lanes[A + i]
         t = -height / rate
         parallel = rate == 0.0
@@ -111,7 +112,7 @@ def _cut_lanes(
         falls = ((rate < 0.0) == (side > 0)) & ~parallel
         rises = ((rate < 0.0) != (side > 0)) & ~parallel
         nearness = lane_nearness(lanes, i, around[0], around[1], around[2])
-        unsure |= near(t, choose(falls, before, after), nearness) & ~parallel
+        unsure = near(t, choose(falls, before, after), nearness) & ~parallel
         later = falls & (t > before)
         sooner = rises & (t < after)
         lanes[T_IN + i] = choose(outside, math.inf, choose(later, t, before))
@@ -119,6 +120,7 @@ def _cut_lanes(
         lanes[PLACE_IN + i] = place if later else lanes[PLACE_IN + i]
         lanes[PLACE_OUT + i] = place if sooner else lanes[PLACE_OUT + i]
         lanes[UNSURE + i] = choose(unsure, 1.0, lanes[UNSURE + i])
+        lanes[LOST + i] = choose(lost, 1.0, lanes[LOST + i])
         lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
 
 
@@ -222,8 +224,7 @@ def _matter_lanes(lanes: Floats, around: Nearness, curved: bool, first: int, las
         unsure |= curved & (close | (lanes[DISCRIMINANT + i] != 0.0))
         begins = (t_in <= lanes[T_MAX + i] + off) & (t_in <= lanes[WITHIN + i] + off)
         ends = t_out >= lanes[T_MIN + i] - off
-        matters = (begins & ends & (t_in <= t_out + off)) | (t_out == -math.inf)
-        doubt = (unsure & matters) | (nearness[2] < 0.0)
+        doubt = (unsure & begins & ends & (t_in <= t_out + off)) | (lanes[LOST + i] != 0.0) | (nearness[2] < 0.0)
         lanes[DOUBT + i] = choose(doubt & (lanes[T_MIN + i] < lanes[T_MAX + i]), 1.0, lanes[DOUBT + i])
 
 
@@ -235,7 +236,7 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
     for i in range(first, last):
         lanes[T_IN + i], lanes[T_OUT + i] = -math.inf, math.inf
         lanes[PLACE_IN + i], lanes[PLACE_OUT + i] = NO_PLACE, NO_PLACE
-        lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 1.0
+        lanes[UNSURE + i], lanes[LOST + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 0.0, 1.0
     for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         surface = integer(geometry, table.PLANE_SURFACE, place)
         row = integer(geometry, table.SURFACE_ROW, surface)
