@@ -113,9 +113,10 @@ def ball_form(center: Sequence[float], radius: float) -> Form:
     return Form((unit, unit, unit, 0, 0, 0), (x, y, z), one)
 
 
-def _sum(terms: Sequence[Fraction], rounded: bool) -> Fraction:
-    total = sum(terms, Fraction(0))
-    return Fraction(0) if rounded and abs(total) * 2**CANCELLED < sum(abs(t) for t in terms) else total
+def total(terms: Sequence[Fraction], rounded: bool) -> Fraction:
+    """A sum, zero where it cancels to the last of 400 bits."""
+    value = sum(terms, Fraction(0))
+    return Fraction(0) if rounded and abs(value) * 2**CANCELLED < sum(abs(t) for t in terms) else value
 
 
 def _quadric(surface: QuadricSurface) -> Form:
@@ -129,14 +130,14 @@ def _quadric(surface: QuadricSurface) -> Form:
     rounded = is_rounded(every)
     rows = [vector(row) for row in surface.rows]
     squares, linear, anchor = vector(surface.squares), vector(surface.linear), vector(surface.anchor)
-    shift = [-_sum([w * x for w, x in zip(row, anchor, strict=True)], rounded) for row in rows]
+    shift = [-total([w * x for w, x in zip(row, anchor, strict=True)], rounded) for row in rows]
     second = [
-        _sum([squares[k] * rows[k][i] * rows[k][j] for k in range(3)], rounded)
+        total([squares[k] * rows[k][i] * rows[k][j] for k in range(3)], rounded)
         for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     ]
     first = [
-        _sum([t * rows[k][i] for k in range(3) for t in (squares[k] * shift[k], linear[k])], rounded) for i in range(3)
+        total([t * rows[k][i] for k in range(3) for t in (squares[k] * shift[k], linear[k])], rounded) for i in range(3)
     ]
     ones = [t for k in range(3) for t in (squares[k] * shift[k] ** 2, 2 * linear[k] * shift[k])]
-    a, b, c, d, e, f, x, y, z, w = integers([*second, *first, _sum([*ones, -fraction(surface.constant)], rounded)])
+    a, b, c, d, e, f, x, y, z, w = integers([*second, *first, total([*ones, -fraction(surface.constant)], rounded)])
     return Form((a, b, c, d, e, f), (x, y, z), w, rounded)

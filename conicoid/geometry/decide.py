@@ -28,11 +28,12 @@ Terms: TypeAlias = tuple[Sure, Sure, Sure, Sure]
 
 
 class Rest(NamedTuple):
-    """What rounding took from the records of planes, spheres and quadrics, flat; spheres beyond the end: nothing."""
+    """What rounding took from records and corners of polygons, flat; from spheres beyond the end: nothing."""
 
     planes: Floats
     spheres: Floats
     quadrics: Floats
+    vertices: Floats
 
 
 @inline

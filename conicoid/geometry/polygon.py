@@ -16,32 +16,28 @@ from .errorfree import difference_of_products, two_difference
 from .tables import Geometry, Ray, real
 
 _DOUBT = 2.0**-44
-"""Share of the terms of u, v and of the side of an edge by which rounding may change them."""
+"""Share of the terms of u and v by which rounding, that of a vertex too, may change them."""
 
 
 @inline
-def seen_along(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[float, float, bool]:
-    """(u, v, unsure) of a vertex: its place across the ray, times the direction's longest component.
-
-    `unsure`: rounding might change the sign of v, or u by more than a small share of it.
-    """
+def seen_along(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[float, float, float, float]:
+    """(u, v) of a vertex, its place across the ray times the direction's longest component; and their terms' size."""
     ox, oy, oz, dx, dy, dz, _, _, _ = ray
     x, ex = two_difference(px, ox)
     y, ey = two_difference(py, oy)
     z, ez = two_difference(pz, oz)
     if axis == 0:
-        x, ex, dx, y, ey, dy, z, ez, dz = y, ey, dy, z, ez, dz, x, ex, dx
+        x, ex, dx, px, y, ey, dy, py, z, ez, dz, pz = y, ey, dy, py, z, ez, dz, pz, x, ex, dx, px
     elif axis == 1:
-        x, ex, dx, y, ey, dy, z, ez, dz = z, ez, dz, x, ex, dx, y, ey, dy
+        x, ex, dx, px, y, ey, dy, py, z, ez, dz, pz = z, ez, dz, pz, x, ex, dx, px, y, ey, dy, py
     u = difference_of_products(dz, x, dx, z) + fma(dz, ex, -(dx * ez))
     v = difference_of_products(dz, y, dy, z) + fma(dz, ey, -(dy * ez))
-    across, along = abs(dz * x) + abs(dx * z), abs(dz * y) + abs(dy * z)
-    unsure = (abs(v) <= _DOUBT * along) & (along > 0.0)
-    return u, v, unsure | ((abs(u) <= _DOUBT * _DOUBT * across) & (across > 0.0))
+    depth = abs(z) + abs(pz)
+    return u, v, abs(dz) * (abs(x) + abs(px)) + abs(dx) * depth, abs(dz) * (abs(y) + abs(py)) + abs(dy) * depth
 
 
 @inline
-def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float, bool]:
+def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float, float, float]:
     at = 3 * vertex
     x, y, z = (
         real(geometry, table.VERTICES, at),
@@ -56,15 +52,15 @@ def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bo
     """Even-odd: does a half-line from the ray across the view meet an odd number of edges? And: is that doubtful?"""
     dx, dy, dz = abs(ray[3]), abs(ray[4]), abs(ray[5])
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
-    odd = False
-    ua, va, unsure = seen_vertex(geometry, last - 1, axis, ray)
+    odd, unsure = False, False
+    ua, va, su, sv = seen_vertex(geometry, last - 1, axis, ray)
     for k in range(first, last):
-        ub, vb, doubtful = seen_vertex(geometry, k, axis, ray)
-        unsure |= doubtful
+        ub, vb, tu, tv = seen_vertex(geometry, k, axis, ray)
+        unsure |= (abs(vb) <= _DOUBT * tv) & (tv > 0.0)
         if (va < 0.0) != (vb < 0.0):
             side = difference_of_products(ua, vb, ub, va)
-            unsure |= abs(side) <= _DOUBT * (abs(ua * vb) + abs(ub * va))
+            unsure |= abs(side) <= _DOUBT * ((su * abs(vb) + tu * abs(va)) + (abs(ua) * tv + abs(ub) * sv))
             if (side > 0.0) if vb > va else (side < 0.0):
                 odd = not odd
-        ua, va = ub, vb
+        ua, va, su, sv = ub, vb, tu, tv
     return odd, unsure

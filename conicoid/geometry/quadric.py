@@ -226,6 +226,14 @@ def quadric_value(quadric: Quadric, x: float, y: float, z: float) -> float:
 
 
 @inline
+def quadric_size(quadric: Quadric, x: float, y: float, z: float) -> float:
+    """The terms of the left side of the equation, added up without their signs."""
+    y0, y1, y2 = own_coordinates(quadric, x, y, z)
+    squares = abs(quadric[12]) * y0 * y0 + abs(quadric[13]) * y1 * y1 + abs(quadric[14]) * y2 * y2
+    return squares + 2.0 * (abs(quadric[15] * y0) + abs(quadric[16] * y1) + abs(quadric[17] * y2)) + abs(quadric[18])
+
+
+@inline
 def quadric_gradient(quadric: Quadric, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Wᵀ (s∘y + b): half the gradient at a point (seed 000's normal of a quadric)."""
     _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric

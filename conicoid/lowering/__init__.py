@@ -16,6 +16,7 @@ from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Tables
 from ..shapes.base import PrimitiveSheet, Shape, Sheet, Solid
 from ..shapes.body import Body
 from ..shapes.cells import All, Cell, Face, PolygonSheet, SurfaceSheet, Tree
+from ..shapes.exact import Row
 from ..shapes.material import Material
 from ..shapes.motion import STILL, Motion
 from ..shapes.region import ClippedSheet
@@ -23,7 +24,7 @@ from ..shapes.spheres import Spheres
 from ..shapes.surface import QuadricSurface, Surface
 from ..shapes.vector import FloatArray
 from .assembly import Assembly, Entries, finished_tables
-from .surfaces import Remainders, end_to_end
+from .surfaces import Remainders, end_to_end, rests
 from .trees import Faces, negation, world_tree
 
 _CHUNK = 1 << 13
@@ -41,6 +42,7 @@ class Lowered:
     face_paint: dict[int, Material]  # row of a face -> its material, where it is not the body's
     body_count: int
     rest: Remainders  # what rounding took from the records of surfaces
+    outlines: list[tuple[Row, ...]]  # of polygons, before they were rounded
     exact: list[Surface]  # what the first surfaces were before they were rounded; the others are bulk balls
 
     def sharing(self, geometry: Geometry) -> Lowered:
@@ -73,9 +75,15 @@ def lower(bodies: Sequence[Body]) -> Lowered:
         end_to_end([np.zeros(0, np.int32), *body_item]),
         entries.paints,
         entries.body_count,
-        surfaces.rest,
+        dataclasses.replace(surfaces.rest, vertices=_rest_of_outlines(assembly)),
+        assembly.outlines,
         surfaces.exact,
     )
+
+
+def _rest_of_outlines(assembly: Assembly) -> Floats:
+    """What rounding took from the corners of polygons, (n, 3)."""
+    return np.array([rests(point) for outline in assembly.outlines for point in outline]).reshape(-1, 3)
 
 
 def own_frame(shape: Shape) -> Motion:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
+from ..shapes import exact as ex
 from ..shapes.cells import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
 from ..shapes.material import Material
 from ..shapes.surface import PlaneSurface
@@ -38,7 +39,7 @@ class Assembly:
     sheets: list[tuple[int, int, int, int]] = field(default_factory=list)
     polygons: list[tuple[int, int]] = field(default_factory=list)
     polygon_first: list[int] = field(default_factory=lambda: [0])
-    vertices: list[Floats] = field(default_factory=list)
+    outlines: list[tuple[ex.Row, ...]] = field(default_factory=list)
 
     def cell(self, cell: Cell) -> int:
         quadric, side, number = None, 1, -1
@@ -101,7 +102,7 @@ class Assembly:
             self.sheets.append((self.surfaces.add(sheet.surface), program, sheet.side, int(sheet.one_sided)))
             return SHEET, len(self.sheets) - 1
         self.polygons.append((self.surfaces.add(sheet.plane), program))
-        self.vertices.append(np.asarray(sheet.vertices, dtype=np.float64))
+        self.outlines.append(sheet.vertices)
         self.polygon_first.append(self.polygon_first[-1] + len(sheet.vertices))
         return POLYGON, len(self.polygons) - 1
 
@@ -195,7 +196,7 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         polygon_side=polygon_sense,
         polygon_first=np.array(assembly.polygon_first, np.int32),
         polygon_program=_column(assembly.polygons, 1),
-        vertices=np.concatenate([np.zeros((0, 3)), *assembly.vertices]),
+        vertices=np.array([[float(x) for x in p] for line in assembly.outlines for p in line]).reshape(-1, 3),
         entry_kind=end_to_end([np.zeros(0, np.int8), *entries.kinds]),
         entry_index=end_to_end([np.zeros(0, np.int32), *entries.resolved(table.ids[single:])]),
         entry_body=end_to_end([np.zeros(0, np.int32), *entries.bodies]),

@@ -51,6 +51,7 @@ class Remainders:
     planes: Floats
     spheres: Floats  # shorter than the table: bulk balls have none
     quadrics: Floats
+    vertices: Floats = field(default_factory=lambda: np.zeros((0, 3)))  # of polygons
 
 
 @dataclass
@@ -68,7 +69,7 @@ class SurfaceTable:
     def add(self, surface: Surface) -> int:
         """The temporary number of a surface, >= 0."""
         kind, numbers = _record(surface)
-        record, rest = _floats(numbers), _rests(numbers)
+        record, rest = _floats(numbers), rests(numbers)
         sense = 1
         if kind == PLANE and _leading(record) < 0:
             # A plane's normal leads with a positive number: which side a ray within it counts to
@@ -196,16 +197,22 @@ def _record(surface: Surface) -> tuple[int, tuple[ex.Number, ...]]:
     """(kind, numbers of the record before they are rounded)."""
     if isinstance(surface, PlaneSurface):
         anchor = _floats(surface.anchor)
-        return PLANE, (*surface.normal, _height_of_anchor(surface, anchor), *anchor)
+        factor = _factor(surface.normal)
+        height = _height_of_anchor(surface, anchor)
+        return PLANE, (*(_times(v, factor) for v in (*surface.normal, height)), *anchor)
     ball = _as_sphere(surface)
     if ball is not None:
         return SPHERE, ball
-    # A factor 2^n keeps squares near 1 and changes no digit
-    largest = max(abs(float(s)) for s in surface.squares)
-    factor = math.ldexp(1.0, -math.frexp(largest)[1]) if largest else 1.0
+    factor = _factor(surface.squares)
     numbers = (*surface.squares, *surface.linear, surface.constant)
     rows = [w for line in surface.rows for w in line]
     return QUADRIC, (*surface.anchor, *rows, *(_times(v, factor) for v in numbers))
+
+
+def _factor(values: Iterable[Any]) -> float:
+    """2^n that brings the largest of some numbers near 1 and changes no digit."""
+    largest = max(abs(float(v)) for v in values)
+    return math.ldexp(1.0, -math.frexp(largest)[1]) if largest else 1.0
 
 
 def _times(value: ex.Number, factor: float) -> ex.Number:
@@ -239,7 +246,7 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Number, ...] | None:
 
 
 def _centered(surface: QuadricSurface, radius: ex.Number) -> tuple[ex.Number, ...] | None:
-    if any(abs(rest) > _CENTERED * float(radius) for rest in _rests(surface.anchor)):
+    if any(abs(rest) > _CENTERED * float(radius) for rest in rests(surface.anchor)):
         return None
     return (*surface.anchor, radius)
 
@@ -248,7 +255,7 @@ def _floats(values: Iterable[Any]) -> tuple[float, ...]:
     return tuple(float(v) for v in values)
 
 
-def _rests(values: Iterable[Any]) -> tuple[float, ...]:
+def rests(values: Iterable[Any]) -> tuple[float, ...]:
     """What rounding to float64 takes from each number."""
     return tuple(0.0 if isinstance(v, (float, int)) else _rest(v) for v in values)
 

@@ -13,7 +13,7 @@ from typing import TypeAlias
 from . import exact as ex
 from .motion import Motion
 from .surface import PlaneSurface, QuadricSurface, Surface
-from .vector import FloatArray, Vector
+from .vector import Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,10 +123,10 @@ class SurfaceSheet:
 
 @dataclass(frozen=True, slots=True)
 class PolygonSheet:
-    """Even-odd inside of a closed loop of points (n, 3) in a plane."""
+    """Even-odd inside of a closed loop of points in a plane, with exact coordinates."""
 
     plane: PlaneSurface
-    vertices: FloatArray
+    vertices: tuple[ex.Row, ...]
     uv: UV = PLAIN_UV
 
 

@@ -7,8 +7,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from . import exact as ex
 from .base import PrimitiveSheet
 from .cells import UV, PolygonSheet, flat, moved_uv
@@ -87,7 +85,7 @@ def polygon_sheet(vertices: Sequence[Vector], motion: Motion, uv: UV) -> Polygon
     if ex.determinant(rows) < 0:
         normal = (-normal[0], -normal[1], -normal[2])
     plane = PlaneSurface(normal, ex.dot(normal, middle), middle)
-    return PolygonSheet(plane, np.array([_floats(point) for point in points]), moved_uv(uv, motion))
+    return PolygonSheet(plane, tuple(points), moved_uv(uv, motion))
 
 
 def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:

@@ -10,6 +10,7 @@ import numpy as np
 from .base import Solid
 from .boxes import EVERYWHERE
 from .motion import Motion
+from .validate import DOMAIN, outside_domain
 from .vector import Box, FloatArray
 
 
@@ -42,6 +43,9 @@ class Spheres(Solid):
             bad = np.flatnonzero(~np.isfinite(np.atleast_2d(values.T)).all(axis=0))
             if len(bad):
                 raise ValueError(f"Spheres: {field}[{bad[0]}] must be finite, got {values[bad[0]]}")
+            bad = np.flatnonzero(np.atleast_2d(outside_domain(values).T).any(axis=0))
+            if len(bad):
+                raise ValueError(f"Spheres: {field}[{bad[0]}] must be {DOMAIN}, got {values[bad[0]]}")
         small = np.flatnonzero(radii <= 0)
         if len(small):
             raise ValueError(f"Spheres: radii[{small[0]}] must be > 0, got {radii[small[0]]}")

@@ -14,6 +14,16 @@ import numpy as np
 
 from .vector import Matrix4, Vector
 
+SMALLEST, LARGEST = 1e-100, 1e100
+"""The domain of every number: 0, or of a magnitude between these. Squares and fourth powers then stay in float64."""
+DOMAIN = "0 or of magnitude 1e-100 to 1e100"
+
+
+def outside_domain(values: Any) -> Any:
+    """Which finite numbers of an array lie outside of the domain."""
+    sizes = np.abs(values)
+    return (sizes != 0) & ~((sizes >= SMALLEST) & (sizes <= LARGEST))
+
 
 def number(owner: str, field: str, value: Any, *, finite: bool = True) -> float:
     """`value` as a float; NaN is refused, infinity too unless `finite` is False."""
@@ -25,6 +35,8 @@ def number(owner: str, field: str, value: Any, *, finite: bool = True) -> float:
         raise ValueError(f"{owner}: {field} must be a number, got {value!r}") from None
     if math.isnan(result) or (finite and math.isinf(result)):
         raise ValueError(f"{owner}: {field} must be {'finite' if finite else 'a number'}, got {result}")
+    if result and not SMALLEST <= abs(result) <= LARGEST and not math.isinf(result):
+        raise ValueError(f"{owner}: {field} must be {DOMAIN}, got {result}")
     return result
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..geometry.tables import Floats, Geometry, Ints, Signs, whole
 from ..geometry.vectors import dot
 from ..jit import fma, inline, kernel
+from ..shapes.validate import LARGEST, SMALLEST
 from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
 from .events import crossed_face
 from .kernels import Hit, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
@@ -33,11 +34,18 @@ DOUBTFUL = 32
 _AHEAD = 24  # rays whose memory is asked for before it is needed
 
 
+@inline
+def _strange(x: float) -> bool:
+    """Is a number outside of the domain?"""
+    return x != 0.0 and not SMALLEST <= abs(x) <= LARGEST
+
+
 @kernel
 def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
     """(index, reason) of the first ray that cannot be traced, (-1, 0) if none.
 
-    Reasons: 1 the origin is not finite, 2 the direction is not finite, 3 the direction is zero.
+    Reasons: 1 the origin is not finite, 2 the direction is not finite, 3 the direction is zero, 4 and 5 a component of
+    the origin or direction is outside of the domain.
     """
     for i in range(len(origins)):
         x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
@@ -47,6 +55,10 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
             return i, 2
         if x == 0.0 and y == 0.0 and z == 0.0:
             return i, 3
+        if _strange(origins[i, 0]) or _strange(origins[i, 1]) or _strange(origins[i, 2]):
+            return i, 4
+        if _strange(x) or _strange(y) or _strange(z):
+            return i, 5
     return -1, 0
 
 

@@ -10,10 +10,12 @@ import numpy as np
 from ..exact.forms import Form, ball_form, form_of, line
 from ..exact.order import Place, exact_ranks, place, verdict
 from ..exact.outline import passes_within
+from ..exact.roots import sign
 from ..geometry import tables as table
-from ..geometry.decide import CROSSES, MISSES
+from ..geometry.decide import CROSSES, MISSES, Rest
 from ..geometry.tables import POLYGON, Geometry
 from .hits import Found
+from .membership import locate_ranked, surfaces_near
 from .ranks import Ranks
 from .rays import Arguments, FloatArray
 from .settle import ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
@@ -74,6 +76,20 @@ def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bo
     return parts, len(left)
 
 
+def settle_bodies(scene: Prepared, points: FloatArray, doubtful: Any, bodies: Any) -> None:
+    """Decide in which bodies doubtful points are, in place, by exact arithmetic."""
+    if not len(doubtful):
+        return
+    geometry, (stand, ranks) = scene.geometry, _memory(scene.geometry)
+    nothing = Rest(*(np.zeros(len(part)) for part in scene.rest))
+    for i in doubtful.tolist():
+        x, y, z = points[i].tolist()
+        here = line((x, y, z), (0.0, 0.0, 0.0))
+        for surface in ranks.surfaces[: surfaces_near(geometry, ranks, x, y, z)].tolist():
+            ranks.verdict[surface] = sign(form(scene, surface).at(here))
+        bodies[i] = locate_ranked(geometry, stand, nothing, ranks, x, y, z)
+
+
 def _pick(values: Any, i: int) -> float:
     return float(values[i if len(values) > 1 else 0])
 
@@ -101,8 +117,7 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -
     for entry in entries[:count].tolist():
         if tables.entry_kind[entry] == POLYGON:
             polygon = int(tables.entry_index[entry])
-            first, last = tables.polygon_first[polygon : polygon + 2].tolist()
-            ranks.loops[polygon] = passes_within(tables.vertices[first:last], origin, direction)
+            ranks.loops[polygon] = passes_within(scene.lowered.outlines[polygon], origin, direction)
 
 
 def _scaled(direction: list[float]) -> list[float]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..shapes.validate import DOMAIN, outside_domain
 from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .bundle import DEAD
 from .errors import errors_of_points, errors_of_t
@@ -171,6 +172,12 @@ class Hits:
             where = tuple(int(i) for i in np.unravel_index(bad[0], self.rays.shape))
             raise ValueError(
                 f"spawn: direction must be finite and not zero, got {tuple(flat[bad[0]].tolist())} at {where}"
+            )
+        bad = np.flatnonzero(hit & outside_domain(flat).any(axis=1))
+        if len(bad):
+            where = tuple(int(i) for i in np.unravel_index(bad[0], self.rays.shape))
+            raise ValueError(
+                f"spawn: direction must be {DOMAIN} in every component, got {tuple(flat[bad[0]].tolist())} at {where}"
             )
         starts = np.where(hit, self._faces[0], DEAD).astype(np.int32)
         return Rays._spawned(self._points.reshape(shape).copy(), d, starts)

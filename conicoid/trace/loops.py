@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ..geometry import tables as table
+from ..geometry.decide import Rest
 from ..geometry.errorfree import two_difference
-from ..geometry.sure import Sure, minus, moment, scaled, sign
+from ..geometry.sure import Sure, minus, moment, plus, scaled, sign, sure
 from ..geometry.tables import Geometry, Ray, integer, real
 from ..jit import helper, inline
 
@@ -12,21 +13,26 @@ OPEN = 2
 
 
 @inline
-def _seen(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[Sure, Sure]:
+def _from(geometry: Geometry, rest: Rest, at: int, origin: float) -> Sure:
+    """A coordinate of a corner, from the ray's origin."""
+    high, low = two_difference(real(geometry, table.VERTICES, at), origin)
+    return (high, low, 0.0) if rest.vertices[at] == 0.0 else plus((high, low, 0.0), sure(rest.vertices[at]))
+
+
+@inline
+def _seen(geometry: Geometry, rest: Rest, vertex: int, axis: int, ray: Ray) -> tuple[Sure, Sure]:
     """(u, v) of a vertex, as in `polygon.seen_along`."""
     first, second = (1, 2) if axis == 0 else ((2, 0) if axis == 1 else (0, 1))
     at, origin, direction = 3 * vertex, (ray[0], ray[1], ray[2]), (ray[3], ray[4], ray[5])
-    x = two_difference(real(geometry, table.VERTICES, at + first), origin[first])
-    y = two_difference(real(geometry, table.VERTICES, at + second), origin[second])
-    z = two_difference(real(geometry, table.VERTICES, at + axis), origin[axis])
-    along, depth = direction[axis], (z[0], z[1], 0.0)
-    u = minus(scaled((x[0], x[1], 0.0), along), scaled(depth, direction[first]))
-    v = minus(scaled((y[0], y[1], 0.0), along), scaled(depth, direction[second]))
+    x, y = _from(geometry, rest, at + first, origin[first]), _from(geometry, rest, at + second, origin[second])
+    along, depth = direction[axis], _from(geometry, rest, at + axis, origin[axis])
+    u = minus(scaled(x, along), scaled(depth, direction[first]))
+    v = minus(scaled(y, along), scaled(depth, direction[second]))
     return u, v
 
 
 @helper
-def decide_loop(geometry: Geometry, polygon: int, ray: Ray) -> int:
+def decide_loop(geometry: Geometry, rest: Rest, polygon: int, ray: Ray) -> int:
     """1 inside, 0 outside, OPEN where that is not certain."""
     first, last = (
         integer(geometry, table.POLYGON_FIRST, polygon),
@@ -35,9 +41,9 @@ def decide_loop(geometry: Geometry, polygon: int, ray: Ray) -> int:
     dx, dy, dz = abs(ray[3]), abs(ray[4]), abs(ray[5])
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     odd = 0
-    ua, va = _seen(geometry, last - 1, axis, ray)
+    ua, va = _seen(geometry, rest, last - 1, axis, ray)
     for vertex in range(first, last):
-        ub, vb = _seen(geometry, vertex, axis, ray)
+        ub, vb = _seen(geometry, rest, vertex, axis, ray)
         before, after = sign(va), sign(vb)
         if before == OPEN or after == OPEN:
             return OPEN

@@ -1,81 +1,191 @@
-"""Is a point inside? Leaves are closed, Boolean combinations exact."""
+"""Is a point inside? Leaves are closed, Boolean combinations exact.
+
+A surface's value at a point has a sign: -1 inside, 0 on it, 1 outside, found in floats where they are certain of
+it, else in numbers with error bounds; OPEN where those are not.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import Any
+
+import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.cell import load_plane, load_quadric, load_sphere
-from ..geometry.plane import plane_on_ray
+from ..geometry.cell import load_limits, load_plane, load_quadric, load_sphere
+from ..geometry.decide import OPEN, Rest, curved_terms, plane_terms
+from ..geometry.errorfree import two_difference
 from ..geometry.program import root_value, turn_leaf
-from ..geometry.quadric import quadric_value
-from ..geometry.tables import BALL, CELL, REGION, SPHERE, Floats, Geometry, Ints, integer
+from ..geometry.quadric import quadric_size, quadric_value
+from ..geometry.sure import sign
+from ..geometry.tables import BALL, CELL, PLANE, REGION, SPHERE, Floats, Geometry, Ints, Ray, Signs, integer
+from ..geometry.vectors import dot
 from ..jit import helper, inline, kernel
 from .events import leaves_met
 from .kernels import collect
+from .ranks import Ranks, find_leaves, forget, list_surfaces
 from .scratch import Scratch, new_scratch
+
+_ROUNDING = 2.0**-44
+_OFF_CENTER = 2.0**-40
+INSIDE = 1
+"""OUTSIDE is 0, and OPEN 2: not certain."""
 
 
 @inline
-def ball_holds(geometry: Geometry, surface: int, x: float, y: float, z: float) -> bool:
-    cx, cy, cz, r = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    px, py, pz = x - cx, y - cy, z - cz
-    return px * px + py * py + pz * pz <= r * r
+def point_ray(x: float, y: float, z: float) -> Ray:
+    """A ray that is a point."""
+    return x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, -1
+
+
+@inline
+def _plane_value(geometry: Geometry, row: int, x: float, y: float, z: float) -> tuple[float, float]:
+    """(value, by how much it may be off)."""
+    nx, ny, nz, over, ax, ay, az = load_plane(geometry, row)
+    (px, ex), (py, ey), (pz, ez) = two_difference(x, ax), two_difference(y, ay), two_difference(z, az)
+    height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
+    terms = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
+    return height, _ROUNDING * terms + load_limits(geometry, table.PLANE_LIMITS, row)[1]
 
 
 @helper
-def cell_holds(geometry: Geometry, cell: int, x: float, y: float, z: float) -> bool:
-    """Is the point on the inner side of every face, or on it?"""
-    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-        plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, integer(geometry, table.PLANE_SURFACE, slot)))
-        height, _, _ = plane_on_ray(plane, x, y, z, plane[0], plane[1], plane[2])
-        if height * integer(geometry, table.PLANE_SIDE, slot) > 0.0:
-            return False
-    quadric = integer(geometry, table.CELL_QUADRIC, cell)
-    if quadric < 0:
-        return True
-    side = integer(geometry, table.CELL_SIDE, cell)
-    if integer(geometry, table.SURFACE_KIND, quadric) == SPHERE:
-        cx, cy, cz, r = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, quadric))
+def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: float) -> int:
+    """The sign of a surface's value at a point, or OPEN."""
+    row, kind = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.SURFACE_KIND, surface)
+    if kind == PLANE:
+        value, off = _plane_value(geometry, row, x, y, z)
+    elif kind == SPHERE:
+        cx, cy, cz, r = load_sphere(geometry, row)
         px, py, pz = x - cx, y - cy, z - cz
-        return side * (px * px + py * py + pz * pz - r * r) <= 0.0
-    return side * quadric_value(load_quadric(geometry, integer(geometry, table.SURFACE_ROW, quadric)), x, y, z) <= 0.0
+        square = px * px + py * py + pz * pz
+        value, off = square - r * r, _OFF_CENTER * (square + r * r)
+    else:
+        quadric = load_quadric(geometry, row)
+        value = quadric_value(quadric, x, y, z)
+        off = _ROUNDING * quadric_size(quadric, x, y, z) + load_limits(geometry, table.QUADRIC_LIMITS, row)[1]
+    if abs(value) > off:
+        return 1 if value > 0.0 else -1
+    if kind == PLANE:
+        return sign(plane_terms(geometry, rest, surface, point_ray(x, y, z), 0.0)[0])
+    return sign(curved_terms(geometry, rest, surface, point_ray(x, y, z), 0.0)[2])
 
 
 @helper
-def entry_holds(geometry: Geometry, scratch: Scratch, entry: int, x: float, y: float, z: float) -> bool:
-    """Does an entry's body contain the point?"""
+def cell_holds(geometry: Geometry, rest: Rest, cell: int, x: float, y: float, z: float) -> int:
+    """INSIDE if the point is on the inner side of every face, or on it; OPEN where that is not certain."""
+    held, quadric = INSIDE, integer(geometry, table.CELL_QUADRIC, cell)
+    first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
+    for slot in range(first, last + 1 if quadric >= 0 else last):
+        if slot == last:
+            where, inner = side(geometry, rest, quadric, x, y, z), integer(geometry, table.CELL_SIDE, cell)
+        else:
+            where = side(geometry, rest, integer(geometry, table.PLANE_SURFACE, slot), x, y, z)
+            inner = integer(geometry, table.PLANE_SIDE, slot)
+        if where == OPEN:
+            held = OPEN
+        elif where * inner > 0:
+            return 0
+    return held
+
+
+@helper
+def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x: float, y: float, z: float) -> int:
+    """Does an entry's body contain the point? INSIDE, 0 or OPEN."""
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
-        return ball_holds(geometry, index, x, y, z)
+        where = side(geometry, rest, index, x, y, z)
+        return OPEN if where == OPEN else (INSIDE if where <= 0 else 0)
     if kind == CELL:
-        return cell_holds(geometry, index, x, y, z)
+        return cell_holds(geometry, rest, index, x, y, z)
     if kind != REGION:
-        return False
-    held = 0
-    for k in range(leaves_met(geometry, scratch, index, (x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, -1))):
+        return 0
+    held, certain = 0, True
+    for k in range(leaves_met(geometry, scratch, index, point_ray(x, y, z))):
         leaf = scratch.found_leaves[k]
-        if cell_holds(geometry, integer(geometry, table.LEAF_CELL, leaf), x, y, z):
+        holds = cell_holds(geometry, rest, integer(geometry, table.LEAF_CELL, leaf), x, y, z)
+        certain &= holds != OPEN
+        if holds == INSIDE:
             turn_leaf(geometry, scratch.counts, leaf, True)
             scratch.event_leaf[held] = leaf
             held += 1
     inside = root_value(geometry, scratch.counts, index)
     for k in range(held):
         turn_leaf(geometry, scratch.counts, scratch.event_leaf[k], False)
-    return inside
+    return (INSIDE if inside else 0) if certain else OPEN
+
+
+@inline
+def _is_point(x: float, y: float, z: float) -> bool:
+    return math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
 
 
 @kernel
-def locate(geometry: Geometry, points: Floats, begin: int, end: int, bodies: Ints) -> None:
-    """bodies[i] = the lowest-numbered body that contains points[i], or -1."""
+def locate(geometry: Geometry, rest: Rest, points: Floats, begin: int, end: int, bodies: Ints, still: Signs) -> None:
+    """bodies[i] = the lowest-numbered body that contains points[i], or -1; still[i] = 1 where that is not certain."""
     scratch = new_scratch(geometry)
     for i in range(begin, end):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        bodies[i] = -1
-        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+        bodies[i], still[i] = -1, 0
+        if not _is_point(x, y, z):
             continue
-        for k in range(collect(geometry, scratch, (x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, -1))):
-            entry = scratch.found[k]
-            if entry_holds(geometry, scratch, entry, x, y, z):
-                bodies[i] = integer(geometry, table.ENTRY_BODY, entry)
+        for k in range(collect(geometry, scratch, point_ray(x, y, z))):
+            holds = entry_holds(geometry, rest, scratch, scratch.found[k], x, y, z)
+            if holds == OPEN:
+                still[i] = 1
                 break
+            if holds == INSIDE:
+                bodies[i] = integer(geometry, table.ENTRY_BODY, scratch.found[k])
+                break
+
+
+@kernel
+def surfaces_near(geometry: Geometry, ranks: Ranks, x: float, y: float, z: float) -> int:
+    """How many surfaces decide what contains a point, into ranks.surfaces."""
+    scratch, ray = new_scratch(geometry), point_ray(x, y, z)
+    list_surfaces(geometry, scratch, ranks, ray, collect(geometry, scratch, ray))
+    found = ranks.size[0]
+    forget(ranks)
+    return found
+
+
+@inline
+def _stand_in(stand: Geometry, surface: int, where: float) -> None:
+    """A record whose value at the origin is -1, 0 or 1."""
+    f, kind = stand.floats, integer(stand, table.SURFACE_KIND, surface)
+    row = integer(stand, table.SURFACE_ROW, surface)
+    if kind == PLANE:
+        at = stand.places[table.PLANES, 0] + 7 * row
+        for k in range(7):
+            f[at + k] = 0.0
+        f[at], f[at + 3] = 1.0, where
+    elif kind == SPHERE:
+        at = stand.places[table.SPHERES, 0] + 4 * row
+        f[at], f[at + 1], f[at + 2], f[at + 3] = where + 1.0, 0.0, 0.0, 1.0
+    else:
+        at = stand.places[table.QUADRICS, 0] + 19 * row
+        for k in range(19):
+            f[at + k] = 0.0
+        f[at + 18] = -where
+
+
+@kernel
+def locate_ranked(
+    geometry: Geometry, stand: Geometry, nothing: Rest, ranks: Ranks, x: float, y: float, z: float
+) -> Any:
+    """The lowest-numbered body that contains a point, of which ranks.verdict tells the sides; `nothing` is zero."""
+    scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), np.int64(-1)
+    count = collect(geometry, scratch, ray)
+    list_surfaces(geometry, scratch, ranks, ray, count)
+    for k in range(ranks.size[0]):
+        _stand_in(stand, ranks.surfaces[k], float(ranks.verdict[ranks.surfaces[k]]))
+    for k in range(count):
+        find_leaves(geometry, scratch, scratch.found[k], ray)
+        if entry_holds(stand, nothing, scratch, scratch.found[k], 0.0, 0.0, 0.0) == INSIDE:
+            body = integer(geometry, table.ENTRY_BODY, scratch.found[k])
+            break
+    scratch.known[0] = -1
+    forget(ranks)
+    return body
+
+
+__all__ = ["locate", "locate_ranked", "surfaces_near"]

@@ -20,7 +20,7 @@ from .array_kernels import (
     trace_occluded,
     trace_spans,
 )
-from .certain import settle_hits, settled_rows
+from .certain import settle_bodies, settle_hits, settled_rows
 from .hits import Found, Hits
 from .lists import CROSSING_COLUMNS, SPAN_COLUMNS
 from .membership import locate
@@ -48,7 +48,7 @@ class Prepared:
     @classmethod
     def of(cls, lowered: Lowered) -> Prepared:
         geometry, rest = with_trees(lowered), lowered.rest
-        flat = Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel())
+        flat = Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())
         return cls(lowered.sharing(geometry), geometry, flat)
 
 
@@ -194,6 +194,7 @@ def body_at(scene: Prepared, points: Any) -> Any:
     """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     array = points_array("body_at", "points", points)
     flat = np.ascontiguousarray(array.reshape(-1, 3))
-    bodies = np.empty(len(flat), np.int32)
-    run_chunks(lambda a, b: locate(scene.geometry, flat, a, b, bodies), len(flat), _CHUNK)
+    bodies, still = np.empty(len(flat), np.int32), np.empty(len(flat), np.int8)
+    run_chunks(lambda a, b: locate(scene.geometry, scene.rest, flat, a, b, bodies, still), len(flat), _CHUNK)
+    settle_bodies(scene, flat, np.flatnonzero(still), bodies)
     return bodies.reshape(array.shape[:-1])[()]

@@ -247,7 +247,7 @@ def rank_ray(geometry: Geometry, rest: Rest, scratch: Scratch, ranks: Ranks, ray
     for k in range(ranks.size[0]):
         certain &= _decide_surface(geometry, rest, ranks, ranks.surfaces[k], ray, inverse)
     for k in range(count):
-        certain &= _decide_outline(geometry, ranks, scratch.found[k], ray)
+        certain &= _decide_outline(geometry, rest, ranks, scratch.found[k], ray)
     if not certain:
         return -1
     _sort(ranks)
@@ -258,11 +258,11 @@ def rank_ray(geometry: Geometry, rest: Rest, scratch: Scratch, ranks: Ranks, ray
 
 
 @inline
-def _decide_outline(geometry: Geometry, ranks: Ranks, entry: int, ray: Ray) -> bool:
+def _decide_outline(geometry: Geometry, rest: Rest, ranks: Ranks, entry: int, ray: Ray) -> bool:
     if integer(geometry, table.ENTRY_KIND, entry) != POLYGON:
         return True
     polygon = integer(geometry, table.ENTRY_INDEX, entry)
-    inside = decide_loop(geometry, polygon, ray)
+    inside = decide_loop(geometry, rest, polygon, ray)
     ranks.loops[polygon] = inside
     return inside < 2
 

@@ -8,10 +8,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..shapes.validate import DOMAIN
+
 FloatArray = npt.NDArray[np.float64]
 Arguments = tuple[Any, Any, Any, Any, Any]  # of kernels: origins, directions, limits, where rays start
 
-_REASONS = {1: "origin must be finite", 2: "direction must be finite", 3: "direction must not be zero"}
+_REASONS = {
+    1: "origin must be finite",
+    2: "direction must be finite",
+    3: "direction must not be zero",
+    4: f"origin must be {DOMAIN} in every component",
+    5: f"direction must be {DOMAIN} in every component",
+}
 
 
 def points_array(owner: str, field: str, values: Any) -> FloatArray:
@@ -54,7 +62,7 @@ class Rays:
         o, d = _own(o, shape), _own(d, shape)
         index, reason = first_invalid(o.reshape(-1, 3), d.reshape(-1, 3))
         if reason:
-            value = (o if reason == 1 else d).reshape(-1, 3)[index]
+            value = (o if reason in (1, 4) else d).reshape(-1, 3)[index]
             where = tuple(int(i) for i in np.unravel_index(index, shape[:-1])) if len(shape) > 1 else ()
             place = f"[{', '.join(map(str, where))}]" if where else ""
             raise ValueError(f"Rays: {_REASONS[reason]}, got {tuple(value.tolist())} for ray{place or ''}")
