@@ -224,7 +224,9 @@ def import_(
 
 @app.command(
     epilog="Examples:\n\n  conicoid bench\n\n  conicoid bench --rows camera-1000 --rows build\n\n"
-    "The peers come with `pip install conicoid[bench]`; docs/performance.md says how to read the table."
+    "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
+    "The peers come with `pip install conicoid[bench]`; docs/performance.md says how to read the table, "
+    "docs/exactness-measured.md that of accuracy."
 )
 def bench(
     rows: Annotated[
@@ -237,9 +239,17 @@ def bench(
     output: Annotated[
         Path | None, typer.Option("--json", help="Write the figures to a file as well.", show_default=False)
     ] = None,
+    accuracy: Annotated[bool, typer.Option("--accuracy", help="Measure errors instead of times.")] = False,
+    rays: Annotated[int, typer.Option(min=1, help="With --accuracy: rays of each row.")] = 100_000,
+    picture: Annotated[
+        Path | None, typer.Option(help="With --accuracy: a picture of the errors, .png.", show_default=False)
+    ] = None,
 ) -> None:
-    """Time the same rays in Conicoid and in every peer that is installed, in turn."""
+    """Time the same rays in Conicoid and in every peer that is installed, in turn; or measure how wrong each is."""
     with user_mistakes():
+        if accuracy:
+            _accuracy(rows or [], 2000 if quick else rays, markdown, output, picture)
+            return
         from .bench import report
         from .bench.rows import QUICK, ROWS, Size
         from .formats.atomic import write_text
@@ -261,6 +271,30 @@ def bench(
             typer.echo(report.markdown(outcomes, about))
         else:
             show_table(report.table(outcomes), about)
+
+
+def _accuracy(rows: list[str], rays: int, as_markdown: bool, output: Path | None, picture: Path | None) -> None:
+    from .bench import report as times
+    from .bench.accuracy import report
+    from .bench.accuracy.picture import draw
+    from .bench.accuracy.rows import cases, run
+    from .bench.accuracy.systems import SYSTEMS
+    from .formats.atomic import replacing, write_text
+
+    chosen = cases(rows)
+    for file in filter(None, (output, picture)):
+        _check_folder(file)
+    outcomes, absent = run(chosen, rays, lambda outcome: say("  ".join(filter(None, report.cells(outcome)))))
+    about = [*times.machine(system.peer for system in SYSTEMS), *absent, f"{rays:,} rays a row. {report.NOTE}"]
+    if output is not None:
+        write_text(output, report.as_json(outcomes, about, absent))
+    if picture is not None:
+        with replacing(picture) as partial:
+            draw(outcomes, partial)
+    if as_markdown:
+        typer.echo(report.markdown(outcomes, about))
+    else:
+        show_table(report.table(outcomes), about)
 
 
 @app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")
