@@ -9,12 +9,17 @@ from typing import Any
 import numpy as np
 
 from ..peer import module
+from .bodies import Floats
 from .families import FAMILIES
 from .rows import WHOLE, Outcome
 from .tally import EDGES
 
 COLORS = {"Conicoid": "#0b6e4f", "Raysect": "#c8553d", "Mitsuba": "#3d5a98", "Embree": "#8f6bb3", "trimesh": "#b8860b"}
 SINGLE_ULP = 29  # log2 of a float32 ulp in ulps of float64
+
+
+TOP = 46
+"""The power of two at which the pictures end."""
 
 
 def draw(outcomes: Iterable[Outcome], file: Path) -> None:
@@ -28,44 +33,53 @@ def draw(outcomes: Iterable[Outcome], file: Path) -> None:
     columns = min(len(families) + 1, 4)
     rows = -(-(len(families) + 1) // columns)
     figure: Any = module("matplotlib.figure", "matplotlib").Figure((2.9 * columns, 2.3 * rows), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    for ax, family in zip(axes, families, strict=False):
-        _panel(ax, [o for o in shown if o.family == family.name])
+    axes = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
+    for k, (ax, family) in enumerate(zip(axes, families, strict=False)):
+        _panel(ax, [o for o in shown if o.family == family.name], k % columns == 0)
         ax.set_title(f"{family.name}", fontsize=10, fontweight="bold", loc="left")
-    _legend(axes[len(families)], shown, f"{shape}, inputs {inputs}")
+    axes[0].set_ylim(0, 1.04 * max(_shares(o).max() for o in shown))
+    _legend(axes[len(families)], shown, f"{shape}, {inputs} inputs")
     for ax in axes[len(families) + 1 :]:
         ax.set_axis_off()
     figure.savefig(file, dpi=110)
 
 
-def _panel(ax: Any, outcomes: list[Outcome]) -> None:
+def _shares(outcome: Outcome) -> Floats:
+    """Percent of the hits in each bin up to the last that is drawn, which takes what is beyond."""
+    spread = outcome.tally.spread()
+    counts = np.array(spread.histogram if spread else [0] * len(EDGES), float)
+    last = TOP - int(EDGES[0])
+    counts[last - 1] += counts[last:].sum()
+    return np.asarray(100 * counts[:last] / max(counts.sum(), 1))
+
+
+def _panel(ax: Any, outcomes: list[Outcome], first: bool) -> None:
+    small: Any = {"fontsize": 8, "ha": "right", "va": "top", "transform": ax.transAxes}
+    ax.text(0.98, 0.96, "wrong / 10⁶", color="0.4", **small)
     for k, outcome in enumerate(outcomes):
-        spread = outcome.tally.spread()
-        if spread is None:
-            continue
-        color = COLORS.get(outcome.system.peer.name, "black")
-        share = 100 * np.array(spread.histogram) / sum(spread.histogram)
-        ax.stairs(share[:-1], EDGES, color=color, linewidth=1.3, fill=True, alpha=0.18)
-        ax.stairs(share[:-1], EDGES, color=color, linewidth=1.3)
+        color, share = COLORS.get(outcome.system.peer.name, "black"), _shares(outcome)
+        edges = EDGES[: len(share) + 1]
+        ax.stairs(share, edges, color=color, linewidth=0, fill=True, alpha=0.18)
+        ax.stairs(share, edges, color=color, linewidth=1.3)
         wrong = outcome.tally.per_million(outcome.tally.wrong_hits + outcome.tally.wrong_misses)
-        ax.text(0.98, 0.95 - 0.105 * k, f"{wrong:,.0f}", color=color, fontsize=8, ha="right", va="top",
-                transform=ax.transAxes)  # fmt: skip
-    ax.set_xlim(EDGES[0], EDGES[-1])
-    ax.set_ylim(0, None)
-    ax.set_xticks(range(0, 51, 10), [f"$2^{{{k}}}$" for k in range(0, 51, 10)])
-    ax.axvline(SINGLE_ULP, color="0.75", linewidth=0.8, linestyle=":", zorder=0)
+        ax.text(0.98, 0.85 - 0.105 * k, f"{wrong:,.0f}", color=color, **small)
+    ax.set_xlim(EDGES[0], TOP)
+    ax.set_xticks(range(0, TOP, 10), [f"$2^{{{k}}}$" for k in range(0, TOP, 10)])
+    ax.axvline(SINGLE_ULP, color="0.7", linewidth=0.8, linestyle=":", zorder=0)
     ax.tick_params(labelsize=8)
     ax.spines[["top", "right"]].set_visible(False)
+    if first:
+        ax.set_ylabel("% of the hits", fontsize=8)
 
 
 def _legend(ax: Any, outcomes: list[Outcome], title: str) -> None:
     ax.set_axis_off()
     names = dict.fromkeys(o.system.peer.name for o in outcomes)
-    ax.text(0, 1.02, title, fontsize=10, fontweight="bold", transform=ax.transAxes)
+    ax.text(0, 0.95, title, fontsize=10, fontweight="bold", transform=ax.transAxes)
     for k, name in enumerate(names):
-        ax.text(0, 0.88 - 0.11 * k, f"■ {name}", color=COLORS.get(name, "black"), fontsize=9, transform=ax.transAxes)
+        ax.text(0, 0.82 - 0.11 * k, f"■ {name}", color=COLORS.get(name, "black"), fontsize=9, transform=ax.transAxes)
     about = (
-        "Across: error of t in ulps of float64;\ndotted: an ulp of float32. Up: % of the hits.\n"
-        "Numbers: wrong hits and misses\nper million rays."
+        "Across: error of t in ulps of float64;\nthe first bin has all below. Dotted: an ulp\nof float32. "
+        "Numbers: wrong hits and\nmisses per million rays."
     )
-    ax.text(0, 0.80 - 0.11 * len(names), about, fontsize=7.5, color="0.3", va="top", transform=ax.transAxes)
+    ax.text(0, 0.82 - 0.11 * len(names), about, fontsize=7.5, color="0.3", va="top", transform=ax.transAxes)

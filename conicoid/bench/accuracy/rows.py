@@ -37,15 +37,24 @@ class Outcome:
 
 
 def cases(wanted: Sequence[str] = ()) -> list[Case]:
-    """Those with a wanted shape, family, `shape-family` or kind of input, or all; ValueError for an unknown name."""
-    every = [Case(s, f, p) for p in (SINGLE, DOUBLE) for s in SHAPES for f in FAMILIES]
-    names = [(case.shape, case.family.name, f"{case.shape}-{case.family.name}", case.inputs.name) for case in every]
-    known = dict.fromkeys(name for group in zip(*names, strict=True) for name in group)
+    """All, or those of the shapes, families and inputs that are named; raises ValueError for an unknown name."""
+    precisions = {precision.name: precision for precision in (SINGLE, DOUBLE)}
+    families = {family.name: family for family in FAMILIES}
+    known = [*SHAPES, *families, *precisions]
     for name in wanted:
         if name not in known:
-            few = ", ".join(name for name in known if "-" not in name)
-            raise ValueError(f"bench: there are no rows {name!r}; there are {few}, and such as sphere-near")
-    return [case for case, own in zip(every, names, strict=True) if not wanted or set(own) & set(wanted)]
+            raise ValueError(f"bench: there are no rows {name!r}; there are {', '.join(known)}")
+
+    def named(names: Iterable[str]) -> list[str]:
+        """Those that are wanted; all where none is."""
+        return [name for name in names if name in wanted] or list(names)
+
+    return [
+        Case(shape, families[family], precisions[precision])
+        for precision in named(precisions)
+        for shape in named(SHAPES)
+        for family in named(families)
+    ]
 
 
 def run(chosen: Iterable[Case], rays: int, done: Callable[[Outcome], None]) -> tuple[list[Outcome], list[str]]:
