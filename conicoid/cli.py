@@ -248,7 +248,16 @@ def bench(
     """Time the same rays in Conicoid and in every peer that is installed, in turn; or measure how wrong each is."""
     with user_mistakes():
         if accuracy:
-            _accuracy(rows or [], 2000 if quick else rays, markdown, output, picture)
+            from .bench.accuracy import command
+            from .bench.accuracy import report as errors
+
+            for file in filter(None, (output, picture)):
+                _check_folder(file)
+            found, about = command.measure(rows or (), 2000 if quick else rays, output, picture, say)
+            if markdown:
+                typer.echo(errors.markdown(found, about))
+            else:
+                show_table(errors.table(found), about)
             return
         from .bench import report
         from .bench.rows import QUICK, ROWS, Size
@@ -271,30 +280,6 @@ def bench(
             typer.echo(report.markdown(outcomes, about))
         else:
             show_table(report.table(outcomes), about)
-
-
-def _accuracy(rows: list[str], rays: int, as_markdown: bool, output: Path | None, picture: Path | None) -> None:
-    from .bench import report as times
-    from .bench.accuracy import report
-    from .bench.accuracy.picture import draw
-    from .bench.accuracy.rows import cases, run
-    from .bench.accuracy.systems import SYSTEMS
-    from .formats.atomic import replacing, write_text
-
-    chosen = cases(rows)
-    for file in filter(None, (output, picture)):
-        _check_folder(file)
-    outcomes, absent = run(chosen, rays, lambda outcome: say("  ".join(filter(None, report.cells(outcome)))))
-    about = [*times.machine(system.peer for system in SYSTEMS), *absent, f"{rays:,} rays a row. {report.NOTE}"]
-    if output is not None:
-        write_text(output, report.as_json(outcomes, about, absent))
-    if picture is not None:
-        with replacing(picture) as partial:
-            draw(outcomes, partial)
-    if as_markdown:
-        typer.echo(report.markdown(outcomes, about))
-    else:
-        show_table(report.table(outcomes), about)
 
 
 @app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")

@@ -220,6 +220,13 @@ def test_the_command(tmp_path):
     assert "there are no rows 'nothing'" in result.stderr
 
 
+def test_a_picture_without_its_library_is_refused_before_the_work(monkeypatch, tmp_path):
+    monkeypatch.setattr("conicoid.bench.accuracy.command.module", lambda *names: _absent())
+    result = CliRunner().invoke(app, ["bench", "--accuracy", "--picture", str(tmp_path / "errors.png")])
+    assert result.exit_code == 2
+    assert "a picture needs matplotlib: not installed: pip install somebody" in result.stderr
+
+
 def test_the_picture(tmp_path):
     pytest.importorskip("matplotlib", reason="matplotlib comes with the extra `bench`")
     from PIL import Image
