@@ -151,6 +151,7 @@ def test_bounds_are_held_against_the_errors():
     spread = tally.spread()
     assert spread.violations == 1
     assert spread.bound_ratio == 3 / 2
+    assert {int(EDGES[k]): count for k, count in enumerate(spread.bounds) if count} == {0: 1, 1: 1, 3: 1}
 
 
 def test_families_together():
@@ -193,6 +194,7 @@ def test_systems_are_measured_with_what_they_have(monkeypatch):
 
 def test_figures_of_single_answers_are_in_both_units():
     assert report.in_ulps(0.25, False) == "0.25"
+    assert report.in_ulps(1234, False) == "1200"
     assert report.in_ulps(2.0**30, True) == "1.1e9 (2)"
     assert report.in_ulps(2.0**20, False) == "1.0e6"
 
@@ -233,7 +235,9 @@ def test_the_picture(tmp_path):
 
     from conicoid.bench.accuracy.picture import draw
 
-    outcomes = [rows.Outcome("sphere", f, "float32", SYSTEM, tally_of([1, 2], [1, 2.5])) for f in ("near", "far")]
+    outcomes = [
+        rows.Outcome("sphere", f, "float32", SYSTEM, tally_of([1, 2], [1, 2.5], bound=[1, 1])) for f in ("near", "far")
+    ]
     draw(outcomes, tmp_path / "errors.png")
     with Image.open(tmp_path / "errors.png") as picture:
         assert min(picture.size) > 200

@@ -37,18 +37,17 @@ def draw(outcomes: Iterable[Outcome], file: Path) -> None:
     for k, (ax, family) in enumerate(zip(axes, families, strict=False)):
         _panel(ax, [o for o in shown if o.family == family.name], k % columns == 0)
         ax.set_title(f"{family.name}", fontsize=10, fontweight="bold", loc="left")
-    axes[0].set_ylim(0, 1.04 * max(_shares(o).max() for o in shown))
+    spreads = [spread for o in shown if (spread := o.tally.spread())]
+    axes[0].set_ylim(0, 1.04 * max(_shares(spread.histogram).max() for spread in spreads))
     _legend(axes[len(families)], shown, f"{shape}, {inputs} inputs")
     for ax in axes[len(families) + 1 :]:
         ax.set_axis_off()
     figure.savefig(file, dpi=110)
 
 
-def _shares(outcome: Outcome) -> Floats:
-    """Percent of the hits in each bin up to the last that is drawn, which takes what is beyond."""
-    spread = outcome.tally.spread()
-    counts = np.array(spread.histogram if spread else [0] * len(EDGES), float)
-    last = TOP - int(EDGES[0])
+def _shares(histogram: list[int]) -> Floats:
+    """Percent in each bin up to the last that is drawn, which takes what is beyond."""
+    counts, last = np.array(histogram, float), TOP - int(EDGES[0])
     counts[last - 1] += counts[last:].sum()
     return np.asarray(100 * counts[:last] / max(counts.sum(), 1))
 
@@ -57,10 +56,15 @@ def _panel(ax: Any, outcomes: list[Outcome], first: bool) -> None:
     small: Any = {"fontsize": 8, "ha": "right", "va": "top", "transform": ax.transAxes}
     ax.text(0.98, 0.96, "wrong / 10⁶", color="0.4", **small)
     for k, outcome in enumerate(outcomes):
-        color, share = COLORS.get(outcome.system.peer.name, "black"), _shares(outcome)
+        spread = outcome.tally.spread()
+        if spread is None:
+            continue
+        color, share = COLORS.get(outcome.system.peer.name, "black"), _shares(spread.histogram)
         edges = EDGES[: len(share) + 1]
         ax.stairs(share, edges, color=color, linewidth=0, fill=True, alpha=0.18)
         ax.stairs(share, edges, color=color, linewidth=1.3)
+        if spread.bounds is not None:
+            ax.stairs(_shares(spread.bounds), edges, color=color, linewidth=1.2, linestyle=(0, (2, 1.2)))
         wrong = outcome.tally.per_million(outcome.tally.wrong_hits + outcome.tally.wrong_misses)
         ax.text(0.98, 0.85 - 0.105 * k, f"{wrong:,.0f}", color=color, **small)
     ax.set_xlim(EDGES[0], TOP)
@@ -82,4 +86,6 @@ def _legend(ax: Any, outcomes: list[Outcome], title: str) -> None:
         "Across: error of t in ulps of float64;\nthe first bin has all below. Dotted: an ulp\nof float32. "
         "Numbers: wrong hits and\nmisses per million rays."
     )
+    if any(o.tally.bounds for o in outcomes):
+        about += "\nDashed: its bound on its own error."
     ax.text(0, 0.82 - 0.11 * len(names), about, fontsize=7.5, color="0.3", va="top", transform=ax.transAxes)

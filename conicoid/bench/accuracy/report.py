@@ -46,7 +46,10 @@ def cells(outcome: Outcome) -> tuple[str, ...]:
 
 def in_ulps(error: float, single: bool) -> str:
     """An error in ulps of float64; of single answers also in their own, which are 2^29 of them."""
-    text = f"{error:.2g}" if error < 100 else f"{error:.1e}".replace("e+0", "e").replace("e+", "e")
+    if error < 9950:
+        text = f"{float(f'{error:.2g}'):g}"
+    else:
+        text = f"{error:.1e}".replace("e+0", "e").replace("e+", "e")
     return f"{text} ({in_ulps(error / 2**29, False)})" if single else text
 
 
@@ -75,7 +78,7 @@ def as_json(outcomes: Iterable[Outcome], about: list[str], absent: list[str]) ->
         if spread is not None:
             data |= {"median_ulps": spread.median, "most_ulps": spread.most, "largest_ulps": spread.largest}
             data |= {"histogram": spread.histogram}
-            data |= {"bound_ratio": spread.bound_ratio, "violations": spread.violations}
+            data |= {"bounds": spread.bounds, "bound_ratio": spread.bound_ratio, "violations": spread.violations}
         return data
 
     whole = {

@@ -71,11 +71,11 @@ def block(random: Random, precision: Precision, scale: float) -> Subject:
     center = low + sides / 2
 
     def rim(random: Random, n: int) -> tuple[Floats, Floats]:
-        """Points of edges; the normal halves the angle."""
+        """Points of edges, and normals between those of the two sides."""
         signs = random.choice([-1.0, 1.0], (n, 3))
         signs[np.arange(n), random.integers(0, 3, n)] = 0
         places = np.where(signs == 0, random.uniform(-1, 1, (n, 3)), signs)
-        return center + places * sides / 2, unit(signs)
+        return center + places * sides / 2, unit(signs * random.uniform(0.1, 1, (n, 3)))
 
     def parallels(random: Random, n: int) -> Floats:
         directions = unit(random.normal(size=(n, 3)))

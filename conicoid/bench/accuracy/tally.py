@@ -27,13 +27,15 @@ class Answer:
 class Spread:
     """Errors of t in ulps of float64 at the exact t, over all rays that both sides say hit.
 
-    `bound_ratio` is the median bound over the median error, `violations` how many errors exceed their bound.
+    `bounds` is the histogram of the bounds, `bound_ratio` their median over the median error, `violations` how many
+    errors exceed their bound.
     """
 
     median: float
     most: float
     largest: float
     histogram: list[int]
+    bounds: list[int] | None = None
     bound_ratio: float | None = None
     violations: int | None = None
 
@@ -81,15 +83,20 @@ class Tally:
         errors = np.concatenate([np.empty(0), *self.errors])
         if not len(errors):
             return None
-        with np.errstate(divide="ignore"):
-            bins = np.clip(np.floor(np.log2(errors)), EDGES[0], EDGES[-1]) - EDGES[0]
-        counts = np.bincount(bins.astype(int), minlength=len(EDGES)).tolist()
         median, most = np.quantile(errors, (0.5, 0.999)).tolist()
         if not self.bounds:
-            return Spread(median, most, float(errors.max()), counts)
-        bound = float(np.median(np.concatenate(self.bounds)))
-        ratio = bound / median if median else np.inf
-        return Spread(median, most, float(errors.max()), counts, ratio, self.violations)
+            return Spread(median, most, float(errors.max()), histogram(errors))
+        bounds = np.concatenate(self.bounds)
+        ratio = float(np.median(bounds)) / median if median else np.inf
+        return Spread(median, most, float(errors.max()), histogram(errors), histogram(bounds), ratio, self.violations)
+
+
+def histogram(errors: Floats) -> list[int]:
+    """How many lie in each of the bins of `EDGES`."""
+    with np.errstate(divide="ignore"):
+        bins = np.clip(np.floor(np.log2(errors)), EDGES[0], EDGES[-1]) - EDGES[0]
+    counts: list[int] = np.bincount(bins.astype(int), minlength=len(EDGES)).tolist()
+    return counts
 
 
 def ulps(t: Floats) -> Floats:
