@@ -230,7 +230,12 @@ def import_(
 )
 def bench(
     rows: Annotated[
-        list[str] | None, typer.Option("--rows", help="Only this row; may be repeated.", show_default=False)
+        list[str] | None,
+        typer.Option(
+            "--rows",
+            help="Only this row; may be repeated. With --accuracy: a shape, a family of rays, float32 or float64.",
+            show_default=False,
+        ),
     ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="Small, to see that all works; the ratios mean nothing.")
@@ -240,7 +245,9 @@ def bench(
         Path | None, typer.Option("--json", help="Write the figures to a file as well.", show_default=False)
     ] = None,
     accuracy: Annotated[bool, typer.Option("--accuracy", help="Measure errors instead of times.")] = False,
-    rays: Annotated[int, typer.Option(min=1, help="With --accuracy: rays of each row.")] = 100_000,
+    rays: Annotated[
+        int | None, typer.Option(min=1, help="With --accuracy: rays of each row.", show_default="100000")
+    ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="With --accuracy: a picture of the errors, .png.", show_default=False)
     ] = None,
@@ -253,12 +260,14 @@ def bench(
 
             for file in filter(None, (output, picture)):
                 _check_folder(file)
-            found, about = command.measure(rows or (), 2000 if quick else rays, output, picture, say)
+            found, about = command.measure(rows or (), rays or (2000 if quick else 100_000), output, picture, say)
             if markdown:
                 typer.echo(errors.markdown(found, about))
             else:
                 show_table(errors.table(found), about)
             return
+        if rays is not None or picture is not None:
+            raise ValueError("bench: --rays and --picture go with --accuracy")
         from .bench import report
         from .bench.rows import QUICK, ROWS, Size
         from .formats.atomic import write_text

@@ -222,6 +222,13 @@ def test_the_command(tmp_path):
     assert "there are no rows 'nothing'" in result.stderr
 
 
+@pytest.mark.parametrize("option", [["--rays", "5"], ["--picture", "errors.png"]])
+def test_its_options_are_refused_alone(option):
+    result = CliRunner().invoke(app, ["bench", *option])
+    assert result.exit_code == 2
+    assert "go with --accuracy" in result.stderr
+
+
 def test_a_picture_without_its_library_is_refused_before_the_work(monkeypatch, tmp_path):
     monkeypatch.setattr("conicoid.bench.accuracy.command.module", lambda *names: _absent())
     result = CliRunner().invoke(app, ["bench", "--accuracy", "--picture", str(tmp_path / "errors.png")])
