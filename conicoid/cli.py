@@ -240,7 +240,9 @@ def bench(
     quick: Annotated[
         bool, typer.Option("--quick", help="Small, to see that all works; the ratios mean nothing.")
     ] = False,
-    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table of docs/performance.md.")] = False,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print the table as Markdown, as in the documentation.")
+    ] = False,
     output: Annotated[
         Path | None, typer.Option("--json", help="Write the figures to a file as well.", show_default=False)
     ] = None,
@@ -254,41 +256,21 @@ def bench(
 ) -> None:
     """Time the same rays in Conicoid and in every peer that is installed, in turn; or measure how wrong each is."""
     with user_mistakes():
+        from .bench import command as times
+        from .bench.accuracy import command as errors
+
+        for file in filter(None, (output, picture)):
+            _check_folder(file)
         if accuracy:
-            from .bench.accuracy import command
-            from .bench.accuracy import report as errors
-
-            for file in filter(None, (output, picture)):
-                _check_folder(file)
-            found, about = command.measure(rows or (), rays or (2000 if quick else 100_000), output, picture, say)
-            if markdown:
-                typer.echo(errors.markdown(found, about))
-            else:
-                show_table(errors.table(found), about)
-            return
-        if rays is not None or picture is not None:
+            shown = errors.measure(rows or (), rays or (2000 if quick else 100_000), output, picture, say)
+        elif rays is not None or picture is not None:
             raise ValueError("bench: --rays and --picture go with --accuracy")
-        from .bench import report
-        from .bench.rows import QUICK, ROWS, Size
-        from .formats.atomic import write_text
-
-        known = {row.name: row for row in ROWS}
-        unknown = sorted(set(rows or ()) - set(known))
-        if unknown:
-            raise ValueError(f"bench: there is no row {unknown[0]!r}; the rows are {', '.join(known)}")
-        if output is not None:
-            _check_folder(output)
-        chosen = [known[name] for name in rows] if rows else list(ROWS)
-        outcomes = report.run(
-            chosen, QUICK if quick else Size(), lambda outcome: say("  ".join(filter(None, outcome.cells())))
-        )
-        about = report.machine(row.peer for row in chosen)
-        if output is not None:
-            write_text(output, report.as_json(outcomes, about))
-        if markdown:
-            typer.echo(report.markdown(outcomes, about))
         else:
-            show_table(report.table(outcomes), about)
+            shown = times.measure(rows or (), quick, output, say)
+        if markdown:
+            typer.echo(shown.markdown)
+        else:
+            show_table(shown.table, shown.about)
 
 
 @app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")

@@ -6,18 +6,19 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ...formats.atomic import replacing, write_text
+from ..command import Shown
 from ..peer import Absent, module
 from ..report import machine
 from . import report
 from .picture import draw
-from .rows import Outcome, cases, run
+from .rows import cases, run
 from .systems import SYSTEMS
 
 
 def measure(
     wanted: Sequence[str], rays: int, figures: Path | None, picture: Path | None, tell: Callable[[str], None]
-) -> tuple[list[Outcome], list[str]]:
-    """Outcomes, and lines about machine, versions and units; `tell` hears each outcome as it comes.
+) -> Shown:
+    """`tell` hears each outcome as it comes.
 
     Raises ValueError for unknown rows, and for a picture without matplotlib.
     """
@@ -34,4 +35,4 @@ def measure(
     if picture is not None:
         with replacing(picture) as partial:
             draw(outcomes, partial)
-    return outcomes, about
+    return Shown(report.table(outcomes), report.markdown(outcomes, about), about)
