@@ -154,6 +154,14 @@ def test_bounds_are_held_against_the_errors():
     assert {int(EDGES[k]): count for k, count in enumerate(spread.bounds) if count} == {0: 1, 1: 1, 3: 1}
 
 
+def test_bounds_of_exact_answers_have_no_ratio_and_stay_json():
+    tally = tally_of([1, 1], [1, 1], bound=[2.0**-52, 0])
+    assert (tally.spread().bound_ratio, tally.spread().violations) == (None, 0)
+    outcome = rows.Outcome("sphere", "near", "float32", SYSTEM, tally)
+    assert report.cells(outcome)[-2:] == ("", "0")
+    assert "Infinity" not in report.as_json([outcome], [], [])
+
+
 def test_families_together():
     first, second = tally_of([1, 2], [1, math.inf]), tally_of([math.inf], [3])
     outcomes = [rows.Outcome("sphere", name, "float32", SYSTEM, t) for name, t in (("near", first), ("far", second))]

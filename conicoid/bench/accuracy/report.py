@@ -39,9 +39,8 @@ def cells(outcome: Outcome) -> tuple[str, ...]:
         return (*start, *wrong, "", "", "", "", "")
     single = outcome.system.answers == 24
     errors = tuple(in_ulps(error, single) for error in (spread.median, spread.most, spread.largest))
-    if spread.bound_ratio is None:
-        return (*start, *wrong, *errors, "", "")
-    return (*start, *wrong, *errors, f"{spread.bound_ratio:.1f} ×", f"{spread.violations}")
+    ratio = "" if spread.bound_ratio is None else f"{spread.bound_ratio:.2f} ×"
+    return (*start, *wrong, *errors, ratio, "" if spread.violations is None else f"{spread.violations}")
 
 
 def in_ulps(error: float, single: bool) -> str:

@@ -27,8 +27,8 @@ class Answer:
 class Spread:
     """Errors of t in ulps of float64 at the exact t, over all rays that both sides say hit.
 
-    `bounds` is the histogram of the bounds, `bound_ratio` their median over the median error, `violations` how many
-    errors exceed their bound.
+    `bounds` is the histogram of the bounds, `bound_ratio` their median over the median error (None where that is
+    0), `violations` how many errors exceed their bound.
     """
 
     median: float
@@ -87,7 +87,7 @@ class Tally:
         if not self.bounds:
             return Spread(median, most, float(errors.max()), histogram(errors))
         bounds = np.concatenate(self.bounds)
-        ratio = float(np.median(bounds)) / median if median else np.inf
+        ratio = float(np.median(bounds)) / median if median else None
         return Spread(median, most, float(errors.max()), histogram(errors), histogram(bounds), ratio, self.violations)
 
 
