@@ -64,7 +64,7 @@ def _panel(ax: Any, outcomes: list[Outcome], first: bool) -> None:
         ax.stairs(share, edges, color=color, linewidth=0, fill=True, alpha=0.18)
         ax.stairs(share, edges, color=color, linewidth=1.3)
         if spread.bounds is not None:
-            ax.stairs(_shares(spread.bounds), edges, color=color, linewidth=1.2, linestyle=(0, (2, 1.2)))
+            ax.stairs(_shares(spread.bounds), edges, color="black", linewidth=0.8, linestyle=(0, (3, 3)), zorder=3)
         wrong = outcome.tally.per_million(outcome.tally.wrong_hits + outcome.tally.wrong_misses)
         ax.text(0.98, 0.85 - 0.105 * k, f"{wrong:,.0f}", color=color, **small)
     ax.set_xlim(EDGES[0], TOP)
@@ -87,5 +87,5 @@ def _legend(ax: Any, outcomes: list[Outcome], title: str) -> None:
         "Numbers: wrong hits and\nmisses per million rays."
     )
     if any(o.tally.bounds for o in outcomes):
-        about += "\nDashed: its bound on its own error."
+        about += "\nDashed: Conicoid's bounds on its errors."
     ax.text(0, 0.82 - 0.11 * len(names), about, fontsize=7.5, color="0.3", va="top", transform=ax.transAxes)
