@@ -224,43 +224,53 @@ def import_(
 
 @app.command(
     epilog="Examples:\n\n  conicoid bench\n\n  conicoid bench --rows camera-1000 --rows build\n\n"
-    "The peers come with `pip install conicoid[bench]`; docs/performance.md says how to read the table."
+    "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
+    "The peers come with `pip install conicoid[bench]`; docs/performance.md says how to read the table, "
+    "docs/exactness-measured.md that of accuracy."
 )
 def bench(
     rows: Annotated[
-        list[str] | None, typer.Option("--rows", help="Only this row; may be repeated.", show_default=False)
+        list[str] | None,
+        typer.Option(
+            "--rows",
+            help="Only this row; may be repeated. With --accuracy: a shape, a family of rays, float32 or float64.",
+            show_default=False,
+        ),
     ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="Small, to see that all works; the ratios mean nothing.")
     ] = False,
-    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table of docs/performance.md.")] = False,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print the table as Markdown, as in the documentation.")
+    ] = False,
     output: Annotated[
         Path | None, typer.Option("--json", help="Write the figures to a file as well.", show_default=False)
     ] = None,
+    accuracy: Annotated[bool, typer.Option("--accuracy", help="Measure errors instead of times.")] = False,
+    rays: Annotated[
+        int | None, typer.Option(min=1, help="With --accuracy: rays of each row.", show_default="100000")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="With --accuracy: a picture of the errors, .png.", show_default=False)
+    ] = None,
 ) -> None:
-    """Time the same rays in Conicoid and in every peer that is installed, in turn."""
+    """Time the same rays in Conicoid and in every peer that is installed, in turn; or measure how wrong each is."""
     with user_mistakes():
-        from .bench import report
-        from .bench.rows import QUICK, ROWS, Size
-        from .formats.atomic import write_text
+        from .bench import command as times
+        from .bench.accuracy import command as errors
 
-        known = {row.name: row for row in ROWS}
-        unknown = sorted(set(rows or ()) - set(known))
-        if unknown:
-            raise ValueError(f"bench: there is no row {unknown[0]!r}; the rows are {', '.join(known)}")
-        if output is not None:
-            _check_folder(output)
-        chosen = [known[name] for name in rows] if rows else list(ROWS)
-        outcomes = report.run(
-            chosen, QUICK if quick else Size(), lambda outcome: say("  ".join(filter(None, outcome.cells())))
-        )
-        about = report.machine(row.peer for row in chosen)
-        if output is not None:
-            write_text(output, report.as_json(outcomes, about))
-        if markdown:
-            typer.echo(report.markdown(outcomes, about))
+        for file in filter(None, (output, picture)):
+            _check_folder(file)
+        if accuracy:
+            shown = errors.measure(rows or (), rays or (2000 if quick else 100_000), output, picture, say)
+        elif rays is not None or picture is not None:
+            raise ValueError("bench: --rays and --picture go with --accuracy")
         else:
-            show_table(report.table(outcomes), about)
+            shown = times.measure(rows or (), quick, output, say)
+        if markdown:
+            typer.echo(shown.markdown)
+        else:
+            show_table(shown.table, shown.about)
 
 
 @app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")

@@ -1,0 +1,1 @@
+"""`conicoid bench --accuracy`: distances of Conicoid and its peers against exact integers."""

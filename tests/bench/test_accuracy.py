@@ -1,0 +1,294 @@
+"""`conicoid bench --accuracy`: its rays are what they say, its statistics are right, its systems see the same bodies."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from conicoid.bench.accuracy import report, rows, systems
+from conicoid.bench.accuracy.bodies import Ball, Block, Turned, inside
+from conicoid.bench.accuracy.families import FAMILIES, SHAPES, Trial, trials
+from conicoid.bench.accuracy.frames import along_axis
+from conicoid.bench.accuracy.reference import Exact, first_crossings
+from conicoid.bench.accuracy.subjects import DOUBLE, SINGLE, unit
+from conicoid.bench.accuracy.tally import EDGES, Answer, Tally
+from conicoid.bench.peer import Absent, Peer
+from conicoid.cli import app
+
+FAMILY = {family.name: family for family in FAMILIES}
+
+
+def numbers_of(body):
+    for value in vars(body).values():
+        yield from value.values() if isinstance(value, dict) else np.ravel(value)
+
+
+@pytest.mark.parametrize("family", FAMILY)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_input_is_a_float32_where_it_must_be(shape, family):
+    for trial in trials(shape, FAMILY[family], SINGLE, 200):
+        for number in (*numbers_of(trial.body), *trial.origins.ravel(), *trial.directions.ravel()):
+            assert float(np.float32(number)) == number
+
+
+def test_the_rays_are_the_same_every_time():
+    first, again = (trials("cone", FAMILY["far"], DOUBLE, 100) for _ in range(2))
+    assert [t.body for t in first] == [t.body for t in again]
+    assert all(np.array_equal(a.origins, b.origins) for a, b in zip(first, again, strict=True))
+    assert sum(len(t.origins) for t in first) == 100
+
+
+def ball_rays(family, precision, count=2000):
+    """For each trial of balls: distance of the origins and of the lines from the center, in radii."""
+    for trial in trials("sphere", FAMILY[family], precision, count):
+        p, d = trial.origins - trial.body.center, unit(trial.directions)
+        yield (
+            trial.body,
+            np.linalg.norm(p, axis=1) / trial.body.radius,
+            np.linalg.norm(np.cross(p, d), axis=1) / trial.body.radius,
+        )
+
+
+def test_far_is_from_a_hundred_to_a_hundred_million_radii():
+    away, passing = (np.concatenate(x) for x in list(zip(*ball_rays("far", SINGLE), strict=True))[1:])
+    assert 50 < away.min() < 200
+    assert 5e7 < away.max() < 2e8
+    assert np.median(np.log10(away)) == pytest.approx(5, abs=0.3)
+    assert passing.max() < 1.21
+
+
+@pytest.mark.parametrize(("precision", "finest"), [(SINGLE, 2.0**-18), (DOUBLE, 2.0**-40)])
+def test_grazing_is_close_to_tangency_on_both_sides(precision, finest):
+    beside = np.concatenate([passing - 1 for _, _, passing in ball_rays("grazing", precision)])
+    assert (beside > 0).mean() == pytest.approx(0.5, abs=0.05)
+    assert np.quantile(np.abs(beside), 0.2) < finest
+    assert np.abs(beside).max() < 0.51
+
+
+def test_tiny_and_huge_are_of_the_sizes_that_are_told():
+    for name, low, high in (("tiny", 4e-13, 2e-6), ("huge", 5e5, 3e12)):
+        assert all(low < body.radius < high for body, _, _ in ball_rays(name, SINGLE, 100))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_rays_from_inside_start_inside(shape):
+    for trial in trials(shape, FAMILY["inside"], DOUBLE, 200):
+        assert inside(trial.body, trial.origins).all()
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_rim_is_on_the_surface(shape):
+    random = np.random.default_rng(1)
+    for _ in range(6):
+        subject = SHAPES[shape](random, DOUBLE, 1.0)
+        points, normals = subject.rim(random, 50)
+        assert inside(subject.body, points - 1e-6 * normals).all()
+        assert not inside(subject.body, points + 1e-6 * normals).any()
+
+
+def test_parallel_rays_run_along_the_axis():
+    for trial in trials("cylinder", FAMILY["parallel"], DOUBLE, 400):
+        axis = unit(np.subtract(trial.body.end, trial.body.start))
+        across = np.linalg.norm(np.cross(unit(trial.directions), axis), axis=1)
+        assert across.max() < 0.6
+        assert (across == 0).any()
+        assert (np.log2(across[across > 0]) < -20).any()
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("length", [2.0, -2.0])
+def test_frames_turn_z_to_the_axis(axis, length):
+    start = np.array([1.0, 2.0, 3.0])
+    frame, height = along_axis(tuple(start), tuple(start + length * np.eye(3)[axis]))
+    assert height == 2.0
+    assert np.linalg.det(frame[:3, :3]) == 1
+    assert np.array_equal(frame @ (0, 0, 2, 1), [*(start + length * np.eye(3)[axis]), 1])
+    assert np.array_equal(frame[:3, :3] @ frame[:3, :3].T, np.eye(3))
+
+
+def tally_of(exact, found, low=None, tie=None, bound=None):
+    exact, found = np.array(exact, float), np.array(found, float)
+    low = np.zeros(len(exact)) if low is None else np.array(low, float)
+    tie = np.zeros(len(exact), bool) if tie is None else np.array(tie)
+    tally = Tally()
+    tally.add(Exact(exact, low, tie), Answer(found, None if bound is None else np.array(bound, float)))
+    return tally
+
+
+def test_wrong_answers_are_counted_without_ties():
+    inf = math.inf
+    tally = tally_of([1, inf, 2, inf, 3], [inf, 1, 2, inf, inf], tie=[False, False, False, False, True])
+    assert (tally.rays, tally.ties, tally.hits, tally.wrong_hits, tally.wrong_misses) == (4, 1, 2, 1, 1)
+    assert tally.per_million(tally.wrong_hits) == 250_000
+
+
+def test_errors_are_in_ulps_of_float64():
+    # an ulp is 2^-52 in [1, 2), 2^-50 in [4, 8)
+    tally = tally_of([1, 1, 4], [1 + 2**-51, 1, 4 - 2**-51], low=[0, 2**-54, 0])
+    spread = tally.spread()
+    assert spread.median == 0.5
+    assert spread.largest == 2
+    assert spread.most == pytest.approx(2 - 0.002 * 1.5)  # between 0.5 and 2, 0.998 of the way
+    assert {int(EDGES[k]) for k, count in enumerate(spread.histogram) if count} == {-2, -1, 1}
+
+
+def test_no_error_and_large_errors_fall_into_the_outer_bins():
+    histogram = tally_of([1, 1], [1, 1e10]).spread().histogram
+    assert (histogram[0], histogram[-1], sum(histogram)) == (1, 1, 2)
+
+
+def test_nothing_hit_has_no_spread():
+    assert tally_of([math.inf], [math.inf]).spread() is None
+
+
+def test_bounds_are_held_against_the_errors():
+    ulp = 2.0**-52
+    tally = tally_of([1, 1, 1], [1 + ulp, 1 + 2 * ulp, 1 + 4 * ulp], bound=[ulp, 8 * ulp, 3 * ulp])
+    spread = tally.spread()
+    assert spread.violations == 1
+    assert spread.bound_ratio == 3 / 2
+    assert {int(EDGES[k]): count for k, count in enumerate(spread.bounds) if count} == {0: 1, 1: 1, 3: 1}
+
+
+def test_bounds_of_exact_answers_have_no_ratio_and_stay_json():
+    tally = tally_of([1, 1], [1, 1], bound=[2.0**-52, 0])
+    assert (tally.spread().bound_ratio, tally.spread().violations) == (None, 0)
+    outcome = rows.Outcome("sphere", "near", "float32", SYSTEM, tally)
+    assert report.cells(outcome)[-2:] == ("", "0")
+    assert "Infinity" not in report.as_json([outcome], [], [])
+
+
+def test_families_together():
+    first, second = tally_of([1, 2], [1, math.inf]), tally_of([math.inf], [3])
+    outcomes = [rows.Outcome("sphere", name, "float32", SYSTEM, t) for name, t in (("near", first), ("far", second))]
+    (whole,) = rows.together(outcomes)
+    assert (whole.family, whole.tally.rays, whole.tally.wrong_hits, whole.tally.wrong_misses) == ("all", 3, 1, 1)
+    assert first.rays == 2
+
+
+def shifted(offset):
+    """A system whose t is the exact one and an offset."""
+    return lambda made: [Answer(first_crossings(t.body, t.origins, t.directions).high + offset) for t in made]
+
+
+def _absent():
+    raise Absent("not installed: pip install somebody")
+
+
+SYSTEM = systems.System(Peer("Somebody", "float64", lambda: "Somebody 1"), 53, 53, ("sphere",), shifted(0.0))
+
+
+def test_systems_are_measured_with_what_they_have(monkeypatch):
+    single = systems.System(Peer("Single", "", lambda: ""), 24, 24, ("sphere", "box"), shifted(2.0**-20))
+    absent = systems.System(Peer("Nobody", "", _absent), 53, 53, ("sphere",), shifted(0.0))
+    monkeypatch.setattr(rows, "SYSTEMS", (SYSTEM, single, absent))
+    seen = []
+    outcomes, missing = rows.run(rows.cases(["near", "sphere", "box"]), 300, seen.append)
+    names = [(o.inputs, o.shape, o.system.peer.name) for o in outcomes]
+    assert names == [
+        ("float32", "sphere", "Somebody"), ("float32", "sphere", "Single"), ("float32", "box", "Single"),
+        ("float64", "sphere", "Somebody"),
+    ]  # fmt: skip
+    assert seen == outcomes
+    assert missing == ["Nobody: not installed: pip install somebody"]
+    assert outcomes[0].tally.spread().largest <= 0.5
+    # t is between 1 and 32, where an ulp is between 2^-52 and 2^-48
+    assert 2.0**28 - 1 <= outcomes[1].tally.spread().median <= 2.0**32
+
+
+def test_figures_of_single_answers_are_in_both_units():
+    assert report.in_ulps(0.25, False) == "0.25"
+    assert report.in_ulps(1234, False) == "1200"
+    assert report.in_ulps(2.0**30, True) == "1.1e9 (2)"
+    assert report.in_ulps(2.0**20, False) == "1.0e6"
+
+
+def test_unknown_rows_are_refused():
+    with pytest.raises(ValueError, match=r"no rows 'torus'; there are sphere, box"):
+        rows.cases(["sphere", "torus"])
+
+
+def test_the_command(tmp_path):
+    file = tmp_path / "errors.json"
+    command = ["bench", "--accuracy", "--rows", "sphere", "--rows", "near", "--rows", "far", "--rays", "400"]
+    result = CliRunner().invoke(app, [*command, "--markdown", "--json", str(file)])
+    assert result.exit_code == 0
+    found = json.loads(file.read_text())
+    ours = [row for row in found["rows"] if row["system"] == "Conicoid"]
+    assert [(row["inputs"], row["family"]) for row in ours] == [
+        ("float32", "near"), ("float32", "far"), ("float64", "near"), ("float64", "far"), ("float32", "all"), ("float64", "all"),
+    ]  # fmt: skip
+    assert all(row["wrong_hits"] == row["wrong_misses"] == 0 for row in ours)
+    assert all(sum(row["histogram"]) == row["hits"] for row in ours)
+    assert "| float32 | sphere | near | Conicoid | 0 | 0 |" in result.stdout
+    result = CliRunner().invoke(app, ["bench", "--accuracy", "--rows", "nothing"])
+    assert result.exit_code == 2
+    assert "there are no rows 'nothing'" in result.stderr
+
+
+@pytest.mark.parametrize("option", [["--rays", "5"], ["--picture", "errors.png"]])
+def test_its_options_are_refused_alone(option):
+    result = CliRunner().invoke(app, ["bench", *option])
+    assert result.exit_code == 2
+    assert "go with --accuracy" in result.stderr
+
+
+def test_a_picture_without_its_library_is_refused_before_the_work(monkeypatch, tmp_path):
+    monkeypatch.setattr("conicoid.bench.accuracy.command.module", lambda *names: _absent())
+    result = CliRunner().invoke(app, ["bench", "--accuracy", "--picture", str(tmp_path / "errors.png")])
+    assert result.exit_code == 2
+    assert "a picture needs matplotlib: not installed: pip install somebody" in result.stderr
+
+
+def test_the_picture(tmp_path):
+    pytest.importorskip("matplotlib", reason="matplotlib comes with the extra `bench`")
+    from PIL import Image
+
+    from conicoid.bench.accuracy.picture import draw
+
+    outcomes = [
+        rows.Outcome("sphere", f, "float32", SYSTEM, tally_of([1, 2], [1, 2.5], bound=[1, 1])) for f in ("near", "far")
+    ]
+    draw(outcomes, tmp_path / "errors.png")
+    with Image.open(tmp_path / "errors.png") as picture:
+        assert min(picture.size) > 200
+        assert len(picture.convert("RGB").getcolors(1 << 20)) > 10
+    with pytest.raises(ValueError, match="nothing to draw"):
+        draw([], tmp_path / "none.png")
+
+
+BODIES = {
+    "sphere": Ball((0.5, -1, 2), 1.25),
+    "box": Block((-1, 0.5, 1), (0.5, 2, 1.75)),
+    "cylinder": Turned((0.5, 1, -1), (-1.5, 1, -1), 0.75, 0.75),
+    "cone": Turned((0.5, 1, -1), (0.5, -1.5, -1), 0.75, 0.0),
+}
+
+
+def shot_at(body):
+    random = np.random.default_rng(2)
+    origins = random.uniform(-6, 6, (500, 3))
+    middle = body.center if isinstance(body, Ball) else np.mean([*vars(body).values()][:2], axis=0)
+    directions = middle + random.uniform(-1, 1, (500, 3)) - origins
+    return Trial(body, SINGLE.rounded(origins), SINGLE.rounded(directions))
+
+
+@pytest.mark.parametrize("system", systems.SYSTEMS, ids=lambda system: system.peer.name)
+def test_systems_see_the_same_bodies(system):
+    """Where its peer is installed, each answers within single precision: bodies and rays were told rightly."""
+    try:
+        system.peer.find()
+    except Absent as reason:
+        pytest.skip(str(reason))
+    for shape in set(BODIES) & set(system.shapes):
+        trial = shot_at(BODIES[shape])
+        exact = first_crossings(trial.body, trial.origins, trial.directions)
+        (answer,) = system.trace([trial])
+        assert 100 < np.isfinite(exact.high).sum() < len(exact.high)
+        assert np.array_equal(np.isfinite(answer.t), np.isfinite(exact.high))
+        hit = np.isfinite(exact.high)
+        assert np.allclose(answer.t[hit], exact.high[hit], rtol=1e-4, atol=1e-5)
