@@ -45,7 +45,10 @@ class Score:
             self.wrong[what] = self.wrong.get(what, 0) + count
         self.errors += other.errors
         self.bounds += other.bounds
-        self.failures = (self.failures + other.failures)[: 5 * SHOWN]
+        for failure in other.failures:
+            what = failure.split(":")[0]
+            if sum(f.startswith(f"{what}:") for f in self.failures) < SHOWN:
+                self.failures.append(failure)
 
     @property
     def slackness(self) -> float:
