@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import dataclasses
 import numpy as np
 import pytest
 from flint import arb, ctx
@@ -69,7 +70,7 @@ def test_decided_rays_are_right(kind: str) -> None:
     easy = 0
     for index in range(2):
         random = generator(kind, 800 + index)
-        case = random_case(kind, random)
+        case = dataclasses.replace(random_case(kind, random), **({"steps": ()} if kind == "Spheres" else {}))
         origins, directions = rays(case, 40, random)
         oracle = Oracle(exact_shape(case), case.world_center, case.world_size)
         answers = oracle.answers(origins, directions)

@@ -11,6 +11,7 @@ import numpy as np
 
 from .exact import ExactRay, Root, by_place, compare, roots, sign_at_start, value_sign
 from .forms import Form
+from .rational import total
 from .sheets import ExactSheet
 from .solids import Formula, forms_of
 
@@ -224,11 +225,12 @@ def in_loop(sheet: ExactSheet, ray: ExactRay) -> bool:
     seen = []
     for p in sheet.loop:
         x = [c * ray.w - o for c, o in zip(p, ray.o, strict=True)]
-        seen.append((ray.d[iw] * x[iu] - ray.d[iu] * x[iw], ray.d[iw] * x[iv] - ray.d[iv] * x[iw]))
+        u, v = (total((ray.d[iw] * x[i], -ray.d[i] * x[iw]), exact=False) for i in (iu, iv))
+        seen.append((u, v))
     odd = False
     for (ua, va), (ub, vb) in itertools.pairwise([seen[-1], *seen]):
         if (va < 0) != (vb < 0):
-            side = ua * vb - ub * va
+            side = total((ua * vb, -ub * va), exact=False)
             if (side > 0) if vb > va else (side < 0):
                 odd = not odd
     return odd
