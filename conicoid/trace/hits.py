@@ -43,15 +43,16 @@ class Hits:
     t         float64 (...), in units of the direction's length; inf for a miss
     body, face, surface   int32 (...), -1 for a miss
     entering  bool (...): normal·direction < 0; False for a miss
+    doubtful  bool (...): the ray took more than the fast formulas
     t_error   float64 (...): t is at most so far from the exact crossing; 0 for a miss
     point_error   float64 (...): so is the point, in length; NaN for a miss
     point, local_point, normal   float64 (..., 3); NaN for a miss; the normal is unit and outward
     uv        float64 (..., 2); NaN for a miss
     """
 
-    def __init__(self, scene: Prepared, rays: Rays, found: Found) -> None:
+    def __init__(self, scene: Prepared, rays: Rays, found: Found, doubtful: Any = ()) -> None:
         self._scene, self.rays = scene, rays
-        self._found = found
+        self._found, self._doubtful = found, np.asarray(doubtful, np.int64)
 
     def _shaped(self, array: Any, *last: int) -> Any:
         result = array.reshape((*self.rays.shape, *last))
@@ -94,6 +95,13 @@ class Hits:
         o, d = lines_of(self.rays)
         run_chunks(lambda a, b: points_along(o, d, t, a, b, points), len(points), _CHUNK)
         return points
+
+    @cached_property
+    def doubtful(self) -> Any:
+        """bool (...): rays that rounding might have got wrong, and that were decided again with certainty."""
+        result = np.zeros(len(self._found.t), np.bool_)
+        result[self._doubtful] = True
+        return self._shaped(result)
 
     @cached_property
     def _errors(self) -> FloatArray:
@@ -189,7 +197,8 @@ class Hits:
         """The hits that an index or mask over the rays' shape selects."""
         rows = np.arange(len(self._found.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
-        return Hits(self._scene, self.rays[index], Found(*(array[flat] for array in self._found)))
+        doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()
+        return Hits(self._scene, self.rays[index], Found(*(array[flat] for array in self._found)), doubtful)
 
     def __repr__(self) -> str:
         found = int((self._found.body >= 0).sum())

@@ -115,7 +115,7 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     doubtful = np.flatnonzero(found.turn > DOUBTFUL // 2)
     if len(doubtful):
         settle_hits(scene, arguments, doubtful, found)
-    return Hits(scene, rays, found)
+    return Hits(scene, rays, found, doubtful)
 
 
 def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -> bool:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from fractions import Fraction
 
-import dataclasses
 import numpy as np
 import pytest
 from flint import arb, ctx

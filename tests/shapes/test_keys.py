@@ -95,7 +95,7 @@ def test_the_same_surface_has_the_same_name_and_sense(first, second) -> None:
 
 DIFFERENT = [
     (Sphere(1), Sphere(1 + 2**-52)),
-    (Sphere(1), Sphere(1, (1e-300, 0, 0))),
+    (Sphere(1), Sphere(1, (1e-100, 0, 0))),
     (HalfSpace((0, 0, 1), 1), HalfSpace((0, 0, 1), 1 + 2**-52)),
     (Cylinder((0, 0, 0), P, 0.3), Cylinder((0, 0, 0), (1, 2, 3 + 2**-50), 0.3)),
     (Cone((0, 0, 0), (0, 0, 1), 1, 1 + 2**-52), Cone((0, 0, 0), (0, 0, 1), 1, 1)),

@@ -51,7 +51,7 @@ SCENES = {
     "each ten times the last": (10.0 ** -np.arange(60)[:, None] * (1, 0.3, 0.2), 10.0 ** -np.arange(60) * 0.1),
     "far away": (balls(200)[0] + (1e9, 0, 0), balls(200)[1]),
     "a dense place": (balls(2000)[0] * np.where(np.arange(2000)[:, None] < 1000, 1, 1e-12), np.full(2000, 1e-13)),
-    "huge": (balls(50)[0] * 1e140, balls(50)[1] * 1e140),
+    "huge": (balls(50)[0] * 1e99, balls(50)[1] * 1e99),
 }
 
 
