@@ -118,12 +118,6 @@ def _matters(t_in: float, t_out: float, ray: Ray, nearness: Nearness) -> bool:
     return begins & ends & ((t_in < t_out) | near(t_in, t_out, nearness))
 
 
-@inline
-def beyond(t: float, nearness: Nearness) -> bool:
-    """Is a crossing so far away that nothing is certain of it?"""
-    return (abs(t) > nearness[2]) & (abs(t) < math.inf)
-
-
 @helper
 def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans:
     """The spans of a ray inside a cell, in order; contacts of zero length are none."""
@@ -131,7 +125,7 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans
     t_in, t_out, place_in, place_out, unsure, lost = slab_span(geometry, cell, ray, inverse, nearness)
     second = (math.inf, -math.inf, NO_PLACE, NO_PLACE)
     matters = _matters(t_in, t_out, ray, nearness)
-    unsure = (unsure & matters) | lost | (nearness[2] < 0.0)
+    unsure = (unsure & matters) | lost | (nearness[1] < 0.0)
     if not t_in < t_out:
         return 0, t_in, t_out, place_in, place_out, *second, unsure
     quadric, curved = integer(geometry, table.CELL_QUADRIC, cell), quadric_place(cell)
@@ -142,7 +136,7 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans
     if not crosses:
         return (1 if outside else 0), t_in, t_out, place_in, place_out, *second, unsure | (doubtful & matters)
     close = near(low, t_in, nearness) | near(low, t_out, nearness)
-    close |= near(high, t_in, nearness) | near(high, t_out, nearness) | beyond(low, nearness) | beyond(high, nearness)
+    close |= near(high, t_in, nearness) | near(high, t_out, nearness)
     unsure |= (doubtful | close) & matters
     if not outside:
         in_slot = curved if low >= t_in else place_in

@@ -86,10 +86,10 @@ class Tables(NamedTuple):
     # How far the fast formulas can be trusted (lowering/limits.py)
     plane_limits: Floats  # [planes, 2] square of the least certain rate, least certain height of parallel rays
     quadric_limits: Floats  # [quadrics, 2] least certain discriminant, least certain value along rulings
-    cell_limits: Floats  # [cells, 3] what t may be off by, for |d| = 1; as a share of t; the farthest |o| + |t d|
-    program_limits: Floats  # [programs, 3] the same
-    sheet_limits: Floats  # [sheets, 3]
-    polygon_limits: Floats  # [polygons, 3]
+    cell_limits: Floats  # [cells, 2] what t may be off by, for |d| = 1; the farthest |o| + |t d|
+    program_limits: Floats  # [programs, 2] the same
+    sheet_limits: Floats  # [sheets, 2]
+    polygon_limits: Floats  # [polygons, 2]
 
 
 # The number of each table, by which kernels find it

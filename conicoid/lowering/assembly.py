@@ -213,10 +213,10 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         extent=np.zeros(5),
         plane_limits=np.zeros((0, 2)),
         quadric_limits=np.zeros((0, 2)),
-        cell_limits=np.zeros((0, 3)),
-        program_limits=np.zeros((0, 3)),
-        sheet_limits=np.zeros((0, 3)),
-        polygon_limits=np.zeros((0, 3)),
+        cell_limits=np.zeros((0, 2)),
+        program_limits=np.zeros((0, 2)),
+        sheet_limits=np.zeros((0, 2)),
+        polygon_limits=np.zeros((0, 2)),
     )
     boxes = end_to_end([np.zeros((0, 6)), *entries.boxes])
     return with_limits(_balls_direct(tables), boxes, table.rest), boxes, table

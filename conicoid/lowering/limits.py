@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.tables import CELL, POLYGON, REGION, SHEET, Floats, Tables
+from ..geometry.tables import CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables
 from .surfaces import Remainders
 
 Whole = npt.NDArray[Any]
@@ -24,11 +24,11 @@ ROUNDINGS = 2.0**-47
 BALL = 2.0**-40
 """kappa of a sphere: its center may be off by 2^-46 of its radius."""
 RELATIVE = 2.0**-44
-"""Share of t by which the crossing with a plane, and the sum of two parts of t, may be off."""
+"""Share of |x| by which the crossing with a plane, and the sum of two parts of t, may be off."""
 _FLAT = 2.0**-49
 _FAR = 2.0**45
-_WIDE = 1024.0
-"""Bodies without an end are taken to be so many times as large as the scene."""
+_WIDE, _WIDEST = 2.0**10, 2.0**20
+"""Bodies without an end are taken to be so many times as large as the scene; those of exact planes, so many times."""
 
 
 @dataclass
@@ -68,7 +68,11 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     surface, owner, users = (np.concatenate(part) for part in (uses.surfaces, uses.owners, uses.entries))
     reach, bounded = _reaches(tables, boxes, surface, users)
     kappa = _kappas(tables, rest, surface, reach)
-    limits = _owners(tables, surface, owner, reach, bounded, kappa, cells + sheets + polygons)
+    size = _size(tables, boxes)
+    around = np.where(bounded, np.abs(np.where(np.isfinite(boxes), boxes, 0.0))[users].sum(axis=1), _WIDE * size)
+    limits = _owners(
+        tables.surface_kind[surface] == 0, owner, reach, bounded, kappa, around, size, cells + sheets + polygons
+    )
     per_surface = np.zeros((2, int(surface.max(initial=-1)) + 1))
     np.maximum.at(per_surface[0], surface, reach)
     np.maximum.at(per_surface[1], surface, kappa)
@@ -109,8 +113,11 @@ def _reaches(tables: Tables, boxes: Floats, surface: Whole, entry: Whole) -> tup
     low, high = boxes[entry, :3], boxes[entry, 3:]
     bounded = np.asarray(np.isfinite(low).all(axis=1) & np.isfinite(high).all(axis=1))
     away = np.where(bounded[:, None], np.maximum(np.abs(low - anchors), np.abs(high - anchors)), 0.0)
-    size = _size(tables, boxes)
-    return np.where(bounded, np.sqrt((away**2).sum(axis=1)) * (1 + 1e-12) + 1e-300, _WIDE * size), bounded
+    reach = np.sqrt((away**2).sum(axis=1)) * (1 + 1e-12) + 1e-300
+    reach = np.where(bounded, reach, _WIDE * _size(tables, boxes))
+    ball = tables.surface_kind[surface] == SPHERE
+    reach[ball] = tables.spheres[tables.surface_row[surface[ball]], 3]
+    return reach, bounded
 
 
 def _size(tables: Tables, boxes: Floats) -> float:
@@ -146,17 +153,16 @@ def _inexact(rest: Floats) -> npt.NDArray[np.bool_]:
 
 
 def _owners(
-    tables: Tables, surface: Whole, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, count: int
+    flat: Any, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, around: Floats, size: float, count: int
 ) -> Floats:
-    """(count, 3): what t may be off by, times |d|; as a share of t; how far |o| + |t d| may be."""
-    limits = np.zeros((count, 3))
-    limits[:, 1], limits[:, 2] = RELATIVE, math.inf
-    flat = tables.surface_kind[surface] == 0
-    np.maximum.at(limits[:, 0], owner, 0.5 * np.sqrt(kappa) * reach * (bounded | ~flat))
-    endless = ~bounded & flat & (kappa > 0)
-    np.maximum.at(limits[:, 1], owner[endless], 2.0**-24)
-    far = np.where(bounded, _FAR * reach, np.where(flat, math.inf, reach))
-    np.minimum.at(limits[:, 2], owner, far)
+    """(count, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be."""
+    limits = np.zeros((count, 2))
+    limits[:, 1] = math.inf
+    exact = ~bounded & flat & (kappa == 0)
+    off = 0.5 * np.sqrt(kappa) * reach + RELATIVE * np.where(exact, _WIDEST * size, around)
+    np.maximum.at(limits[:, 0], owner, off)
+    far = np.where(bounded, _FAR * reach, np.where(exact, _WIDEST * size, _WIDE * size))
+    np.minimum.at(limits[:, 1], owner, far)
     return limits
 
 
@@ -190,11 +196,10 @@ def _quadrics(tables: Tables, reach: Floats, kappa: Floats) -> Floats:
 
 def _merged(tables: Tables, cells: Floats) -> Floats:
     """The limits of programs: the widest of their leaves'."""
-    result = np.zeros((len(tables.program_leaf) - 1, 3))
-    result[:, 2] = math.inf
+    result = np.zeros((len(tables.program_leaf) - 1, 2))
+    result[:, 1] = math.inf
     program = np.repeat(np.arange(len(result)), np.diff(tables.program_leaf))
     leaves = cells[tables.leaf_cell]
     np.maximum.at(result[:, 0], program, leaves[:, 0])
-    np.maximum.at(result[:, 1], program, leaves[:, 1])
-    np.minimum.at(result[:, 2], program, leaves[:, 2])
+    np.minimum.at(result[:, 1], program, leaves[:, 1])
     return result

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 
 from ..geometry import tables as table
-from ..geometry.cell import NO_PLACE, beyond, cell_spans, curved_roots, is_curved, place_face, plane_crossing
-from ..geometry.nearness import Nearness, ball_nearness, near, nearness_of
+from ..geometry.cell import NO_PLACE, cell_spans, curved_roots, is_curved, load_sphere, place_face, plane_crossing
+from ..geometry.nearness import Nearness, along, beyond, lengths_of_ball, near, nearness_of
 from ..geometry.polygon import inside_loop
 from ..geometry.program import root_value, turn_leaf
-from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, Ray, integer, real, whole
+from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, Ray, integer, whole
 from ..jit import helper, inline
 from .scratch import Scratch
 from .walk import walk
@@ -116,7 +116,7 @@ def region_crossings(
         unsure |= _at_start(geometry, scratch, done - 1, ray, nearness)
     while done < events and found < limit:
         t = scratch.event_t[done]
-        unsure |= _at_start(geometry, scratch, done, ray, nearness)
+        unsure |= _at_start(geometry, scratch, done, ray, nearness) | beyond(t, nearness)
         if not t < t_max:
             break
         first = done
@@ -234,7 +234,7 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
         if rate == 0.0:
             return 0, unsure
         falls = rate < 0.0
-    unsure |= nearness[2] < 0.0
+    unsure |= nearness[1] < 0.0
     for root in range(2):
         t = low if root == 0 else high
         against = (falls != (root == 1)) == (side > 0)
@@ -301,6 +301,7 @@ def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) ->
         inside |= t_in <= ray[6] < t_out
         first, second = surface_of(geometry, a, t_in), surface_of(geometry, b, t_out)
         unsure |= at_start(t_in, first, ray, nearness) | at_start(t_out, second, ray, nearness)
+        unsure |= beyond(t_in, nearness) | beyond(t_out, nearness)
         count = _end(scratch, count, t_in, ray, first, a, 1)
         count = _end(scratch, count, t_out, ray, second, b, 0)
     return count, inside, unsure
@@ -318,7 +319,7 @@ def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray)
     inverse = span_inverse(ray)
     low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
     nearness = surface_nearness(geometry, surface, ray, inverse)
-    unsure |= nearness[2] < 0.0
+    unsure |= nearness[1] < 0.0
     if not crosses:
         return 0, False, unsure
     unsure |= at_start(low, surface, ray, nearness) | at_start(high, surface, ray, nearness)
@@ -329,8 +330,8 @@ def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray)
 @inline
 def surface_nearness(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Nearness:
     """The nearness of a ball."""
-    row = integer(geometry, table.SURFACE_ROW, surface)
-    return ball_nearness(real(geometry, table.SPHERES, 4 * row + 3), ray, inverse)
+    x, y, z, radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    return along(ray, inverse, lengths_of_ball(x, y, z, radius))
 
 
 @inline

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..geometry import tables as table
 from ..geometry.cell import NO_PLACE, cell_spans, load_plane, load_quadric, load_sphere
-from ..geometry.nearness import ball_nearness, nearness_of
+from ..geometry.nearness import along, beyond, lengths_of_ball, nearness_of
 from ..geometry.quadric import quadric_gradient, sphere_roots
 from ..geometry.tables import BALL, CELL, PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real, whole
 from ..geometry.vectors import dot, normalized
@@ -98,16 +98,15 @@ def try_ball(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit
     surface, body = integer(geometry, table.ENTRY_INDEX, entry), integer(geometry, table.ENTRY_BODY, entry)
     sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     low, high, _, crosses, unsure = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, surface == start)
-    nearness = ball_nearness(sphere[3], ray, inverse)
-    unsure |= nearness[2] < 0.0
+    nearness = along(ray, inverse, lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3]))
+    unsure |= nearness[1] < 0.0
     if not crosses:
         return certain(best, best[6], best[7] | unsure)
     unsure |= at_start(low, surface, ray, nearness) | at_start(high, surface, ray, nearness)
     enters = counts_in(low, surface, ray)
     t = low if enters else high
     if enters or counts_in(high, surface, ray):
-        off = nearness[0] + nearness[1] * abs(t)
-        return nearer(geometry, best, (t, body, entry, whole(NO_PLACE), whole(1), enters, off, unsure))
+        return nearer(geometry, best, (t, body, entry, whole(NO_PLACE), whole(1), enters, nearness[0], unsure))
     return certain(best, best[6], best[7] | unsure)
 
 
@@ -125,8 +124,8 @@ def try_cell(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit
         surface = surface_of(geometry, place, t)
         unsure |= at_start(t, surface, ray, nearness)
         if counts_in(t, surface, ray):
-            off = nearness[0] + nearness[1] * abs(t)
-            hit = (t, body, entry, place, whole(1), end == 0 or end == 2, off, unsure)
+            unsure |= beyond(t, nearness)
+            hit = (t, body, entry, place, whole(1), end == 0 or end == 2, nearness[0], unsure)
             return nearer(geometry, best, hit)
     return certain(best, best[6], best[7] | unsure)
 
@@ -142,8 +141,8 @@ def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: 
     if count == 0:
         return certain(best, best[6], best[7] | unsure)
     t, crossing = scratch.cross_t[0], scratch.crossing
-    off, body = nearness[0] + nearness[1] * abs(t), integer(geometry, table.ENTRY_BODY, entry)
-    hit = (t, body, entry, np.int64(crossing[0]), np.int64(crossing[1]), crossing[2] == 1, off, unsure)
+    body = integer(geometry, table.ENTRY_BODY, entry)
+    hit = (t, body, entry, np.int64(crossing[0]), np.int64(crossing[1]), crossing[2] == 1, nearness[0], unsure)
     return nearer(geometry, best, hit)
 
 

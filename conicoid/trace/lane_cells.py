@@ -14,7 +14,7 @@ import math
 
 from ..geometry import tables as table
 from ..geometry.cell import NO_PLACE, load_limits, load_plane, load_quadric, load_sphere, quadric_place
-from ..geometry.nearness import BALL, BALL_FAR, RELATIVE, Nearness, finite, lengths_of, near
+from ..geometry.nearness import Nearness, lengths_of, lengths_of_ball
 from ..geometry.plane import Limits, Plane, careful_plane, plain_plane, unsure_of_plane
 from ..geometry.quadric import (
     Quadric,
@@ -37,7 +37,6 @@ from .lanes import (
     FOOT,
     HIGH,
     INVERSE,
-    LOST,
     LOW,
     OWN,
     OX,
@@ -69,7 +68,7 @@ def ball_lanes(geometry: Geometry, lanes: Floats, surface: int, entry: int, body
     """The first crossing of a ball."""
     first, last = eights(first, last)
     sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    off, far = BALL * sphere[3], BALL_FAR * sphere[3]
+    lengths = lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3])
     for i in range(first, last):
         starts = lanes[START + i] == surface
         low, high, _, crosses, unsure = sphere_roots(
@@ -79,28 +78,21 @@ def ball_lanes(geometry: Geometry, lanes: Floats, surface: int, entry: int, body
         enters = crosses & (low > lanes[T_MIN + i]) & (low < lanes[T_MAX + i])
         leaves = crosses & (high > lanes[T_MIN + i]) & (high < lanes[T_MAX + i])
         t = low if enters else (high if leaves else math.inf)
-        nearness = lane_nearness(lanes, i, off, RELATIVE, far)
-        ends = at_start(lanes, i, low, starts, nearness[0]) | at_start(lanes, i, high, starts, nearness[0])
-        unsure |= (crosses & ends) | (nearness[2] < 0.0)
+        off, far = lane_nearness(lanes, i, lengths)
+        before = choose(enters, math.inf, choose(leaves, low, high))
+        unsure |= (crosses & at_start(lanes, i, t, before, starts, off)) | (far < 0.0)
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
-        take(
-            lanes,
-            i,
-            t,
-            nearness[0] + RELATIVE * (abs(low) + abs(high)),
-            entry,
-            body,
-            NO_PLACE,
-            1.0,
-            1.0 if enters else 0.0,
-        )
+        take(lanes, i, t, off, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
 
 
 @helper
 def _cut_lanes(
-    lanes: Floats, limits: Limits, around: Nearness, surface: int, side: int, place: int, first: int, last: int
+    lanes: Floats, limits: Limits, lengths: Nearness, surface: int, side: int, place: int, first: int, last: int
 ) -> None:
-    """Cut the spans by a plane whose height and rate stand in A and B; FLAG 2 or more: all lanes run along it."""
+    """Cut the spans by a plane whose height and rate stand in A and B; FLAG 2 or more: the lane runs along it.
+
+    UNSURE becomes 1 where rounding may have changed the order of two planes, 2 where it may have changed more.
+    """
     first, last = eights(first, last)
     for i in range(first, last):
         rate, before, after = lanes[B + i], lanes[T_IN + i], lanes[T_OUT + i]
@@ -111,22 +103,20 @@ def _cut_lanes(
         outside = parallel & ((height <= 0.0) != (side > 0))
         falls = ((rate < 0.0) == (side > 0)) & ~parallel
         rises = ((rate < 0.0) != (side > 0)) & ~parallel
-        nearness = lane_nearness(lanes, i, around[0], around[1], around[2])
-        unsure = near(t, choose(falls, before, after), nearness) & ~parallel
+        close = abs(t - choose(falls, before, after)) <= lane_nearness(lanes, i, lengths)[0]
         later = falls & (t > before)
         sooner = rises & (t < after)
         lanes[T_IN + i] = choose(outside, math.inf, choose(later, t, before))
         lanes[T_OUT + i] = choose(outside, -math.inf, choose(sooner, t, after))
         lanes[PLACE_IN + i] = place if later else lanes[PLACE_IN + i]
         lanes[PLACE_OUT + i] = place if sooner else lanes[PLACE_OUT + i]
-        lanes[UNSURE + i] = choose(unsure, 1.0, lanes[UNSURE + i])
-        lanes[LOST + i] = choose(lost, 1.0, lanes[LOST + i])
+        lanes[UNSURE + i] = choose(lost, 2.0, choose(close & (lanes[UNSURE + i] == 0.0), 1.0, lanes[UNSURE + i]))
         lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
 
 
 @inline
 def _plane_lanes(
-    lanes: Floats, plane: Plane, limits: Limits, around: Nearness, surface: int, side: int, place: int,
+    lanes: Floats, plane: Plane, limits: Limits, lengths: Nearness, surface: int, side: int, place: int,
     first: int, last: int,
 ) -> None:  # fmt: skip
     """Cut the lanes' spans [T_IN, T_OUT] by a plane of a cell."""
@@ -144,7 +134,7 @@ def _plane_lanes(
                 lanes[A + i], lanes[B + i] = careful_plane(
                     plane, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
                 )
-    _cut_lanes(lanes, limits, around, surface, side, place, first, last)
+    _cut_lanes(lanes, limits, lengths, surface, side, place, first, last)
 
 
 @inline
@@ -208,56 +198,53 @@ def _sphere_lanes(lanes: Floats, sphere: Sphere, surface: int, first: int, last:
 
 
 @helper
-def _matter_lanes(lanes: Floats, around: Nearness, curved: bool, first: int, last: int) -> None:
-    """Where rounding might change the spans of a cell within a lane's interval, the lane becomes doubtful."""
-    first, last = eights(first, last)
-    for i in range(first, last):
-        nearness = lane_nearness(lanes, i, around[0], around[1], around[2])
-        t_in, t_out, low, high = lanes[T_IN + i], lanes[T_OUT + i], lanes[LOW + i], lanes[HIGH + i]
-        off = nearness[0] + nearness[1] * choose(abs(t_in) < abs(t_out), finite(abs(t_in)), finite(abs(t_out)))
-        unsure = (lanes[UNSURE + i] != 0.0) | (abs(t_in - t_out) <= off)
-        close = near(low, t_in, nearness) | near(low, t_out, nearness)
-        close |= near(high, t_in, nearness) | near(high, t_out, nearness)
-        close |= (abs(low) > nearness[2]) & (abs(low) < math.inf)
-        close |= (abs(high) > nearness[2]) & (abs(high) < math.inf)
-        close &= lanes[FLAG + i] >= 2.0
-        unsure |= curved & (close | (lanes[DISCRIMINANT + i] != 0.0))
-        begins = (t_in <= lanes[T_MAX + i] + off) & (t_in <= lanes[WITHIN + i] + off)
-        ends = t_out >= lanes[T_MIN + i] - off
-        doubt = (unsure & begins & ends & (t_in <= t_out + off)) | (lanes[LOST + i] != 0.0) | (nearness[2] < 0.0)
-        lanes[DOUBT + i] = choose(doubt & (lanes[T_MIN + i] < lanes[T_MAX + i]), 1.0, lanes[DOUBT + i])
-
-
-@helper
 def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: int) -> int:
     """The span inside all planes of a cell, the roots of its quadric. Returns how many lanes may be inside."""
     first, last = eights(first, last)
-    around = lengths_of(geometry, table.CELL_LIMITS, cell)
+    lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
     for i in range(first, last):
         lanes[T_IN + i], lanes[T_OUT + i] = -math.inf, math.inf
         lanes[PLACE_IN + i], lanes[PLACE_OUT + i] = NO_PLACE, NO_PLACE
-        lanes[UNSURE + i], lanes[LOST + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 0.0, 1.0
+        lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 1.0
+        lanes[DISCRIMINANT + i] = 0.0
     for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         surface = integer(geometry, table.PLANE_SURFACE, place)
         row = integer(geometry, table.SURFACE_ROW, surface)
         plane, limits = load_plane(geometry, row), load_limits(geometry, table.PLANE_LIMITS, row)
         side = integer(geometry, table.PLANE_SIDE, place)
-        _plane_lanes(lanes, plane, limits, around, surface, side, place, first, last)
+        _plane_lanes(lanes, plane, limits, lengths, surface, side, place, first, last)
     some = 0
     for i in range(first, last):
-        low = lanes[T_IN + i] if lanes[T_IN + i] > lanes[T_MIN + i] else lanes[T_MIN + i]
-        some += 1 if (low < lanes[T_OUT + i]) & (lanes[T_IN + i] < lanes[T_MAX + i]) else 0
+        off, far = lane_nearness(lanes, i, lengths)
+        t_in, t_out, t_min = lanes[T_IN + i], lanes[T_OUT + i] + off, lanes[T_MIN + i]
+        inside = (t_in <= t_out) & (t_min <= t_out) & (t_in <= lanes[T_MAX + i] + off)
+        some += 1 if inside | (lanes[UNSURE + i] == 2.0) | (far < 0.0) else 0
         lanes[FLAG + i] = 1.0
     surface = integer(geometry, table.CELL_QUADRIC, cell)
-    if some > 0 and surface >= 0:
-        row = integer(geometry, table.SURFACE_ROW, surface)
-        if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-            _sphere_lanes(lanes, load_sphere(geometry, row), surface, first, last)
-        else:
-            limits = load_limits(geometry, table.QUADRIC_LIMITS, row)
-            _quadric_lanes(lanes, load_quadric(geometry, row), limits, surface, first, last)
-    _matter_lanes(lanes, around, some > 0 and surface >= 0, first, last)
+    if some == 0 or surface < 0:
+        return some
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+        _sphere_lanes(lanes, load_sphere(geometry, row), surface, first, last)
+    else:
+        limits = load_limits(geometry, table.QUADRIC_LIMITS, row)
+        _quadric_lanes(lanes, load_quadric(geometry, row), limits, surface, first, last)
     return some
+
+
+@inline
+def unsure_lane(lanes: Floats, i: int, off: float, far: float) -> bool:
+    """Might rounding change the spans of a cell within a lane's interval?"""
+    t_in, t_out, low, high = lanes[T_IN + i], lanes[T_OUT + i], lanes[LOW + i], lanes[HIGH + i]
+    close = (
+        (abs(low - t_in) <= off) | (abs(low - t_out) <= off) | (abs(high - t_in) <= off) | (abs(high - t_out) <= off)
+    )
+    unsure = (lanes[UNSURE + i] == 1.0) | (abs(t_in - t_out) <= off) | (close & (lanes[FLAG + i] >= 2.0))
+    unsure |= lanes[DISCRIMINANT + i] != 0.0
+    begins = (t_in <= lanes[T_MAX + i] + off) & (t_in <= lanes[WITHIN + i] + off)
+    ends = (t_out >= lanes[T_MIN + i] - off) & (t_in <= t_out + off)
+    doubt = (unsure & begins & ends) | (lanes[UNSURE + i] == 2.0) | (far < 0.0)
+    return doubt & (lanes[T_MIN + i] < lanes[T_MAX + i])
 
 
 @inline
@@ -295,7 +282,7 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return
     side, curved = curved_side(geometry, cell), quadric_place(cell)
-    around, quadric = lengths_of(geometry, table.CELL_LIMITS, cell), integer(geometry, table.CELL_QUADRIC, cell)
+    lengths, quadric = lengths_of(geometry, table.CELL_LIMITS, cell), integer(geometry, table.CELL_QUADRIC, cell)
     quadric = quadric if quadric >= 0 else NO_PLACE - 9
     first, last = eights(first, last)
     for i in range(first, last):
@@ -307,11 +294,11 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
         c4 = more & (out2 > t_min) & (out2 < t_max)
         t = in1 if c1 else (out1 if c2 else (in2 if c3 else (out2 if c4 else math.inf)))
         place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
-        nearness = lane_nearness(lanes, i, around[0], around[1], around[2])
+        off, far = lane_nearness(lanes, i, lengths)
         starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric)
-        ends = at_start(lanes, i, in1, starts, nearness[0]) | at_start(lanes, i, out1, starts, nearness[0])
-        ends &= some
-        second = at_start(lanes, i, in2, starts, nearness[0]) | at_start(lanes, i, out2, starts, nearness[0])
-        lanes[DOUBT + i] = choose(ends | (second & more), 1.0, lanes[DOUBT + i])
-        off = nearness[0] + nearness[1] * finite(t)
+        last_end = choose(more, out2, out1)
+        before = choose(c1, math.inf, choose(c2, in1, choose(c3, out1, choose(c4, in2, last_end))))
+        unsure = unsure_lane(lanes, i, off, far) | ((some | more) & at_start(lanes, i, t, before, starts, off))
+        unsure |= (abs(t) > far) & (abs(t) < math.inf)
+        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
         take(lanes, i, t, off, entry, body, place, 1.0, 1.0 if c1 | (~c2 & c3) else 0.0)

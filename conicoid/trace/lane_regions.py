@@ -13,10 +13,10 @@ import numpy as np
 
 from ..geometry import tables as table
 from ..geometry.cell import quadric_place
-from ..geometry.nearness import Nearness, finite, lengths_of
+from ..geometry.nearness import Nearness, lengths_of
 from ..geometry.tables import Floats, Geometry, Ints, integer
 from ..jit import choose, helper, inline
-from .lane_cells import curved_side, face_lanes, span_lane
+from .lane_cells import curved_side, face_lanes, span_lane, unsure_lane
 from .lanes import (
     CLOSE,
     DOUBT,
@@ -67,7 +67,6 @@ def _leaf_spans(
     at: int,
     cell: int,
     narrows: bool,
-    share: float,
     first: int,
     last: int,
 ) -> tuple[int, int]:
@@ -80,7 +79,7 @@ def _leaf_spans(
     if met == 0:
         return 0, 0
     side, curved = curved_side(geometry, cell), quadric_place(cell)
-    row, second = np.uint64(at), np.uint64(at + SPAN)
+    row, second, lengths = np.uint64(at), np.uint64(at + SPAN), lengths_of(geometry, table.CELL_LIMITS, cell)
     several = 0
     for i in range(first, last):
         in1, out1, in2, out2, a1, b1, a2, b2, some, more = span_lane(lanes, i, side, curved)
@@ -93,12 +92,16 @@ def _leaf_spans(
         leaves[second + PLACE_OF_IN + i] = a2
         leaves[second + PLACE_OF_OUT + i] = b2
         several += 1 if more else 0
+        off, far = lane_nearness(lanes, i, lengths)
+        starts = (some & ((abs(in1) <= off) | (abs(out1) <= off))) | (more & (abs(in2) <= off))
+        unsure = unsure_lane(lanes, i, off, far) | (starts & (lanes[T_MIN + i] <= off))
+        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
     near = 0
     for i in range(first, last):
         begin = min(leaves[row + IN + i], leaves[second + IN + i])
         end = max(leaves[row + OUT + i], leaves[second + OUT + i])
         low, high = max(lanes[NARROW_IN + i], begin), min(lanes[NARROW_OUT + i], end)
-        off = lanes[OFF + i] + share * finite(abs(low))
+        off = lanes[OFF + i]
         counts = (low <= high + off) & (lanes[SEEKS + i] == 1.0)
         near += 1 if counts else 0
         lanes[FOUND + i] = low
@@ -113,7 +116,7 @@ def _leaf_spans(
 
 @helper
 def _count_span(
-    lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float, share: float,
+    lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float,
     first: int, last: int,
 ) -> None:  # fmt: skip
     """Add `change` to a gate where NOW is in a span, and let NEXT be its next end, if it is the first."""
@@ -121,8 +124,7 @@ def _count_span(
     row, counter = np.uint64(at), np.uint64(gate * LANES)
     for i in range(first, last):
         now, begin, end = lanes[NOW + i], leaves[row + IN + i], leaves[row + OUT + i]
-        off = lanes[OFF + i] + share * abs(now)
-        lanes[CLOSE + i] += choose(abs(begin - now) <= off, 1.0, 0.0) + choose(abs(end - now) <= off, 1.0, 0.0)
+        lanes[CLOSE + i] += choose(begin == now, 1.0, 0.0) + choose(end == now, 1.0, 0.0)
         truths[counter + i] += choose((begin <= now) & (now < end), change, 0.0)
         later = choose(begin > now, begin, choose(end > now, end, math.inf))
         lanes[NEXT + i] = min(lanes[NEXT + i], later)
@@ -166,7 +168,7 @@ def _settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, 
 
 @helper
 def _advance(
-    geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, share: float, first: int, last: int
+    geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, first: int, last: int
 ) -> int:
     """Note where the truth has turned, go on to the next end; returns how many lanes still seek."""
     first, last = eights(first, last)
@@ -180,8 +182,8 @@ def _advance(
         lanes[FOUND + i] = choose(turned, lanes[NOW + i], lanes[FOUND + i])
         lanes[NEW_ENTERS + i] = choose(turned, truth, lanes[NEW_ENTERS + i])
         lanes[INSIDE + i] = truth
-        t = lanes[NEXT + i]
-        off = lanes[OFF + i] + share * finite(abs(t))
+        t, off = lanes[NEXT + i], lanes[OFF + i]
+        doubt |= (lanes[SEEKS + i] == 1.0) & (t - lanes[NOW + i] <= off)
         lanes[NOW + i] = t
         on = (lanes[SEEKS + i] == 1.0) & ~turned
         lanes[DOUBT + i] = choose(doubt, 1.0, lanes[DOUBT + i])
@@ -206,21 +208,20 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
 
 
 @helper
-def _begin(lanes: Floats, around: Nearness, first: int, last: int) -> None:
+def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
     first, last = eights(first, last)
     for i in range(first, last):
-        nearness, within = lane_nearness(lanes, i, around[0], around[1], around[2]), lanes[WITHIN + i]
-        tie = nearness[0] + nearness[1] * finite(within)
-        lanes[OFF + i] = nearness[0]
-        lanes[DOUBT + i] = choose(nearness[2] < 0.0, 1.0, lanes[DOUBT + i])
+        off, far = lane_nearness(lanes, i, lengths)
+        lanes[OFF + i] = off
+        lanes[DOUBT + i] = choose(far < 0.0, 1.0, lanes[DOUBT + i])
         lanes[NARROW_IN + i] = lanes[T_MIN + i]
-        lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], within + tie)  # as far as a tie
+        lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], lanes[WITHIN + i] + off)  # as far as a tie
         lanes[SEEKS + i] = 1.0 if lanes[NARROW_IN + i] < lanes[NARROW_OUT + i] else 0.0
 
 
 @helper
 def _leaves_met(
-    geometry: Geometry, lanes: Floats, leaves: Floats, spans: Ints, program: int, share: float, first: int, last: int
+    geometry: Geometry, lanes: Floats, leaves: Floats, spans: Ints, program: int, first: int, last: int
 ) -> int:
     """Spans of all leaves, those first that the body lies within; returns how many lanes still seek.
 
@@ -237,7 +238,7 @@ def _leaves_met(
             if narrows != (sweep == 0):
                 continue
             k, cell = leaf - begin, integer(geometry, table.LEAF_CELL, leaf)
-            spans[k], near = _leaf_spans(geometry, lanes, leaves, k * LEAF, cell, narrows, share, first, last)
+            spans[k], near = _leaf_spans(geometry, lanes, leaves, k * LEAF, cell, narrows, first, last)
             seeking = near if narrows else seeking
             if seeking == 0:
                 return 0
@@ -251,10 +252,9 @@ def region_lanes(
 ) -> None:  # fmt: skip
     """The first crossing of a Boolean body."""
     first, last = eights(first, last)
-    around = lengths_of(geometry, table.PROGRAM_LIMITS, program)
-    _begin(lanes, around, first, last)
-    share = around[1]
-    if _leaves_met(geometry, lanes, leaves, spans, program, share, first, last) == 0:
+    lengths = lengths_of(geometry, table.PROGRAM_LIMITS, program)
+    _begin(lanes, lengths, first, last)
+    if _leaves_met(geometry, lanes, leaves, spans, program, first, last) == 0:
         return
     for i in range(first, last):
         lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
@@ -268,9 +268,9 @@ def region_lanes(
             change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf) == 1 else 1.0
             gate = integer(geometry, table.LEAF_GATE, leaf) - root
             for s in range(spans[k]):
-                _count_span(lanes, leaves, truths, k * LEAF + s * SPAN, gate, change, share, first, last)
+                _count_span(lanes, leaves, truths, k * LEAF + s * SPAN, gate, change, first, last)
         _settle_gates(geometry, truths, program, first, last)
-        seeking = _advance(geometry, lanes, truths, program, starts, share, first, last)
+        seeking = _advance(geometry, lanes, truths, program, starts, first, last)
         starts = False
     for leaf in range(end - 1, begin - 1, -1):
         k, sense = leaf - begin, float(integer(geometry, table.LEAF_SENSE, leaf))
@@ -278,4 +278,6 @@ def region_lanes(
             _choose_face(lanes, leaves, k * LEAF + s * SPAN, sense, first, last)
     for i in range(first, last):
         t, sense, enters = lanes[FOUND + i], lanes[NEW_SENSE + i], lanes[NEW_ENTERS + i]
-        take(lanes, i, t, lanes[OFF + i] + share * finite(t), entry, body, lanes[NEW_PLACE + i], sense, enters)
+        far = lane_nearness(lanes, i, lengths)[1]
+        lanes[DOUBT + i] = choose((abs(t) > far) & (abs(t) < math.inf), 1.0, lanes[DOUBT + i])
+        take(lanes, i, t, lanes[OFF + i], entry, body, lanes[NEW_PLACE + i], sense, enters)

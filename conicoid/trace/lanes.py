@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.nearness import STARTING, Nearness, ray_size
+from ..geometry.nearness import RELATIVE, STARTING, Nearness, ray_size
 from ..geometry.tables import Floats, Ray, whole
 from ..jit import choose, inline
 from .kernels import Hit
@@ -26,9 +26,9 @@ LANES = 64
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, START, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS,
     A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN,
     NOW, NEXT, INSIDE, SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS,
-    UNIT, AWAY, BESIDE, UNSURE, DOUBT, CLOSE, OFF, OWN, LOST,
-) = (np.uint64(row) for row in range(0, 52 * LANES, LANES))  # fmt: skip
-BEAM_AT = 52 * LANES
+    UNIT, AWAY, BESIDE, UNSURE, DOUBT, CLOSE, OFF, OWN,
+) = (np.uint64(row) for row in range(0, 51 * LANES, LANES))  # fmt: skip
+BEAM_AT = 51 * LANES
 ALL = np.uint64(LANES)
 SIZE = BEAM_AT + BEAM + 2
 
@@ -139,16 +139,20 @@ def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
 
 
 @inline
-def lane_nearness(lanes: Floats, i: int, off: float, share: float, far: float) -> Nearness:
+def lane_nearness(lanes: Floats, i: int, lengths: Nearness) -> Nearness:
     """Limits of lengths as limits of a lane's t."""
     unit = lanes[UNIT + i]
-    return off * unit + share * lanes[BESIDE + i], share, far * unit - lanes[AWAY + i]
+    return lengths[0] * unit + RELATIVE * lanes[BESIDE + i], lengths[1] * unit - lanes[AWAY + i]
 
 
 @inline
-def at_start(lanes: Floats, i: int, t: float, starts: bool, off: float) -> bool:
-    """Might rounding have taken a crossing to the other side of the ray's origin?  (`events.at_start`)"""
-    return (abs(t) <= off) & (lanes[T_MIN + i] <= off) & ~(starts & (t == 0.0))
+def at_start(lanes: Floats, i: int, t: float, before: float, starts: bool, off: float) -> bool:
+    """Might rounding have taken the crossing at t, or the last one before it, to the other side of the ray's origin?
+
+    Not the one that a ray starts on.  (`events.at_start`)
+    """
+    skipped = (abs(before) <= off) & ~(starts & (before == 0.0))
+    return (skipped | (abs(t) <= off)) & (lanes[T_MIN + i] <= off)
 
 
 @inline

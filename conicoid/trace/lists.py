@@ -12,7 +12,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.nearness import Nearness
 from ..geometry.tables import Floats, Geometry, Ray, integer, whole
 from ..jit import allocator, helper, inline
 from .events import crossed_face, entry_crossings, entry_nearness, is_solid
@@ -79,11 +78,6 @@ def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
     return crossed_face(geometry, entry, whole(scratch.crossing[3 * c]), whole(scratch.crossing[3 * c + 1]))[0]
 
 
-@inline
-def _off(t: float, nearness: Nearness) -> float:
-    return nearness[0] + nearness[1] * abs(t)
-
-
 @allocator
 def ray_spans(
     geometry: Geometry, stand: Geometry, scratch: Scratch, truth: Ray, ray: Ray, count: int, rows: Floats, used: int
@@ -108,12 +102,12 @@ def ray_spans(
                 rows[used, 3], rows[used, 4] = 1.0 if surface < 0 else 0.0, 1.0 if at_end else 0.0
                 rows[used, 5] = surface
                 rows[used, 6] = whole(-1) if at_end else _surface(geometry, scratch, entry, c)
-                rows[used, 7], rows[used, 8] = off, 0.0 if at_end else _off(t, nearness)
+                rows[used, 7], rows[used, 8] = off, 0.0 if at_end else nearness[0]
                 used += 1
             if not at_end:
                 inside = not inside
                 enter, surface = scratch.cross_t[c], _surface(geometry, scratch, entry, c)
-                off = _off(enter, nearness)
+                off = nearness[0]
     scratch.known[0] = -1
     _sort_rows(rows, first, used, 2)
     return rows, used, doubtful | _unsettled(rows, first, used, 5, SPAN_OFF)
@@ -137,7 +131,7 @@ def ray_crossings(
             surface, face, side = crossed_face(geometry, whole(entry), place, sense)
             rows[used, 0], rows[used, 1] = scratch.cross_t[c], integer(geometry, table.ENTRY_BODY, entry)
             rows[used, 2], rows[used, 3], rows[used, 4] = face, surface, side
-            rows[used, 5], rows[used, 6] = scratch.crossing[3 * c + 2], _off(scratch.cross_t[c], nearness)
+            rows[used, 5], rows[used, 6] = scratch.crossing[3 * c + 2], nearness[0]
             used += 1
     scratch.known[0] = -1
     _sort_rows(rows, first, used, 3)
