@@ -32,6 +32,12 @@ def plane_on_ray(
 
 
 @inline
+def runs_along(plane: Plane, dx: float, dy: float, dz: float) -> bool:
+    """Is every term of the rate zero?"""
+    return abs(plane[0] * dx) + abs(plane[1] * dy) + abs(plane[2] * dz) == 0.0
+
+
+@inline
 def unsure_of_plane(height: float, rate: float, parallel: bool, inverse: float, limits: Limits) -> bool:
     """Might rounding change the side that a parallel ray is on, or whether a ray rises over the plane?"""
     certain = (abs(height) >= limits[1]) if parallel else (rate * rate * inverse >= limits[0])

@@ -172,7 +172,7 @@ def _planes(tables: Tables, rest: Remainders, reach: Floats, kappa: Floats) -> F
     own = np.flatnonzero(tables.surface_kind[: len(reach)] == 0)
     row = tables.surface_row[own]
     length = np.sqrt((tables.planes[row, :3] ** 2).sum(axis=1))
-    result[row, 0] = (2.0 * np.sqrt(np.maximum(kappa[own], _FLAT)) * length) ** 2
+    result[row, 0] = (np.maximum(2.0 * np.sqrt(kappa[own]), 2.0**-40) * length) ** 2
     plain = (
         ~_inexact(rest.planes[row]) & ((tables.planes[row, :3] != 0).sum(axis=1) == 1) & (tables.planes[row, 3] == 0)
     )

@@ -15,7 +15,7 @@ import math
 from ..geometry import tables as table
 from ..geometry.cell import NO_PLACE, load_limits, load_plane, load_quadric, load_sphere, quadric_place
 from ..geometry.nearness import Nearness, lengths_of, lengths_of_ball
-from ..geometry.plane import Limits, Plane, careful_plane, plain_plane, unsure_of_plane
+from ..geometry.plane import Limits, Plane, careful_plane, plain_plane, runs_along, unsure_of_plane
 from ..geometry.quadric import (
     Quadric,
     Roots,
@@ -44,13 +44,13 @@ from .lanes import (
     OZ,
     PLACE_IN,
     PLACE_OUT,
+    SOME_START,
     START,
     T_IN,
     T_MAX,
     T_MIN,
     T_OUT,
     UNSURE,
-    WITHIN,
     A,
     B,
     C,
@@ -89,14 +89,13 @@ def ball_lanes(geometry: Geometry, lanes: Floats, surface: int, entry: int, body
 def _cut_lanes(
     lanes: Floats, limits: Limits, lengths: Nearness, surface: int, side: int, place: int, first: int, last: int
 ) -> None:
-    """Cut the spans by a plane whose height and rate stand in A and B; FLAG 2 or more: the lane runs along it.
+    """Cut the spans by a plane whose height and rate stand in A and B; FLAG 2: rounding may have changed them too much.
 
-    UNSURE becomes 1 where rounding may have changed the order of two planes, 2 where it may have changed more.
+    UNSURE becomes 1 where it may have changed the order of two planes, 2 where it may have changed more.
     """
     first, last = eights(first, last)
     for i in range(first, last):
         rate, before, after = lanes[B + i], lanes[T_IN + i], lanes[T_OUT + i]
-        lost = unsure_of_plane(lanes[A + i], rate, lanes[FLAG + i] >= 2.0, lanes[INVERSE + i], limits)
         height = 0.0 if lanes[START + i] == surface else lanes[A + i]
         t = -height / rate
         parallel = rate == 0.0
@@ -110,8 +109,8 @@ def _cut_lanes(
         lanes[T_OUT + i] = choose(outside, -math.inf, choose(sooner, t, after))
         lanes[PLACE_IN + i] = place if later else lanes[PLACE_IN + i]
         lanes[PLACE_OUT + i] = place if sooner else lanes[PLACE_OUT + i]
-        lanes[UNSURE + i] = choose(lost, 2.0, choose(close & (lanes[UNSURE + i] == 0.0), 1.0, lanes[UNSURE + i]))
-        lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
+        unsure = max(lanes[UNSURE + i], choose(close, 1.0, 0.0))
+        lanes[UNSURE + i] = choose(lanes[FLAG + i] == 2.0, 2.0, unsure)
 
 
 @inline
@@ -125,15 +124,19 @@ def _plane_lanes(
         height, rate, cancels, parallel = plain_plane(
             plane, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
         )
+        cancels |= unsure_of_plane(height, rate, parallel, lanes[INVERSE + i], limits)
         lanes[A + i], lanes[B + i] = height, rate
-        lanes[FLAG + i] = (1.0 if cancels else 0.0) + (2.0 if parallel else 0.0)
+        lanes[FLAG + i] = 1.0 if cancels else 0.0
         again += 1 if cancels else 0
     if again > 0:
         for i in range(first, last):
-            if lanes[FLAG + i] == 1.0 or lanes[FLAG + i] == 3.0:
-                lanes[A + i], lanes[B + i] = careful_plane(
+            if lanes[FLAG + i] == 1.0:
+                height, rate = careful_plane(
                     plane, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
                 )
+                parallel = runs_along(plane, lanes[DX + i], lanes[DY + i], lanes[DZ + i])
+                unsure = unsure_of_plane(height, rate, parallel, lanes[INVERSE + i], limits)
+                lanes[A + i], lanes[B + i], lanes[FLAG + i] = height, rate, 2.0 if unsure else 1.0
     _cut_lanes(lanes, limits, lengths, surface, side, place, first, last)
 
 
@@ -213,6 +216,9 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
         plane, limits = load_plane(geometry, row), load_limits(geometry, table.PLANE_LIMITS, row)
         side = integer(geometry, table.PLANE_SIDE, place)
         _plane_lanes(lanes, plane, limits, lengths, surface, side, place, first, last)
+        if lanes[SOME_START] != 0.0:
+            for i in range(first, last):
+                lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
     some = 0
     for i in range(first, last):
         off, far = lane_nearness(lanes, i, lengths)
@@ -241,9 +247,8 @@ def unsure_lane(lanes: Floats, i: int, off: float, far: float) -> bool:
     )
     unsure = (lanes[UNSURE + i] == 1.0) | (abs(t_in - t_out) <= off) | (close & (lanes[FLAG + i] >= 2.0))
     unsure |= lanes[DISCRIMINANT + i] != 0.0
-    begins = (t_in <= lanes[T_MAX + i] + off) & (t_in <= lanes[WITHIN + i] + off)
-    ends = (t_out >= lanes[T_MIN + i] - off) & (t_in <= t_out + off)
-    doubt = (unsure & begins & ends) | (lanes[UNSURE + i] == 2.0) | (far < 0.0)
+    matters = (t_out >= lanes[T_MIN + i] - off) & (t_in <= t_out + off)
+    doubt = (unsure & matters) | (lanes[UNSURE + i] == 2.0) | (far < 0.0)
     return doubt & (lanes[T_MIN + i] < lanes[T_MAX + i])
 
 

@@ -18,11 +18,12 @@ from ..geometry.tables import Floats, Geometry, Ints, integer
 from ..jit import choose, helper, inline
 from .lane_cells import curved_side, face_lanes, span_lane, unsure_lane
 from .lanes import (
-    CLOSE,
     DOUBT,
+    ENDS,
     FOUND,
     INSIDE,
     LANES,
+    LATEST,
     NARROW_IN,
     NARROW_OUT,
     NEW_ENTERS,
@@ -124,7 +125,6 @@ def _count_span(
     row, counter = np.uint64(at), np.uint64(gate * LANES)
     for i in range(first, last):
         now, begin, end = lanes[NOW + i], leaves[row + IN + i], leaves[row + OUT + i]
-        lanes[CLOSE + i] += choose(begin == now, 1.0, 0.0) + choose(end == now, 1.0, 0.0)
         truths[counter + i] += choose((begin <= now) & (now < end), change, 0.0)
         later = choose(begin > now, begin, choose(end > now, end, math.inf))
         lanes[NEXT + i] = min(lanes[NEXT + i], later)
@@ -140,7 +140,7 @@ def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, firs
         for i in range(first, last):
             truths[counter + i] = start
     for i in range(first, last):
-        lanes[NEXT + i], lanes[CLOSE + i] = math.inf, 0.0
+        lanes[NEXT + i] = math.inf
 
 
 @helper
@@ -174,19 +174,20 @@ def _advance(
     first, last = eights(first, last)
     root = integer(geometry, table.PROGRAM_GATE, program)
     need, negated = float(integer(geometry, table.GATE_NEED, root)), integer(geometry, table.GATE_NEGATED, root) == 1
-    seeking, ends = 0, 0.5 if starts else 1.5  # the first place is no end of a span, the others are one
+    seeking = 0
     for i in range(first, last):
-        doubt = (lanes[CLOSE + i] > ends) & (lanes[SEEKS + i] == 1.0)
         truth = 1.0 if (truths[i] >= need) != negated else 0.0
         turned = (truth != lanes[INSIDE + i]) & (lanes[SEEKS + i] == 1.0) & (not starts)
         lanes[FOUND + i] = choose(turned, lanes[NOW + i], lanes[FOUND + i])
         lanes[NEW_ENTERS + i] = choose(turned, truth, lanes[NEW_ENTERS + i])
         lanes[INSIDE + i] = truth
         t, off = lanes[NEXT + i], lanes[OFF + i]
-        doubt |= (lanes[SEEKS + i] == 1.0) & (t - lanes[NOW + i] <= off)
+        sought = lanes[SEEKS + i] == 1.0
+        lanes[DOUBT + i] = choose(sought & (t - lanes[NOW + i] <= off), 1.0, lanes[DOUBT + i])
+        lanes[LATEST + i] = choose(sought, lanes[NOW + i], lanes[LATEST + i])
+        lanes[ENDS + i] += choose(sought & (not starts), 1.0, 0.0)
         lanes[NOW + i] = t
-        on = (lanes[SEEKS + i] == 1.0) & ~turned
-        lanes[DOUBT + i] = choose(doubt, 1.0, lanes[DOUBT + i])
+        on = sought & ~turned
         seeks = on & (t < lanes[T_MAX + i]) & (t <= lanes[WITHIN + i] + off)
         lanes[SEEKS + i] = 1.0 if seeks else 0.0
         seeking += 1 if seeks else 0
@@ -199,10 +200,14 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
     first, last = eights(first, last)
     row = np.uint64(at)
     for i in range(first, last):
+        begin, end = leaves[row + IN + i], leaves[row + OUT + i]
+        latest, t_min = lanes[LATEST + i], lanes[T_MIN + i]
+        lanes[ENDS + i] -= choose((begin > t_min) & (begin <= latest), 1.0, 0.0)
+        lanes[ENDS + i] -= choose((end > t_min) & (end <= latest), 1.0, 0.0)
         t, rises = lanes[FOUND + i], (lanes[NEW_ENTERS + i] == 1.0) == (sense > 0.0)
-        end = choose(rises, leaves[row + IN + i], leaves[row + OUT + i])
+        shown = choose(rises, begin, end)
         place = choose(rises, leaves[row + PLACE_OF_IN + i], leaves[row + PLACE_OF_OUT + i])
-        shows = end == t
+        shows = shown == t
         lanes[NEW_PLACE + i] = choose(shows, place, lanes[NEW_PLACE + i])
         lanes[NEW_SENSE + i] = choose(shows, sense, lanes[NEW_SENSE + i])
 
@@ -258,6 +263,7 @@ def region_lanes(
         return
     for i in range(first, last):
         lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
+        lanes[LATEST + i], lanes[ENDS + i] = lanes[T_MIN + i], 0.0
     begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
     root = integer(geometry, table.PROGRAM_GATE, program)
     starts, seeking = True, 1
@@ -279,5 +285,7 @@ def region_lanes(
     for i in range(first, last):
         t, sense, enters = lanes[FOUND + i], lanes[NEW_SENSE + i], lanes[NEW_ENTERS + i]
         far = lane_nearness(lanes, i, lengths)[1]
-        lanes[DOUBT + i] = choose((abs(t) > far) & (abs(t) < math.inf), 1.0, lanes[DOUBT + i])
+        # Ends that were not told apart: as many as were gone by more than there were steps
+        unsure = ((abs(t) > far) & (abs(t) < math.inf)) | (lanes[ENDS + i] != 0.0)
+        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
         take(lanes, i, t, lanes[OFF + i], entry, body, lanes[NEW_PLACE + i], sense, enters)

@@ -26,10 +26,12 @@ LANES = 64
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, START, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS,
     A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN,
     NOW, NEXT, INSIDE, SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS,
-    UNIT, AWAY, BESIDE, UNSURE, DOUBT, CLOSE, OFF, OWN,
-) = (np.uint64(row) for row in range(0, 51 * LANES, LANES))  # fmt: skip
-BEAM_AT = 51 * LANES
+    UNIT, AWAY, BESIDE, UNSURE, DOUBT, LATEST, ENDS, OFF, OWN,
+) = (np.uint64(row) for row in range(0, 52 * LANES, LANES))  # fmt: skip
+BEAM_AT = 52 * LANES
 ALL = np.uint64(LANES)
+SOME_START = BEAM_AT + BEAM
+"""Not 0 where some lane starts on a surface."""
 SIZE = BEAM_AT + BEAM + 2
 
 
@@ -87,6 +89,7 @@ def prepare_lanes(lanes: Floats, groups: int) -> None:
         lanes[BEST + i], lanes[WITHIN + i], lanes[DOUBT + i] = math.inf, math.inf, 0.0
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
         lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
+    lanes[SOME_START] = 1.0 if extent(lanes, START, groups)[1] >= 0.0 else 0.0
 
 
 @inline
