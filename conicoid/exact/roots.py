@@ -101,14 +101,14 @@ def compare(x: Root, y: Root, size: Fraction) -> int:
     while True:
         (low, high, d), (least, most, e) = x.between(bits), y.between(bits)
         left, right = low * e, least * d
-        if rounded:
-            largest = max(abs(left), abs(right), int(size * d * e))
-            if abs(left - right) << CANCELLED < largest or abs(high * e - most * d) << CANCELLED < largest:
-                return 0
-        if high * e < right:
-            return -1
-        if left > most * d:
-            return 1
-        if bits == 64 and not rounded and equal(x, y):
+        ends, finish = high * e, most * d
+        largest = max(abs(left), abs(right), int(size * d * e))
+        order = -1 if ends < right else 1 if left > finish else 0
+        gap = right - ends if order < 0 else left - finish
+        if order and (not rounded or gap << CANCELLED >= largest):
+            return order
+        if rounded and (max(ends, finish) - min(left, right)) << CANCELLED <= largest:
+            return 0
+        if (bits == 64 and equal(x, y)) or (rounded and bits > 1 << 12):
             return 0
         bits *= 2

@@ -195,8 +195,8 @@ def traced(shape: Shape, local: Local, origins: Array, directions: Array) -> Fil
             part = _sheet(shape, number, state, there, which)
             if body.sheet.loop:
                 inside, certain = in_loop(local.loops[number], on, directions)
-                part &= inside[:, None]
                 decided &= certain | ~part.any(axis=1)
+                part &= inside[:, None]
         parts.append(part)
     crossed = np.stack(parts, axis=2) & decided[:, None, None]
     return _rows(shape, crossed, state, which, (high, low, error), on.exponent, decided)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from flint import fmpq
 
 from .exact import ExactRay, Root, by_place, compare, roots, sign_at_start, value_sign
 from .forms import Form
@@ -224,7 +225,7 @@ def in_loop(sheet: ExactSheet, ray: ExactRay) -> bool:
     iu, iv, iw = ((1, 2, 0), (2, 0, 1), (0, 1, 2))[longest]
     seen = []
     for p in sheet.loop:
-        x = [c * ray.w - o for c, o in zip(p, ray.o, strict=True)]
+        x = [total((c * ray.w, -fmpq(o)), exact=False) for c, o in zip(p, ray.o, strict=True)]
         u, v = (total((ray.d[iw] * x[i], -ray.d[i] * x[iw]), exact=False) for i in (iu, iv))
         seen.append((u, v))
     odd = False
