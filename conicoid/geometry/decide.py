@@ -13,7 +13,23 @@ from ..jit import helper, inline
 from . import tables as table
 from .cell import load_plane, load_quadric, load_sphere
 from .errorfree import two_difference
-from .sure import Sure, dot3, inner, minus, moment, opposite, over, plus, product, root, scaled, sign, sure, times
+from .sure import (
+    Sure,
+    dot3,
+    inner,
+    minus,
+    moment,
+    opposite,
+    over,
+    plus,
+    product,
+    remainder,
+    root,
+    scaled,
+    sign,
+    sure,
+    times,
+)
 from .tables import PLANE, SPHERE, Floats, Geometry, Ray, integer
 
 CROSSES, MISSES, OPEN = 1, 0, 2
@@ -46,7 +62,7 @@ def _difference(x: float, y: float) -> Sure:
 def _from(x: float, y: float, rest: float, t: float, d: float) -> Sure:
     """x + t d - y, with what rounding took from y."""
     place = plus(_difference(x, y), product(t, d))
-    return place if rest == 0.0 else minus(place, sure(rest))
+    return place if rest == 0.0 else minus(place, remainder(rest))
 
 
 @helper

@@ -28,6 +28,12 @@ def sure(x: float, rest: float = 0.0) -> Sure:
 
 
 @inline
+def remainder(rest: float) -> Sure:
+    """What rounding took from a number, which is rounded itself."""
+    return rest, 0.0, abs(rest) * 2.0**-52
+
+
+@inline
 def product(x: float, y: float) -> Sure:
     """x y exactly."""
     p = x * y

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..geometry import tables as table
 from ..geometry.decide import Rest
 from ..geometry.errorfree import two_difference
-from ..geometry.sure import Sure, minus, moment, plus, scaled, sign, sure
+from ..geometry.sure import Sure, minus, moment, plus, remainder, scaled, sign
 from ..geometry.tables import Geometry, Ray, integer, real
 from ..jit import helper, inline
 
@@ -16,7 +16,7 @@ OPEN = 2
 def _from(geometry: Geometry, rest: Rest, at: int, origin: float) -> Sure:
     """A coordinate of a corner, from the ray's origin."""
     high, low = two_difference(real(geometry, table.VERTICES, at), origin)
-    return (high, low, 0.0) if rest.vertices[at] == 0.0 else plus((high, low, 0.0), sure(rest.vertices[at]))
+    return (high, low, 0.0) if rest.vertices[at] == 0.0 else plus((high, low, 0.0), remainder(rest.vertices[at]))
 
 
 @inline

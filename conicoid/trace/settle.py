@@ -20,7 +20,6 @@ from .ranks import (
     find_leaves,
     forget,
     list_surfaces,
-    put_stand_ins,
     rank_ray,
     ray_of_ranks,
     t_of,
@@ -28,6 +27,7 @@ from .ranks import (
     tell_as_usual,
 )  # fmt: skip
 from .scratch import Scratch, new_scratch
+from .stand_ins import put_stand_ins
 
 
 @helper

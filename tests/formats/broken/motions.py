@@ -55,7 +55,10 @@ broken(
     "transform: matrix must be affine",
 )
 broken(
-    "overflowing motion", body("{shape: {Sphere: {}}, move: [{scale: 1e100}, {scale: 1e100}, {scale: 1e100}, {scale: 1e100}]}"), 2, "motion overflows"
+    "overflowing motion",
+    body("{shape: {Sphere: {}}, move: [{scale: 1e100}, {scale: 1e100}, {scale: 1e100}, {scale: 1e100}]}"),
+    2,
+    "motion overflows",
 )
 broken(
     "too many steps",

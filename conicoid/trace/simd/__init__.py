@@ -1,0 +1,30 @@
+"""Vectors of eight floats, spelled out where the compiler would not find them by itself.
+
+It vectorises loops over many lanes, but unrolls a loop over the eight children of a node or the
+eight rows of a packet first, and then leaves it scalar. So these few are written in LLVM's own
+vectors, which it lowers to whatever the machine has. IEEE arithmetic as elsewhere.
+"""
+
+from .balls import balls_in_beam, balls_met
+from .bits import highest_bit, lowest_bit
+from .boxes import (
+    BEAM,
+    FIRST,
+    FROM_THE_START,
+    HIGH_I,
+    HIGH_O,
+    LAST,
+    LOW_I,
+    LOW_O,
+    boxes_met,
+    boxes_met_by_ray,
+    lanes_in_box,
+    waiting,
+)
+from .rows import extent, load_eight, prefetch, reach, store_eight
+
+__all__ = [
+    "BEAM", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "LAST", "LOW_I", "LOW_O", "balls_in_beam", "balls_met",
+    "boxes_met", "boxes_met_by_ray", "extent", "highest_bit", "lanes_in_box", "load_eight", "lowest_bit", "prefetch",
+    "reach", "store_eight", "waiting",
+]  # fmt: skip

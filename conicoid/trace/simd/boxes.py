@@ -1,0 +1,141 @@
+"""Eight boxes against a beam or a ray, a box against the lanes of a packet."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from ...geometry.tables import Floats
+from ...jit import inline
+from .code import DOUBLE, INT64, WIDTH, Code
+
+Point = tuple[float, float, float]
+
+# Numbers of a beam, in the order of its block: where it starts and ends in t comes last
+LOW_O, HIGH_O, LOW_I, HIGH_I, FIRST, LAST = 0, 3, 6, 9, 12, 13
+BEAM = 14
+
+
+def beam_code(sides_of: Any, beam: int) -> Any:
+    """The code of `boxes_met` for eight boxes with six `sides_of`; the beam is argument number `beam`."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        floats, rays, out = (c.data(signature, arguments, k) for k in (0, beam, beam + 2))
+        sides, begin = sides_of(c, floats, arguments), arguments[beam + 1]
+        first, last = c.spread(c.number(rays, begin, FIRST)), c.spread(c.number(rays, begin, LAST))
+        none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
+        for axis in range(3):
+            # The low corner must not lie beyond the box's high side, nor the high corner before its low side
+            for corner, slope, side, upward in ((LOW_O, LOW_I, 3, True), (HIGH_O, HIGH_I, 0, False)):
+                o = c.spread(c.number(rays, begin, corner + axis))
+                inverse = c.number(rays, begin, slope + axis)
+                t = b.fmul(b.fsub(sides[side + axis], o), c.spread(inverse))
+                rises = b.fcmp_ordered(">" if upward else "<", inverse, DOUBLE(0.0))
+                last = c.smaller(b.select(rises, t, all_of_it), last)
+                first = c.larger(b.select(rises, none, t), first)
+        c.store(first, out, INT64(0), 0)
+        return b.zext(c.overlaps(first, last), INT64)
+
+    return code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, near: Any) -> Any:
+    """Which of the eight boxes at boxes[at:] a beam meets, as bits; where it enters each goes into near[:8].
+
+    The beam (beam[start:], see `BEAM`) holds all points o + t d, t in [first, last], with o and d
+    between two corners each: x(t) lies between low o + t low d and high o + t high d as long as t >= 0, so
+    every axis gives two linear conditions on t. A single ray is the beam whose corners are equal.
+    """
+    code = beam_code(lambda c, floats, arguments: [c.eight(floats, arguments[1], 8 * k) for k in range(6)], 2)
+    return types.int64(boxes, types.int64, beam, types.int64, near), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def boxes_met_by_ray(typing_context: Any, boxes: Any, at: Any, rays: Any, number: Any, near: Any) -> Any:
+    """`boxes_met` for ray `number` of a stream, at rays[8 number:]: origin, inverse direction, first and last t.
+
+    near[:8] get the ray's number and where it enters, as `waiting` tells them apart again.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        floats, ray, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
+        place, begin = arguments[1], b.mul(arguments[3], INT64(8))
+        first, last = c.spread(c.number(ray, begin, 6)), c.spread(c.number(ray, begin, 7))
+        for axis in range(3):
+            o, inverse = c.spread(c.number(ray, begin, axis)), c.spread(c.number(ray, begin, 3 + axis))
+            s = b.fmul(b.fsub(c.eight(floats, place, 8 * axis), o), inverse)
+            t = b.fmul(b.fsub(c.eight(floats, place, 24 + 8 * axis), o), inverse)
+            first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+        # A little less, as a short float
+        less = b.fsub(first, b.fadd(b.fmul(c.size(first), c.constant(1.2e-7)), c.constant(1e-37)))
+        less = b.fptrunc(c.smaller(less, c.constant(3e38)), ir.VectorType(ir.FloatType(), WIDTH))
+        wide = ir.VectorType(INT64, WIDTH)
+        bits = b.shl(
+            b.zext(b.bitcast(less, ir.VectorType(ir.IntType(32), WIDTH)), wide), ir.Constant(wide, [32] * WIDTH)
+        )
+        same = b.insert_element(ir.Constant(wide, ir.Undefined), arguments[3], ir.IntType(32)(0))
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+        packed = b.or_(bits, b.shuffle_vector(same, ir.Constant(wide, ir.Undefined), zeros))
+        b.store(packed, b.bitcast(out, wide.as_pointer()), align=8)
+        return b.zext(c.overlaps(first, last), INT64)
+
+    return types.int64(boxes, types.int64, rays, types.int64, near), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def waiting(typing_context: Any, packed: Any) -> Any:
+    """(number, t) of a ray that waits to enter a box: its number, and not more than where it enters."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        b, short = builder, ir.IntType(32)
+        number = b.and_(arguments[0], INT64(0xFFFFFFFF))
+        t = b.bitcast(b.trunc(b.lshr(arguments[0], INT64(32)), short), ir.FloatType())
+        return context.make_tuple(b, signature.return_type, [number, b.fpext(t, DOUBLE)])
+
+    return types.Tuple((types.int64, types.float64))(types.int64), code
+
+
+FROM_THE_START = -(1 << 55)
+"""Added to a ray's number: it waits from t = -inf on (0xff800000 in the upper half)."""
+
+
+def _lanes_in_box(groups: int) -> Any:
+    def in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx: Any, hy: Any, hz: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, b = Code(context, builder), builder
+            rays, sides = c.data(signature, arguments, 0), [c.spread(side) for side in arguments[1:]]
+            met: Any = INT64(0)
+            for group in range(groups):
+                rows = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in range(9)]
+                first, last = rows[6], c.smaller(rows[7], rows[8])
+                for axis in range(3):
+                    s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
+                    t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
+                    first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+                bits = b.zext(c.overlaps(first, last), INT64)
+                met = b.or_(met, b.shl(bits, INT64(8 * group)))
+            return met
+
+        return types.int64(lanes, *[types.float64] * 6), code
+
+    return intrinsic(in_box)
+
+
+_in_box_64, _in_box_16 = _lanes_in_box(8), _lanes_in_box(2)
+
+
+@inline
+def lanes_in_box(lanes: Floats, low: Point, high: Point, groups: int) -> int:
+    """Which lanes of a packet of two or eight groups of eight meet a box, as bits.
+
+    The block of lanes begins with rows of 64: origins, inverse directions, t_min, t_max, nearest hits.
+    """
+    if groups == 8:
+        return _in_box_64(lanes, low[0], low[1], low[2], high[0], high[1], high[2])
+    return _in_box_16(lanes, low[0], low[1], low[2], high[0], high[1], high[2])

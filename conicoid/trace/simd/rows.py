@@ -1,0 +1,128 @@
+"""Rows of lanes: their extremes, and eight rays or hits at once from and to a user's arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from ...geometry.tables import Floats
+from ...jit import inline
+from .code import EIGHT, INT64, WIDTH, Code
+
+
+def _extent(groups: int) -> Any:
+    def least_and_greatest(typing_context: Any, lanes: Any, row: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c = Code(context, builder)
+            pointer, at = c.data(signature, arguments, 0), arguments[1]
+            low = high = c.eight(pointer, at, 0)
+            for group in range(1, groups):
+                value = c.eight(pointer, at, 8 * group)
+                low, high = c.smaller(value, low), c.larger(value, high)
+            parts = [c.folded(low, c.smaller), c.folded(high, c.larger)]
+            return context.make_tuple(builder, signature.return_type, parts)
+
+        return types.UniTuple(types.float64, 2)(lanes, types.int64), code
+
+    return intrinsic(least_and_greatest)
+
+
+_extent_64, _extent_16 = _extent(8), _extent(2)
+
+
+@inline
+def extent(lanes: Floats, row: Any, groups: int) -> tuple[float, float]:
+    """(least, greatest) of the lanes of two or eight groups of eight from lanes[row]."""
+    if groups == 8:
+        return _extent_64(lanes, row)
+    return _extent_16(lanes, row)
+
+
+def _reach(groups: int) -> Any:
+    def furthest(typing_context: Any, lanes: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, pointer = Code(context, builder), Code(context, builder).data(signature, arguments, 0)
+            ends = [
+                c.smaller(c.eight(pointer, INT64(0), 64 * 7 + 8 * k), c.eight(pointer, INT64(0), 64 * 8 + 8 * k))
+                for k in range(groups)
+            ]
+            most = ends[0]
+            for end in ends[1:]:
+                most = c.larger(end, most)
+            return c.folded(most, c.larger)
+
+        return types.float64(lanes), code
+
+    return intrinsic(furthest)
+
+
+_reach_64, _reach_16 = _reach(8), _reach(2)
+
+
+@inline
+def reach(lanes: Floats, groups: int) -> float:
+    """The greatest of min(t_max, nearest hit) of the lanes of two or eight groups of eight."""
+    if groups == 8:
+        return _reach_64(lanes)
+    return _reach_16(lanes)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any) -> Any:
+    """Eight points (x, y, z) from row `first` into three rows of 64 lanes, from lanes[at:]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        source, target = c.data(signature, arguments, 0), c.data(signature, arguments, 2)
+        begin = b.mul(arguments[1], INT64(3))
+        parts = [c.eight(source, begin, 8 * k) for k in range(3)]
+        number = ir.IntType(32)
+        pair = b.shuffle_vector(
+            parts[0], parts[1], ir.Constant(ir.VectorType(number, 16), list(range(16)))
+        )  # the first 16 floats
+        last = b.shuffle_vector(
+            parts[2], ir.Constant(EIGHT, ir.Undefined), ir.Constant(ir.VectorType(number, 16), [*range(8), *range(8)])
+        )
+        for axis in range(3):
+            places = ir.Constant(ir.VectorType(number, WIDTH), [axis + 3 * k for k in range(WIDTH)])
+            c.store(b.shuffle_vector(pair, last, places), target, arguments[3], 64 * axis)
+        return context.get_dummy_value()
+
+    return types.none(points, types.int64, lanes, types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: Any) -> Any:
+    """Eight lanes from lanes[at:], as they are or as whole numbers, to numbers[first:]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        value = c.eight(c.data(signature, arguments, 0), arguments[1], 0)
+        kind = context.get_data_type(signature.args[2].dtype)
+        wide = ir.VectorType(kind, WIDTH)
+        if signature.args[2].dtype != types.float64:
+            value = b.fptosi(value, wide)
+        place = b.bitcast(c.place(c.data(signature, arguments, 2), arguments[3], 0), wide.as_pointer())
+        b.store(value, place, align=1)
+        return context.get_dummy_value()
+
+    return types.none(lanes, types.int64, numbers, types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
+    """Ask for the memory of an array of floats from its element `at`, counted flat."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, number = Code(context, builder), ir.IntType(32)
+        place = builder.bitcast(c.place(c.data(signature, arguments, 0), arguments[1], 0), ir.IntType(8).as_pointer())
+        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(8).as_pointer(), number, number, number])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        builder.call(function, [place, number(0), number(2), number(1)])
+        return context.get_dummy_value()
+
+    return types.none(array, types.int64), code
