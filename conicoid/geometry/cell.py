@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from ..jit import helper, inline
 from . import tables as table
-from .nearness import Nearness, near, nearness_of
+from .nearness import Nearness, beyond, near, nearness_of
 from .plane import Limits, Plane, plane_on_ray, unsure_of_plane
 from .quadric import Quadric, Roots, Sphere, quadric_roots, sphere_roots
 from .tables import QUADRIC, SPHERE, Geometry, Ray, integer
@@ -137,6 +137,7 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans
         return (1 if outside else 0), t_in, t_out, place_in, place_out, *second, unsure | (doubtful & matters)
     close = near(low, t_in, nearness) | near(low, t_out, nearness)
     close |= near(high, t_in, nearness) | near(high, t_out, nearness)
+    close |= beyond(low, nearness) | beyond(high, nearness)  # on which side, then, is not certain either
     unsure |= (doubtful | close) & matters
     if not outside:
         in_slot = curved if low >= t_in else place_in

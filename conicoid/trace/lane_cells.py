@@ -79,8 +79,8 @@ def ball_lanes(geometry: Geometry, lanes: Floats, surface: int, entry: int, body
         leaves = crosses & (high > lanes[T_MIN + i]) & (high < lanes[T_MAX + i])
         t = low if enters else (high if leaves else math.inf)
         off, far = lane_nearness(lanes, i, lengths)
-        before = choose(enters, math.inf, choose(leaves, low, high))
-        unsure |= (crosses & at_start(lanes, i, t, before, starts, off)) | (far < 0.0)
+        near = (at_start(low, starts, off) | at_start(high, starts, off)) & (lanes[T_MIN + i] <= off)
+        unsure |= (crosses & near) | (far < 0.0)
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
         take(lanes, i, t, off, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
 
@@ -245,6 +245,7 @@ def unsure_lane(lanes: Floats, i: int, off: float, far: float) -> bool:
     close = (
         (abs(low - t_in) <= off) | (abs(low - t_out) <= off) | (abs(high - t_in) <= off) | (abs(high - t_out) <= off)
     )
+    close |= ((abs(low) > far) & (abs(low) < math.inf)) | ((abs(high) > far) & (abs(high) < math.inf))
     unsure = (lanes[UNSURE + i] == 1.0) | (abs(t_in - t_out) <= off) | (close & (lanes[FLAG + i] >= 2.0))
     unsure |= lanes[DISCRIMINANT + i] != 0.0
     matters = (t_out >= lanes[T_MIN + i] - off) & (t_in <= t_out + off)
@@ -301,9 +302,8 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
         place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
         off, far = lane_nearness(lanes, i, lengths)
         starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric)
-        last_end = choose(more, out2, out1)
-        before = choose(c1, math.inf, choose(c2, in1, choose(c3, out1, choose(c4, in2, last_end))))
-        unsure = unsure_lane(lanes, i, off, far) | ((some | more) & at_start(lanes, i, t, before, starts, off))
-        unsure |= (abs(t) > far) & (abs(t) < math.inf)
+        near = some & (at_start(in1, starts, off) | at_start(out1, starts, off))
+        near |= more & (at_start(in2, starts, off) | at_start(out2, starts, off))
+        unsure = unsure_lane(lanes, i, off, far) | (near & (t_min <= off)) | ((abs(t) > far) & (abs(t) < math.inf))
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
         take(lanes, i, t, off, entry, body, place, 1.0, 1.0 if c1 | (~c2 & c3) else 0.0)

@@ -149,13 +149,12 @@ def lane_nearness(lanes: Floats, i: int, lengths: Nearness) -> Nearness:
 
 
 @inline
-def at_start(lanes: Floats, i: int, t: float, before: float, starts: bool, off: float) -> bool:
-    """Might rounding have taken the crossing at t, or the last one before it, to the other side of the ray's origin?
+def at_start(t: float, starts: bool, off: float) -> bool:
+    """Might rounding have taken a crossing to the other side of the ray's origin?  (`events.at_start`)
 
-    Not the one that a ray starts on.  (`events.at_start`)
+    Not the one that it `starts` on.
     """
-    skipped = (abs(before) <= off) & ~(starts & (before == 0.0))
-    return (skipped | (abs(t) <= off)) & (lanes[T_MIN + i] <= off)
+    return (abs(t) <= off) & ((t != 0.0) | (not starts))
 
 
 @inline

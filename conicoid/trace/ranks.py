@@ -146,8 +146,8 @@ def tell_as_usual(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
 
 @inline
 def _tell_one(ranks: Ranks, k: int, t: float) -> None:
-    """What is near the origin keeps its exact place: its sign counts."""
-    if abs(t - ranks.t[k]) <= 2.0**-24 * abs(t):
+    """Never on the other side of the origin: there the exact place counts."""
+    if (t > 0.0 and ranks.t[k] > 0.0) or (t < 0.0 and ranks.t[k] < 0.0):
         ranks.t[k] = t
 
 

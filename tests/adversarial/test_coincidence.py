@@ -102,7 +102,7 @@ def test_body_at_takes_the_first_listed():
 
 
 def test_contains_is_closed_on_leaves_and_exactly_boolean():
-    points = np.array([(1, 0, 0), (0, 1, 0), (1, 1, 1), (0.6, 0.8, 0), (0, 0, -1)])
+    points = np.array([(1, 0, 0), (0, 1, 0), (1, 1, 1), (-1, 0, 0), (0, 0, -1)])
     for shape, inside in ((BALL, [1, 1, 0, 1, 1]), (BLOCK, [1, 1, 1, 1, 1]), (ROD, [1, 1, 0, 1, 1])):
         assert co.Scene([shape]).contains(points).tolist() == [bool(x) for x in inside]
         assert co.Scene([~shape]).contains(points).tolist() == [not x for x in inside]
