@@ -27,6 +27,8 @@ from .scratch import Scratch
 
 ALONG = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 """Origin and direction of the ray that crosses at ranks."""
+_ALIKE = 2.0**-6
+"""What is not doubtful is much nearer to the exact place: |t| is more than 2^-44 |o|, its error less than 2^-50 |o|."""
 FREE = -1
 """In place of a surface: the ray's origin."""
 
@@ -146,8 +148,8 @@ def tell_as_usual(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
 
 @inline
 def _tell_one(ranks: Ranks, k: int, t: float) -> None:
-    """Never on the other side of the origin: there the exact place counts."""
-    if (t > 0.0 and ranks.t[k] > 0.0) or (t < 0.0 and ranks.t[k] < 0.0):
+    """Not beyond the origin, and not of far roots, which may be anywhere: there the exact place counts."""
+    if abs(t - ranks.t[k]) <= abs(t) * _ALIKE:
         ranks.t[k] = t
 
 
