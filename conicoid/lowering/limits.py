@@ -27,6 +27,7 @@ RELATIVE = 2.0**-44
 """Share of |x| by which the crossing with a plane, and the sum of two parts of t, may be off."""
 _FLAT = 2.0**-49
 _FAR = 2.0**45
+_CHUNK = 1 << 14
 _WIDE, _WIDEST = 2.0**10, 2.0**20
 """Bodies without an end are taken to be so many times as large as the scene; those of exact planes, so many times."""
 
@@ -66,10 +67,10 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
         own = np.flatnonzero(kind == which)
         uses.add(column[index[own]], base + index[own], own)
     surface, owner, users = (np.concatenate(part) for part in (uses.surfaces, uses.owners, uses.entries))
-    reach, bounded = _reaches(tables, boxes, surface, users)
+    size = _size(tables, boxes) if len(surface) else 1.0
+    reach, bounded = _reaches(tables, boxes, surface, users, size)
     kappa = _kappas(tables, rest, surface, reach)
-    size = _size(tables, boxes)
-    around = np.where(bounded, np.abs(np.where(np.isfinite(boxes), boxes, 0.0))[users].sum(axis=1), _WIDE * size)
+    around = np.where(bounded, np.abs(np.where(bounded[:, None], boxes[users], 0.0)).sum(axis=1), _WIDE * size)
     limits = _owners(
         tables.surface_kind[surface] == 0, owner, reach, bounded, kappa, around, size, cells + sheets + polygons
     )
@@ -107,14 +108,16 @@ def _anchors(tables: Tables, surface: Whole) -> Floats:
     return anchors
 
 
-def _reaches(tables: Tables, boxes: Floats, surface: Whole, entry: Whole) -> tuple[Floats, npt.NDArray[np.bool_]]:
+def _reaches(
+    tables: Tables, boxes: Floats, surface: Whole, entry: Whole, size: float
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """(how far from its anchor a surface is used, is that bounded) of every use."""
     anchors = _anchors(tables, surface)
     low, high = boxes[entry, :3], boxes[entry, 3:]
     bounded = np.asarray(np.isfinite(low).all(axis=1) & np.isfinite(high).all(axis=1))
     away = np.where(bounded[:, None], np.maximum(np.abs(low - anchors), np.abs(high - anchors)), 0.0)
     reach = np.sqrt((away**2).sum(axis=1)) * (1 + 1e-12) + 1e-300
-    reach = np.where(bounded, reach, _WIDE * _size(tables, boxes))
+    reach = np.where(bounded, reach, _WIDE * size)
     ball = tables.surface_kind[surface] == SPHERE
     reach[ball] = tables.spheres[tables.surface_row[surface[ball]], 3]
     return reach, bounded
@@ -122,8 +125,10 @@ def _reaches(tables: Tables, boxes: Floats, surface: Whole, entry: Whole) -> tup
 
 def _size(tables: Tables, boxes: Floats) -> float:
     """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics."""
-    finite = boxes[np.isfinite(boxes)]
-    numbers = [np.abs(finite), np.abs(tables.planes[:, 4:7]).ravel(), np.abs(tables.quadrics[:, :3]).ravel()]
+    numbers = [np.abs(tables.planes[:, 4:7]).ravel(), np.abs(tables.quadrics[:, :3]).ravel()]
+    for begin in range(0, len(boxes), _CHUNK):
+        part = np.abs(boxes[begin : begin + _CHUNK])
+        numbers.append(np.max(part, where=np.isfinite(part), initial=0.0, keepdims=True).ravel())
     a, b, k = _sizes(tables.quadrics)
     with np.errstate(divide="ignore", invalid="ignore"):
         numbers += [np.sqrt(k / a), b / a, k / b]
