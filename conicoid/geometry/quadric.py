@@ -96,10 +96,12 @@ def quadric_roots(
     starts: bool,
 ) -> Roots:
     """Crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on it."""
-    a, b, c, discriminant, foot, cancels, ruling = quadratic_on_ray(quadric, ox, oy, oz, dx, dy, dz, inverse, starts)
+    a, b, c, discriminant, foot, cancels, straight, ruling = quadratic_on_ray(
+        quadric, ox, oy, oz, dx, dy, dz, inverse, starts
+    )
     if cancels:
         a, b, c, discriminant = careful_quadratic(quadric, ox, oy, oz, dx, dy, dz, foot)
-    return settled_roots(a, b, c, discriminant, foot, starts, ruling, inverse, limits)
+    return settled_roots(a, b, c, discriminant, foot, starts, straight, ruling, inverse, limits)
 
 
 @inline
@@ -110,6 +112,7 @@ def settled_roots(
     discriminant: float,
     foot: float,
     starts: bool,
+    straight: bool,
     ruling: bool,
     inverse: float,
     limits: Limits,
@@ -119,17 +122,18 @@ def settled_roots(
     c = 0.0 if starts else c
     least = limits[0] * _STARTING if starts else limits[0]
     certain = (abs(c) > limits[1]) if ruling else (abs(discriminant) * inverse >= least)
+    certain &= straight | (a != 0.0)  # a root at infinity is one only where nothing bends
     return roots_of(a, b, c, discriminant, foot, not certain)
 
 
 @inline
 def quadratic_on_ray(
     quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
-) -> tuple[float, float, float, float, float, bool, bool]:
-    """(a, b, c, b² - a c, foot, cancels, ruling): the quadric on the ray about o + foot d.
+) -> tuple[float, float, float, float, float, bool, bool, bool]:
+    """(a, b, c, b² - a c, foot, cancels, straight, ruling): the quadric on the ray about o + foot d.
 
     `cancels`: terms of a or of the discriminant do, and all of it is to be done again in two floats.
-    `ruling`: the ray runs along the axis of a cylinder: every term of a and of its change is zero.
+    `straight`: every term of a is zero. `ruling`: of b's share in it too, the ray runs along the axis of a cylinder.
     """
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     # Origin relative to the anchor in two floats, then the foot of the perpendicular
@@ -159,8 +163,9 @@ def quadratic_on_ray(
     size = abs(f0 * e0) + abs(f1 * e1) + abs(f2 * e2)
     terms = abs(size * k) + abs(t0) + abs(t1) + abs(t2) + g * g + 2.0 * abs(h)
     cancels = (abs(discriminant) < _CANCELS * terms) | (abs(a) < _CANCELS * size)
-    ruling = (size == 0.0) & (abs(b0 * e0) + abs(b1 * e1) + abs(b2 * e2) == 0.0)
-    return a, b, c, discriminant, foot, cancels, ruling
+    straight = size == 0.0
+    ruling = straight & (abs(b0 * e0) + abs(b1 * e1) + abs(b2 * e2) == 0.0)
+    return a, b, c, discriminant, foot, cancels, straight, ruling
 
 
 @helper

@@ -44,8 +44,8 @@ def error_of_t(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float)
     apart = slope * slope - bend * value
     if slope > 0.0 and apart > 0.0:
         bound = value / (slope + math.sqrt(apart)) * _MORE
-        # The other root must be far enough that the one near t is the one that was meant
-        if bound * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):
+        # The other root must be far enough, of t's rounding too, that the one near t is the one that was meant
+        if max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):
             return bound
     bend = _least(a)
     both = _most(b) + math.sqrt(max(discriminant[0], 0.0) + abs(discriminant[1]) + discriminant[2])

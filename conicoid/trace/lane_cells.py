@@ -150,7 +150,7 @@ def _put_roots(lanes: Floats, i: int, roots: Roots) -> None:
 
 @helper
 def _settle_lanes(lanes: Floats, limits: Limits, surface: int, first: int, last: int) -> None:
-    """Roots from the terms in A, B, C, DISCRIMINANT and FOOT; FLAG 2 or more: all terms that bend are zero."""
+    """Roots from the terms in A, B, C, DISCRIMINANT and FOOT; FLAG 2 or more: no term bends, 4: the ray is a ruling."""
     first, last = eights(first, last)
     for i in range(first, last):
         roots = settled_roots(
@@ -161,6 +161,7 @@ def _settle_lanes(lanes: Floats, limits: Limits, surface: int, first: int, last:
             lanes[FOOT + i],
             lanes[START + i] == surface,
             lanes[FLAG + i] >= 2.0,
+            lanes[FLAG + i] >= 4.0,
             lanes[INVERSE + i],
             limits,
         )
@@ -172,16 +173,16 @@ def _quadric_lanes(lanes: Floats, quadric: Quadric, limits: Limits, surface: int
     """The lanes' roots into LOW and HIGH; FLAG: 1 outside is inside, 2 it crosses; DISCRIMINANT: 1 it is unsure."""
     again = 0
     for i in range(first, last):
-        a, b, c, discriminant, foot, cancels, ruling = quadratic_on_ray(
+        a, b, c, discriminant, foot, cancels, straight, ruling = quadratic_on_ray(
             quadric, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
             lanes[INVERSE + i], lanes[START + i] == surface,
         )  # fmt: skip
         lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i], lanes[FOOT + i] = a, b, c, discriminant, foot
-        lanes[FLAG + i] = (1.0 if cancels else 0.0) + (2.0 if ruling else 0.0)
+        lanes[FLAG + i] = (1.0 if cancels else 0.0) + (2.0 if straight else 0.0) + (2.0 if ruling else 0.0)
         again += 1 if cancels else 0
     if again > 0:
         for i in range(first, last):
-            if lanes[FLAG + i] == 1.0 or lanes[FLAG + i] == 3.0:
+            if lanes[FLAG + i] == 1.0 or lanes[FLAG + i] == 3.0 or lanes[FLAG + i] == 5.0:
                 lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i] = careful_quadratic(
                     quadric, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
                     lanes[FOOT + i],
