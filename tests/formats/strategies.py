@@ -24,15 +24,21 @@ PRIMITIVES = sorted(set(REGISTRY) - set(COMBINED))
 SOLIDS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Solid) and name != "Spheres"]
 SHEETS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Sheet)]
 
+
+def within_domain(x: float) -> float:
+    """Zero in place of what is too small for a scene."""
+    return x if abs(x) >= 1e-100 else 0.0
+
+
 numbers = st.one_of(
-    st.floats(-1e3, 1e3, allow_subnormal=False),
+    st.floats(-1e3, 1e3, allow_subnormal=False).map(within_domain),
     st.integers(-10, 10).map(float),
-    st.floats(-1e30, 1e30),
-    st.sampled_from([0.1, 1e-9, 1e16, -0.0, 1 / 3, 123456789.0, 5e-324, 2.0**60]),
+    st.floats(-1e30, 1e30).map(within_domain),
+    st.sampled_from([0.1, 1e-9, 1e16, -0.0, 1 / 3, 123456789.0, 1e-100, 2.0**60]),
 )
 positive = st.one_of(st.floats(1e-3, 1e3), st.integers(1, 10).map(float), st.floats(1e-30, 1e30))
 ranges = st.tuples(
-    st.one_of(st.just(-math.inf), st.floats(-5, 0)), st.one_of(st.just(math.inf), st.floats(0.1, 5))
+    st.one_of(st.just(-math.inf), st.floats(-5, 0).map(within_domain)), st.one_of(st.just(math.inf), st.floats(0.1, 5))
 ).filter(lambda pair: pair != (-math.inf, math.inf))
 texts = st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=12)
 
@@ -41,7 +47,7 @@ points = st.tuples(_near, _near, _near)
 flat_points = st.tuples(
     st.sampled_from([0.0, 0.5, -1.0]), st.lists(st.tuples(_near, _near), min_size=3, max_size=8)
 ).map(lambda drawn: [(x, y, drawn[0]) for x, y in drawn[1]])
-angles = st.tuples(st.floats(-360, 360), st.floats(1, 360)).map(
+angles = st.tuples(st.floats(-360, 360).map(within_domain), st.floats(1, 360)).map(
     lambda a: {"start_angle": a[0], "end_angle": a[0] + a[1]}
 )
 
@@ -54,7 +60,7 @@ def _round(cls: str) -> st.SearchStrategy[Any]:
 
 
 def _polyhedra() -> st.SearchStrategy[Any]:
-    rows = st.lists(st.tuples(points, st.floats(-3, 3)), min_size=1, max_size=6)
+    rows = st.lists(st.tuples(points, st.floats(-3, 3).map(within_domain)), min_size=1, max_size=6)
     return built("Polyhedron", rows.map(lambda r: {"normals": [n for n, _ in r], "offsets": [o for _, o in r]}))
 
 
@@ -143,10 +149,13 @@ def moved(draw: Any, shapes: st.SearchStrategy[Any]) -> Any:
                 shape = shape.translate(draw(st.tuples(numbers, numbers, numbers)))
             elif verb == "rotate":
                 shape = shape.rotate(
-                    draw(points), draw(st.one_of(st.sampled_from([90.0, -45.0]), st.floats(-400, 400)))
+                    draw(points),
+                    draw(st.one_of(st.sampled_from([90.0, -45.0]), st.floats(-400, 400).map(within_domain))),
                 )
             elif verb == "scale":
-                shape = shape.scale(draw(st.one_of(st.floats(0.1, 10), st.tuples(*[st.floats(-3, 3)] * 3))))
+                shape = shape.scale(
+                    draw(st.one_of(st.floats(0.1, 10), st.tuples(*[st.floats(-3, 3).map(within_domain)] * 3)))
+                )
             else:
                 rows = [[draw(_near) for _ in range(4)] for _ in range(3)]
                 shape = shape.transform([*rows, [0, 0, 0, 1]])
@@ -181,7 +190,7 @@ def sheets() -> st.SearchStrategy[Any]:
     return st.one_of(leaves, clips.map(lambda p: p[0] & p[1]), clips.map(lambda p: p[0] - p[1]))
 
 
-unit = st.floats(0, 1)
+unit = st.floats(0, 1).map(within_domain)
 colors = st.one_of(st.tuples(unit, unit, unit), st.sampled_from(["red", "steelblue", "#fa0", "#00ff7f"]))
 amounts = st.one_of(unit, colors)
 checkers = st.builds(co.Checker, colors, colors, st.one_of(positive, st.tuples(positive, positive)), st.booleans())

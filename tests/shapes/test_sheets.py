@@ -79,7 +79,8 @@ def test_the_surface_and_clip_are_carried(sheet, motion) -> None:
         assert not contains(lowered.clip, outside).any()
     if isinstance(lowered, PolygonSheet):
         own = np.array(sheet.vertices if isinstance(sheet, Polygon) else (sheet.a, sheet.b, sheet.c))
-        np.testing.assert_allclose(lowered.vertices, carried(whole, own), atol=1e-14)
+        corners = np.array([[float(x) for x in corner] for corner in lowered.vertices])
+        np.testing.assert_allclose(corners, carried(whole, own), atol=1e-14)
 
 
 @sheets
