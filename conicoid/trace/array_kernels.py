@@ -12,7 +12,7 @@ from ..geometry.vectors import dot
 from ..jit import fma, inline, kernel
 from ..shapes.validate import LARGEST, SMALLEST
 from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
-from .events import crossed_face
+from .entries import crossed_face
 from .kernels import Hit, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
 from .lanes import BEST, BODY, DOUBT, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
 from .lists import (

@@ -7,14 +7,11 @@ and after the group is there a crossing. Coincident faces settle themselves so, 
 
 from __future__ import annotations
 
-import math
-
 from ..geometry import tables as table
-from ..geometry.cell import NO_PLACE, cell_spans, curved_roots, is_curved, load_sphere, place_face, plane_crossing
-from ..geometry.nearness import Nearness, along, beyond, lengths_of_ball, near, nearness_of
-from ..geometry.polygon import inside_loop
+from ..geometry.cell import cell_spans, place_face
+from ..geometry.nearness import Nearness, beyond, near, nearness_of
 from ..geometry.program import root_value, turn_leaf
-from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, Ray, integer, whole
+from ..geometry.tables import Geometry, Ray, integer, whole
 from ..jit import helper, inline
 from .scratch import Scratch
 from .walk import walk
@@ -112,8 +109,10 @@ def region_crossings(
         done += 1
     inside = root_value(geometry, gates, program)
     started_inside = inside
-    if done > 0:
-        unsure |= _at_start(geometry, scratch, done - 1, ray, nearness)
+    behind = done - 1
+    while behind >= 0 and abs(scratch.event_t[behind]) <= nearness[0]:
+        unsure |= _at_start(geometry, scratch, behind, ray, nearness)
+        behind -= 1
     while done < events and found < limit:
         t = scratch.event_t[done]
         unsure |= _at_start(geometry, scratch, done, ray, nearness) | beyond(t, nearness)
@@ -171,7 +170,9 @@ def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: 
             chosen = i
             break
     t, place = scratch.event_t[chosen], scratch.event_place[chosen]
-    _write(scratch, n, t, place, integer(geometry, table.LEAF_SENSE, scratch.event_leaf[chosen]), 1 if entered else 0)
+    put_crossing(
+        scratch, n, t, place, integer(geometry, table.LEAF_SENSE, scratch.event_leaf[chosen]), 1 if entered else 0
+    )
     return 0 if t == 0.0 and place_face(geometry, place)[0] == start else 1
 
 
@@ -194,7 +195,8 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
 
 
 @inline
-def _write(scratch: Scratch, n: int, t: float, place: int, sense: int, enters: int) -> None:
+def put_crossing(scratch: Scratch, n: int, t: float, place: int, sense: int, enters: int) -> None:
+    """Crossing n of a body, into scratch."""
     scratch.cross_t[n] = t
     scratch.crossing[3 * n] = place
     scratch.crossing[3 * n + 1] = sense
@@ -217,187 +219,7 @@ def at_start(t: float, surface: int, ray: Ray, nearness: Nearness) -> bool:
     return (abs(t) <= nearness[0]) & (ray[6] <= nearness[0]) & (not starts)
 
 
-@helper
-def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) -> tuple[int, bool]:
-    """(crossings of a clipped surface in ]t_min, t_max[, doubtful). "Entered" is against the sheet's normal."""
-    surface, program = integer(geometry, table.SHEET_SURFACE, sheet), integer(geometry, table.SHEET_PROGRAM, sheet)
-    side, one_sided = integer(geometry, table.SHEET_SIDE, sheet), integer(geometry, table.SHEET_ONE_SIDED, sheet) == 1
-    low, high, falls, count, inverse = math.inf, math.inf, False, 0, span_inverse(ray)
-    nearness = nearness_of(geometry, table.SHEET_LIMITS, sheet, ray, inverse)
-    if is_curved(geometry, surface):
-        low, high, outside, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
-        if not crosses:
-            return 0, unsure
-        falls = not outside
-    else:
-        low, _, rate, unsure = plane_crossing(geometry, surface, ray, inverse)
-        if rate == 0.0:
-            return 0, unsure
-        falls = rate < 0.0
-    unsure |= nearness[1] < 0.0
-    for root in range(2):
-        t = low if root == 0 else high
-        against = (falls != (root == 1)) == (side > 0)
-        unsure |= at_start(t, surface, ray, nearness)
-        if not counts_in(t, surface, ray) or (one_sided and not against):
-            continue
-        unsure |= beyond(t, nearness)
-        if program >= 0:
-            holds, doubtful = inside_program_at(geometry, scratch, program, ray, t)
-            unsure |= doubtful
-            if not holds:
-                continue
-        _write(scratch, count, t, NO_PLACE, 1, 1 if against else 0)
-        count += 1
-    return count, unsure
-
-
-@helper
-def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: Ray) -> tuple[int, bool]:
-    """(crossings of a polygon in ]t_min, t_max[: 0 or 1, doubtful)"""
-    surface, program = (
-        integer(geometry, table.POLYGON_SURFACE, polygon),
-        integer(geometry, table.POLYGON_PROGRAM, polygon),
-    )
-    inverse = span_inverse(ray)
-    nearness = nearness_of(geometry, table.POLYGON_LIMITS, polygon, ray, inverse)
-    t, _, rate, unsure = plane_crossing(geometry, surface, ray, inverse)
-    unsure |= at_start(t, surface, ray, nearness)
-    if rate == 0.0 or not counts_in(t, surface, ray):
-        return 0, unsure
-    first, last = (
-        integer(geometry, table.POLYGON_FIRST, polygon),
-        integer(geometry, table.POLYGON_FIRST, polygon + 1),
-    )
-    inside, doubtful = inside_loop(geometry, first, last, ray)
-    unsure |= doubtful | beyond(t, nearness)
-    if inside and program >= 0:
-        inside, doubtful = inside_program_at(geometry, scratch, program, ray, t)
-        unsure |= doubtful
-    if not inside:
-        return 0, unsure
-    side = integer(geometry, table.POLYGON_SIDE, polygon)
-    _write(scratch, 0, t, NO_PLACE, 1, 1 if (rate < 0.0) == (side > 0) else 0)
-    return 1, unsure
-
-
-@inline
-def _end(scratch: Scratch, count: int, t: float, ray: Ray, surface: int, place: int, enters: int) -> int:
-    if not counts_in(t, surface, ray):
-        return count
-    _write(scratch, count, t, place, 1, enters)
-    return count + 1
-
-
-@inline
-def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) -> tuple[int, bool, bool]:
-    """(number of crossings in ]t_min, t_max[, inside just after t_min, doubtful) of a single cell."""
-    inverse = span_inverse(ray)
-    nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
-    spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = cell_spans(geometry, cell, ray, inverse)
-    count, inside = 0, False
-    for k in range(spans):
-        t_in, t_out, a, b = (in1, out1, a1, b1) if k == 0 else (in2, out2, a2, b2)
-        inside |= t_in <= ray[6] < t_out
-        first, second = surface_of(geometry, a, t_in), surface_of(geometry, b, t_out)
-        unsure |= at_start(t_in, first, ray, nearness) | at_start(t_out, second, ray, nearness)
-        unsure |= beyond(t_in, nearness) | beyond(t_out, nearness)
-        count = _end(scratch, count, t_in, ray, first, a, 1)
-        count = _end(scratch, count, t_out, ray, second, b, 0)
-    return count, inside, unsure
-
-
 @inline
 def surface_of(geometry: Geometry, place: int, t: float) -> int:
     """The surface of a place where it matters: at t = 0, where it may be the one that the ray starts on."""
     return place_face(geometry, place)[0] if t == 0.0 else whole(-1)
-
-
-@inline
-def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray) -> tuple[int, bool, bool]:
-    """(number of crossings in ]t_min, t_max[, inside just after t_min, doubtful) of a ball."""
-    inverse = span_inverse(ray)
-    low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
-    nearness = surface_nearness(geometry, surface, ray, inverse)
-    unsure |= nearness[1] < 0.0
-    if not crosses:
-        return 0, False, unsure
-    unsure |= at_start(low, surface, ray, nearness) | at_start(high, surface, ray, nearness)
-    count = _end(scratch, 0, low, ray, surface, NO_PLACE, 1)
-    return _end(scratch, count, high, ray, surface, NO_PLACE, 0), low <= ray[6] < high, unsure
-
-
-@inline
-def surface_nearness(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Nearness:
-    """The nearness of a ball."""
-    x, y, z, radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    return along(ray, inverse, lengths_of_ball(x, y, z, radius))
-
-
-@inline
-def entry_nearness(geometry: Geometry, entry: int, ray: Ray) -> Nearness:
-    """The nearness of an entry of any kind."""
-    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
-    inverse = span_inverse(ray)
-    if kind == BALL:
-        return surface_nearness(geometry, index, ray, inverse)
-    if kind == CELL:
-        return nearness_of(geometry, table.CELL_LIMITS, index, ray, inverse)
-    if kind == REGION:
-        return nearness_of(geometry, table.PROGRAM_LIMITS, index, ray, inverse)
-    if kind == SHEET:
-        return nearness_of(geometry, table.SHEET_LIMITS, index, ray, inverse)
-    return nearness_of(geometry, table.POLYGON_LIMITS, index, ray, inverse)
-
-
-@inline
-def crossed_face(geometry: Geometry, entry: int, place: int, sense: int) -> tuple[int, int, int]:
-    """(surface, face number, side) of a crossing of an entry; side +1 where the gradient points out of the body."""
-    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
-    none, one = whole(0), whole(1)
-    if kind == BALL:
-        return index, none, one
-    if kind == SHEET:
-        return integer(geometry, table.SHEET_SURFACE, index), none, integer(geometry, table.SHEET_SIDE, index)
-    if kind == POLYGON:
-        return integer(geometry, table.POLYGON_SURFACE, index), none, integer(geometry, table.POLYGON_SIDE, index)
-    surface, face, side = place_face(geometry, place)
-    return surface, face, side * sense
-
-
-@inline
-def entry_crossings(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, limit: int) -> tuple[int, bool, bool]:
-    """Crossings of an entry's body into scratch, in order of t: (number, inside just after t_min, doubtful)."""
-    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
-    if kind == BALL:
-        return ball_crossings(geometry, scratch, index, ray)
-    if kind == CELL:
-        return cell_crossings(geometry, scratch, index, ray)
-    if kind == REGION:
-        return region_crossings(geometry, scratch, index, ray, limit)
-    if kind == SHEET:
-        count, unsure = sheet_crossings(geometry, scratch, index, ray)
-    else:
-        count, unsure = polygon_crossings(geometry, scratch, index, ray)
-    return count, False, unsure
-
-
-@inline
-def is_solid(geometry: Geometry, entry: int) -> bool:
-    return integer(geometry, table.ENTRY_KIND, entry) <= REGION
-
-
-@helper
-def entry_sides(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, t: float) -> tuple[bool, bool]:
-    """(inside just before t, inside just after t) of an entry's body; a sheet has no inside."""
-    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
-    if kind == BALL:
-        low, high, _, crosses, _ = curved_roots(geometry, index, ray, span_inverse(ray))
-        return crosses and low < t <= high, crosses and low <= t < high
-    if kind == CELL:
-        spans, in1, out1, _, _, in2, out2, _, _, _ = cell_spans(geometry, index, ray, span_inverse(ray))
-        before = (spans > 0 and in1 < t <= out1) or (spans > 1 and in2 < t <= out2)
-        return before, (spans > 0 and in1 <= t < out1) or (spans > 1 and in2 <= t < out2)
-    if kind == REGION:
-        return region_sides(geometry, scratch, index, ray, t)
-    return False, False

@@ -14,16 +14,8 @@ from ..geometry.quadric import quadric_gradient, sphere_roots
 from ..geometry.tables import BALL, CELL, PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real, whole
 from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
-from .events import (
-    at_start,
-    counts_in,
-    crossed_face,
-    entry_crossings,
-    entry_nearness,
-    entry_sides,
-    span_inverse,
-    surface_of,
-)  # fmt: skip
+from .entries import crossed_face, entry_crossings, entry_nearness, entry_sides
+from .events import at_start, counts_in, span_inverse, surface_of
 from .scratch import Scratch, new_scratch
 from .simd import LAST, balls_met, lowest_bit
 from .walk import leaf_range, push_node, push_roots, put_beam, walk

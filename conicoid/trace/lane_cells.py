@@ -86,9 +86,7 @@ def ball_lanes(geometry: Geometry, lanes: Floats, surface: int, entry: int, body
 
 
 @helper
-def _cut_lanes(
-    lanes: Floats, limits: Limits, lengths: Nearness, surface: int, side: int, place: int, first: int, last: int
-) -> None:
+def _cut_lanes(lanes: Floats, lengths: Nearness, surface: int, side: int, place: int, first: int, last: int) -> None:
     """Cut the spans by a plane whose height and rate stand in A and B; FLAG 2: rounding may have changed them too much.
 
     UNSURE becomes 1 where it may have changed the order of two planes, 2 where it may have changed more.
@@ -137,7 +135,7 @@ def _plane_lanes(
                 parallel = runs_along(plane, lanes[DX + i], lanes[DY + i], lanes[DZ + i])
                 unsure = unsure_of_plane(height, rate, parallel, lanes[INVERSE + i], limits)
                 lanes[A + i], lanes[B + i], lanes[FLAG + i] = height, rate, 2.0 if unsure else 1.0
-    _cut_lanes(lanes, limits, lengths, surface, side, place, first, last)
+    _cut_lanes(lanes, lengths, surface, side, place, first, last)
 
 
 @inline

@@ -62,14 +62,7 @@ def in_lanes(geometry: Geometry, program: int) -> bool:
 
 @helper
 def _leaf_spans(
-    geometry: Geometry,
-    lanes: Floats,
-    leaves: Floats,
-    at: int,
-    cell: int,
-    narrows: bool,
-    first: int,
-    last: int,
+    geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, narrows: bool, first: int, last: int
 ) -> tuple[int, int]:
     """A leaf's spans into its rows from leaves[at]: (how many of them any lane has, how many lanes still seek).
 
@@ -94,7 +87,7 @@ def _leaf_spans(
         leaves[second + PLACE_OF_OUT + i] = b2
         several += 1 if more else 0
         off, far = lane_nearness(lanes, i, lengths)
-        starts = (some & ((abs(in1) <= off) | (abs(out1) <= off))) | (more & (abs(in2) <= off))
+        starts = (some & ((abs(in1) <= off) | (abs(out1) <= off))) | (more & ((abs(in2) <= off) | (abs(out2) <= off)))
         unsure = unsure_lane(lanes, i, off, far) | (starts & (lanes[T_MIN + i] <= off))
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
     near = 0
@@ -117,9 +110,8 @@ def _leaf_spans(
 
 @helper
 def _count_span(
-    lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float,
-    first: int, last: int,
-) -> None:  # fmt: skip
+    lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float, first: int, last: int
+) -> None:
     """Add `change` to a gate where NOW is in a span, and let NEXT be its next end, if it is the first."""
     first, last = eights(first, last)
     row, counter = np.uint64(at), np.uint64(gate * LANES)

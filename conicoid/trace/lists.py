@@ -14,7 +14,7 @@ import numpy as np
 from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ray, integer, whole
 from ..jit import allocator, helper, inline
-from .events import crossed_face, entry_crossings, entry_nearness, is_solid
+from .entries import crossed_face, entry_crossings, entry_nearness, is_solid
 from .ranks import find_leaves
 from .scratch import Scratch
 

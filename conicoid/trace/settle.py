@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..geometry import tables as table
@@ -12,7 +10,8 @@ from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, integer, whole
 from ..jit import helper, inline, kernel
 from .array_kernels import put_hit
 from .bundle import load_ray
-from .events import crossed_face, entry_crossings, span_inverse
+from .entries import crossed_face, entry_crossings
+from .events import span_inverse
 from .kernels import Hit, collect, no_hit, scaled_ray
 from .lists import CROSSING_COLUMNS, SPAN_COLUMNS, ray_crossings, ray_spans
 from .ranks import (
@@ -57,16 +56,11 @@ def _told(ranks: Ranks, surface: float, rank: float, end: float) -> float:
 
 @helper
 def _in_t(ranks: Ranks, rows: Floats, first: int, last: int, ray: Ray, scale: float, spans: bool) -> None:
-    """From ranks to t, in order whatever rounding says."""
-    before = -math.inf
+    """From ranks to t."""
     for i in range(first, last):
+        rows[i, 0] = _told(ranks, rows[i, 5 if spans else 3], rows[i, 0], ray[6]) * scale
         if spans:
             rows[i, 2] = _told(ranks, rows[i, 6], rows[i, 2], ray[7]) * scale
-            rows[i, 0] = max(before, _told(ranks, rows[i, 5], rows[i, 0], ray[6]) * scale)
-            rows[i, 2] = max(rows[i, 0], rows[i, 2])
-        else:
-            rows[i, 0] = max(before, _told(ranks, rows[i, 3], rows[i, 0], 0.0) * scale)
-        before = rows[i, 0]
 
 
 @kernel
