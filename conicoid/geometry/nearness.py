@@ -19,9 +19,15 @@ BALL, BALL_FAR = 2.0**-21, 2.0**45
 
 
 @inline
-def ray_size(ox: float, oy: float, oz: float, inverse: float) -> float:
+def ray_unit(dx: float, dy: float, dz: float, inverse: float) -> float:
+    """1 / |d|, or up to 1.74 times that: it takes no root."""
+    return (abs(dx) + abs(dy) + abs(dz)) * inverse
+
+
+@inline
+def ray_size(ox: float, oy: float, oz: float, unit: float) -> float:
     """|o| / |d|, or a little more."""
-    return (abs(ox) + abs(oy) + abs(oz)) * math.sqrt(inverse)
+    return (abs(ox) + abs(oy) + abs(oz)) * unit
 
 
 @inline
@@ -45,9 +51,10 @@ def nearness_of(geometry: Geometry, table: int, row: int, ray: Ray, inverse: flo
 @inline
 def along(ray: Ray, inverse: float, lengths: Nearness) -> Nearness:
     """Limits of lengths as limits of t."""
-    size, unit = ray_size(ray[0], ray[1], ray[2], inverse), math.sqrt(inverse)
+    unit = ray_unit(ray[3], ray[4], ray[5], inverse)
+    size = ray_size(ray[0], ray[1], ray[2], unit)
     beside = size * STARTING if ray[8] >= 0 else size
-    return lengths[0] * unit + RELATIVE * beside, lengths[1] * unit - size
+    return lengths[0] * unit + RELATIVE * beside, lengths[1] * (0.5 * unit) - size
 
 
 @inline

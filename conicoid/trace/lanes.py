@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.nearness import RELATIVE, STARTING, Nearness, ray_size
+from ..geometry.nearness import RELATIVE, STARTING, Nearness, ray_size, ray_unit
 from ..geometry.tables import Floats, Ray, whole
 from ..jit import choose, inline
 from .kernels import Hit
@@ -21,17 +21,19 @@ from .walk import reciprocal
 
 LANES = 64
 
-# Where the rows begin. `lanes_in_box` relies on the order of the first nine
+# Where the rows begin. `simd` relies on the order of the first fourteen
 (
-    OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, START, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS,
-    A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN,
-    NOW, NEXT, INSIDE, SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS,
-    UNIT, AWAY, BESIDE, UNSURE, DOUBT, LATEST, ENDS, OFF, OWN,
+    OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, UNIT, START, BEST, BODY, ENTRY, PLACE, SENSE,
+    ENTERS, A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN, NOW, NEXT, INSIDE,
+    SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS, AWAY, BESIDE, UNSURE, DOUBT, LATEST,
+    ENDS, OFF, OWN,
 ) = (np.uint64(row) for row in range(0, 52 * LANES, LANES))  # fmt: skip
 BEAM_AT = 52 * LANES
 ALL = np.uint64(LANES)
 SOME_START = BEAM_AT + BEAM
 """Not 0 where some lane starts on a surface."""
+SLOPES = BEAM_AT + BEAM + 1
+"""Not 0 once the inverse directions are worked out."""
 SIZE = BEAM_AT + BEAM + 2
 
 
@@ -82,14 +84,26 @@ def prepare_lanes(lanes: Floats, groups: int) -> None:
     for i in range(first, last):
         dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
         inverse = 1.0 / (dx * dx + dy * dy + dz * dz)
-        away = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], inverse)
-        lanes[INVERSE + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, math.sqrt(inverse), away
+        unit = ray_unit(dx, dy, dz, inverse)
+        away = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
+        lanes[INVERSE + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, unit, away
         lanes[BESIDE + i] = choose(lanes[START + i] >= 0.0, away * STARTING, away)
-        lanes[IX + i], lanes[IY + i], lanes[IZ + i] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
         lanes[BEST + i], lanes[WITHIN + i], lanes[DOUBT + i] = math.inf, math.inf, 0.0
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
         lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
+    lanes[SLOPES] = 0.0
     lanes[SOME_START] = 1.0 if extent(lanes, START, groups)[1] >= 0.0 else 0.0
+
+
+@inline
+def put_slopes(lanes: Floats, groups: int) -> None:
+    """The inverse directions, if they are not there yet: only boxes need them."""
+    if lanes[SLOPES] == 0.0:
+        first, last = eights(0, 8 * groups)
+        for i in range(first, last):
+            lanes[IX + i], lanes[IY + i] = reciprocal(lanes[DX + i]), reciprocal(lanes[DY + i])
+            lanes[IZ + i] = reciprocal(lanes[DZ + i])
+        lanes[SLOPES] = 1.0
 
 
 @inline
@@ -145,7 +159,7 @@ def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
 def lane_nearness(lanes: Floats, i: int, lengths: Nearness) -> Nearness:
     """Limits of lengths as limits of a lane's t."""
     unit = lanes[UNIT + i]
-    return lengths[0] * unit + RELATIVE * lanes[BESIDE + i], lengths[1] * unit - lanes[AWAY + i]
+    return lengths[0] * unit + RELATIVE * lanes[BESIDE + i], lengths[1] * (0.5 * unit) - lanes[AWAY + i]
 
 
 @inline

@@ -33,10 +33,11 @@ from .lanes import (
     eights,
     lane_hit,
     lane_ray,
+    put_slopes,
     shorten_beam,
 )  # fmt: skip
 from .scratch import Scratch
-from .simd import LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_box, lowest_bit
+from .simd import LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
 from .walk import leaf_range, push_met, push_roots
 
 
@@ -80,16 +81,16 @@ def _retire(lanes: Floats, groups: int) -> None:
 @inline
 def _lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> int:
     """The lanes that meet the box with its six sides at floats[at::8]."""
+    put_slopes(lanes, groups)
     f = geometry.floats
     return lanes_in_box(lanes, (f[at], f[at + 8], f[at + 16]), (f[at + 24], f[at + 32], f[at + 40]), groups)
 
 
 @inline
-def _lanes_about_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
-    """The lanes that meet the box around a ball with its numbers at floats[at::stride]."""
+def _lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
+    """The lanes that may meet a ball with its numbers at floats[at::stride]."""
     f = geometry.floats
-    x, y, z, r = f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride] * (1.0 + 1e-14)
-    return lanes_in_box(lanes, (x - r, y - r, z - r), (x + r, y + r, z + r), groups)
+    return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride], groups)
 
 
 @inline
@@ -143,7 +144,7 @@ def _meet_balls(
         bits &= ~(1 << k)
         if near[k] > lanes[BEAM_AT + LAST]:
             break
-        met = _lanes_about_ball(geometry, lanes, groups, at + k, count)
+        met = _lanes_at_ball(geometry, lanes, groups, at + k, count)
         if met != 0:
             _meet(geometry, scratch, packet, blocks, integer(geometry, table.TREE_ORDER, begin + k), met)
             if any_hit:

@@ -5,7 +5,7 @@ eight rows of a packet first, and then leaves it scalar. So these few are writte
 vectors, which it lowers to whatever the machine has. IEEE arithmetic as elsewhere.
 """
 
-from .balls import balls_in_beam, balls_met
+from .balls import balls_in_beam, balls_met, lanes_in_ball
 from .bits import highest_bit, lowest_bit
 from .boxes import (
     BEAM,
@@ -25,6 +25,6 @@ from .rows import extent, load_eight, prefetch, reach, store_eight
 
 __all__ = [
     "BEAM", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "LAST", "LOW_I", "LOW_O", "balls_in_beam", "balls_met",
-    "boxes_met", "boxes_met_by_ray", "extent", "highest_bit", "lanes_in_box", "load_eight", "lowest_bit", "prefetch",
-    "reach", "store_eight", "waiting",
+    "boxes_met", "boxes_met_by_ray", "extent", "highest_bit", "lanes_in_ball", "lanes_in_box", "load_eight",
+    "lowest_bit", "prefetch", "reach", "store_eight", "waiting",
 ]  # fmt: skip

@@ -33,6 +33,14 @@ def balls_in_beam(floats: Floats, at: int, stride: int, count: int, beam: Floats
     return _balls_in_beam(floats, at, stride, beam, start, near) & ((1 << count) - 1)
 
 
+def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared: Any) -> Any:
+    """How deep the foot of the perpendicular is in balls: r² - |center - foot d|², raised (`balls_met`)."""
+    b = c.builder
+    off = [c.fused(b.fneg(foot), direction[k], center[k]) for k in range(3)]
+    slack = c.fused(b.fadd(c.product(center, center), squared), c.constant(_DOUBT), c.constant(_LEAST))
+    return b.fadd(b.fsub(squared, c.product(off, off)), slack)
+
+
 @intrinsic  # type: ignore[untyped-decorator]
 def _balls_met(
     typing_context: Any, floats: Any, at: Any, stride: Any,
@@ -46,9 +54,7 @@ def _balls_met(
         center = [b.fsub(rows[k], c.spread(origin[k])) for k in range(3)]
         per_square, squared = c.spread(arguments[9]), b.fmul(rows[3], rows[3])
         foot = b.fmul(c.product(center, direction), per_square)
-        off = [c.fused(b.fneg(foot), direction[k], center[k]) for k in range(3)]
-        slack = c.fused(b.fadd(c.product(center, center), squared), c.constant(_DOUBT), c.constant(_LEAST))
-        inside = b.fadd(b.fsub(squared, c.product(off, off)), slack)
+        inside = _depth(c, center, direction, foot, squared)
         half = c.root(b.fmul(inside, per_square))
         # What is not a number counts as met
         missed = b.fcmp_ordered("<", inside, c.constant(0.0))
@@ -71,3 +77,44 @@ def balls_met(floats: Floats, at: int, stride: int, count: int, ray: Ray, invers
     """
     ox, oy, oz, dx, dy, dz, t_min, _, _ = ray
     return _balls_met(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last) & ((1 << count) - 1)
+
+
+def _lanes_in_ball(groups: int) -> Any:
+    def in_ball(typing_context: Any, lanes: Any, x: Any, y: Any, z: Any, r: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, b = Code(context, builder), builder
+            rays, ball = c.data(signature, arguments, 0), [c.spread(number) for number in arguments[1:]]
+            squared, met = b.fmul(ball[3], ball[3]), INT64(0)
+            for group in range(groups):
+                # Origin, direction; 1 / d·d and 1 / |d| or more; the interval
+                row = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in (0, 1, 2, 9, 10, 11, 12, 13, 6, 7, 8)]
+                center, direction = [b.fsub(ball[k], row[k]) for k in range(3)], row[3:6]
+                foot = b.fmul(c.product(center, direction), row[6])
+                apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
+                reach = b.fmul(c.fused(apart, c.constant(_DOUBT), ball[3]), row[7])
+                first, last = b.fsub(foot, reach), b.fadd(foot, reach)
+                # What is not a number counts as met
+                missed = b.fcmp_ordered("<", _depth(c, center, direction, foot, squared), c.constant(0.0))
+                missed = b.or_(missed, b.fcmp_ordered(">", first, c.smaller(row[9], row[10])))
+                missed = b.or_(missed, b.fcmp_ordered("<", last, row[8]))
+                bits = b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
+                met = b.or_(met, b.shl(bits, INT64(8 * group)))
+            return met
+
+        return types.int64(lanes, *[types.float64] * 4), code
+
+    return intrinsic(in_ball)
+
+
+_in_ball_64, _in_ball_16 = _lanes_in_ball(8), _lanes_in_ball(2)
+
+
+@inline
+def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float, groups: int) -> int:
+    """Which lanes of a packet of two or eight groups of eight may meet a ball, as bits; see `balls_met`.
+
+    Where it is entered is told without a root: within 1 / |d| of a radius of the foot of the perpendicular.
+    """
+    if groups == 8:
+        return _in_ball_64(lanes, x, y, z, r)
+    return _in_ball_16(lanes, x, y, z, r)
