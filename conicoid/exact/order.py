@@ -12,6 +12,8 @@ from .forms import Form, Line
 from .roots import Root, compare, number, roots, sign
 
 Place = Root | float  # a root, or an infinity
+ORIGIN = number(Fraction(0))
+"""The ray's own."""
 
 
 @dataclass(frozen=True)
@@ -32,23 +34,22 @@ def verdict(form: Form, line: Line, starts: bool) -> Verdict:
     found = roots(q)
     if not found:
         return Verdict(False, sign(q.a) or sign(q.c))
-    zero = number(Fraction(0))
     if len(found) == 1:
-        here = zero if starts else found[0]
+        here = ORIGIN if starts else found[0]
         return Verdict(True, 0, here, math.inf) if q.b < 0 else Verdict(True, 0, -math.inf, here)
     low, high = found
     if starts:
         # low + high = -2 b / a
         if q.b == 0:
             return Verdict(False, sign(q.a))
-        low, high = (zero, high) if (q.b < 0) == (q.a > 0) else (low, zero)
+        low, high = (ORIGIN, high) if (q.b < 0) == (q.a > 0) else (low, ORIGIN)
     return Verdict(True, sign(q.a), low, high)
 
 
 def _flat(rate: int, height: int, starts: bool, found: Sequence[Root]) -> Verdict:
     if rate == 0:
         return Verdict(False, 0 if starts else height)
-    here = number(Fraction(0)) if starts else found[0]
+    here = ORIGIN if starts else found[0]
     return Verdict(True, rate, here, here)
 
 
@@ -57,11 +58,6 @@ def _compare(x: Place, y: Place, size: Fraction) -> int:
         a, b = (value if isinstance(value, float) else 0.0 for value in (x, y))
         return (a > b) - (a < b)
     return compare(x, y, size)
-
-
-def place(t: float) -> Place:
-    """A float as a place."""
-    return number(Fraction(t)) if math.isfinite(t) else t
 
 
 def exact_ranks(places: Sequence[Place], line: Line) -> list[float]:

@@ -53,6 +53,17 @@ def load_quadric(geometry: Geometry, row: int) -> Quadric:
 
 
 @inline
+def anchor_of(geometry: Geometry, surface: int) -> tuple[float, float, float]:
+    """The anchor of a quadric, the center of a sphere."""
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+        x, y, z, _ = load_sphere(geometry, row)
+        return x, y, z
+    quadric = load_quadric(geometry, row)
+    return quadric[0], quadric[1], quadric[2]
+
+
+@inline
 def load_limits(geometry: Geometry, of: int, row: int) -> Limits:
     """The limits of a plane or quadric: row `row` of table `of`."""
     at = geometry.places[of, 0] + 2 * row

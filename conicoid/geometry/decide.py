@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 
 from ..jit import helper, inline
 from . import tables as table
-from .cell import load_plane, load_quadric, load_sphere
+from .cell import anchor_of, load_plane, load_quadric, load_sphere
 from .errorfree import two_difference
 from .sure import (
     Sure,
@@ -153,12 +153,7 @@ def curved_terms(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: floa
 @inline
 def _foot(geometry: Geometry, surface: int, ray: Ray, starts: bool) -> float:
     """About where a ray is nearest to the anchor of a sphere or quadric; 0 if it starts there."""
-    row = integer(geometry, table.SURFACE_ROW, surface)
-    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-        x, y, z, _ = load_sphere(geometry, row)
-    else:
-        anchor = load_quadric(geometry, row)
-        x, y, z = anchor[0], anchor[1], anchor[2]
+    x, y, z = anchor_of(geometry, surface)
     along = (x - ray[0]) * ray[3] + (y - ray[1]) * ray[4] + (z - ray[2]) * ray[5]
     foot = along / (ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])
     return 0.0 if starts or not abs(foot) < math.inf else foot

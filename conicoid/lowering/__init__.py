@@ -24,7 +24,8 @@ from ..shapes.spheres import Spheres
 from ..shapes.surface import QuadricSurface, Surface
 from ..shapes.vector import FloatArray
 from .assembly import Assembly, Entries, finished_tables
-from .surfaces import Remainders, end_to_end, rests
+from .records import rests
+from .surfaces import Remainders, end_to_end
 from .trees import Faces, negation, world_tree
 
 _CHUNK = 1 << 13

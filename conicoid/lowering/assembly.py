@@ -203,6 +203,15 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         body_face=end_to_end([np.zeros(0, np.int32), *entries.body_face]),
         ball_frames=np.array(entries.ball_frames, dtype=np.float64).reshape(-1, 9),
         face_uv=np.array(entries.faces, dtype=np.float64).reshape(-1, 13),
+        **_to_come(),
+    )
+    boxes = end_to_end([np.zeros((0, 6)), *entries.boxes])
+    return with_limits(_balls_direct(tables), boxes, table.rest), boxes, table
+
+
+def _to_come() -> dict[str, Any]:
+    """What later steps fill in: the tree and the limits."""
+    return dict(
         node_boxes=np.zeros((0, 6, 8)),
         node_children=np.zeros((0, 8), np.int32),
         tree_order=np.zeros(0, np.int32),
@@ -218,8 +227,6 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
         sheet_limits=np.zeros((0, 2)),
         polygon_limits=np.zeros((0, 2)),
     )
-    boxes = end_to_end([np.zeros((0, 6)), *entries.boxes])
-    return with_limits(_balls_direct(tables), boxes, table.rest), boxes, table
 
 
 def _balls_direct(tables: Tables) -> Tables:

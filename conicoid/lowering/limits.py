@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..geometry.nearness import RELATIVE
 from ..geometry.tables import CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables
 from .surfaces import Remainders
 
@@ -23,8 +24,6 @@ ROUNDINGS = 2.0**-47
 """kappa of a quadric whose anchor is exact: 64 roundings."""
 BALL = 2.0**-40
 """kappa of a sphere: its center may be off by 2^-46 of its radius."""
-RELATIVE = 2.0**-44
-"""Share of |x| by which the crossing with a plane, and the sum of two parts of t, may be off."""
 _FLAT = 2.0**-49
 _FAR = 2.0**45
 _CHUNK = 1 << 14

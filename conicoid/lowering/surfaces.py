@@ -18,15 +18,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..geometry.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
-from ..shapes import exact as ex
-from ..shapes.surface import ORIGIN, UPRIGHT, PlaneSurface, QuadricSurface, Surface
+from ..shapes.surface import ORIGIN, UPRIGHT, QuadricSurface, Surface
+from .records import floats, record_of, rests
 
 _CLOSE = 1e-11
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
 _WIDTHS = ((PLANE, 7), (SPHERE, 4), (QUADRIC, 19))
-_CENTERED = 2.0**-46
-"""A ball whose center cannot be told to this share of its radius is a general quadric: it has bounds of its own."""
 
 
 @dataclass
@@ -68,8 +66,8 @@ class SurfaceTable:
 
     def add(self, surface: Surface) -> int:
         """The temporary number of a surface, >= 0."""
-        kind, numbers = _record(surface)
-        record, rest = _floats(numbers), rests(numbers)
+        kind, numbers = record_of(surface)
+        record, rest = floats(numbers), rests(numbers)
         sense = 1
         if kind == PLANE and _leading(record) < 0:
             # A plane's normal leads with a positive number: which side a ray within it counts to
@@ -191,80 +189,6 @@ def _leading(record: tuple[float, ...]) -> float:
 def _rows(records: list[tuple[float, ...]], kinds: Signs, kind: int, width: int) -> Floats:
     rows = [record for record, k in zip(records, kinds.tolist(), strict=True) if k == kind]
     return np.array(rows, dtype=np.float64).reshape(len(rows), width)
-
-
-def _record(surface: Surface) -> tuple[int, tuple[ex.Number, ...]]:
-    """(kind, numbers of the record before they are rounded)."""
-    if isinstance(surface, PlaneSurface):
-        anchor = _floats(surface.anchor)
-        factor = _factor(surface.normal)
-        height = _height_of_anchor(surface, anchor)
-        return PLANE, (*(_times(v, factor) for v in (*surface.normal, height)), *anchor)
-    ball = _as_sphere(surface)
-    if ball is not None:
-        return SPHERE, ball
-    factor = _factor(surface.squares)
-    numbers = (*surface.squares, *surface.linear, surface.constant)
-    rows = [w for line in surface.rows for w in line]
-    return QUADRIC, (*surface.anchor, *rows, *(_times(v, factor) for v in numbers))
-
-
-def _factor(values: Iterable[Any]) -> float:
-    """2^n that brings the largest of some numbers near 1 and changes no digit."""
-    largest = max(abs(float(v)) for v in values)
-    return math.ldexp(1.0, -math.frexp(largest)[1]) if largest else 1.0
-
-
-def _times(value: ex.Number, factor: float) -> ex.Number:
-    """A product with a power of two, exact."""
-    return value * Fraction(factor) if isinstance(value, Fraction) else value * factor
-
-
-def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Number:
-    if not any(anchor):
-        return -surface.offset
-    return ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(surface.offset))
-
-
-def _as_sphere(surface: QuadricSurface) -> tuple[ex.Number, ...] | None:
-    """(center, radius) where the quadric is a sphere with its inside inside."""
-    a, b, c = surface.squares
-    if not (a == b == c and a > 0 and not any(surface.linear) and surface.constant > 0):
-        return None
-    if surface.rows is UPRIGHT:
-        square = float(surface.constant) if a == 1 else float(ex.exact(surface.constant) / ex.exact(a))
-        radius = math.sqrt(square) if 1e-290 < square < 1e290 else 0.0
-        if radius and a == 1 and Fraction(radius) ** 2 == surface.constant:
-            return _centered(surface, radius)
-    rows = tuple(ex.exact_row(row) for row in surface.rows)
-    gram = ex.multiply((rows[0], rows[1], rows[2]), ex.transpose((rows[0], rows[1], rows[2])))
-    if gram[0][1] or gram[0][2] or gram[1][2]:
-        return None
-    if ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
-        return None
-    return _centered(surface, ex.context.sqrt(ex.exact(surface.constant) / (ex.exact(a) * gram[0][0])))
-
-
-def _centered(surface: QuadricSurface, radius: ex.Number) -> tuple[ex.Number, ...] | None:
-    if any(abs(rest) > _CENTERED * float(radius) for rest in rests(surface.anchor)):
-        return None
-    return (*surface.anchor, radius)
-
-
-def _floats(values: Iterable[Any]) -> tuple[float, ...]:
-    return tuple(float(v) for v in values)
-
-
-def rests(values: Iterable[Any]) -> tuple[float, ...]:
-    """What rounding to float64 takes from each number."""
-    return tuple(0.0 if isinstance(v, (float, int)) else _rest(v) for v in values)
-
-
-def _rest(value: Any) -> float:
-    if isinstance(value, Fraction):
-        return float(value - Fraction(float(value)))
-    rest = ex.cancelling_sum((value, -ex.exact(float(value))))  # of 400 bits, the last are noise
-    return float(rest)
 
 
 def _mixed(table: Floats) -> npt.NDArray[np.uint64]:

@@ -17,12 +17,11 @@ from .kernels import Hit, collect, first_crossing, from_center, no_hit, normal_a
 from .lanes import BEST, BODY, DOUBT, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
 from .lists import (
     CROSSING_COLUMNS,
-    CROSSING_OFF,
     SPAN_COLUMNS,
-    SPAN_OFF,
     ray_crossings,
     ray_spans,
-    scale_rows,
+    scale_crossings,
+    scale_spans,
 )  # fmt: skip
 from .packet import new_packet, trace_packet
 from .scratch import new_scratch
@@ -211,11 +210,12 @@ def trace_spans(
         counts[i] = 0
         if ray[8] == DEAD or not ray[6] < ray[7]:
             continue
+        limits = ray[6], ray[7]
         ray, scale = scaled_ray(ray)
         first = used
         count = collect(geometry, scratch, ray)
         rows, used, unsure = ray_spans(geometry, geometry, scratch, ray, ray, count, rows, used)
-        scale_rows(rows, first, used, scale, SPAN_OFF)
+        scale_spans(rows, first, used, scale, limits[0], limits[1])
         counts[i], doubts[i] = used - first, 1 if unsure else 0
     return rows[:used].copy()
 
@@ -238,7 +238,7 @@ def trace_crossings(
         first = used
         count = collect(geometry, scratch, ray)
         rows, used, unsure = ray_crossings(geometry, geometry, scratch, ray, ray, count, rows, used)
-        scale_rows(rows, first, used, scale, CROSSING_OFF)
+        scale_crossings(rows, first, used, scale)
         counts[i], doubts[i] = used - first, 1 if unsure else 0
     return rows[:used].copy()
 

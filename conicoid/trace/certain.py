@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..exact.forms import Form, ball_form, form_of, line
-from ..exact.order import Place, exact_ranks, place, verdict
+from ..exact.order import ORIGIN, Place, exact_ranks, verdict
 from ..exact.outline import passes_within
 from ..exact.roots import sign
 from ..geometry import tables as table
@@ -43,8 +43,8 @@ def _memory(geometry: Geometry) -> tuple[Geometry, Ranks]:
     return Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks
 
 
-def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Found) -> int:
-    """Decide the first hits of doubtful rays, in place; how many of them took exact arithmetic."""
+def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Found) -> None:
+    """Decide the first hits of doubtful rays, in place."""
     geometry, rest = scene.geometry, scene.rest
     which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
 
@@ -59,21 +59,19 @@ def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Fou
         for i in left:
             _rank_exactly(scene, ranks, arguments, i)
             ranked_first(geometry, stand, ranks, *arguments, i, *found)
-    return len(left)
 
 
-def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bool) -> tuple[list[FloatArray], int]:
-    """The rows of doubtful rays' spans or crossings, an array for each; how many of them took exact arithmetic."""
+def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bool) -> list[FloatArray]:
+    """The rows of doubtful rays' spans or crossings, an array for each."""
     geometry, rest = scene.geometry, scene.rest
     which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
     counts, (stand, ranks) = np.zeros(len(doubtful), np.int32), _memory(geometry)
     rows = settle_rows(geometry, rest, stand, ranks, *arguments, which, spans, counts, still)
     parts = np.split(rows, np.cumsum(counts)[:-1])
-    left = np.flatnonzero(still).tolist()
-    for k in left:
+    for k in np.flatnonzero(still).tolist():
         _rank_exactly(scene, ranks, arguments, int(which[k]))
         parts[k] = ranked_rows(geometry, stand, ranks, *arguments, int(which[k]), spans)
-    return parts, len(left)
+    return parts
 
 
 def settle_bodies(scene: Prepared, points: FloatArray, doubtful: Any, bodies: Any) -> None:
@@ -102,7 +100,7 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -
     origins, directions, _, _, starts = arguments
     origin, direction = origins[i].tolist(), _scaled(directions[i].tolist())
     ray, start = line(origin, direction), int(_pick(starts, i))
-    places: list[Place] = [place(0.0)]
+    places: list[Place] = [ORIGIN]
     for surface in ranks.surfaces[:surfaces].tolist():
         found = verdict(form(scene, surface), ray, surface == start)
         ranks.verdict[2 * surface : 2 * surface + 2] = CROSSES if found.crosses else MISSES, found.sense

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.cell import NO_PLACE, cell_spans, load_plane, load_quadric, load_sphere
+from ..geometry.cell import NO_PLACE, anchor_of, cell_spans, load_plane, load_quadric, load_sphere
 from ..geometry.nearness import along, beyond, lengths_of_ball, nearness_of
 from ..geometry.quadric import quadric_gradient, sphere_roots
 from ..geometry.tables import BALL, CELL, PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real, whole
@@ -26,6 +27,13 @@ Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any, float, Any]
 Then by how much rounding may have moved t, and whether anything of the answer is doubtful for it."""
 
 _FAR = 2.0**100
+_LARGEST = sys.float_info.max
+
+
+@inline
+def _finite(t: float, scaled: float) -> float:
+    """A scaled end of an interval; beyond all crossings, but finite, if it was."""
+    return scaled if abs(scaled) < math.inf or abs(t) == math.inf else math.copysign(_LARGEST, t)
 
 
 @inline
@@ -36,7 +44,8 @@ def scaled_ray(ray: Ray) -> tuple[Ray, float]:
     if 1.0 / _FAR < largest < _FAR:
         return ray, 1.0
     scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
-    return (ox, oy, oz, dx * scale, dy * scale, dz * scale, t_min / scale, t_max / scale, start), scale
+    low, high = _finite(t_min, t_min / scale), _finite(t_max, t_max / scale)
+    return (ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
 
 
 @inline
@@ -309,12 +318,7 @@ def from_center(
     geometry: Geometry, frame: int, surface: int, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
     """A point relative to the center of one of many balls, along the ball's own axes."""
-    row = integer(geometry, table.SURFACE_ROW, surface)
-    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-        cx, cy, cz, _ = load_sphere(geometry, row)
-    else:
-        quadric = load_quadric(geometry, row)
-        cx, cy, cz = quadric[0], quadric[1], quadric[2]
+    cx, cy, cz = anchor_of(geometry, surface)
     x, y, z = x - cx, y - cy, z - cz
     at = geometry.places[table.BALL_FRAMES, 0] + 9 * frame
     f = geometry.floats

@@ -61,16 +61,25 @@ def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> b
 
 
 @helper
-def scale_rows(rows: Floats, first: int, last: int, scale: float, off: int) -> None:
+def scale_crossings(rows: Floats, first: int, last: int, scale: float) -> None:
     """Back to the length that the ray's direction had."""
     if scale == 1.0:
         return
     for i in range(first, last):
         rows[i, 0] *= scale
-        rows[i, off] *= scale
-        if off == SPAN_OFF:
-            rows[i, 2] *= scale
-            rows[i, off + 1] *= scale
+        rows[i, CROSSING_OFF] *= scale
+
+
+@helper
+def scale_spans(rows: Floats, first: int, last: int, scale: float, t_min: float, t_max: float) -> None:
+    """Back to the length that the ray's direction had; clipped ends are those of the interval, to the bit."""
+    if scale == 1.0:
+        return
+    for i in range(first, last):
+        rows[i, 0] = rows[i, 0] * scale if rows[i, 3] == 0.0 else t_min
+        rows[i, 2] = rows[i, 2] * scale if rows[i, 4] == 0.0 else t_max
+        rows[i, SPAN_OFF] *= scale
+        rows[i, SPAN_OFF + 1] *= scale
 
 
 @inline

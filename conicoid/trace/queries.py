@@ -161,7 +161,7 @@ def _listed(kernel: Any, scene: Prepared, rays: Rays, t_min: Any, t_max: Any, sp
     doubtful = np.flatnonzero(doubts)
     if len(doubtful):
         ends = np.cumsum(counts)
-        settled, _ = settled_rows(scene, arguments, doubtful, spans)
+        settled = settled_rows(scene, arguments, doubtful, spans)
         rows = _replaced(rows, ends, doubtful, settled)
         counts[doubtful] = [len(part) for part in settled]
     offsets = np.zeros(count + 1, np.int64)

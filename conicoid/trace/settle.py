@@ -49,18 +49,18 @@ def _first(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, 
 
 
 @inline
-def _told(ranks: Ranks, surface: float, rank: float, end: float) -> float:
+def _told(ranks: Ranks, surface: float, rank: float, end: float, scale: float) -> float:
     """Where a row's rank is; of a clipped end, the end."""
-    return end if surface < 0.0 else t_of(ranks, int(surface), rank)
+    return end if surface < 0.0 else t_of(ranks, int(surface), rank) * scale
 
 
 @helper
-def _in_t(ranks: Ranks, rows: Floats, first: int, last: int, ray: Ray, scale: float, spans: bool) -> None:
-    """From ranks to t."""
+def _in_t(ranks: Ranks, rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
+    """From ranks to t, of the length that the ray's direction had."""
     for i in range(first, last):
-        rows[i, 0] = _told(ranks, rows[i, 5 if spans else 3], rows[i, 0], ray[6]) * scale
+        rows[i, 0] = _told(ranks, rows[i, 5 if spans else 3], rows[i, 0], given[6], scale)
         if spans:
-            rows[i, 2] = _told(ranks, rows[i, 6], rows[i, 2], ray[7]) * scale
+            rows[i, 2] = _told(ranks, rows[i, 6], rows[i, 2], given[7], scale)
 
 
 @kernel
@@ -93,12 +93,13 @@ def settle_rows(
     scratch, used = new_scratch(geometry), 0
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     for k in range(len(which)):
-        ray, scale = scaled_ray(load_ray(origins, directions, t_min, t_max, starts, which[k]))
+        given = load_ray(origins, directions, t_min, t_max, starts, which[k])
+        ray, scale = scaled_ray(given)
         count, first = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray)), used
         still[k] = 1 if count < 0 else 0
         if count >= 0:
             put_stand_ins(geometry, stand, scratch, ranks, ray[8], count)
-            rows, used = _rows(geometry, stand, scratch, ranks, ray, scale, count, spans, rows, used)
+            rows, used = _rows(geometry, stand, scratch, ranks, ray, given, scale, count, spans, rows, used)
         counts[k] = used - first
         forget(ranks)
     return rows[:used].copy()
@@ -106,15 +107,15 @@ def settle_rows(
 
 @inline
 def _rows(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, scale: float, count: int,
-    spans: bool, rows: Floats, used: int,
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, given: Ray, scale: float,
+    count: int, spans: bool, rows: Floats, used: int,
 ) -> tuple[Floats, int]:  # fmt: skip
     first, along = used, ray_of_ranks(ranks, ray[8])
     if spans:
         rows, used, _ = ray_spans(geometry, stand, scratch, ray, along, count, rows, used)
     else:
         rows, used, _ = ray_crossings(geometry, stand, scratch, ray, along, count, rows, used)
-    _in_t(ranks, rows, first, used, ray, scale, spans)
+    _in_t(ranks, rows, first, used, given, scale, spans)
     return rows, used
 
 
@@ -170,8 +171,9 @@ def ranked_rows(
     """The spans or crossings of ray i, whose ranks are known."""
     scratch = new_scratch(geometry)
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
-    ray, scale = scaled_ray(load_ray(origins, directions, t_min, t_max, starts, i))
+    given = load_ray(origins, directions, t_min, t_max, starts, i)
+    ray, scale = scaled_ray(given)
     count = _again(geometry, stand, scratch, ranks, ray)
-    rows, used = _rows(geometry, stand, scratch, ranks, ray, scale, count, spans, rows, 0)
+    rows, used = _rows(geometry, stand, scratch, ranks, ray, given, scale, count, spans, rows, 0)
     forget(ranks)
     return rows[:used].copy()

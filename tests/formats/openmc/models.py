@@ -173,12 +173,34 @@ TEXTS = {
 NAMES = [*TEXTS, *EXAMPLE_FILES]
 
 
+def endless(side: int, radius: float) -> str:
+    """side x side elements of pitch 1 from the origin, without ends along z; in each a pin of a radius and water."""
+    return f"""
+<geometry>
+  <surface id="1" type="z-cylinder" coeffs="0 0 {radius}"/>
+  <surface id="2" type="x-plane" coeffs="0"/>
+  <surface id="3" type="x-plane" coeffs="{side}"/>
+  <surface id="4" type="y-plane" coeffs="0"/>
+  <surface id="5" type="y-plane" coeffs="{side}"/>
+  <cell id="1" universe="1" material="1" region="-1"/>
+  <cell id="2" universe="1" material="2" region="1"/>
+  <lattice id="9" dimension="{side} {side}" lower_left="0 0" pitch="1 1" universes="{" 1" * side**2}"/>
+  <cell id="3" fill="9" region="2 -3 4 -5"/>
+</geometry>
+"""
+
+
 def written(name: str, folder: Path) -> Path:
     """The file of a model, made in `folder` unless it is one of the examples."""
     if name in EXAMPLE_FILES:
         return EXAMPLE_FILES[name]
+    return put(TEXTS[name], folder)
+
+
+def put(text: str, folder: Path) -> Path:
+    """A text as the file of a geometry."""
     path = folder / "geometry.xml"
-    path.write_text(TEXTS[name].strip(), encoding="utf-8")
+    path.write_text(text.strip(), encoding="utf-8")
     return path
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,35 +10,16 @@ import pytest
 import conicoid as co
 
 from ...trace.nodes import Nodes
+from .models import endless, loaded, put
 
 RADIUS = 0.4
 SIDES = 8, 32
 
 
-def lattice(side: int, folder: Path) -> co.Scene:
-    """side x side elements of pitch 1 from the origin, a pin and water in each: bodies 2 k and 2 k + 1, rows from the top."""
-    path = folder / f"lattice{side}.xml"
-    path.write_text(
-        f"""<geometry>
-  <surface id="1" type="z-cylinder" coeffs="0 0 {RADIUS}"/>
-  <surface id="2" type="x-plane" coeffs="0"/>
-  <surface id="3" type="x-plane" coeffs="{side}"/>
-  <surface id="4" type="y-plane" coeffs="0"/>
-  <surface id="5" type="y-plane" coeffs="{side}"/>
-  <cell id="1" universe="1" material="1" region="-1"/>
-  <cell id="2" universe="1" material="2" region="1"/>
-  <lattice id="9" dimension="{side} {side}" lower_left="0 0" pitch="1 1" universes="{" 1" * side**2}"/>
-  <cell id="3" fill="9" region="2 -3 4 -5"/>
-</geometry>""",
-        encoding="utf-8",
-    )
-    return co.load_openmc(path)
-
-
 @pytest.fixture(scope="module")
 def lattices(tmp_path_factory: pytest.TempPathFactory) -> dict[int, co.Scene]:
     folder = tmp_path_factory.mktemp("lattices")
-    return {side: lattice(side, folder) for side in SIDES}
+    return {side: loaded(put(endless(side, RADIUS), folder)) for side in SIDES}
 
 
 def test_points_are_located_by_few_nodes(lattices: dict[int, co.Scene]) -> None:

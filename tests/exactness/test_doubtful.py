@@ -1,0 +1,85 @@
+"""Which rays are said to be doubtful, and that doubt reaches every end of a body; rows of them keep the user's interval."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+BOX = co.Box((0, 0, 0), (1, 1, 1))
+
+
+def test_rays_through_edges_are_doubtful_others_are_not() -> None:
+    scene = co.Scene([BOX])
+    random = np.random.default_rng(5)
+    places = random.uniform(0.01, 0.99, (4000, 2))
+    through_face = np.column_stack([places, np.full(len(places), 3.0)])
+    directions = np.array([0.0, 0.0, -1.0]) + random.uniform(-1e-3, 1e-3, (len(places), 3))
+    assert not scene.first_hit(through_face, directions).doubtful.any()
+    # (2, 0.25, 2) - (1, 0, 1): through the edge x = z = 1, exactly
+    edge = scene.first_hit((2.0, 0.25, 2.0), (-1, 0, -1))
+    assert edge.doubtful
+    assert edge.t == 1.0
+    corner = scene.first_hit([[3.0, 3.0, 3.0], [0.5, 0.5, 3.0]], [[-1, -1, -1], [0, 0, -1]])
+    assert corner.doubtful.tolist() == [True, False]
+    assert corner[::-1].doubtful.tolist() == [False, True]
+
+
+def test_tangents_are_doubtful() -> None:
+    """x = 1 beside the unit ball; a unit in the last place nearer, and well within."""
+    scene = co.Scene([co.Sphere()])
+    x = [1.0, math.nextafter(1, 0), 0.5]
+    hits = scene.first_hit([(value, 0.0, 5.0) for value in x], (0, 0, -1))
+    assert hits.doubtful.tolist() == [True, True, False]
+    assert np.isfinite(hits.t).tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("wall", [-1.0, -0.5, 0.5, 1.0])
+def test_ends_of_both_spans_of_a_body_near_the_origin(wall: float, direction: float) -> None:
+    """A bow tie, x² + y² <= z² and |z| <= 1: along x = 0.5, y = 0 it holds z in [-1, -0.5] and [0.5, 1].
+
+    From each of the four walls, or one unit in the last place beside it: in packets, in lists and alone.
+    """
+    scene = co.Scene([co.DoubleCone(z_range=(-1, 1))])
+    for z in (math.nextafter(wall, -2), wall, math.nextafter(wall, 2)):
+        walls = sorted((w - z) * direction for w in (-1.0, -0.5, 0.5, 1.0))
+        ahead = [t for t in walls if t > 0]
+        origins = np.tile((0.5, 0.0, z), (8, 32, 1))
+        for rays in (origins, origins[0], origins[0, 0]):
+            hits = scene.first_hit(rays, (0, 0, direction))
+            assert np.all(hits.doubtful)
+            assert np.all(hits.t == (ahead[0] if ahead else math.inf))
+            assert np.all(hits.entering == (len(ahead) in (2, 4)))
+        spans = scene.spans(origins, (0, 0, direction))
+        ends = [max(walls[0], 0.0), walls[1], max(walls[2], 0.0), walls[3]]
+        expected = [(low, high) for low, high in (ends[:2], ends[2:]) if high > 0]
+        assert np.diff(spans.offsets).tolist() == [len(expected)] * 256
+        assert spans.t_enter.reshape(256, -1).tolist() == [[low for low, _ in expected]] * 256
+        assert spans.t_exit.reshape(256, -1).tolist() == [[high for _, high in expected]] * 256
+
+
+@pytest.mark.parametrize("speed", [1.0, 1e-60, 1e60, 3e99, 7e-99])
+def test_clipped_ends_are_those_of_the_interval_to_the_bit(speed: float) -> None:
+    """Of certain rays and of doubtful ones, whatever the length of the direction."""
+    scene = co.Scene([co.HalfSpace((0, 0, 1), 0), co.Box((-1, -1, -1), (1, 1, 1))])
+    low, high = 0.1 / speed, math.nextafter(0.7 / speed, math.inf)
+    for x in (0.25, 1.0):  # within the box, and along its wall
+        spans = scene.spans((x, 0.5, -0.9), (0, 0, speed), t_min=low, t_max=high)
+        assert spans.enter_clipped.all()
+        assert spans.exit_clipped.all()
+        assert (spans.t_enter == low).all()
+        assert (spans.t_exit == high).all()
+        assert spans.body.tolist()[0] == 0
+
+
+def test_an_interval_that_ends_beyond_all_scaled_numbers() -> None:
+    """t_min = 1e300 along a direction of length 1e90: finite, however it is scaled."""
+    scene = co.Scene([co.HalfSpace((0, 0, 1), 0)])
+    spans = scene.spans((0, 0, -1), (0, 0, -1e90), t_min=1e300)
+    assert spans.t_enter.tolist() == [1e300]
+    assert spans.t_exit.tolist() == [math.inf]
+    assert not scene.occluded((0, 0, -1), (0, 0, 1e90), t_min=1e300)
