@@ -147,7 +147,7 @@ def trace_ordered(
     order: Ints, size: int, any_hit: bool, begin: int, end: int,
     t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
 ) -> None:  # fmt: skip
-    """First hits, or any, of rays in an order, in which those from `size` begin to `size` end are streams begin..end."""
+    """First hits, or any, of rays in an order; those from `size` begin to `size` end make streams begin..end."""
     scratch, stream, mine = new_scratch(geometry), new_stream(geometry, size), np.empty(size, np.int32)
     for number in range(begin, end):
         count = 0

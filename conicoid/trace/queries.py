@@ -26,6 +26,7 @@ from .lists import CROSSING_COLUMNS, SPAN_COLUMNS
 from .membership import locate
 from .order import ray_order
 from .rays import Arguments, FloatArray, Rays, points_array
+from .scan_lines import row_length
 from .spans import Crossings, Spans
 from .threads import chunk_size, run_chunks
 from .tree import with_trees
@@ -86,11 +87,12 @@ def _arguments(rays: Rays, t_min: Any, t_max: Any) -> Arguments:
 
 
 def _packets(rays: Rays) -> tuple[int, int]:
-    """(width of the picture that the rays are shaped like or 0, how many packets of 64 they make)."""
-    if len(rays.shape) == 2:
-        height, width = rays.shape
-        return width, -(-width // 8) * -(-height // 8)
-    return 0, -(-(rays.origins.size // 3) // 64)
+    """(width of the picture that the rays make or 0, how many packets of 64 they make)."""
+    shape, count = rays.shape, rays.origins.size // 3
+    width = row_length(rays) if len(shape) == 1 else shape[-1] if len(shape) > 1 and min(shape[-2:]) >= 8 else 0
+    if width == 0:
+        return 0, -(-count // 64)
+    return width, -(-width // 8) * -(-count // (8 * width))
 
 
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
