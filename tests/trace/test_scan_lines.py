@@ -10,6 +10,11 @@ from conicoid.trace.scan_lines import row_length
 from .test_routes import assert_same, camera, crowded_scene
 
 
+@pytest.fixture(scope="module")
+def scene():
+    return crowded_scene()
+
+
 def perspective(width, height):
     return co.Camera((0.1, -0.2, -4), (0, 0, 0), up=(0, 1, 0), field_of_view=42).rays(width, height)
 
@@ -78,8 +83,8 @@ def test_what_is_no_picture_in_scan_order_has_no_rows(name):
 
 
 @pytest.mark.parametrize("name", ["none", "one", "one row", "from the middle of a row", "serpentine", "ragged"])
-def test_lists_without_rows_have_the_hits_of_their_rays(name):
-    scene, rays = crowded_scene(), OTHERS[name]()
+def test_lists_without_rows_have_the_hits_of_their_rays(scene, name):
+    rays = OTHERS[name]()
     hits = scene.first_hit(rays)
     some = np.arange(hits.t.size)[:: max(1, hits.t.size // 50)]
     assert_same(hits, scene.first_hit(*(part.reshape(-1, 3)[some] for part in rays)), some)
@@ -87,8 +92,8 @@ def test_lists_without_rows_have_the_hits_of_their_rays(name):
 
 
 @pytest.mark.parametrize(("width", "height"), [(131, 127), (129, 128)])
-def test_a_flat_picture_has_the_hits_of_a_picture(width, height):
-    scene, rays = crowded_scene(), perspective(width, height)
+def test_a_flat_picture_has_the_hits_of_a_picture(scene, width, height):
+    rays = perspective(width, height)
     hits, count = scene.first_hit(rays), width * height
     assert_same(hits, scene.first_hit(flat(rays)), np.arange(count))
     shuffled = np.random.default_rng(1).permutation(count)
@@ -97,8 +102,8 @@ def test_a_flat_picture_has_the_hits_of_a_picture(width, height):
 
 
 @pytest.mark.parametrize("guess", [32, 64, 127, 12 * 127])
-def test_a_wrong_guess_changes_nothing(monkeypatch, guess):
-    scene, rays = crowded_scene(), flat(perspective(127, 192))
+def test_a_wrong_guess_changes_nothing(scene, monkeypatch, guess):
+    rays = flat(perspective(127, 192))
     hits, order = scene.first_hit(rays), np.arange(127 * 192)
     monkeypatch.setattr(queries, "row_length", lambda rays: guess)
     assert_same(hits, scene.first_hit(rays), order)
@@ -106,9 +111,9 @@ def test_a_wrong_guess_changes_nothing(monkeypatch, guess):
 
 
 @pytest.mark.parametrize("shape", [(3, 40, 24), (4, 10, 10), (4, 200, 3), (200, 2), (2, 200)])
-def test_arrays_of_any_shape_have_the_hits_of_their_rays(shape):
+def test_arrays_of_any_shape_have_the_hits_of_their_rays(scene, shape):
     """Several pictures behind each other, several rays for each pixel, several lines."""
-    scene, rays, count = crowded_scene(), camera(64), int(np.prod(shape))
+    rays, count = camera(64), int(np.prod(shape))
     some = np.random.default_rng(2).choice(64 * 64, count, replace=False)
     hits, all_hits = scene.first_hit(*(x.reshape(-1, 3)[some].reshape(*shape, 3) for x in rays)), scene.first_hit(rays)
     assert hits.t.shape == shape
