@@ -141,11 +141,12 @@ def trace_occluded(
 
 
 @kernel
-def trace_first_ordered(
+def trace_ordered(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    order: Ints, size: int, begin: int, end: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
+    order: Ints, size: int, any_hit: bool, begin: int, end: int,
+    t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
 ) -> None:  # fmt: skip
-    """First hits of rays taken in an order, in which those from `size` begin to `size` end are streams begin..end."""
+    """First hits, or any, of rays in an order; those from `size` begin to `size` end make streams begin..end."""
     scratch, stream, mine = new_scratch(geometry), new_stream(geometry, size), np.empty(size, np.int32)
     for number in range(begin, end):
         count = 0
@@ -165,9 +166,9 @@ def trace_first_ordered(
             elif ray[8] == DEAD:
                 put_hit(no_hit(), i, t, body, entry, place, turn)
             else:
-                hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+                hit = first_crossing(geometry, scratch, ray, scratch.nothing, any_hit)
                 put_hit(hit, i, t, body, entry, place, turn)
-        trace_stream(geometry, scratch, stream, count, scratch.nothing, False)
+        trace_stream(geometry, scratch, stream, count, scratch.nothing, any_hit)
         for k in range(count):
             put_hit(stream_hit(stream, k), mine[k], t, body, entry, place, turn)
 

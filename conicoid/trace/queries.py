@@ -16,8 +16,8 @@ from .array_kernels import (
     coherent_packets,
     trace_crossings,
     trace_first,
-    trace_first_ordered,
     trace_occluded,
+    trace_ordered,
     trace_spans,
 )
 from .certain import settle_bodies, settle_hits, settled_rows
@@ -26,6 +26,7 @@ from .lists import CROSSING_COLUMNS, SPAN_COLUMNS
 from .membership import locate
 from .order import ray_order
 from .rays import Arguments, FloatArray, Rays, points_array
+from .scan_lines import row_length
 from .spans import Crossings, Spans
 from .threads import chunk_size, run_chunks
 from .tree import with_trees
@@ -86,11 +87,12 @@ def _arguments(rays: Rays, t_min: Any, t_max: Any) -> Arguments:
 
 
 def _packets(rays: Rays) -> tuple[int, int]:
-    """(width of the picture that the rays are shaped like or 0, how many packets of 64 they make)."""
-    if len(rays.shape) == 2:
-        height, width = rays.shape
-        return width, -(-width // 8) * -(-height // 8)
-    return 0, -(-(rays.origins.size // 3) // 64)
+    """(width of the picture that the rays make or 0, how many packets of 64 they make)."""
+    shape, count = rays.shape, rays.origins.size // 3
+    width = row_length(rays) if len(shape) == 1 else shape[-1] if len(shape) > 1 and min(shape[-2:]) >= 8 else 0
+    if width == 0:
+        return 0, -(-count // 64)
+    return width, -(-width // 8) * -(-count // (8 * width))
 
 
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
@@ -99,13 +101,7 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     found = Found.new(len(arguments[0]))
     width, packets = _packets(rays)
     if not _in_order(scene, arguments, width, packets):
-        order = ray_order(scene.geometry, arguments[0], arguments[1])
-        streams = -(-len(order) // _STREAM)
-        run_chunks(
-            lambda a, b: trace_first_ordered(scene.geometry, *arguments, order, _STREAM, a, b, *found),
-            streams,
-            chunk_size(streams, 8),
-        )
+        _trace_streams(scene, arguments, False, found)
     else:
         run_chunks(
             lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, *found),
@@ -116,6 +112,17 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     if len(doubtful):
         settle_hits(scene, arguments, doubtful, found)
     return Hits(scene, rays, found, doubtful)
+
+
+def _trace_streams(scene: Prepared, arguments: Arguments, any_hit: bool, found: Found) -> None:
+    """First hits, or any, of rays in no order: sorted, and in streams."""
+    order = ray_order(scene.geometry, arguments[0], arguments[1])
+    streams = -(-len(order) // _STREAM)
+    run_chunks(
+        lambda a, b: trace_ordered(scene.geometry, *arguments, order, _STREAM, any_hit, a, b, *found),
+        streams,
+        chunk_size(streams, 8),
+    )
 
 
 def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -> bool:
@@ -129,20 +136,30 @@ def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     """Is there any crossing in ]t_min, t_max[?  bool of the rays' shape."""
     arguments = _arguments(rays, t_min, t_max)
-    result = np.zeros(len(arguments[0]), np.int8)
     width, packets = _packets(rays)
-    run_chunks(
-        lambda a, b: trace_occluded(scene.geometry, *arguments, width, a, b, result),
-        packets,
-        chunk_size(packets, _PACKETS),
-    )
-    doubtful = np.flatnonzero(result >= DOUBTFUL)
+    if _in_order(scene, arguments, width, packets):
+        result: Any = np.zeros(len(arguments[0]), np.int8)
+        run_chunks(
+            lambda a, b: trace_occluded(scene.geometry, *arguments, width, a, b, result),
+            packets,
+            chunk_size(packets, _PACKETS),
+        )
+        doubtful = np.flatnonzero(result >= DOUBTFUL)
+    else:
+        found = Found.new(len(arguments[0]))
+        _trace_streams(scene, arguments, True, found)
+        result, doubtful = found.body >= 0, np.flatnonzero(found.turn > DOUBTFUL // 2)
     if len(doubtful):
-        some = tuple(part if len(part) == 1 else part[doubtful] for part in arguments)
-        found = Found.new(len(doubtful))
-        settle_hits(scene, some, np.arange(len(doubtful)), found)
-        result[doubtful] = found.body >= 0
+        result[doubtful] = _settled(scene, arguments, doubtful)
     return result.astype(np.bool_).reshape(rays.shape)[()]
+
+
+def _settled(scene: Prepared, arguments: Arguments, which: Any) -> Any:
+    """Do these rays hit anything?  In exact arithmetic; bool."""
+    some = tuple(part if len(part) == 1 else part[which] for part in arguments)
+    found = Found.new(len(which))
+    settle_hits(scene, some, np.arange(len(which)), found)
+    return found.body >= 0
 
 
 def _listed(kernel: Any, scene: Prepared, rays: Rays, t_min: Any, t_max: Any, spans: bool) -> tuple[Any, FloatArray]:

@@ -1,5 +1,7 @@
 """A ray has the same answer to the bit in a packet and by itself, in any order and on any number of threads."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -119,3 +121,21 @@ def test_streams_without_any_ray():
     hits, same = scene.first_hit(origins, directions), scene.first_hit(origins, directions * small)
     assert np.array_equal(hits.t, same.t * small)
     assert np.array_equal(hits.body, same.body)
+
+
+def test_grazing_rays_in_no_order_are_settled():
+    """Lines along axes whose distance from the center is the ball's radius, but for rounding: Pythagoras decides."""
+    r = np.random.default_rng(5)
+    count, angle = 8192, r.uniform(0, 2 * np.pi, 8192)
+    axis, sign = r.integers(0, 3, count), r.choice([-1.0, 1.0], count)
+    a, b = np.cos(angle), np.sin(angle)
+    origins = np.stack([np.choose(axis, (-2.0 * sign, b, a)), np.choose(axis, (a, -2.0 * sign, b)),
+                        np.choose(axis, (b, a, -2.0 * sign))], axis=-1)  # fmt: skip
+    directions = np.eye(3)[axis] * sign[:, None]
+    inside = np.array([Fraction(x) ** 2 + Fraction(y) ** 2 < 1 for x, y in zip(a.tolist(), b.tolist(), strict=True)])
+    assert 0.2 < inside.mean() < 0.8
+    scene = co.Scene([co.Sphere(1)])
+    hits = scene.first_hit(origins, directions)
+    assert hits.doubtful.mean() > 0.9
+    assert np.array_equal(hits.body >= 0, inside)
+    assert np.array_equal(scene.occluded(origins, directions), inside)
