@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Ray, integer
 from ..jit import helper, inline
+from .leaf import leaf_range
 from .simd import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit
 
 
@@ -73,13 +74,6 @@ def push_roots(geometry: Geometry, stack: Stack, tree: int) -> int:
         stack.code[k - first] = integer(geometry, table.ROOTS, k)
         stack.t[k - first], stack.box[k - first] = -math.inf, -1
     return last - first
-
-
-@inline
-def leaf_range(code: int) -> tuple[int, int]:
-    """(first, last) places in `tree_order` of a leaf."""
-    first, count = (-code - 1) >> 4, (-code - 1) & 15
-    return first, first + count
 
 
 @helper
