@@ -21,7 +21,7 @@ from .kernels import Hit, meet, scene_tree, within
 from .leaf import leaf_at, leaf_ball, leaf_item, leaf_range
 from .scratch import Scratch
 from .simd import FROM_THE_START, balls_met, boxes_met_by_ray, lowest_bit, waiting
-from .walk import reciprocal
+from .walk import ask_for, reciprocal
 
 # Numbers of a ray that boxes are tested with, in the order of `boxes_met_by_ray`: one line of memory
 ORIGIN, SLOPES, T_MIN, LAST = 0, 3, 6, 7
@@ -122,6 +122,7 @@ def _descend(geometry: Geometry, stream: Stream, node: int, begin: int, count: i
         code = integer(geometry, table.NODE_CHILDREN, 8 * node + child)
         if counts[child] == 0 or code == 0:
             continue
+        ask_for(geometry, code)
         key = (
             (boxes[at + child] + boxes[at + 24 + child]) * dx
             + (boxes[at + 8 + child] + boxes[at + 32 + child]) * dy

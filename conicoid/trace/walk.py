@@ -37,7 +37,7 @@ def put_beam(beam: Floats, ray: Ray) -> None:
 
 
 @inline
-def _ask_for(geometry: Geometry, code: int) -> None:
+def ask_for(geometry: Geometry, code: int) -> None:
     """Ask for the memory of a node or leaf that is soon to be visited."""
     if code >= 0:
         at = geometry.places[table.NODE_BOXES, 0] + 48 * code
@@ -58,7 +58,7 @@ def push_met(geometry: Geometry, stack: Stack, near: Floats, node: int, bits: in
         t, child = near[i], integer(geometry, table.NODE_CHILDREN, 8 * node + i)
         if child == 0:
             continue
-        _ask_for(geometry, child)
+        ask_for(geometry, child)
         slot = top
         while slot > base and stack.t[slot - 1] < t:
             stack.t[slot], stack.code[slot], stack.box[slot] = (
