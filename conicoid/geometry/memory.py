@@ -8,8 +8,8 @@ import numpy as np
 
 from .tables import (
     ENTRY_KIND,
-    LEAF_BALLS,
     LEAF_CELL,
+    LEAF_ITEMS,
     NODE_BOXES,
     NODE_CHILDREN,
     REGION,
@@ -34,7 +34,7 @@ class Memory(NamedTuple):
 def memory(geometry: Geometry) -> Memory:
     """Count the bytes of a geometry."""
     every = geometry.integers.nbytes + geometry.floats.nbytes
-    boxes = int(geometry.places[NODE_BOXES, 1] + geometry.places[LEAF_BALLS, 1]) * geometry.floats.itemsize
+    boxes = int(geometry.places[NODE_BOXES, 1] + geometry.places[LEAF_ITEMS, 1]) * geometry.floats.itemsize
     tree = boxes + sum(int(geometry.places[k, 1]) for k in _TREE) * geometry.integers.itemsize
     first, count = geometry.places[ENTRY_KIND].tolist()
     regions = int(np.count_nonzero(geometry.integers[first : first + count] == REGION))

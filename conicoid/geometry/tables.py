@@ -80,7 +80,7 @@ class Tables(NamedTuple):
     tree_root: Ints  # [programs + 2] first of its roots
     roots: Ints  # where a walk begins: a node, and leaves of what no box holds
     tree_depth: Ints  # [1] the most that a walk's stack holds
-    leaf_balls: Floats  # [4 tree_order] balls around what leaves hold: of a leaf, all x, all y, all z, all radii
+    leaf_items: Floats  # [8 tree_order] what leaves hold: see trace/leaf.py
     extent: Floats  # [5] diagonal of the box of what is bounded, an entry's share of it, its middle
 
     # How far the fast formulas can be trusted (lowering/limits.py)
@@ -138,7 +138,7 @@ class Tables(NamedTuple):
     TREE_ROOT,
     ROOTS,
     TREE_DEPTH,
-    LEAF_BALLS,
+    LEAF_ITEMS,
     EXTENT,
     PLANE_LIMITS,
     QUADRIC_LIMITS,
@@ -161,6 +161,14 @@ class Geometry(NamedTuple):
 
 
 _SPARE = 8  # floats after the last: leaves are read eight at a time
+_LINE = 8  # floats in a line of memory; every table of floats begins at one
+
+
+def _aligned(count: int) -> Floats:
+    """An array that begins at a line of memory."""
+    room = np.empty(count + _LINE)
+    skip = -room.ctypes.data % (_LINE * room.itemsize) // room.itemsize
+    return room[skip : skip + count]
 
 
 def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
@@ -171,8 +179,8 @@ def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
     for k, table in enumerate(arrays):
         real = table.dtype == np.float64
         places[k] = ends[real], table.size
-        ends[real] += table.size
-    geometry = Geometry(places, np.empty(ends[0], np.int32), np.empty(ends[1] + _SPARE))
+        ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
+    geometry = Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + _SPARE))
     geometry.floats[ends[1] :] = 0.0
     for k, table in enumerate(arrays):
         if k not in later:

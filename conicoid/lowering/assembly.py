@@ -218,7 +218,7 @@ def _to_come() -> dict[str, Any]:
         tree_root=np.zeros(0, np.int32),
         roots=np.zeros(0, np.int32),
         tree_depth=np.zeros(1, np.int32),
-        leaf_balls=np.zeros(0),
+        leaf_items=np.zeros(0),
         extent=np.zeros(5),
         plane_limits=np.zeros((0, 2)),
         quadric_limits=np.zeros((0, 2)),

@@ -11,15 +11,16 @@ import numpy as np
 from ..geometry import tables as table
 from ..geometry.cell import NO_PLACE, anchor_of, cell_spans, load_plane, load_quadric, load_sphere
 from ..geometry.nearness import along, beyond, lengths_of_ball, nearness_of
-from ..geometry.quadric import quadric_gradient, sphere_roots
+from ..geometry.quadric import Sphere, quadric_gradient, sphere_roots
 from ..geometry.tables import BALL, CELL, PLANE, SPHERE, Geometry, Ints, Ray, Signs, integer, length, real, whole
 from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
 from .entries import crossed_face, entry_crossings, entry_nearness, entry_sides
 from .events import at_start, counts_in, span_inverse, surface_of
+from .leaf import Item, leaf_at, leaf_ball, leaf_item, leaf_range
 from .scratch import Scratch, new_scratch
 from .simd import LAST, balls_met, lowest_bit
-from .walk import leaf_range, push_node, push_roots, put_beam, walk
+from .walk import push_node, push_roots, put_beam, walk
 
 Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any, float, Any]
 """t, body, entry, place, sense, entered: `crossed_face` makes the middle ones a surface, a face and a side.
@@ -93,11 +94,10 @@ def resolved_surface(geometry: Geometry, hit: Hit) -> int:
 
 
 @inline
-def try_ball(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
+def try_ball(geometry: Geometry, item: Item, sphere: Sphere, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for a ball."""
     ox, oy, oz, dx, dy, dz, _, _, start = ray
-    surface, body = integer(geometry, table.ENTRY_INDEX, entry), integer(geometry, table.ENTRY_BODY, entry)
-    sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    _, surface, body, entry = item
     low, high, _, crosses, unsure = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, surface == start)
     nearness = along(ray, inverse, lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3]))
     unsure |= nearness[1] < 0.0
@@ -112,14 +112,13 @@ def try_ball(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit
 
 
 @inline
-def try_cell(geometry: Geometry, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
+def try_cell(geometry: Geometry, item: Item, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for a cell."""
-    cell = integer(geometry, table.ENTRY_INDEX, entry)
+    _, cell, body, entry = item
     spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = cell_spans(geometry, cell, ray, inverse)
     if spans == 0:
         return certain(best, best[6], best[7] | unsure)
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
-    body = integer(geometry, table.ENTRY_BODY, entry)
     for end in range(2 * spans):
         t, place = (in1, a1) if end == 0 else ((out1, b1) if end == 1 else ((in2, a2) if end == 2 else (out2, b2)))
         surface = surface_of(geometry, place, t)
@@ -148,14 +147,13 @@ def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: 
 
 
 @inline
-def meet(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, inverse: float, best: Hit) -> Hit:
-    """`try_entry`, by the shortest way for its kind."""
-    kind = integer(geometry, table.ENTRY_KIND, entry)
-    if kind == BALL:
-        return try_ball(geometry, entry, ray, inverse, best)
-    if kind == CELL:
-        return try_cell(geometry, entry, ray, inverse, best)
-    return try_entry(geometry, scratch, entry, ray, best)
+def meet(geometry: Geometry, scratch: Scratch, item: Item, sphere: Sphere, ray: Ray, inverse: float, best: Hit) -> Hit:
+    """`try_entry` for an item of a leaf with a ball around it, by the shortest way for its kind."""
+    if item[0] == BALL:
+        return try_ball(geometry, item, sphere, ray, inverse, best)
+    if item[0] == CELL:
+        return try_cell(geometry, item, ray, inverse, best)
+    return try_entry(geometry, scratch, item[3], ray, best)
 
 
 @helper
@@ -178,16 +176,17 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
             top = push_node(geometry, stack, scratch.near, beam, 0, code, top)
             continue
         first, last = leaf_range(code)
-        at = geometry.places[table.LEAF_BALLS, 0] + 4 * first
-        for eight in range(first, last, 8):
+        at, count = leaf_at(geometry, first), last - first
+        for eight in range(0, count, 8):
             end = min(ray[7], within(best))
-            bits = balls_met(geometry.floats, at + eight - first, last - first, last - eight, ray, inverse, end)
+            bits = balls_met(geometry.floats, at + eight, count, count - eight, ray, inverse, end)
             while bits != 0:
-                entry = integer(geometry, table.TREE_ORDER, eight + lowest_bit(bits))
+                k = eight + lowest_bit(bits)
                 bits &= bits - 1
-                if some and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
+                item = leaf_item(geometry, at, count, k)
+                if some and blocks[item[2]] == 0:
                     continue
-                best = meet(geometry, scratch, entry, ray, inverse, best)
+                best = meet(geometry, scratch, item, leaf_ball(geometry, at, count, k), ray, inverse, best)
                 if any_hit and best[1] >= 0:
                     return _unscaled(best, scale)
     return _unscaled(best, scale)

@@ -64,10 +64,9 @@ SpanLanes = tuple[float, float, float, float, float, float, float, float, bool, 
 
 
 @helper
-def ball_lanes(geometry: Geometry, lanes: Floats, surface: int, entry: int, body: int, first: int, last: int) -> None:
+def ball_lanes(lanes: Floats, sphere: Sphere, surface: int, entry: int, body: int, first: int, last: int) -> None:
     """The first crossing of a ball."""
     first, last = eights(first, last)
-    sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     lengths = lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3])
     for i in range(first, last):
         starts = lanes[START + i] == surface

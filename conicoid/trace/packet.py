@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs, integer
+from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from ..jit import allocator, choose, helper, inline
 from .kernels import scene_tree, try_entry, within
 from .lane_cells import ball_lanes, cell_lanes
@@ -36,9 +36,10 @@ from .lanes import (
     put_slopes,
     shorten_beam,
 )  # fmt: skip
+from .leaf import leaf_at, leaf_ball, leaf_item, leaf_kind, leaf_range
 from .scratch import Scratch
 from .simd import LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
-from .walk import leaf_range, push_met, push_roots
+from .walk import push_met, push_roots
 
 
 class Packet(NamedTuple):
@@ -107,15 +108,16 @@ def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bit
 
 
 @inline
-def _meet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, entry: int, met: int) -> None:
-    """An entry, asked by the lanes that are told by bits, or more."""
+def _meet(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
+) -> None:
+    """Item k of the leaf of `count` at floats[at:], asked by the lanes that are told by bits, or more."""
     lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
-    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
-    body = integer(geometry, table.ENTRY_BODY, entry)
+    kind, index, body, entry = leaf_item(geometry, at, count, k)
     if len(blocks) > 0 and blocks[body] == 0:
         return
     if kind == BALL:
-        ball_lanes(geometry, lanes, index, entry, body, first, last)
+        ball_lanes(lanes, leaf_ball(geometry, at, count, k), index, entry, body, first, last)
     elif kind == CELL:
         cell_lanes(geometry, lanes, index, entry, body, first, last)
     elif kind == REGION and in_lanes(geometry, index):
@@ -127,11 +129,10 @@ def _meet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, e
 @inline
 def _meet_balls(
     geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool,
-    begin: int, end: int,
+    at: int, count: int,
 ) -> None:  # fmt: skip
     """A leaf of balls: the beam sorts out those that it misses, the lanes ask about the others."""
-    lanes, near, count = packet.lanes, scratch.near, end - begin
-    at = geometry.places[table.LEAF_BALLS, 0] + 4 * begin
+    lanes, near = packet.lanes, scratch.near
     bits, near[0] = 1, -math.inf
     if count > 1:
         bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)
@@ -146,7 +147,7 @@ def _meet_balls(
             break
         met = _lanes_at_ball(geometry, lanes, groups, at + k, count)
         if met != 0:
-            _meet(geometry, scratch, packet, blocks, integer(geometry, table.TREE_ORDER, begin + k), met)
+            _meet(geometry, scratch, packet, blocks, at, count, k, met)
             if any_hit:
                 _retire(lanes, groups)
             shorten_beam(lanes, groups)
@@ -176,16 +177,17 @@ def trace_packet(
             top = push_met(geometry, stack, scratch.near, code, bits, top)
             continue
         begin, end = leaf_range(code)
-        if box >= 0 and integer(geometry, table.ENTRY_KIND, integer(geometry, table.TREE_ORDER, begin)) == BALL:
-            _meet_balls(geometry, scratch, packet, groups, blocks, any_hit, begin, end)
+        at, count = leaf_at(geometry, begin), end - begin
+        if box >= 0 and leaf_kind(geometry, at, count) == BALL:
+            _meet_balls(geometry, scratch, packet, groups, blocks, any_hit, at, count)
             continue
         met = (1 << (8 * groups)) - 1 if groups < 8 else -1
         if box >= 0:
             met = _lanes_in_child(geometry, lanes, groups, boxes + 48 * (box >> 3) + (box & 7))
             if met == 0:
                 continue
-        for k in range(begin, end):
-            _meet(geometry, scratch, packet, blocks, integer(geometry, table.TREE_ORDER, k), met)
+        for k in range(count):
+            _meet(geometry, scratch, packet, blocks, at, count, k, met)
         if any_hit:
             _retire(lanes, groups)
         shorten_beam(lanes, groups)

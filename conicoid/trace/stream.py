@@ -18,9 +18,10 @@ from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, integer, whole
 from ..jit import allocator, helper, inline
 from .kernels import Hit, meet, scene_tree, within
+from .leaf import leaf_at, leaf_ball, leaf_item, leaf_range
 from .scratch import Scratch
 from .simd import FROM_THE_START, balls_met, boxes_met_by_ray, lowest_bit, waiting
-from .walk import leaf_range, reciprocal
+from .walk import ask_for, reciprocal
 
 # Numbers of a ray that boxes are tested with, in the order of `boxes_met_by_ray`: one line of memory
 ORIGIN, SLOPES, T_MIN, LAST = 0, 3, 6, 7
@@ -121,6 +122,7 @@ def _descend(geometry: Geometry, stream: Stream, node: int, begin: int, count: i
         code = integer(geometry, table.NODE_CHILDREN, 8 * node + child)
         if counts[child] == 0 or code == 0:
             continue
+        ask_for(geometry, code)
         key = (
             (boxes[at + child] + boxes[at + 24 + child]) * dx
             + (boxes[at + 8 + child] + boxes[at + 32 + child]) * dy
@@ -152,22 +154,23 @@ def _meet(
 ) -> None:
     """The entries of a leaf, for all rays of a list."""
     first, last = leaf_range(code)
-    at = geometry.places[table.LEAF_BALLS, 0] + 4 * first
+    at, size = leaf_at(geometry, first), last - first
     for j in range(begin, begin + count):
         k, t = waiting(stream.lists[j])
         reach = stream.rays[RAY * k + LAST]
         if t > reach:
             continue
         ray, inverse = _ray(stream, k), stream.more[MORE * k + INVERSE]
-        for eight in range(first, last, 8):
-            bits = balls_met(geometry.floats, at + eight - first, last - first, last - eight, ray, inverse, reach)
+        for eight in range(0, size, 8):
+            bits = balls_met(geometry.floats, at + eight, size, size - eight, ray, inverse, reach)
             while bits != 0:
-                entry = integer(geometry, table.TREE_ORDER, eight + lowest_bit(bits))
+                place = eight + lowest_bit(bits)
                 bits &= bits - 1
-                if len(blocks) > 0 and blocks[integer(geometry, table.ENTRY_BODY, entry)] == 0:
+                item = leaf_item(geometry, at, size, place)
+                if len(blocks) > 0 and blocks[item[2]] == 0:
                     continue
                 best = stream_hit(stream, k)
-                hit = meet(geometry, scratch, entry, ray, inverse, best)
+                hit = meet(geometry, scratch, item, leaf_ball(geometry, at, size, place), ray, inverse, best)
                 if hit[0] != best[0] or hit[1] != best[1] or hit[7] != best[7]:
                     _keep(stream, k, hit, any_hit)
 

@@ -8,7 +8,8 @@ from typing import NamedTuple
 from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Ray, integer
 from ..jit import helper, inline
-from .simd import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit
+from .leaf import leaf_at, leaf_range
+from .simd import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch
 
 
 class Stack(NamedTuple):
@@ -36,6 +37,18 @@ def put_beam(beam: Floats, ray: Ray) -> None:
 
 
 @inline
+def ask_for(geometry: Geometry, code: int) -> None:
+    """Ask for the memory of a node or leaf that is soon to be visited."""
+    if code >= 0:
+        at = geometry.places[table.NODE_BOXES, 0] + 48 * code
+        for line in range(6):
+            prefetch(geometry.floats, at + 8 * line)
+        prefetch(geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code)
+    else:
+        prefetch(geometry.floats, leaf_at(geometry, leaf_range(code)[0]))
+
+
+@inline
 def push_met(geometry: Geometry, stack: Stack, near: Floats, node: int, bits: int, top: int) -> int:
     """Put the children of a node that are told by bits on the stack, the nearest on top; returns its height."""
     base = top
@@ -45,6 +58,7 @@ def push_met(geometry: Geometry, stack: Stack, near: Floats, node: int, bits: in
         t, child = near[i], integer(geometry, table.NODE_CHILDREN, 8 * node + i)
         if child == 0:
             continue
+        ask_for(geometry, child)
         slot = top
         while slot > base and stack.t[slot - 1] < t:
             stack.t[slot], stack.code[slot], stack.box[slot] = (
@@ -73,13 +87,6 @@ def push_roots(geometry: Geometry, stack: Stack, tree: int) -> int:
         stack.code[k - first] = integer(geometry, table.ROOTS, k)
         stack.t[k - first], stack.box[k - first] = -math.inf, -1
     return last - first
-
-
-@inline
-def leaf_range(code: int) -> tuple[int, int]:
-    """(first, last) places in `tree_order` of a leaf."""
-    first, count = (-code - 1) >> 4, (-code - 1) & 15
-    return first, first + count
 
 
 @helper

@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 
-from ...geometry.tables import BALL, CELL, LEAF_BALLS, NODE_BOXES, POLYGON, REGION, SHEET, Floats, Geometry, pack
+from ...geometry.tables import BALL, CELL, LEAF_ITEMS, NODE_BOXES, POLYGON, REGION, SHEET, Floats, Geometry, pack
 from ...lowering import Lowered
 from .forest import Forest
-from .leaf_balls import put_balls
+from .leaf_items import put_items
 from .records import Survey
 
 _FEW = 12
@@ -37,9 +37,9 @@ def with_trees(lowered: Lowered) -> Geometry:
         forest.end_tree()
     survey = forest.add(lowered.boxes, 0, _COSTS[tables.entry_kind])
     forest.end_tree()
-    geometry = pack(forest.in_tables(tables._replace(extent=_extent(survey))), later=(NODE_BOXES, LEAF_BALLS))
+    geometry = pack(forest.in_tables(tables._replace(extent=_extent(survey))), later=(NODE_BOXES, LEAF_ITEMS))
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES, 0]))
-    put_balls(geometry, lowered.boxes)
+    put_items(geometry, lowered.boxes)
     return geometry
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...geometry.tables import Floats, Ints, Tables
+from ..leaf import ROWS
 from .branches import WIDTH
 from .build import Tree, build
 from .nodes import leaf_code
@@ -71,7 +72,7 @@ class Forest:
         self.ends.append(len(self.roots))
 
     def in_tables(self, tables: Tables) -> Tables:
-        """The tables with the trees, but for the boxes of the nodes and the balls of the leaves."""
+        """The tables with the trees, but for the boxes of the nodes and the items of the leaves."""
         return tables._replace(
             node_boxes=np.broadcast_to(0.0, (self.node_count, 6, WIDTH)),
             node_children=np.concatenate(self.children),
@@ -79,7 +80,7 @@ class Forest:
             tree_root=np.array(self.ends, dtype=np.int32),
             roots=np.array(self.roots, dtype=np.int32),
             tree_depth=np.array([self.depth], dtype=np.int32),
-            leaf_balls=np.broadcast_to(0.0, 4 * self.placed),
+            leaf_items=np.broadcast_to(0.0, ROWS * self.placed),
         )
 
     def put_boxes(self, floats: Floats, at: int) -> None:

@@ -1,4 +1,4 @@
-"""Balls around the entries of the scene's tree, as `simd.balls_met` takes them, eight at a time."""
+"""The table of what stands in the leaves of the scene's tree; see `trace/leaf.py`."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import math
 
 from ...geometry import tables as table
 from ...geometry.cell import load_sphere
-from ...geometry.tables import BALL, SPHERE, Floats, Geometry, integer, length
+from ...geometry.tables import BALL, Floats, Geometry, integer, length
 from ...jit import inline, kernel
+from ..leaf import leaf_at, leaf_range
 from ..threads import run_chunks
-from ..walk import leaf_range
 
 _CHUNK = 1 << 14
 
 
-def put_balls(geometry: Geometry, boxes: Floats) -> None:
-    """Fill the table LEAF_BALLS, for the scene's own tree; boxes (n, 6) of the entries."""
+def put_items(geometry: Geometry, boxes: Floats) -> None:
+    """Fill the table LEAF_ITEMS, for the scene's own tree; boxes (n, 6) of the entries."""
     run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.NODE_CHILDREN, a, b), _children(geometry), _CHUNK)
     _put_leaves(geometry, boxes, table.ROOTS, 0, int(geometry.places[table.ROOTS, 1]))
 
@@ -26,7 +26,7 @@ def _children(geometry: Geometry) -> int:
 
 @kernel
 def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: int) -> None:
-    """The leaves among codes begin..end of a table; those of bodies' trees have no balls."""
+    """The leaves among codes begin..end of a table; those of bodies' trees have no items."""
     for k in range(begin, end):
         code = integer(geometry, codes, k)
         if code >= 0:
@@ -34,18 +34,27 @@ def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: 
         first, last = leaf_range(code)
         if first < length(geometry, table.TREE_ORDER) - len(boxes):
             continue
-        at, count = geometry.places[table.LEAF_BALLS, 0] + 4 * first, last - first
+        at, count = leaf_at(geometry, first), last - first
         for j in range(count):
-            ball = _around(geometry, boxes, integer(geometry, table.TREE_ORDER, first + j))
-            for row in range(4):
-                geometry.floats[at + count * row + j] = ball[row]
+            _put_item(geometry, boxes, at + j, count, integer(geometry, table.TREE_ORDER, first + j))
+
+
+@inline
+def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int) -> None:
+    f = geometry.floats
+    ball = _around(geometry, boxes, entry)
+    f[at], f[at + count], f[at + 2 * count], f[at + 3 * count] = ball
+    f[at + 4 * count] = integer(geometry, table.ENTRY_KIND, entry)
+    f[at + 5 * count] = integer(geometry, table.ENTRY_INDEX, entry)
+    f[at + 6 * count] = integer(geometry, table.ENTRY_BODY, entry)
+    f[at + 7 * count] = entry
 
 
 @inline
 def _around(geometry: Geometry, boxes: Floats, entry: int) -> tuple[float, float, float, float]:
     """A ball that holds an entry: itself, if it is one, or that around its box; of infinite radius, if need be."""
-    surface = integer(geometry, table.ENTRY_INDEX, entry)
-    if integer(geometry, table.ENTRY_KIND, entry) == BALL and integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+    if integer(geometry, table.ENTRY_KIND, entry) == BALL:
+        surface = integer(geometry, table.ENTRY_INDEX, entry)
         return load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     x, y, z = _middle(boxes, entry, 0), _middle(boxes, entry, 1), _middle(boxes, entry, 2)
     a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)

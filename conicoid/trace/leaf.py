@@ -1,0 +1,52 @@
+"""Leaves of the scene's tree: what stands in one, side by side in one block of floats.
+
+A leaf of n entries has eight rows of n numbers: x, y, z and radii of balls around them, kinds, indices, bodies and
+entries, so that whoever comes to a leaf waits for one place of memory only. A ball's own is the exact one.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+from ..geometry import tables as table
+from ..geometry.quadric import Sphere
+from ..geometry.tables import Geometry, whole
+from ..jit import inline
+
+ROWS = 8
+
+Item: TypeAlias = tuple[Any, Any, Any, Any]
+"""kind, index, body, entry"""
+
+
+@inline
+def leaf_range(code: int) -> tuple[int, int]:
+    """(first, last) places in `tree_order` of a leaf."""
+    first, count = (-code - 1) >> 4, (-code - 1) & 15
+    return first, first + count
+
+
+@inline
+def leaf_at(geometry: Geometry, first: int) -> int:
+    """Where in the floats the leaf with this first place begins."""
+    return geometry.places[table.LEAF_ITEMS, 0] + ROWS * first
+
+
+@inline
+def leaf_kind(geometry: Geometry, at: int, count: int) -> Any:
+    """The kind of the first item of a leaf of `count`."""
+    return whole(geometry.floats[at + 4 * count])
+
+
+@inline
+def leaf_item(geometry: Geometry, at: int, count: int, k: int) -> Item:
+    """Item k of the leaf of `count` at floats[at:]."""
+    f, at = geometry.floats, at + k
+    return whole(f[at + 4 * count]), whole(f[at + 5 * count]), whole(f[at + 6 * count]), whole(f[at + 7 * count])
+
+
+@inline
+def leaf_ball(geometry: Geometry, at: int, count: int, k: int) -> Sphere:
+    """The ball around item k."""
+    f, at = geometry.floats, at + k
+    return f[at], f[at + count], f[at + 2 * count], f[at + 3 * count]
