@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..geometry import tables as table
-from ..geometry.cell import NO_PLACE, cell_spans, curved_roots, load_sphere, place_face
+from ..geometry.cell import NO_PLACE, Spans, cell_spans, curved_roots, load_sphere, place_face
 from ..geometry.nearness import Nearness, along, beyond, lengths_of_ball, nearness_of
 from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, Ray, integer, whole
 from ..jit import helper, inline
@@ -25,7 +25,15 @@ def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) ->
     """(number of crossings in ]t_min, t_max[, inside just after t_min, doubtful) of a single cell."""
     inverse = span_inverse(ray)
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
-    spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = cell_spans(geometry, cell, ray, inverse)
+    return crossings_of_spans(geometry, scratch, ray, nearness, cell_spans(geometry, cell, ray, inverse))
+
+
+@inline
+def crossings_of_spans(
+    geometry: Geometry, scratch: Scratch, ray: Ray, nearness: Nearness, found: Spans
+) -> tuple[int, bool, bool]:
+    """`cell_crossings` from the spans of the cell."""
+    spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = found
     count, inside = 0, False
     for k in range(spans):
         t_in, t_out, a, b = (in1, out1, a1, b1) if k == 0 else (in2, out2, a2, b2)
@@ -47,7 +55,16 @@ def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray)
     unsure |= nearness[1] < 0.0
     if not crosses:
         return 0, False, unsure
-    unsure |= at_start(low, surface, ray, nearness) | at_start(high, surface, ray, nearness)
+    count, inside, doubtful = crossings_of_roots(scratch, surface, ray, nearness, low, high)
+    return count, inside, unsure | doubtful
+
+
+@inline
+def crossings_of_roots(
+    scratch: Scratch, surface: int, ray: Ray, nearness: Nearness, low: float, high: float
+) -> tuple[int, bool, bool]:
+    """`ball_crossings` from the roots of the ball."""
+    unsure = at_start(low, surface, ray, nearness) | at_start(high, surface, ray, nearness)
     count = _end(scratch, 0, low, ray, surface, NO_PLACE, 1)
     return _end(scratch, count, high, ray, surface, NO_PLACE, 0), low <= ray[6] < high, unsure
 

@@ -24,7 +24,8 @@ def span_inverse(ray: Ray) -> float:
 
 
 @inline
-def _put(scratch: Scratch, count: int, t: float, leaf: int, place: int, on: int) -> int:
+def put_event(scratch: Scratch, count: int, t: float, leaf: int, place: int, on: int) -> int:
+    """Event number `count` of a leaf that is entered (1) or left (0); returns how many there are now."""
     scratch.event_t[count] = t
     scratch.event_leaf[count] = leaf
     scratch.event_place[count] = place
@@ -52,12 +53,12 @@ def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tupl
         )
         doubtful |= unsure
         if spans > 0:
-            count = _put(scratch, count, in1, leaf, a1, 1)
-            count = _put(scratch, count, out1, leaf, b1, 0)
+            count = put_event(scratch, count, in1, leaf, a1, 1)
+            count = put_event(scratch, count, out1, leaf, b1, 0)
         if spans > 1:
-            count = _put(scratch, count, in2, leaf, a2, 1)
-            count = _put(scratch, count, out2, leaf, b2, 0)
-    _sort(scratch, count)
+            count = put_event(scratch, count, in2, leaf, a2, 1)
+            count = put_event(scratch, count, out2, leaf, b2, 0)
+    sort_events(scratch, count)
     return count, doubtful
 
 
@@ -67,7 +68,7 @@ def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
 
 
 @helper
-def _sort(scratch: Scratch, count: int) -> None:
+def sort_events(scratch: Scratch, count: int) -> None:
     """By t, then by leaf (Shell's sort, gaps after Ciura 2001 and growing by 9/4)."""
     gap = 1
     while gap < count // 2:
@@ -99,10 +100,19 @@ def region_crossings(
     geometry: Geometry, scratch: Scratch, program: int, ray: Ray, limit: int
 ) -> tuple[int, bool, bool]:
     """(number of crossings in ]t_min, t_max[, inside just after t_min, doubtful) of a region; stops after `limit`."""
-    t_min, t_max = ray[6], ray[7]
-    nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
     events, unsure = gather(geometry, scratch, program, ray)
-    gates = scratch.counts
+    nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
+    found, inside, doubtful = sweep(geometry, scratch, program, ray, nearness, events, limit)
+    return found, inside, unsure | doubtful
+
+
+@helper
+def sweep(
+    geometry: Geometry, scratch: Scratch, program: int, ray: Ray, nearness: Nearness, events: int, limit: int
+) -> tuple[int, bool, bool]:
+    """`region_crossings` from sorted events."""
+    t_min, t_max = ray[6], ray[7]
+    gates, unsure = scratch.counts, False
     done, found = 0, 0
     while done < events and scratch.event_t[done] <= t_min:
         turn_leaf(geometry, gates, scratch.event_leaf[done], scratch.event_on[done] == 1)

@@ -12,11 +12,11 @@ import math
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.cell import quadric_place
 from ..geometry.nearness import Nearness, lengths_of
 from ..geometry.tables import Floats, Geometry, Ints, integer
 from ..jit import choose, helper, inline
-from .lane_cells import curved_side, face_lanes, span_lane, unsure_lane
+from .lane_cells import face_lanes
+from .lane_spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, put_spans
 from .lanes import (
     DOUBT,
     ENDS,
@@ -44,10 +44,6 @@ from .lanes import (
 MOST = 16
 """Leaves, and gates, of a body that is traced in lanes."""
 
-# Rows of a leaf: where its spans begin and end, and on which faces
-IN, OUT, PLACE_OF_IN, PLACE_OF_OUT = (np.uint64(row) for row in range(0, 4 * LANES, LANES))
-SPAN = 4 * LANES
-LEAF = 2 * SPAN
 LEAVES_SIZE = MOST * LEAF
 TRUTHS_SIZE = MOST * LANES
 
@@ -72,24 +68,8 @@ def _leaf_spans(
     met = face_lanes(geometry, lanes, cell, first, last)
     if met == 0:
         return 0, 0
-    side, curved = curved_side(geometry, cell), quadric_place(cell)
-    row, second, lengths = np.uint64(at), np.uint64(at + SPAN), lengths_of(geometry, table.CELL_LIMITS, cell)
-    several = 0
-    for i in range(first, last):
-        in1, out1, in2, out2, a1, b1, a2, b2, some, more = span_lane(lanes, i, side, curved)
-        leaves[row + IN + i] = choose(some, in1, math.inf)
-        leaves[row + OUT + i] = choose(some, out1, -math.inf)
-        leaves[row + PLACE_OF_IN + i] = a1
-        leaves[row + PLACE_OF_OUT + i] = b1
-        leaves[second + IN + i] = choose(more, in2, math.inf)
-        leaves[second + OUT + i] = choose(more, out2, -math.inf)
-        leaves[second + PLACE_OF_IN + i] = a2
-        leaves[second + PLACE_OF_OUT + i] = b2
-        several += 1 if more else 0
-        off, far = lane_nearness(lanes, i, lengths)
-        starts = (some & ((abs(in1) <= off) | (abs(out1) <= off))) | (more & ((abs(in2) <= off) | (abs(out2) <= off)))
-        unsure = unsure_lane(lanes, i, off, far) | (starts & (lanes[T_MIN + i] <= off))
-        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
+    row, second = np.uint64(at), np.uint64(at + SPAN)
+    several = put_spans(geometry, lanes, leaves, at, cell, True, first, last)
     near = 0
     for i in range(first, last):
         begin = min(leaves[row + IN + i], leaves[second + IN + i])

@@ -1,0 +1,50 @@
+"""The spans of a ball or a cell in the lanes of a packet, as rows of 64 floats."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..geometry import tables as table
+from ..geometry.cell import quadric_place
+from ..geometry.nearness import lengths_of
+from ..geometry.tables import Floats, Geometry
+from ..jit import choose, inline
+from .lane_cells import curved_side, span_lane, unsure_lane
+from .lanes import DOUBT, LANES, T_MIN, eights, lane_nearness
+
+# Rows of a span: where it begins and ends, on which faces. It is none where it ends before it begins
+IN, OUT, PLACE_OF_IN, PLACE_OF_OUT = (np.uint64(row) for row in range(0, 4 * LANES, LANES))
+SPAN = 4 * LANES
+LEAF = 2 * SPAN
+
+
+@inline
+def put_spans(
+    geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, from_start: bool, first: int, last: int
+) -> int:
+    """The two spans of a cell, whose faces are met (`face_lanes`), into rows from leaves[at] on.
+
+    Returns how many lanes have the second. Where `from_start`, one that begins or ends at a lane's origin is doubtful.
+    """
+    first, last = eights(first, last)
+    side, curved = curved_side(geometry, cell), quadric_place(cell)
+    row, second, lengths = np.uint64(at), np.uint64(at + SPAN), lengths_of(geometry, table.CELL_LIMITS, cell)
+    several = 0
+    for i in range(first, last):
+        in1, out1, in2, out2, a1, b1, a2, b2, some, more = span_lane(lanes, i, side, curved)
+        leaves[row + IN + i] = choose(some, in1, math.inf)
+        leaves[row + OUT + i] = choose(some, out1, -math.inf)
+        leaves[row + PLACE_OF_IN + i] = a1
+        leaves[row + PLACE_OF_OUT + i] = b1
+        leaves[second + IN + i] = choose(more, in2, math.inf)
+        leaves[second + OUT + i] = choose(more, out2, -math.inf)
+        leaves[second + PLACE_OF_IN + i] = a2
+        leaves[second + PLACE_OF_OUT + i] = b2
+        several += 1 if more else 0
+        off, far = lane_nearness(lanes, i, lengths)
+        starts = (some & ((abs(in1) <= off) | (abs(out1) <= off))) | (more & ((abs(in2) <= off) | (abs(out2) <= off)))
+        unsure = unsure_lane(lanes, i, off, far) | (from_start & starts & (lanes[T_MIN + i] <= off))
+        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
+    return several
