@@ -27,6 +27,7 @@ from .packet import new_packet, trace_packet
 from .scratch import new_scratch
 from .simd import prefetch, store_eight
 from .stream import new_stream, put_stream_ray, stream_hit, trace_stream
+from .tile import PACKETS, ask_for_packet, new_tile, open_tile, tile_packet
 
 DOUBTFUL = 32
 """Added to the turn of a hit, or miss, that rounding might have changed."""
@@ -87,30 +88,36 @@ def trace_first(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
     width: int, begin: int, end: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs,
 ) -> None:  # fmt: skip
-    """First hits of packets begin..end of 64 rays. What is doubtful in a packet is asked again by itself."""
-    scratch, bundle = new_scratch(geometry), new_packet()
-    lanes = bundle.lanes
-    for packet in range(begin, end):
-        fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
-        together, doubtful = coherent(geometry, lanes, 8), 0
-        if together:
-            trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, False)
-            doubtful = put_turns(lanes)
-        for row in range(8):
-            first, n = packet_row(packet, row, width, len(origins))
-            if together and n == 8 and doubtful == 0:
-                put_eight_hits(lanes, 8 * row, first, t, body, entry, place, turn)
+    """First hits of tiles begin..end. What is doubtful in a packet is asked again by itself."""
+    scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
+    lanes, count = bundle.lanes, len(origins)
+    for tile in range(begin, end):
+        shared = open_tile(geometry, scratch.near, memory, bundle.frontier, lanes, origins, directions, tile, width)
+        for number in range(PACKETS):
+            ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
+            packet = tile_packet(tile, number, width, count)
+            if packet < 0:
                 continue
-            for k in range(n):
-                i = first + k
-                if together and lanes[DOUBT + np.uint64(8 * row + k)] == 0.0:
-                    put_hit(lane_hit(lanes, 8 * row + k), i, t, body, entry, place, turn)
+            fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, shared)
+            together, doubtful = coherent(geometry, lanes, 8), 0
+            if together:
+                trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, False)
+                doubtful = put_turns(lanes)
+            for row in range(8):
+                first, n = packet_row(packet, row, width, count)
+                if together and n == 8 and doubtful == 0:
+                    put_eight_hits(lanes, 8 * row, first, t, body, entry, place, turn)
                     continue
-                hit = no_hit()
-                ray = load_ray(origins, directions, t_min, t_max, starts, i)
-                if ray[8] != DEAD:
-                    hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-                put_hit(hit, i, t, body, entry, place, turn)
+                for k in range(n):
+                    i = first + k
+                    if together and lanes[DOUBT + np.uint64(8 * row + k)] == 0.0:
+                        put_hit(lane_hit(lanes, 8 * row + k), i, t, body, entry, place, turn)
+                        continue
+                    hit = no_hit()
+                    ray = load_ray(origins, directions, t_min, t_max, starts, i)
+                    if ray[8] != DEAD:
+                        hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+                    put_hit(hit, i, t, body, entry, place, turn)
 
 
 @kernel
@@ -118,26 +125,31 @@ def trace_occluded(
     geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
     width: int, begin: int, end: int, result: Signs,
 ) -> None:  # fmt: skip
-    """Is there any crossing (1) or not (0), raised if doubtful? Of packets begin..end of 64 rays."""
-    scratch, bundle = new_scratch(geometry), new_packet()
-    lanes = bundle.lanes
-    for packet in range(begin, end):
-        fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width)
-        together = coherent(geometry, lanes, 8)
-        if together:
-            trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, True)
-        for row in range(8):
-            first, n = packet_row(packet, row, width, len(origins))
-            for k in range(n):
-                i, lane = first + k, np.uint64(8 * row + k)
-                if together and lanes[DOUBT + lane] == 0.0:
-                    result[i] = 1 if lanes[BEST + lane] < math.inf else 0
-                    continue
-                hit = no_hit()
-                ray = load_ray(origins, directions, t_min, t_max, starts, i)
-                if ray[8] != DEAD:
-                    hit = first_crossing(geometry, scratch, ray, scratch.nothing, True)
-                result[i] = (1 if hit[1] >= 0 else 0) + (DOUBTFUL if hit[7] else 0)
+    """Is there any crossing (1) or not (0), raised if doubtful? Of tiles begin..end."""
+    scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
+    lanes, count = bundle.lanes, len(origins)
+    for tile in range(begin, end):
+        shared = open_tile(geometry, scratch.near, memory, bundle.frontier, lanes, origins, directions, tile, width)
+        for number in range(PACKETS):
+            packet = tile_packet(tile, number, width, count)
+            if packet < 0:
+                continue
+            fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, shared)
+            together = coherent(geometry, lanes, 8)
+            if together:
+                trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, True)
+            for row in range(8):
+                first, n = packet_row(packet, row, width, count)
+                for k in range(n):
+                    i, lane = first + k, np.uint64(8 * row + k)
+                    if together and lanes[DOUBT + lane] == 0.0:
+                        result[i] = 1 if lanes[BEST + lane] < math.inf else 0
+                        continue
+                    hit = no_hit()
+                    ray = load_ray(origins, directions, t_min, t_max, starts, i)
+                    if ray[8] != DEAD:
+                        hit = first_crossing(geometry, scratch, ray, scratch.nothing, True)
+                    result[i] = (1 if hit[1] >= 0 else 0) + (DOUBTFUL if hit[7] else 0)
 
 
 @kernel
@@ -181,7 +193,7 @@ def coherent_packets(
     """How many of some packets, spread over all, are coherent."""
     lanes, found = np.empty(SIZE), 0
     for k in range(asked):
-        fill_lanes(lanes, origins, directions, t_min, t_max, starts, k * packets // asked, width)
+        fill_lanes(lanes, origins, directions, t_min, t_max, starts, k * packets // asked, width, False)
         found += 1 if coherent(geometry, lanes, 8) else 0
     return found
 

@@ -47,12 +47,17 @@ def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, 
 
 
 @inline
+def packets_across(width: int) -> int:
+    return (width + 7) >> 3
+
+
+@inline
 def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]:
     """(first ray, how many) of one of the eight rows of a packet, of a picture of some width or (0) of a list."""
     if width == 0:
         i = LANES * packet + 8 * row
         return i, max(0, min(8, count - i))
-    across = (width + 7) >> 3
+    across = packets_across(width)
     x, y = 8 * (packet % across), 8 * (packet // across) + row
     return y * width + x, min(8, width - x) if y * width < count else 0
 
@@ -60,15 +65,16 @@ def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]
 @inline
 def fill_lanes(
     lanes: Floats, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    packet: int, width: int,
+    packet: int, width: int, shared: bool,
 ) -> None:  # fmt: skip
-    """The rays of a packet into its lanes; those beyond the end are idle."""
+    """The rays of a packet into its lanes; those beyond the end are idle. `shared`: all have their origin already."""
     one_min, one_max, one_start = len(t_min) == 1, len(t_max) == 1, len(starts) == 1
     put_limits(lanes, t_min[0], t_max[0], starts[0])
     for row in range(8):
         i, n = packet_row(packet, row, width, len(origins))
         if n == 8:
-            load_eight(origins, i, lanes, OX + np.uint64(8 * row))
+            if not shared:
+                load_eight(origins, i, lanes, OX + np.uint64(8 * row))
             load_eight(directions, i, lanes, DX + np.uint64(8 * row))
         else:
             for k in range(n):

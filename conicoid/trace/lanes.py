@@ -61,6 +61,13 @@ def put_limits(lanes: Floats, t_min: float, t_max: float, start: int) -> None:
 
 
 @inline
+def put_origin(lanes: Floats, x: float, y: float, z: float) -> None:
+    """The same origin for all lanes."""
+    for i in range(ALL):
+        lanes[OX + i], lanes[OY + i], lanes[OZ + i] = x, y, z
+
+
+@inline
 def put_line(lanes: Floats, i: Any, origins: Floats, directions: Floats, k: Any) -> None:
     """Origin and direction k into lane i."""
     i, k = np.uint64(i), np.uint64(k)

@@ -14,6 +14,7 @@ import numpy as np
 from ..geometry import tables as table
 from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from ..jit import allocator, choose, helper, inline
+from .frontier import Frontier, new_frontier, push_frontier
 from .kernels import scene_tree, try_entry, within
 from .lane_cells import ball_lanes, cell_lanes
 from .lane_regions import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
@@ -49,12 +50,22 @@ class Packet(NamedTuple):
     leaves: Floats  # spans of a body's leaves
     truths: Floats  # true inputs of its gates
     spans: Ints  # how many spans each leaf has, at most
+    frontier: Frontier  # what of the scene's tree may be met, if that is known
+
+
+@allocator
+def _aligned(count: int) -> Floats:
+    """Room for some floats that begins where a line of the cache does: vectors of eight lie in one line each."""
+    room = np.empty(count + 7)
+    first = -(room.ctypes.data >> 3) & 7
+    return room[first : first + count]
 
 
 @allocator
 def new_packet() -> Packet:
     """Memory for one thread."""
-    return Packet(np.empty(SIZE), np.empty(LEAVES_SIZE), np.empty(TRUTHS_SIZE), np.zeros(MOST, np.int32))
+    lanes, leaves, truths = _aligned(SIZE), _aligned(LEAVES_SIZE), _aligned(TRUTHS_SIZE)
+    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier())
 
 
 @helper
@@ -85,13 +96,6 @@ def _lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> 
     put_slopes(lanes, groups)
     f = geometry.floats
     return lanes_in_box(lanes, (f[at], f[at + 8], f[at + 16]), (f[at + 24], f[at + 32], f[at + 40]), groups)
-
-
-@inline
-def _lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
-    """The lanes that may meet a ball with its numbers at floats[at::stride]."""
-    f = geometry.floats
-    return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride], groups)
 
 
 @inline
@@ -127,6 +131,21 @@ def _meet(
 
 
 @inline
+def _meet_ball(
+    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool,
+    at: int, count: int, k: int,
+) -> None:  # fmt: skip
+    """Ball k of a leaf of `count`."""
+    x, y, z, r = leaf_ball(geometry, at, count, k)
+    met = lanes_in_ball(packet.lanes, x, y, z, r, groups)
+    if met != 0:
+        _meet(geometry, scratch, packet, blocks, at, count, k, met)
+        if any_hit:
+            _retire(packet.lanes, groups)
+        shorten_beam(packet.lanes, groups)
+
+
+@inline
 def _meet_balls(
     geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool,
     at: int, count: int,
@@ -145,12 +164,7 @@ def _meet_balls(
         bits &= ~(1 << k)
         if near[k] > lanes[BEAM_AT + LAST]:
             break
-        met = _lanes_at_ball(geometry, lanes, groups, at + k, count)
-        if met != 0:
-            _meet(geometry, scratch, packet, blocks, at, count, k, met)
-            if any_hit:
-                _retire(lanes, groups)
-            shorten_beam(lanes, groups)
+        _meet_ball(geometry, scratch, packet, groups, blocks, any_hit, at, count, k)
 
 
 @helper
@@ -163,7 +177,10 @@ def trace_packet(
     narrow, the children of nodes are asked for by the lanes too.
     """
     stack, lanes = scratch.stack, packet.lanes
-    top = push_roots(geometry, stack, scene_tree(geometry))
+    if packet.frontier.items[0] < 0:
+        top = push_roots(geometry, stack, scene_tree(geometry))
+    else:
+        top = push_frontier(packet.frontier, stack, scratch.near, lanes, BEAM_AT)
     boxes = geometry.places[table.NODE_BOXES, 0]
     while top > 0:
         top -= 1
@@ -178,6 +195,9 @@ def trace_packet(
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
+        if box < -1:
+            _meet_ball(geometry, scratch, packet, groups, blocks, any_hit, at, count, -2 - box)
+            continue
         if box >= 0 and leaf_kind(geometry, at, count) == BALL:
             _meet_balls(geometry, scratch, packet, groups, blocks, any_hit, at, count)
             continue

@@ -29,10 +29,11 @@ from .rays import Arguments, FloatArray, Rays, points_array
 from .scan_lines import row_length
 from .spans import Crossings, Spans
 from .threads import chunk_size, run_chunks
+from .tile import tile_count
 from .tree import with_trees
 
 _CHUNK = 4096
-_PACKETS = 512
+_TILES = 32
 _FEW = 32
 _STREAM = 4096
 
@@ -100,13 +101,14 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     arguments = _arguments(rays, t_min, t_max)
     found = Found.new(len(arguments[0]))
     width, packets = _packets(rays)
+    tiles = tile_count(width, len(arguments[0]))
     if not _in_order(scene, arguments, width, packets):
         _trace_streams(scene, arguments, False, found)
     else:
         run_chunks(
             lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, *found),
-            packets,
-            chunk_size(packets, _PACKETS),
+            tiles,
+            chunk_size(tiles, _TILES),
         )
     doubtful = np.flatnonzero(found.turn > DOUBTFUL // 2)
     if len(doubtful):
@@ -137,12 +139,13 @@ def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     """Is there any crossing in ]t_min, t_max[?  bool of the rays' shape."""
     arguments = _arguments(rays, t_min, t_max)
     width, packets = _packets(rays)
+    tiles = tile_count(width, len(arguments[0]))
     if _in_order(scene, arguments, width, packets):
         result: Any = np.zeros(len(arguments[0]), np.int8)
         run_chunks(
             lambda a, b: trace_occluded(scene.geometry, *arguments, width, a, b, result),
-            packets,
-            chunk_size(packets, _PACKETS),
+            tiles,
+            chunk_size(tiles, _TILES),
         )
         doubtful = np.flatnonzero(result >= DOUBTFUL)
     else:

@@ -6,7 +6,7 @@ vectors, which it lowers to whatever the machine has. IEEE arithmetic as elsewhe
 """
 
 from .balls import balls_in_beam, balls_met, lanes_in_ball
-from .bits import highest_bit, lowest_bit
+from .bits import bit_count, highest_bit, lowest_bit
 from .boxes import (
     BEAM,
     FIRST,
@@ -21,10 +21,10 @@ from .boxes import (
     lanes_in_box,
     waiting,
 )
-from .rows import extent, load_eight, prefetch, reach, store_eight
+from .rows import extent, load_eight, prefetch, reach, store_eight, widen
 
 __all__ = [
     "BEAM", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "LAST", "LOW_I", "LOW_O", "balls_in_beam", "balls_met",
-    "boxes_met", "boxes_met_by_ray", "extent", "highest_bit", "lanes_in_ball", "lanes_in_box", "load_eight",
-    "lowest_bit", "prefetch", "reach", "store_eight", "waiting",
+    "bit_count", "boxes_met", "boxes_met_by_ray", "extent", "highest_bit", "lanes_in_ball", "lanes_in_box",
+    "load_eight", "lowest_bit", "prefetch", "reach", "store_eight", "waiting", "widen",
 ]  # fmt: skip

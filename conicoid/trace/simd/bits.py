@@ -29,3 +29,13 @@ def highest_bit(typing_context: Any, bits: Any) -> Any:
         return builder.sub(INT64(63), builder.ctlz(arguments[0], ir.IntType(1)(0)))
 
     return types.int64(types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def bit_count(typing_context: Any, bits: Any) -> Any:
+    """How many bits are set."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.ctpop(arguments[0])
+
+    return types.int64(types.int64), code

@@ -126,3 +126,23 @@ def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
         return context.get_dummy_value()
 
     return types.none(array, types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def widen(typing_context: Any, points: Any, first: Any, extremes: Any, at: Any) -> Any:
+    """Eight points (x, y, z) from row `first` on join the extremes of others.
+
+    From extremes[at:] stand 24 least and 24 greatest numbers, those of axis k in every third from the k-th on.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        source, target = c.data(signature, arguments, 0), c.data(signature, arguments, 2)
+        begin, at = b.mul(arguments[1], INT64(3)), arguments[3]
+        for k in (0, 8, 16):
+            value = c.eight(source, begin, k)
+            c.store(c.smaller(value, c.eight(target, at, k)), target, at, k)
+            c.store(c.larger(value, c.eight(target, at, 24 + k)), target, at, 24 + k)
+        return context.get_dummy_value()
+
+    return types.none(points, types.int64, extremes, types.int64), code
