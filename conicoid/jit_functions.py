@@ -13,7 +13,7 @@ import gc
 from collections.abc import Iterator
 from typing import Any
 
-from numba.core import codegen, compiler
+from numba.core import codegen, compiler, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
@@ -32,13 +32,10 @@ class _Nowhere:
 
 
 class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
-    """Lowered code, with that of the functions it calls, neither optimised nor placed in memory."""
+    """The code of an inner function by itself: neither linked with what it calls, nor optimised as a whole, nor placed in memory."""
 
     def finalize(self) -> None:
         self._raise_if_finalized()
-        for library in dict.fromkeys(self._linking_libraries):
-            self._reload_init.update(library._reload_init)
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
@@ -50,9 +47,40 @@ class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
         return _Nowhere(self._codegen)
 
 
+class _Program(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """The code of a kernel, with all that it calls, directly or not."""
+
+    def __init__(self, owner: Any, name: str) -> None:
+        super().__init__(owner, name)
+        self.enable_object_caching()
+
+    def finalize(self) -> None:
+        self._linking_libraries = _reached(self._linking_libraries)
+        super().finalize()
+
+
+def _reached(libraries: list[Any]) -> list[Any]:
+    """Some libraries and those that inner functions among them call, each once."""
+    found: dict[Any, None] = {}
+    waiting = list(libraries)
+    while waiting:
+        library = waiting.pop()
+        if library not in found:
+            found[library] = None
+            if isinstance(library, _Library):
+                waiting += library._linking_libraries
+    return list(found)
+
+
 class _Compiler(compiler.Compiler):  # type: ignore[misc]
+    library: type[Any] = _Library
+
     def __init__(self, typing_context: Any, target: Any, library: Any, *rest: Any) -> None:
-        super().__init__(typing_context, target, library or _Library(target.codegen(), "inner"), *rest)
+        super().__init__(typing_context, target, library or self.library(target.codegen(), "inner"), *rest)
+
+
+class _KernelCompiler(_Compiler):
+    library = _Program
 
 
 @contextlib.contextmanager
@@ -72,12 +100,18 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True)
-        super().__init__(function, targetoptions=options)
+        super().__init__(function, targetoptions=options, pipeline_class=_KernelCompiler)
         self.enable_caching()
 
     def compile(self, signature: Any) -> Any:
         with _rare_collections():
             return super().compile(signature)
+
+
+def _plain(kind: Any) -> Any:
+    """The type of an argument, of any value and width."""
+    kind = types.unliteral(kind)
+    return types.int64 if kind == types.int32 else kind
 
 
 class Inner(CPUDispatcher):  # type: ignore[misc]
@@ -86,6 +120,10 @@ class Inner(CPUDispatcher):  # type: ignore[misc]
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True, no_cpython_wrapper=True)
         super().__init__(function, targetoptions=options, pipeline_class=_Compiler)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Numba would compile a function anew for each constant, and each kind of whole number, that it is called with."""
+        return super().get_call_template(tuple(map(_plain, args)), {name: _plain(kind) for name, kind in kws.items()})
 
     def __call__(self, *arguments: Any) -> Any:
         return self.py_func(*arguments)
