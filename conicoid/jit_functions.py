@@ -13,7 +13,8 @@ import gc
 from collections.abc import Iterator
 from typing import Any
 
-from numba.core import codegen, compiler, types
+from numba import types
+from numba.core import codegen, compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
@@ -32,7 +33,7 @@ class _Nowhere:
 
 
 class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
-    """The code of an inner function by itself: neither linked with what it calls, nor optimised as a whole, nor placed in memory."""
+    """The code of an inner function by itself: not linked with what it calls, and not placed in memory."""
 
     def finalize(self) -> None:
         self._raise_if_finalized()
@@ -49,6 +50,8 @@ class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
 
 class _Program(codegen.JITCodeLibrary):  # type: ignore[misc]
     """The code of a kernel, with all that it calls, directly or not."""
+
+    _linking_libraries: list[Any]
 
     def __init__(self, owner: Any, name: str) -> None:
         super().__init__(owner, name)
@@ -122,7 +125,7 @@ class Inner(CPUDispatcher):  # type: ignore[misc]
         super().__init__(function, targetoptions=options, pipeline_class=_Compiler)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Numba would compile a function anew for each constant, and each kind of whole number, that it is called with."""
+        """Numba would compile a function anew for each constant and each width of numbers that it is called with."""
         return super().get_call_template(tuple(map(_plain, args)), {name: _plain(kind) for name, kind in kws.items()})
 
     def __call__(self, *arguments: Any) -> Any:
