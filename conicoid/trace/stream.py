@@ -20,10 +20,10 @@ from ..jit import allocator, helper, inline
 from .kernels import Hit, meet, scene_tree, within
 from .leaf import leaf_at, leaf_ball, leaf_item, leaf_range
 from .scratch import Scratch
-from .simd import FROM_THE_START, balls_met, boxes_met_by_ray, lowest_bit, waiting
+from .simd import FROM_THE_START, balls_met, lowest_bit, put_on_lists, waiting
 from .walk import ask_for, reciprocal
 
-# Numbers of a ray that boxes are tested with, in the order of `boxes_met_by_ray`: one line of memory
+# Numbers of a ray that boxes are tested with, in the order of `put_on_lists`: one line of memory
 ORIGIN, SLOPES, T_MIN, LAST = 0, 3, 6, 7
 RAY = 8
 # The others, and what it has met
@@ -39,7 +39,6 @@ class Stream(NamedTuple):
     lists: Any  # int64: rays that meet something, list after list, each with where, as `waiting` tells
     stack: Ints  # 4 each: what is met, where its list begins, how many rays it has, where its siblings' memory ends
     keys: Floats  # (8,) how far a node's children are
-    entering: Any  # (8,) int64: what a ray puts on their lists
     counts: Ints  # (8,) how many rays they have
 
 
@@ -47,10 +46,10 @@ class Stream(NamedTuple):
 def new_stream(geometry: Geometry, most: int) -> Stream:
     """Memory for streams of up to `most` rays."""
     depth = integer(geometry, table.TREE_DEPTH, 0)
-    room = most * (depth + 16)
+    room = (most + 8) * (depth + 16)  # a list takes up a multiple of eight
     return Stream(
         np.empty(RAY * most), np.empty(MORE * most), np.empty(room, np.int64),
-        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int64), np.empty(8, np.int32),
+        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int32),
     )  # fmt: skip
 
 
@@ -102,18 +101,9 @@ def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
 @helper
 def _descend(geometry: Geometry, stream: Stream, node: int, begin: int, count: int, room: int, top: int) -> int:
     """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
-    rays, lists, entering, counts = stream.rays, stream.lists, stream.entering, stream.counts
+    lists, counts, its = stream.lists, stream.counts, (count + 7) & -8
     at = geometry.places[table.NODE_BOXES, 0] + 48 * node
-    for child in range(8):
-        counts[child] = 0
-    for k in range(begin, begin + count):
-        ray, t = waiting(lists[k])
-        if t > rays[RAY * ray + LAST]:
-            continue
-        bits = boxes_met_by_ray(geometry.floats, at, rays, ray, entering)
-        for child in range(8):  # on every list, to be overwritten where it does not meet: a branch would cost more
-            lists[np.uint64(room + count * child + counts[child])] = entering[child]
-            counts[child] += (bits >> child) & 1
+    put_on_lists(geometry.floats, at, stream.rays, lists, begin, count, room, counts)
     # The nearest on top, as the first ray of the list sees it
     first, base, boxes = MORE * waiting(lists[begin])[0], top, geometry.floats
     dx, dy, dz = stream.more[first + D], stream.more[first + D + 1], stream.more[first + D + 2]
@@ -135,8 +125,8 @@ def _descend(geometry: Geometry, stream: Stream, node: int, begin: int, count: i
                 stack[4 * slot + j] = stack[4 * (slot - 1) + j]
             slot -= 1
         keys[slot - base] = key
-        stack[4 * slot], stack[4 * slot + 1] = code, room + count * child
-        stack[4 * slot + 2], stack[4 * slot + 3] = counts[child], room + 8 * count
+        stack[4 * slot], stack[4 * slot + 1] = code, room + its * child
+        stack[4 * slot + 2], stack[4 * slot + 3] = counts[child], room + 8 * its
         top += 1
     return top
 
@@ -191,7 +181,7 @@ def trace_stream(
     first, top = integer(geometry, table.TREE_ROOT, tree), 0
     for k in range(first, integer(geometry, table.TREE_ROOT, tree + 1)):
         stack[4 * top], stack[4 * top + 1] = integer(geometry, table.ROOTS, k), 0
-        stack[4 * top + 2], stack[4 * top + 3] = count, count
+        stack[4 * top + 2], stack[4 * top + 3] = count, (count + 7) & -8
         top += 1
     while top > 0:
         top -= 1

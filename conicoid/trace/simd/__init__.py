@@ -10,21 +10,19 @@ from .bits import bit_count, highest_bit, lowest_bit
 from .boxes import (
     BEAM,
     FIRST,
-    FROM_THE_START,
     HIGH_I,
     HIGH_O,
     LAST,
     LOW_I,
     LOW_O,
     boxes_met,
-    boxes_met_by_ray,
     lanes_in_box,
-    waiting,
 )
+from .lists import FROM_THE_START, put_on_lists, waiting
 from .rows import extent, load_eight, prefetch, reach, store_eight, widen
 
 __all__ = [
     "BEAM", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "LAST", "LOW_I", "LOW_O", "balls_in_beam", "balls_met",
-    "bit_count", "boxes_met", "boxes_met_by_ray", "extent", "highest_bit", "lanes_in_ball", "lanes_in_box",
-    "load_eight", "lowest_bit", "prefetch", "reach", "store_eight", "waiting", "widen",
+    "bit_count", "boxes_met", "extent", "highest_bit", "lanes_in_ball", "lanes_in_box", "load_eight", "lowest_bit",
+    "prefetch", "put_on_lists", "reach", "store_eight", "waiting", "widen",
 ]  # fmt: skip

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
 from ...geometry.tables import Floats
 from ...jit import inline
-from .code import DOUBLE, INT64, WIDTH, Code
+from .code import DOUBLE, INT64, Code
 
 Point = tuple[float, float, float]
 
@@ -53,56 +52,6 @@ def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, n
     """
     code = beam_code(lambda c, floats, arguments: [c.eight(floats, arguments[1], 8 * k) for k in range(6)], 2)
     return types.int64(boxes, types.int64, beam, types.int64, near), code
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def boxes_met_by_ray(typing_context: Any, boxes: Any, at: Any, rays: Any, number: Any, near: Any) -> Any:
-    """`boxes_met` for ray `number` of a stream, at rays[8 number:]: origin, inverse direction, first and last t.
-
-    near[:8] get the ray's number and where it enters, as `waiting` tells them apart again.
-    """
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        c, b = Code(context, builder), builder
-        floats, ray, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
-        place, begin = arguments[1], b.mul(arguments[3], INT64(8))
-        first, last = c.spread(c.number(ray, begin, 6)), c.spread(c.number(ray, begin, 7))
-        for axis in range(3):
-            o, inverse = c.spread(c.number(ray, begin, axis)), c.spread(c.number(ray, begin, 3 + axis))
-            s = b.fmul(b.fsub(c.eight(floats, place, 8 * axis), o), inverse)
-            t = b.fmul(b.fsub(c.eight(floats, place, 24 + 8 * axis), o), inverse)
-            first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
-        # A little less, as a short float
-        less = b.fsub(first, b.fadd(b.fmul(c.size(first), c.constant(1.2e-7)), c.constant(1e-37)))
-        less = b.fptrunc(c.smaller(less, c.constant(3e38)), ir.VectorType(ir.FloatType(), WIDTH))
-        wide = ir.VectorType(INT64, WIDTH)
-        bits = b.shl(
-            b.zext(b.bitcast(less, ir.VectorType(ir.IntType(32), WIDTH)), wide), ir.Constant(wide, [32] * WIDTH)
-        )
-        same = b.insert_element(ir.Constant(wide, ir.Undefined), arguments[3], ir.IntType(32)(0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-        packed = b.or_(bits, b.shuffle_vector(same, ir.Constant(wide, ir.Undefined), zeros))
-        b.store(packed, b.bitcast(out, wide.as_pointer()), align=8)
-        return b.zext(c.overlaps(first, last), INT64)
-
-    return types.int64(boxes, types.int64, rays, types.int64, near), code
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def waiting(typing_context: Any, packed: Any) -> Any:
-    """(number, t) of a ray that waits to enter a box: its number, and not more than where it enters."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        b, short = builder, ir.IntType(32)
-        number = b.and_(arguments[0], INT64(0xFFFFFFFF))
-        t = b.bitcast(b.trunc(b.lshr(arguments[0], INT64(32)), short), ir.FloatType())
-        return context.make_tuple(b, signature.return_type, [number, b.fpext(t, DOUBLE)])
-
-    return types.Tuple((types.int64, types.float64))(types.int64), code
-
-
-FROM_THE_START = -(1 << 55)
-"""Added to a ray's number: it waits from t = -inf on (0xff800000 in the upper half)."""
 
 
 def _lanes_in_box(groups: int) -> Any:

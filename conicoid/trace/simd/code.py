@@ -79,9 +79,13 @@ class Code:
 
     def overlaps(self, first: Any, last: Any) -> Any:
         """first <= last, with slack, as a number of eight bits."""
+        return self.builder.bitcast(self.overlapping(first, last), BITS)
+
+    def overlapping(self, first: Any, last: Any) -> Any:
+        """first <= last, with slack, each by itself."""
         b = self.builder
         slack = b.fmul(b.fadd(self.size(first), self.size(last)), self.constant(_SLACK))
-        return b.bitcast(b.fcmp_ordered("<=", first, b.fadd(last, slack)), BITS)
+        return b.fcmp_ordered("<=", first, b.fadd(last, slack))
 
     def folded(self, a: Any, join: Any) -> Any:
         """The eight joined two by two, to one number."""

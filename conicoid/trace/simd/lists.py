@@ -1,0 +1,133 @@
+"""The rays of a list against the eight boxes of a node, eight rays at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from .code import BITS, DOUBLE, EIGHT, INT64, WIDTH, Code
+
+WHOLE = ir.VectorType(INT64, WIDTH)
+_UPPER, _LOWER = -(1 << 32), (1 << 32) - 1
+
+FROM_THE_START = -(1 << 52)
+"""Added to a ray's number: it waits from t = -inf on."""
+
+
+class _Rays:
+    """Eight rays that wait on a list; if fewer are left, the first stands in for those that are not."""
+
+    def __init__(self, c: Code, rays: Any, lists: Any, at: Any, left: Any) -> None:
+        b, self.c = c.builder, c
+        places = ir.Constant(WHOLE, list(range(WIDTH)))
+        waiting = b.load(b.bitcast(c.place(lists, at, 0), WHOLE.as_pointer()), align=8)
+        there = b.icmp_signed("<", places, _spread(c, left))
+        first = _spread(c, b.load(c.place(lists, at, 0)))
+        waiting = b.select(there, waiting, first)
+        self.numbers = b.and_(waiting, ir.Constant(WHOLE, [_LOWER] * WIDTH))
+        rows = []
+        for k in range(WIDTH):
+            number = b.extract_element(self.numbers, ir.IntType(32)(k))
+            rows.append(c.eight(rays, b.mul(number, INT64(8)), 0))
+        columns = _transposed(c, rows)
+        self.origins, self.slopes = columns[:3], [b.fneg(column) for column in columns[3:6]]
+        self.first, self.last = columns[6], columns[7]
+        t = b.bitcast(b.and_(waiting, ir.Constant(WHOLE, [_UPPER] * WIDTH)), EIGHT)
+        early = b.or_(b.fcmp_ordered("<", t, c.constant(0.0)), b.fcmp_ordered("<=", t, self.last))
+        self.there = b.and_(there, early)
+
+    def in_box(self, sides: Any) -> tuple[Any, Any]:
+        """(which rays meet a box, what they put on its list)."""
+        c, b, first, last = self.c, self.c.builder, self.first, self.last
+        for axis in range(3):
+            s = b.fmul(b.fsub(self.origins[axis], c.spread(sides[axis])), self.slopes[axis])
+            t = b.fmul(b.fsub(self.origins[axis], c.spread(sides[3 + axis])), self.slopes[axis])
+            first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+        met = b.and_(self.there, c.overlapping(first, last))
+        when = b.and_(b.bitcast(first, WHOLE), ir.Constant(WHOLE, [_UPPER] * WIDTH))
+        return met, b.or_(when, self.numbers)
+
+
+def _spread(c: Code, number: Any) -> Any:
+    b, nothing = c.builder, ir.Constant(WHOLE, ir.Undefined)
+    first = b.insert_element(nothing, number, ir.IntType(32)(0))
+    return b.shuffle_vector(first, nothing, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
+
+
+def _transposed(c: Code, rows: list[Any]) -> list[Any]:
+    """Eight rows of eight as columns: blocks of 4, 2 and 1 change places."""
+    for size in (4, 2, 1):
+        low = [k if not k & size else k - size + WIDTH for k in range(WIDTH)]
+        high = [k + size if not k & size else k + WIDTH for k in range(WIDTH)]
+        kind = ir.VectorType(ir.IntType(32), WIDTH)
+        changed = list(rows)
+        for k in range(WIDTH):
+            if not k & size:
+                a, other = rows[k], rows[k + size]
+                changed[k] = c.builder.shuffle_vector(a, other, ir.Constant(kind, low))
+                changed[k + size] = c.builder.shuffle_vector(a, other, ir.Constant(kind, high))
+        rows = changed
+    return rows
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put_on_lists(
+    typing_context: Any, boxes: Any, at: Any, rays: Any, lists: Any, begin: Any, count: Any, room: Any, counts: Any
+) -> Any:  # fmt: skip
+    """Put the rays of a list on the lists of those of the eight boxes at boxes[at:] that they meet.
+
+    The list has `count` rays from lists[begin], as `waiting` tells; that of box k begins at lists[room + k n], where n
+    is `count` rounded up to eight, and gets counts[k] rays. Ray i stands at rays[8 i:]: origin, inverse
+    direction, first and last t.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        floats, ray, waiting, out = (c.data(signature, arguments, k) for k in (0, 2, 3, 7))
+        place, begin, count, room = (arguments[k] for k in (1, 4, 5, 6))
+        groups = b.ashr(b.add(count, INT64(7)), INT64(3))
+        ends = [cgutils.alloca_once_value(b, b.add(room, b.mul(groups, INT64(8 * k)))) for k in range(WIDTH)]
+        with cgutils.for_range(b, groups) as loop:
+            done = b.mul(loop.index, INT64(8))
+            eight = _Rays(c, ray, waiting, b.add(begin, done), b.sub(count, done))
+            for k in range(WIDTH):
+                met, entering = eight.in_box([c.number(floats, place, 8 * side + k) for side in range(6)])
+                end = b.load(ends[k])
+                target = b.bitcast(c.place(waiting, end, 0), WHOLE.as_pointer())
+                b.store(_compressed(c, entering, met), target, align=8)
+                met_count = b.ctpop(b.zext(b.bitcast(met, BITS), INT64))
+                b.store(b.add(end, met_count), ends[k])
+        for k in range(WIDTH):
+            its = b.sub(b.load(ends[k]), b.add(room, b.mul(groups, INT64(8 * k))))
+            b.store(b.trunc(its, ir.IntType(32)), c.place(out, INT64(0), k))
+        return context.get_dummy_value()
+
+    whole = types.int64
+    return types.void(boxes, whole, rays, lists, whole, whole, whole, counts), code
+
+
+def _compressed(c: Code, values: Any, wanted: Any) -> Any:
+    """Those that are wanted, without gaps."""
+    mask = ir.VectorType(ir.IntType(1), WIDTH)
+    kind = ir.FunctionType(WHOLE, [WHOLE, mask, WHOLE])
+    function = cgutils.get_or_insert_function(c.builder.module, kind, "llvm.experimental.vector.compress.v8i64")
+    return c.builder.call(function, [values, wanted, ir.Constant(WHOLE, ir.Undefined)])
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def waiting(typing_context: Any, packed: Any) -> Any:
+    """(number, t) of a ray that waits to enter a box: its number, and not more than where it enters."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        b = builder
+        number = b.and_(arguments[0], INT64(_LOWER))
+        t = b.bitcast(b.and_(arguments[0], INT64(_UPPER)), DOUBLE)
+        # The lower half of the bits is missing: what is negative was less
+        t = b.select(b.fcmp_ordered("<", t, DOUBLE(0.0)), DOUBLE(float("-inf")), t)
+        return context.make_tuple(b, signature.return_type, [number, t])
+
+    return types.Tuple((types.int64, types.float64))(types.int64), code
