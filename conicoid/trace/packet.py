@@ -80,7 +80,7 @@ def _retire(lanes: Floats, groups: int) -> None:
 
 
 @inline
-def _lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> int:
+def lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> int:
     """The lanes that meet the box with its six sides at floats[at::8]."""
     put_slopes(lanes, groups)
     f = geometry.floats
@@ -88,7 +88,7 @@ def _lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> 
 
 
 @inline
-def _lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
+def lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
     """The lanes that may meet a ball with its numbers at floats[at::stride]."""
     f = geometry.floats
     return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride], groups)
@@ -102,7 +102,7 @@ def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bit
     while bits != 0:
         child = lowest_bit(bits)
         bits &= bits - 1
-        if _lanes_in_child(geometry, lanes, groups, at + child) != 0:
+        if lanes_in_child(geometry, lanes, groups, at + child) != 0:
             met |= 1 << child
     return met
 
@@ -145,7 +145,7 @@ def _meet_balls(
         bits &= ~(1 << k)
         if near[k] > lanes[BEAM_AT + LAST]:
             break
-        met = _lanes_at_ball(geometry, lanes, groups, at + k, count)
+        met = lanes_at_ball(geometry, lanes, groups, at + k, count)
         if met != 0:
             _meet(geometry, scratch, packet, blocks, at, count, k, met)
             if any_hit:
@@ -183,7 +183,7 @@ def trace_packet(
             continue
         met = (1 << (8 * groups)) - 1 if groups < 8 else -1
         if box >= 0:
-            met = _lanes_in_child(geometry, lanes, groups, boxes + 48 * (box >> 3) + (box & 7))
+            met = lanes_in_child(geometry, lanes, groups, boxes + 48 * (box >> 3) + (box & 7))
             if met == 0:
                 continue
         for k in range(count):
