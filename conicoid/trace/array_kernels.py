@@ -13,16 +13,8 @@ from ..jit import fma, inline, kernel
 from ..shapes.validate import LARGEST, SMALLEST
 from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
 from .entries import crossed_face
-from .kernels import Hit, collect, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
+from .kernels import Hit, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
 from .lanes import BEST, BODY, DOUBT, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
-from .lists import (
-    CROSSING_COLUMNS,
-    SPAN_COLUMNS,
-    ray_crossings,
-    ray_spans,
-    scale_crossings,
-    scale_spans,
-)  # fmt: skip
 from .packet import new_packet, trace_packet
 from .scratch import new_scratch
 from .simd import prefetch, store_eight
@@ -207,53 +199,6 @@ def faces_of(geometry: Geometry, entry: Ints, place: Ints, turn: Signs, begin: i
             sense: Any = 1 if turn[i] > 0 else -1
             surface, face, side = crossed_face(geometry, whole(entry[i]), whole(place[i]), sense)
             faces[0, i], faces[1, i], faces[2, i] = surface, face, side
-
-
-@kernel
-def trace_spans(
-    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    begin: int, end: int, counts: Any, doubts: Signs,
-) -> Floats:  # fmt: skip
-    """Rows of spans (see lists.py), ordered within each ray: counts[i] rows for ray i; doubts[i] = 1: doubtful."""
-    scratch = new_scratch(geometry)
-    rows = np.empty((max(64, 4 * (end - begin)), SPAN_COLUMNS))
-    used = 0
-    for i in range(begin, end):
-        ray = load_ray(origins, directions, t_min, t_max, starts, i)
-        counts[i] = 0
-        if ray[8] == DEAD or not ray[6] < ray[7]:
-            continue
-        limits = ray[6], ray[7]
-        ray, scale = scaled_ray(ray)
-        first = used
-        count = collect(geometry, scratch, ray)
-        rows, used, unsure = ray_spans(geometry, geometry, scratch, ray, ray, count, rows, used)
-        scale_spans(rows, first, used, scale, limits[0], limits[1])
-        counts[i], doubts[i] = used - first, 1 if unsure else 0
-    return rows[:used].copy()
-
-
-@kernel
-def trace_crossings(
-    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
-    begin: int, end: int, counts: Any, doubts: Signs,
-) -> Floats:  # fmt: skip
-    """Rows of crossings (see lists.py), ordered within each ray: counts[i] rows for ray i; doubts[i] = 1: doubtful."""
-    scratch = new_scratch(geometry)
-    rows = np.empty((max(64, 4 * (end - begin)), CROSSING_COLUMNS))
-    used = 0
-    for i in range(begin, end):
-        ray = load_ray(origins, directions, t_min, t_max, starts, i)
-        counts[i] = 0
-        if ray[8] == DEAD:
-            continue
-        ray, scale = scaled_ray(ray)
-        first = used
-        count = collect(geometry, scratch, ray)
-        rows, used, unsure = ray_crossings(geometry, geometry, scratch, ray, ray, count, rows, used)
-        scale_crossings(rows, first, used, scale)
-        counts[i], doubts[i] = used - first, 1 if unsure else 0
-    return rows[:used].copy()
 
 
 @kernel

@@ -197,13 +197,15 @@ def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
 
 
 @helper
-def _leaves_met(
+def leaves_of_lanes(
     geometry: Geometry, lanes: Floats, leaves: Floats, spans: Ints, program: int, first: int, last: int
 ) -> int:
     """Spans of all leaves, those first that the body lies within; returns how many lanes still seek.
 
     spans[k]: how many spans leaf k has, at most.
     """
+    first, last = eights(first, last)
+    _begin(lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program), first, last)
     root = integer(geometry, table.PROGRAM_GATE, program)
     within = integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
     begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
@@ -229,10 +231,9 @@ def region_lanes(
 ) -> None:  # fmt: skip
     """The first crossing of a Boolean body."""
     first, last = eights(first, last)
-    lengths = lengths_of(geometry, table.PROGRAM_LIMITS, program)
-    _begin(lanes, lengths, first, last)
-    if _leaves_met(geometry, lanes, leaves, spans, program, first, last) == 0:
+    if leaves_of_lanes(geometry, lanes, leaves, spans, program, first, last) == 0:
         return
+    lengths = lengths_of(geometry, table.PROGRAM_LIMITS, program)
     for i in range(first, last):
         lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
         lanes[LATEST + i], lanes[ENDS + i] = lanes[T_MIN + i], 0.0

@@ -7,12 +7,13 @@ import math
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.cell import quadric_place
-from ..geometry.nearness import lengths_of
-from ..geometry.tables import Floats, Geometry
-from ..jit import choose, inline
-from .lane_cells import curved_side, span_lane, unsure_lane
-from .lanes import DOUBT, LANES, T_MIN, eights, lane_nearness
+from ..geometry.cell import load_sphere, quadric_place
+from ..geometry.nearness import lengths_of, lengths_of_ball
+from ..geometry.quadric import sphere_roots
+from ..geometry.tables import Floats, Geometry, integer
+from ..jit import choose, helper, inline
+from .lane_cells import curved_side, face_lanes, span_lane, unsure_lane
+from .lanes import DOUBT, DX, DY, DZ, INVERSE, LANES, OX, OY, OZ, START, T_MIN, eights, lane_nearness
 
 # Rows of a span: where it begins and ends, on which faces. It is none where it ends before it begins
 IN, OUT, PLACE_OF_IN, PLACE_OF_OUT = (np.uint64(row) for row in range(0, 4 * LANES, LANES))
@@ -48,3 +49,31 @@ def put_spans(
         unsure = unsure_lane(lanes, i, off, far) | (from_start & starts & (lanes[T_MIN + i] <= off))
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
     return several
+
+
+@helper
+def spans_of_cell(geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, first: int, last: int) -> bool:
+    """The spans of a cell into rows from leaves[at] on; False if no lane can be inside, and they are not written."""
+    if face_lanes(geometry, lanes, cell, first, last) == 0:
+        return False
+    put_spans(geometry, lanes, leaves, at, cell, False, first, last)
+    return True
+
+
+@helper
+def spans_of_ball(
+    geometry: Geometry, lanes: Floats, leaves: Floats, at: int, surface: int, first: int, last: int
+) -> None:
+    """The span of a ball into rows from leaves[at] on."""
+    first, last = eights(first, last)
+    row, sphere = np.uint64(at), load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    lengths = lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3])
+    for i in range(first, last):
+        low, high, _, crosses, unsure = sphere_roots(
+            sphere, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
+            lanes[INVERSE + i], lanes[START + i] == surface,
+        )  # fmt: skip
+        leaves[row + IN + i] = choose(crosses, low, math.inf)
+        leaves[row + OUT + i] = choose(crosses, high, -math.inf)
+        unsure |= lane_nearness(lanes, i, lengths)[1] < 0.0
+        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])

@@ -91,11 +91,18 @@ def _retire(lanes: Floats, groups: int) -> None:
 
 
 @inline
-def _lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> int:
+def lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> int:
     """The lanes that meet the box with its six sides at floats[at::8]."""
     put_slopes(lanes, groups)
     f = geometry.floats
     return lanes_in_box(lanes, (f[at], f[at + 8], f[at + 16]), (f[at + 24], f[at + 32], f[at + 40]), groups)
+
+
+@inline
+def lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
+    """The lanes that may meet a ball with its numbers at floats[at::stride]."""
+    f = geometry.floats
+    return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride], groups)
 
 
 @inline
@@ -106,7 +113,7 @@ def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bit
     while bits != 0:
         child = lowest_bit(bits)
         bits &= bits - 1
-        if _lanes_in_child(geometry, lanes, groups, at + child) != 0:
+        if lanes_in_child(geometry, lanes, groups, at + child) != 0:
             met |= 1 << child
     return met
 
@@ -136,8 +143,7 @@ def _meet_ball(
     at: int, count: int, k: int,
 ) -> None:  # fmt: skip
     """Ball k of a leaf of `count`."""
-    x, y, z, r = leaf_ball(geometry, at, count, k)
-    met = lanes_in_ball(packet.lanes, x, y, z, r, groups)
+    met = lanes_at_ball(geometry, packet.lanes, groups, at + k, count)
     if met != 0:
         _meet(geometry, scratch, packet, blocks, at, count, k, met)
         if any_hit:
@@ -203,7 +209,7 @@ def trace_packet(
             continue
         met = (1 << (8 * groups)) - 1 if groups < 8 else -1
         if box >= 0:
-            met = _lanes_in_child(geometry, lanes, groups, boxes + 48 * (box >> 3) + (box & 7))
+            met = lanes_in_child(geometry, lanes, groups, boxes + 48 * (box >> 3) + (box & 7))
             if met == 0:
                 continue
         for k in range(count):

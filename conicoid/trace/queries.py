@@ -14,15 +14,13 @@ from ..lowering import Lowered
 from .array_kernels import (
     DOUBTFUL,
     coherent_packets,
-    trace_crossings,
     trace_first,
     trace_occluded,
     trace_ordered,
-    trace_spans,
 )
-from .certain import settle_bodies, settle_hits, settled_rows
+from .certain import settle_bodies, settle_hits
 from .hits import Found, Hits
-from .lists import CROSSING_COLUMNS, SPAN_COLUMNS
+from .listed import listed
 from .membership import locate
 from .order import ray_order
 from .rays import Arguments, FloatArray, Rays, points_array
@@ -165,49 +163,14 @@ def _settled(scene: Prepared, arguments: Arguments, which: Any) -> Any:
     return found.body >= 0
 
 
-def _listed(kernel: Any, scene: Prepared, rays: Rays, t_min: Any, t_max: Any, spans: bool) -> tuple[Any, FloatArray]:
-    """Run a kernel that returns rows for each chunk; (offsets, all rows)."""
-    arguments = _arguments(rays, t_min, t_max)
-    count = len(arguments[0])
-    counts, doubts = np.zeros(count, np.int64), np.zeros(count, np.int8)
-    pieces: dict[int, FloatArray] = {}
-
-    def work(begin: int, end: int) -> None:
-        pieces[begin] = kernel(scene.geometry, *arguments, begin, end, counts, doubts)
-
-    run_chunks(work, count, _CHUNK)
-    columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
-    rows = np.concatenate([np.zeros((0, columns)), *(pieces[begin] for begin in sorted(pieces))])
-    doubtful = np.flatnonzero(doubts)
-    if len(doubtful):
-        ends = np.cumsum(counts)
-        settled = settled_rows(scene, arguments, doubtful, spans)
-        rows = _replaced(rows, ends, doubtful, settled)
-        counts[doubtful] = [len(part) for part in settled]
-    offsets = np.zeros(count + 1, np.int64)
-    np.cumsum(counts, out=offsets[1:])
-    return offsets, rows
-
-
-def _replaced(rows: FloatArray, ends: Any, which: Any, parts: list[FloatArray]) -> FloatArray:
-    """Rows, of which those of ray i end at ends[i], with those of rays `which` replaced."""
-    pieces, done = [], 0
-    for ray, part in zip(which.tolist(), parts, strict=True):
-        pieces += [rows[done : int(ends[ray - 1]) if ray else 0], part]
-        done = int(ends[ray])
-    return np.concatenate([*pieces, rows[done:]])
-
-
 def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
-    offsets, rows = _listed(trace_spans, scene, rays, t_min, t_max, True)
-    return Spans(scene, rays, offsets, rows)
+    return Spans(scene, rays, listed(scene, _arguments(rays, t_min, t_max), *_packets(rays), True))
 
 
 def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Every crossing of each ray with every body in ]t_min, t_max[, sheets too."""
-    offsets, rows = _listed(trace_crossings, scene, rays, t_min, t_max, False)
-    return Crossings(scene, rays, offsets, rows)
+    return Crossings(scene, rays, listed(scene, _arguments(rays, t_min, t_max), *_packets(rays), False))
 
 
 def body_at(scene: Prepared, points: Any) -> Any:

@@ -13,7 +13,7 @@ from .bundle import load_ray
 from .entries import crossed_face, entry_crossings
 from .events import span_inverse
 from .kernels import Hit, collect, no_hit, scaled_ray
-from .lists import CROSSING_COLUMNS, SPAN_COLUMNS, ray_crossings, ray_spans
+from .lists import CROSSING_COLUMNS, SPAN_COLUMNS, ray_rows
 from .ranks import (
     Ranks,
     find_leaves,
@@ -111,10 +111,7 @@ def _rows(
     count: int, spans: bool, rows: Floats, used: int,
 ) -> tuple[Floats, int]:  # fmt: skip
     first, along = used, ray_of_ranks(ranks, ray[8])
-    if spans:
-        rows, used, _ = ray_spans(geometry, stand, scratch, ray, along, count, rows, used)
-    else:
-        rows, used, _ = ray_crossings(geometry, stand, scratch, ray, along, count, rows, used)
+    rows, used, _ = ray_rows(geometry, stand, scratch, ray, along, count, spans, rows, used)
     _in_t(ranks, rows, first, used, given, scale, spans)
     return rows, used
 

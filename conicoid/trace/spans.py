@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import errors_of_t
+from .list_kernels import put_crossings, put_spans
+from .listed import Listed
 from .rays import FloatArray, Rays, lines_of
 from .threads import run_chunks
 
@@ -16,12 +18,6 @@ if TYPE_CHECKING:
 
 _CHUNK = 16384
 _LARGEST = 4 << 30
-
-
-def _column(rows: FloatArray, column: int, dtype: type[Any] = np.float64) -> Any:
-    result = np.ascontiguousarray(rows[:, column].astype(dtype))
-    result.flags.writeable = False
-    return result
 
 
 def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: Any) -> FloatArray:
@@ -42,13 +38,13 @@ class Spans:
     t_enter_error, t_exit_error   float64: each end is at most so far from the exact one; 0 where it is clipped
     """
 
-    def __init__(self, scene: Prepared, rays: Rays, offsets: Any, rows: FloatArray) -> None:
-        offsets.flags.writeable = False
-        self.offsets = offsets
-        self.t_enter, self.t_exit = _column(rows, 0), _column(rows, 2)
-        self.body = _column(rows, 1, np.int32)
-        self.enter_clipped, self.exit_clipped = _column(rows, 3, np.bool_), _column(rows, 4, np.bool_)
-        self._ends = _column(rows, 5, np.int32), _column(rows, 6, np.int32)
+    def __init__(self, scene: Prepared, rays: Rays, listed: Listed) -> None:
+        count = int(listed.offsets[-1])
+        self.offsets = listed.offsets
+        self.t_enter, self.t_exit, self.body = np.empty(count), np.empty(count), np.empty(count, np.int32)
+        clipped, self._ends = np.empty((2, count), np.bool_), np.empty((2, count), np.int32)
+        listed.put(put_spans, self.t_enter, self.t_exit, self.body, clipped, self._ends)
+        self.enter_clipped, self.exit_clipped = clipped
         self._rays, self._scene = rays, scene
         self._body_count = scene.lowered.body_count
 
@@ -110,13 +106,12 @@ class Crossings:
     t_error              float64: t is at most so far from the exact crossing
     """
 
-    def __init__(self, scene: Prepared, rays: Rays, offsets: Any, rows: FloatArray) -> None:
-        self._scene, self._rays = scene, rays
-        offsets.flags.writeable = False
-        self.offsets = offsets
-        self.t = _column(rows, 0)
-        self.body, self.face, self.surface = (_column(rows, k, np.int32) for k in (1, 2, 3))
-        self.entering = _column(rows, 5, np.bool_)
+    def __init__(self, scene: Prepared, rays: Rays, listed: Listed) -> None:
+        count = int(listed.offsets[-1])
+        self.offsets, self._scene, self._rays = listed.offsets, scene, rays
+        self.t, self.entering = np.empty(count), np.empty(count, np.bool_)
+        self.body, self.face, self.surface = (np.empty(count, np.int32) for _ in range(3))
+        listed.put(put_crossings, self.t, self.body, self.face, self.surface, self.entering)
 
     @cached_property
     def t_error(self) -> FloatArray:
