@@ -17,7 +17,7 @@ from .kernels import Hit, first_crossing, from_center, no_hit, normal_at, scaled
 from .lanes import BEST, BODY, DOUBT, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
 from .packet import new_packet, trace_packet
 from .scratch import new_scratch
-from .simd import prefetch, store_eight
+from .simd import prefetch, prefetch_to_write, store_eight
 from .stream import new_stream, put_stream_ray, stream_hit, trace_stream
 from .tile import PACKETS, ask_for_packet, new_tile, open_tile, tile_packet
 
@@ -63,6 +63,15 @@ def put_hit(hit: Hit, i: Any, t: Floats, body: Ints, entry: Ints, place: Ints, t
 
 
 @inline
+def ask_for_hits(i: int, t: Floats, body: Ints, entry: Ints, place: Ints) -> None:
+    """Ask for the memory that hit i and a few after it are to be written to."""
+    prefetch_to_write(t, i)
+    prefetch_to_write(body, i)
+    prefetch_to_write(entry, i)
+    prefetch_to_write(place, i)
+
+
+@inline
 def put_eight_hits(
     lanes: Floats, lane: int, i: int, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs
 ) -> None:
@@ -90,6 +99,8 @@ def trace_first(
             packet = tile_packet(tile, number, width, count)
             if packet < 0:
                 continue
+            for row in range(8):
+                ask_for_hits(packet_row(packet, row, width, count)[0], t, body, entry, place)
             fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, shared)
             together, doubtful = coherent(geometry, lanes, 8), 0
             if together:

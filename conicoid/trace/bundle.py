@@ -39,11 +39,15 @@ _SEVERAL = 4.0
 
 @inline
 def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, i: int) -> Ray:
-    """Ray i; t_min, t_max and starts hold one value for all or one for each."""
+    """Ray i; t_min, t_max and starts hold one value for all or one for each.
+
+    Zeros become positive, so that equal origins are the same to the bit.
+    """
     start = np.int64(starts[i if len(starts) > 1 else 0])
     first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
-    ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
-    return ox, oy, oz, directions[i, 0], directions[i, 1], directions[i, 2], first, last, start  # type: ignore[return-value]
+    ox, oy, oz = origins[i, 0] + 0.0, origins[i, 1] + 0.0, origins[i, 2] + 0.0
+    dx, dy, dz = directions[i, 0] + 0.0, directions[i, 1] + 0.0, directions[i, 2] + 0.0
+    return ox, oy, oz, dx, dy, dz, first, last, start  # type: ignore[return-value]
 
 
 @inline

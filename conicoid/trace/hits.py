@@ -21,6 +21,23 @@ if TYPE_CHECKING:
 _CHUNK = 16384
 
 
+_PAGE = 4096
+
+
+def _room(count: int, kind: Any, share: int) -> Any:
+    """An array that begins some eighths of a page into a page.
+
+    Rows of a picture may lie whole pages apart: if all arrays began alike, the hits of a packet would want
+    the same few lines of the cache.
+    """
+    if count < _PAGE:
+        return np.empty(count, kind)
+    size = count * np.dtype(kind).itemsize
+    room = np.empty(size + 2 * _PAGE, np.uint8)
+    first = -room.ctypes.data % _PAGE + share * _PAGE // 8
+    return room[first : first + size].view(kind)
+
+
 class Found(NamedTuple):
     """First hits as the kernels write them, a row each."""
 
@@ -33,8 +50,8 @@ class Found(NamedTuple):
     @classmethod
     def new(cls, count: int) -> Found:
         """Room for some hits."""
-        body, entry, place = (np.empty(count, np.int32) for _ in range(3))
-        return cls(np.empty(count), body, entry, place, np.empty(count, np.int8))
+        body, entry, place = (_room(count, np.int32, share) for share in (2, 4, 6))
+        return cls(_room(count, np.float64, 0), body, entry, place, _room(count, np.int8, 1))
 
 
 class Hits:

@@ -3,7 +3,8 @@
 The lanes go through the same formulas as single rays, which the compiler turns into vector
 instructions: functions are merged into the loop, a surface's record is a tuple read before it, and
 selects take the place of branches. The few lanes whose terms cancel are done again one by one. So a
-ray gives the same hit to the bit, whichever way it goes.
+ray gives the same hit to the bit, whichever way it goes. Loops are written twice where the lanes may
+have one origin: what follows from it is worked out before the first.
 
 Every function works on lanes first..last, multiples of eight.
 """
@@ -44,6 +45,7 @@ from .lanes import (
     OZ,
     PLACE_IN,
     PLACE_OUT,
+    SHARED,
     SOME_START,
     START,
     T_IN,
@@ -68,20 +70,32 @@ def ball_lanes(lanes: Floats, sphere: Sphere, surface: int, entry: int, body: in
     """The first crossing of a ball."""
     first, last = eights(first, last)
     lengths = lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3])
-    for i in range(first, last):
-        starts = lanes[START + i] == surface
-        low, high, _, crosses, unsure = sphere_roots(
-            sphere, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
-            lanes[INVERSE + i], starts,
-        )  # fmt: skip
-        enters = crosses & (low > lanes[T_MIN + i]) & (low < lanes[T_MAX + i])
-        leaves = crosses & (high > lanes[T_MIN + i]) & (high < lanes[T_MAX + i])
-        t = low if enters else (high if leaves else math.inf)
-        off, far = lane_nearness(lanes, i, lengths)
-        near = (at_start(low, starts, off) | at_start(high, starts, off)) & (lanes[T_MIN + i] <= off)
-        unsure |= (crosses & near) | (far < 0.0)
-        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
-        take(lanes, i, t, off, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
+    x, y, z = lanes[OX], lanes[OY], lanes[OZ]
+    if lanes[SHARED] != 0.0:
+        for i in range(first, last):
+            _ball_of_lane(lanes, i, x, y, z, sphere, lengths, surface, entry, body)
+    else:
+        for i in range(first, last):
+            _ball_of_lane(lanes, i, lanes[OX + i], lanes[OY + i], lanes[OZ + i], sphere, lengths, surface, entry, body)
+
+
+@inline
+def _ball_of_lane(
+    lanes: Floats, i: int, ox: float, oy: float, oz: float, sphere: Sphere, lengths: Nearness,
+    surface: int, entry: int, body: int,
+) -> None:  # fmt: skip
+    starts = lanes[START + i] == surface
+    low, high, _, crosses, unsure = sphere_roots(
+        sphere, ox, oy, oz, lanes[DX + i], lanes[DY + i], lanes[DZ + i], lanes[INVERSE + i], starts
+    )
+    enters = crosses & (low > lanes[T_MIN + i]) & (low < lanes[T_MAX + i])
+    leaves = crosses & (high > lanes[T_MIN + i]) & (high < lanes[T_MAX + i])
+    t = low if enters else (high if leaves else math.inf)
+    off, far = lane_nearness(lanes, i, lengths)
+    near = (at_start(low, starts, off) | at_start(high, starts, off)) & (lanes[T_MIN + i] <= off)
+    unsure |= (crosses & near) | (far < 0.0)
+    lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
+    take(lanes, i, t, off, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
 
 
 @helper
@@ -111,20 +125,28 @@ def _cut_lanes(lanes: Floats, lengths: Nearness, surface: int, side: int, place:
 
 
 @inline
+def _plane_of_lane(lanes: Floats, i: int, ox: float, oy: float, oz: float, plane: Plane, limits: Limits) -> int:
+    """A lane's height and rate into A and B; returns 1, as FLAG, where they are to be done again with care."""
+    height, rate, cancels, parallel = plain_plane(plane, ox, oy, oz, lanes[DX + i], lanes[DY + i], lanes[DZ + i])
+    cancels |= unsure_of_plane(height, rate, parallel, lanes[INVERSE + i], limits)
+    lanes[A + i], lanes[B + i] = height, rate
+    lanes[FLAG + i] = 1.0 if cancels else 0.0
+    return 1 if cancels else 0
+
+
+@inline
 def _plane_lanes(
     lanes: Floats, plane: Plane, limits: Limits, lengths: Nearness, surface: int, side: int, place: int,
     first: int, last: int,
 ) -> None:  # fmt: skip
     """Cut the lanes' spans [T_IN, T_OUT] by a plane of a cell."""
-    again = 0
-    for i in range(first, last):
-        height, rate, cancels, parallel = plain_plane(
-            plane, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
-        )
-        cancels |= unsure_of_plane(height, rate, parallel, lanes[INVERSE + i], limits)
-        lanes[A + i], lanes[B + i] = height, rate
-        lanes[FLAG + i] = 1.0 if cancels else 0.0
-        again += 1 if cancels else 0
+    again, x, y, z = 0, lanes[OX], lanes[OY], lanes[OZ]
+    if lanes[SHARED] != 0.0:
+        for i in range(first, last):
+            again += _plane_of_lane(lanes, i, x, y, z, plane, limits)
+    else:
+        for i in range(first, last):
+            again += _plane_of_lane(lanes, i, lanes[OX + i], lanes[OY + i], lanes[OZ + i], plane, limits)
     if again > 0:
         for i in range(first, last):
             if lanes[FLAG + i] == 1.0:
@@ -166,17 +188,27 @@ def _settle_lanes(lanes: Floats, limits: Limits, surface: int, first: int, last:
 
 
 @inline
+def _quadric_of_lane(lanes: Floats, i: int, ox: float, oy: float, oz: float, quadric: Quadric, surface: int) -> int:
+    """A lane's terms into A, B, C, DISCRIMINANT and FOOT; returns 1 where they are to be done again with care."""
+    a, b, c, discriminant, foot, cancels, straight, ruling = quadratic_on_ray(
+        quadric, ox, oy, oz, lanes[DX + i], lanes[DY + i], lanes[DZ + i], lanes[INVERSE + i],
+        lanes[START + i] == surface,
+    )  # fmt: skip
+    lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i], lanes[FOOT + i] = a, b, c, discriminant, foot
+    lanes[FLAG + i] = (1.0 if cancels else 0.0) + (2.0 if straight else 0.0) + (2.0 if ruling else 0.0)
+    return 1 if cancels else 0
+
+
+@inline
 def _quadric_lanes(lanes: Floats, quadric: Quadric, limits: Limits, surface: int, first: int, last: int) -> None:
     """The lanes' roots into LOW and HIGH; FLAG: 1 outside is inside, 2 it crosses; DISCRIMINANT: 1 it is unsure."""
-    again = 0
-    for i in range(first, last):
-        a, b, c, discriminant, foot, cancels, straight, ruling = quadratic_on_ray(
-            quadric, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
-            lanes[INVERSE + i], lanes[START + i] == surface,
-        )  # fmt: skip
-        lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i], lanes[FOOT + i] = a, b, c, discriminant, foot
-        lanes[FLAG + i] = (1.0 if cancels else 0.0) + (2.0 if straight else 0.0) + (2.0 if ruling else 0.0)
-        again += 1 if cancels else 0
+    again, x, y, z = 0, lanes[OX], lanes[OY], lanes[OZ]
+    if lanes[SHARED] != 0.0:
+        for i in range(first, last):
+            again += _quadric_of_lane(lanes, i, x, y, z, quadric, surface)
+    else:
+        for i in range(first, last):
+            again += _quadric_of_lane(lanes, i, lanes[OX + i], lanes[OY + i], lanes[OZ + i], quadric, surface)
     if again > 0:
         for i in range(first, last):
             if lanes[FLAG + i] == 1.0 or lanes[FLAG + i] == 3.0 or lanes[FLAG + i] == 5.0:

@@ -34,7 +34,9 @@ SOME_START = BEAM_AT + BEAM
 """Not 0 where some lane starts on a surface."""
 SLOPES = BEAM_AT + BEAM + 1
 """Not 0 once the inverse directions are worked out."""
-SIZE = BEAM_AT + BEAM + 2
+SHARED = BEAM_AT + BEAM + 2
+"""Not 0 where all lanes have one origin."""
+SIZE = BEAM_AT + BEAM + 3
 
 
 @inline
@@ -48,7 +50,7 @@ def put_ray(lanes: Floats, i: Any, ray: Ray) -> None:
     """A ray into lane i."""
     ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
     i = np.uint64(i)
-    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = ox, oy, oz
+    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = ox + 0.0, oy + 0.0, oz + 0.0
     lanes[DX + i], lanes[DY + i], lanes[DZ + i] = dx, dy, dz
     lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = t_min, t_max, start
 
@@ -69,10 +71,10 @@ def put_origin(lanes: Floats, x: float, y: float, z: float) -> None:
 
 @inline
 def put_line(lanes: Floats, i: Any, origins: Floats, directions: Floats, k: Any) -> None:
-    """Origin and direction k into lane i."""
+    """Origin and direction k into lane i, with zeros that are positive (`load_ray`)."""
     i, k = np.uint64(i), np.uint64(k)
-    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = origins[k, 0], origins[k, 1], origins[k, 2]
-    lanes[DX + i], lanes[DY + i], lanes[DZ + i] = directions[k, 0], directions[k, 1], directions[k, 2]
+    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = origins[k, 0] + 0.0, origins[k, 1] + 0.0, origins[k, 2] + 0.0
+    lanes[DX + i], lanes[DY + i], lanes[DZ + i] = directions[k, 0] + 0.0, directions[k, 1] + 0.0, directions[k, 2] + 0.0
 
 
 @inline
@@ -119,9 +121,12 @@ def put_lane_beam(lanes: Floats, groups: int) -> None:
     lanes[BEAM_AT + LOW_O], lanes[BEAM_AT + HIGH_O] = extent(lanes, OX, groups)
     lanes[BEAM_AT + LOW_O + 1], lanes[BEAM_AT + HIGH_O + 1] = extent(lanes, OY, groups)
     lanes[BEAM_AT + LOW_O + 2], lanes[BEAM_AT + HIGH_O + 2] = extent(lanes, OZ, groups)
+    shared = True
     for axis in range(3):
         low, high = extent(lanes, DX + np.uint64(LANES * axis), groups)
         lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
+        shared &= lanes[BEAM_AT + LOW_O + axis] == lanes[BEAM_AT + HIGH_O + axis]
+    lanes[SHARED] = 1.0 if shared else 0.0
     lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN, groups)[0]
     shorten_beam(lanes, groups)
 

@@ -114,7 +114,7 @@ def open_tile(
     beam[FIRST], beam[LAST] = 0.0, math.inf
     find_frontier(geometry, frontier, near, beam, scene_tree(geometry))
     if shared:
-        put_origin(lanes, beam[LOW_O], beam[LOW_O + 1], beam[LOW_O + 2])
+        put_origin(lanes, beam[LOW_O] + 0.0, beam[LOW_O + 1] + 0.0, beam[LOW_O + 2] + 0.0)
     return shared
 
 

@@ -73,13 +73,13 @@ def reach(lanes: Floats, groups: int) -> float:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any) -> Any:
-    """Eight points (x, y, z) from row `first` into three rows of 64 lanes, from lanes[at:]."""
+    """Eight points (x, y, z) from row `first` into three rows of 64 lanes, from lanes[at:]; zeros become positive."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
         source, target = c.data(signature, arguments, 0), c.data(signature, arguments, 2)
         begin = b.mul(arguments[1], INT64(3))
-        parts = [c.eight(source, begin, 8 * k) for k in range(3)]
+        parts = [b.fadd(c.eight(source, begin, 8 * k), c.constant(0.0)) for k in range(3)]
         number = ir.IntType(32)
         pair = b.shuffle_vector(
             parts[0], parts[1], ir.Constant(ir.VectorType(number, 16), list(range(16)))
@@ -113,19 +113,25 @@ def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: A
     return types.none(lanes, types.int64, numbers, types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def prefetch(typing_context: Any, array: Any, at: Any) -> Any:
-    """Ask for the memory of an array of floats from its element `at`, counted flat."""
+def _prefetch(to_write: int, level: int) -> Any:
+    def ask(typing_context: Any, array: Any, at: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, number, byte = Code(context, builder), ir.IntType(32), ir.IntType(8).as_pointer()
+            place = builder.bitcast(c.place(c.data(signature, arguments, 0), arguments[1], 0), byte)
+            kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+            function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+            builder.call(function, [place, number(to_write), number(level), number(1)])
+            return context.get_dummy_value()
 
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        c, number = Code(context, builder), ir.IntType(32)
-        place = builder.bitcast(c.place(c.data(signature, arguments, 0), arguments[1], 0), ir.IntType(8).as_pointer())
-        kind = ir.FunctionType(ir.VoidType(), [ir.IntType(8).as_pointer(), number, number, number])
-        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
-        builder.call(function, [place, number(0), number(2), number(1)])
-        return context.get_dummy_value()
+        return types.none(array, types.int64), code
 
-    return types.none(array, types.int64), code
+    return intrinsic(ask)
+
+
+prefetch = _prefetch(0, 2)
+"""prefetch(array, at): ask for the memory of an array from its element `at`, counted flat, to be read."""
+prefetch_to_write = _prefetch(1, 3)
+"""The same, to be written."""
 
 
 @intrinsic  # type: ignore[untyped-decorator]
