@@ -35,9 +35,20 @@ class _Nowhere:
 class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
     """The code of an inner function by itself: not linked with what it calls, and not placed in memory."""
 
+    _linking_libraries: list[Any]
+
     def finalize(self) -> None:
         self._raise_if_finalized()
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)
         self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """With all that it calls: for functions that Numba's own `njit` compiles."""
+        whole = _own(self).clone()
+        for library in _reached(self._linking_libraries):
+            whole.link_in(_own(library), preserve=True)
+        return whole
 
     def get_pointer_to_function(self, name: str) -> int:
         del name
@@ -58,8 +69,16 @@ class _Program(codegen.JITCodeLibrary):  # type: ignore[misc]
         self.enable_object_caching()
 
     def finalize(self) -> None:
-        self._linking_libraries = _reached(self._linking_libraries)
+        for library in _reached(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(_own(library), preserve=True)
+        self._linking_libraries = []
         super().finalize()
+
+
+def _own(library: Any) -> Any:
+    """The code of a library, without that of inner functions that it calls."""
+    return codegen.JITCodeLibrary._get_module_for_linking(library)
 
 
 def _reached(libraries: list[Any]) -> list[Any]:

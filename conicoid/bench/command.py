@@ -10,7 +10,8 @@ from rich.table import Table
 
 from ..formats.atomic import write_text
 from . import report
-from .rows import QUICK, ROWS, Row, Size
+from .row import QUICK, Row, Size
+from .rows import ROWS
 
 
 class Shown(NamedTuple):

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from ..trace.threads import thread_count
 from .peer import Absent, Peer
-from .rows import Measured, Row, Size
+from .row import Measured, Row, Size
 
 HEAD = ("rays", "scene", "peer", "ours", "peer's", "ratio", "floor", "aim")
 

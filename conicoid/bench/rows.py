@@ -1,7 +1,8 @@
 """The rows of the benchmark: what is compared with whom, and which ratio is asked for.
 
 Every row runs Conicoid and its peer in turn, five turns each, and compares medians; a ratio above one says
-that Conicoid is faster. Before that the two must agree on what is hit and where.
+that Conicoid is faster. Before that the two must agree on what is hit and where. The rows of `limits.py` have no
+peer: what is asked of them stands in its place.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +25,9 @@ from ..shapes.light import AmbientLight, PointLight
 from ..shapes.material import matte
 from ..trace.rays import Rays
 from ..trace.threads import set_threads
-from . import embree, mitsuba, povray, raysect, trimesh
+from . import embree, limits, mitsuba, povray, raysect, trimesh
 from .peer import Peer
+from .row import Measured, Row, Size
 from .scenes import (
     Balls,
     Floats,
@@ -42,45 +43,7 @@ from .scenes import (
     spheres,
 )
 
-RUNS = 5
 WARM = 0.1  # seconds
-
-
-@dataclass(frozen=True)
-class Size:
-    """How much is traced."""
-
-    width: int = 1024
-    rays: int = 1 << 20
-    runs: int = RUNS
-    balls: int = 1_000_000
-
-
-QUICK = Size(128, 1 << 12, 2, 10_000)
-
-
-@dataclass(frozen=True)
-class Measured:
-    """Ours and the peer's figure, how many times better ours is, and a unit; `apart` says how they disagree."""
-
-    ours: float
-    theirs: float
-    ratio: float
-    unit: str
-    apart: str = ""
-
-
-@dataclass(frozen=True)
-class Row:
-    """A comparison: `floor` is asked for, `aim` wished for; 0 where nothing is."""
-
-    name: str
-    rays: str
-    scene: str
-    peer: Peer
-    floor: float
-    aim: float
-    measure: Callable[[Size], Measured]
 
 
 def in_turn(ours: Callable[[], float], theirs: Callable[[], float], runs: int) -> tuple[float, float]:
@@ -281,4 +244,5 @@ ROWS = (
     Row("picture-csg", _PICTURE, "1,000 bodies of 5 leaves", povray.PEER, 3.0, 0.0, with_povray("csg", bored_blocks)),
     Row("build", "tree", "1,000,000 balls", embree.PEER, 0.2, 1.0, building),
     Row("growth", _CAMERA, "balls, constant hit rate: 1,000 and (as the peer) the most", _OURS, 1.0, 0.0, growth),
+    *limits.ROWS,
 )  # fmt: skip

@@ -9,8 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.bench import report, rows, scenes
+from conicoid.bench import limits, report, rows, scenes
 from conicoid.bench.peer import Absent, Peer
+from conicoid.bench.row import QUICK, Measured, Row, Size
 from conicoid.cli import app
 
 HERE = Peer("Somebody", "float32", lambda: "Somebody 1")
@@ -21,7 +22,7 @@ def _absent() -> str:
 
 
 def row(name, measure, peer=HERE, floor=0.8, aim=1.2):
-    return rows.Row(name, "camera", "a scene", peer, floor, aim, measure)
+    return Row(name, "camera", "a scene", peer, floor, aim, measure)
 
 
 def brute_force_balls(balls, origins, directions):
@@ -74,10 +75,10 @@ def test_bored_blocks_are_five_leaves():
 
 
 def test_ratios_are_told_with_what_is_asked():
-    measured = rows.Measured(60.0, 30.0, 2.0, "Mray/s")
+    measured = Measured(60.0, 30.0, 2.0, "Mray/s")
     outcomes = report.run(
         [row("a", lambda size: measured), row("b", lambda size: measured, Peer("X", "y", _absent))],
-        rows.QUICK,
+        QUICK,
         lambda _: None,
     )
     assert outcomes[0].cells()[3:] == ("60 Mray/s", "30 Mray/s", "2.00 ×", "0.8 ×", "1.2 ×")
@@ -89,7 +90,7 @@ def test_ratios_are_told_with_what_is_asked():
 
 
 def test_there_is_no_ratio_where_the_two_disagree():
-    outcome = report.Outcome(row("a", None), rows.Measured(1, 2, 2, "s", "5 % of the rays hit for one only"))
+    outcome = report.Outcome(row("a", None), Measured(1, 2, 2, "s", "5 % of the rays hit for one only"))
     assert outcome.cells()[3:6] == ("", "", "no ratio: 5 % of the rays hit for one only")
 
 
@@ -115,3 +116,32 @@ def test_the_command(tmp_path):
     result = CliRunner().invoke(app, ["bench", "--rows", "nothing"])
     assert result.exit_code == 2
     assert "there is no row 'nothing'" in result.stderr
+
+
+def test_limits_stand_in_the_peers_place():
+    found = limits.within(50.0, 20.0, "µs")
+    cells = report.Outcome(Row("latency", "one", "balls", limits.LIMIT, 1.0, 0.0, None), found).cells()
+    assert cells == ("one", "balls", "asked, at most", "20 µs", "50 µs", "2.50 ×", "1 ×", "")
+
+
+SMALL = Size(runs=1, balls=1000)
+
+
+@pytest.mark.parametrize("name", ["latency", "import", "command"])
+def test_what_is_around_the_rays_takes_time(name):
+    """No limit is asserted: this may run beside anything."""
+    measured = {row.name: row for row in limits.ROWS}[name].measure(SMALL)
+    assert measured.ours > 0
+    assert measured.ratio == measured.theirs / measured.ours
+
+
+def test_the_programs_that_are_timed_run():
+    """In one process, whose kernels are at hand: a new one would compile for half a minute."""
+    exec(limits._COLD, {})
+
+
+def test_a_ball_takes_its_four_numbers_at_least():
+    """Center and radius are 32 bytes; 24 GiB for ten million are 2576 each."""
+    measured = limits.bytes_of_a_cell(SMALL)
+    assert 32 < measured.ours < 1000
+    assert measured.theirs == 2576

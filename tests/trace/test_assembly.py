@@ -58,6 +58,13 @@ def test_lane_loops_are_vectors(functions, loop, least):
     assert vectors > 5 * singles
 
 
+def test_lane_loops_of_boolean_bodies_are_vectors(functions):
+    """Mostly comparisons. They have scalar forms too, for arrays that overlap, which the compiler cannot know do not."""
+    bodies = [body for name, body in functions.items() if "lane_regions" in name]
+    kind = r"^v(?:cmp\w*|add|sub|mul|min|max|blendm|blendv|and|or)pd"
+    assert sum(1 for body in bodies for line in body if re.match(kind, line) and WIDE in line) >= 85
+
+
 def test_there_are_lane_loops(functions):
     """However functions are merged: much of the arithmetic, and roots, are on whole vectors."""
     lines = [line for body in functions.values() for line in body]

@@ -1,0 +1,205 @@
+"""What a ray costs, counted: operations and bytes, and which share of the processor's peak that makes.
+
+    python benchmarks/roofline.py [most balls]
+
+The kernels are compiled once more, in a process and a cache of their own, with counters in front of what they ask of
+boxes, balls and lanes. What one such question takes in operations stands in the machine code. Times are of the
+processor, of all threads together: nanoseconds a ray on one core.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from typing import Any
+
+import numpy as np
+from machine import copy_bandwidth, fused_peak, latency, least
+
+import conicoid as co
+from conicoid.bench.report import machine
+from conicoid.bench.scenes import balls, camera_rays, random_rays
+
+NODE, LEAF, BALL, LANES, STREAM_NODE, STREAM_LEAF, STREAM_BALL, SINGLE = range(8)
+NAMES = (
+    "nodes asked by a packet's beam, or by a part of the frontier", "leaves asked by a packet's beam",
+    "balls asked by 64 lanes", "groups of 8 lanes that met a ball's sides", "rays at nodes, in streams",
+    "leaves asked by a ray", "balls met by a ray", "nodes asked by single rays",
+)  # fmt: skip
+WIDTH = 1024
+
+
+def rays_of(kind: str) -> co.Rays:
+    return co.Rays(*(camera_rays(WIDTH) if kind == "camera" else random_rays(WIDTH * WIDTH)))
+
+
+def install(counts: np.ndarray) -> None:
+    """Put counters in front of the functions that ask; before anything is compiled, on one thread."""
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
+    from conicoid.jit import inline
+    from conicoid.trace import frontier, kernels, packet, stream, walk
+
+    @intrinsic
+    def add(context, which, number):
+        def code(context, builder, signature, arguments):
+            whole = ir.IntType(64)
+            place = builder.add(whole(counts.ctypes.data), builder.mul(arguments[0], whole(8)))
+            pointer = builder.inttoptr(place, whole.as_pointer())
+            builder.store(builder.add(builder.load(pointer), arguments[1]), pointer)
+            return context.get_dummy_value()
+
+        return types.void(types.int64, types.int64), code
+
+    boxes_met, balls_in_beam, lanes_in_ball = packet.boxes_met, packet.balls_in_beam, packet.lanes_in_ball
+    ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
+    meet, by_one = stream.meet, walk.boxes_met
+
+    @inline
+    def counted_boxes(floats, at, beam, start, near):
+        add(NODE, 1)
+        return boxes_met(floats, at, beam, start, near)
+
+    @inline
+    def counted_box_of_one(floats, at, beam, start, near):
+        add(SINGLE, 1)
+        return by_one(floats, at, beam, start, near)
+
+    @inline
+    def counted_leaf(floats, at, stride, count, beam, start, near):
+        add(LEAF, 1)
+        return balls_in_beam(floats, at, stride, count, beam, start, near)
+
+    @inline
+    def counted_ball(lanes, x, y, z, r, groups):
+        add(BALL, 1)
+        return lanes_in_ball(lanes, x, y, z, r, groups)
+
+    @inline
+    def counted_lanes(lanes, sphere, surface, entry, body, first, last):
+        add(LANES, (last - first) >> 3)
+        ball_lanes(lanes, sphere, surface, entry, body, first, last)
+
+    @inline
+    def counted_list(boxes, at, rays, lists, begin, count, room, counts):
+        add(STREAM_NODE, count)
+        put_on_lists(boxes, at, rays, lists, begin, count, room, counts)
+
+    @inline
+    def counted_balls(floats, at, stride, count, ray, inverse, last):
+        add(STREAM_LEAF, 1)
+        return balls_met(floats, at, stride, count, ray, inverse, last)
+
+    @inline
+    def counted_meet(geometry, scratch, item, sphere, ray, inverse, best):
+        add(STREAM_BALL, 1)
+        return meet(geometry, scratch, item, sphere, ray, inverse, best)
+
+    packet.boxes_met = frontier.boxes_met = counted_boxes
+    walk.boxes_met = counted_box_of_one
+    packet.balls_in_beam, packet.lanes_in_ball, packet.ball_lanes = counted_leaf, counted_ball, counted_lanes
+    stream.put_on_lists = counted_list
+    stream.balls_met = kernels.balls_met = counted_balls
+    stream.meet = kernels.meet = counted_meet
+
+
+def count_all(sizes: list[int]) -> dict[str, list[float]]:
+    """Questions a ray, by kind of rays and number of balls."""
+    counts = np.zeros(len(NAMES), np.int64)
+    install(counts)
+    co.set_threads(1)
+    found = {}
+    for size in sizes:
+        scene = co.Scene(balls(size).shapes())
+        for kind in ("camera", "random"):
+            rays = rays_of(kind)
+            counts[:] = 0
+            scene.first_hit(rays)
+            found[f"{kind} {size}"] = (counts / WIDTH**2).tolist()
+    return found
+
+
+def operations(code: str) -> int:
+    """Operations on doubles in machine code without loops; a fused multiply-add is two."""
+    lanes = {"zmm": 8, "ymm": 4, "xmm": 2}
+    total = 0
+    for line in code.splitlines():
+        found = re.match(r"\s+v(fn?m|add|sub|mul|div|sqrt|min|max)\w*?(pd|sd)\s.*?(?:%?([xyz]mm))?\d*$", line)
+        if found:
+            width = 1 if found[2] == "sd" else lanes[found[3] or "xmm"]
+            total += width * (2 if found[1].startswith("f") else 1)
+    return total
+
+
+def costs() -> dict[int, float]:
+    """Operations of each question, out of the code made for this machine."""
+    from numba import njit
+
+    from conicoid.trace import packet, stream
+
+    boxes_met, balls_in_beam, lanes_in_ball = packet.boxes_met, packet.balls_in_beam, packet.lanes_in_ball
+    ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
+    questions: dict[int, tuple[Any, float]] = {
+        NODE: (lambda f, r, n, c, k: boxes_met(f, k, r, 0, n), 1),
+        LEAF: (lambda f, r, n, c, k: balls_in_beam(f, k, 8, 8, r, 0, n), 1),
+        BALL: (lambda f, r, n, c, k: lanes_in_ball(r, f[0], f[1], f[2], f[3], 8), 1),
+        LANES: (lambda f, r, n, c, k: ball_lanes(r, (f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 8), 1),
+        STREAM_NODE: (lambda f, r, n, c, k: put_on_lists(f, 0, r, n, 0, 8, 64, c), 8),
+        STREAM_LEAF: (
+            lambda f, r, n, c, k: balls_met(f, k, 8, 8, (f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, k), f[6], 1.0),
+            1,
+        ),
+    }
+    result = {}
+    for which, (question, share) in questions.items():
+        kinds = "(float64[::1], float64[::1], {}[::1], int32[::1], int64)".format(
+            "int64" if which == STREAM_NODE else "float64"
+        )
+        code = njit(kinds, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)(question)
+        result[which] = operations(next(iter(code.inspect_asm().values()))) / share
+    result[STREAM_BALL] = result[LANES] / 8  # the same formula, of one lane
+    result[SINGLE] = result[NODE]
+    return result
+
+
+def main() -> None:
+    most = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
+    sizes = [size for size in (1000, 100_000, 1_000_000) if size <= most]
+    with tempfile.TemporaryDirectory() as folder:
+        environment = os.environ | {"CONICOID_CACHE_DIR": folder}
+        command = [sys.executable, __file__, "count", *map(str, sizes)]
+        counted = json.loads(subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout)
+    peak, each = fused_peak(), costs()
+    print(f"one core: {peak / 1e9:.0f} Gflop/s; copies: {copy_bandwidth() / 1e9:.0f} GB/s read and written, all cores")
+    for size in (1 << 15, 1 << 19, 1 << 23, 1 << 28):
+        print(f"an address in {size / 2**20:g} MiB is read in {1e9 * latency(size):.1f} ns")
+    for which, operations_of_one in each.items():
+        print(f"{operations_of_one:.0f} operations: {NAMES[which]}")
+    print("| rays | balls | " + " | ".join(NAMES) + " | operations | ns | Gflop/s | share of the peak |")
+    for name, counts in counted.items():
+        kind, size = name.split()
+        scene, rays = co.Scene(balls(int(size)).shapes()), rays_of(kind)
+        scene.first_hit(rays)
+        seconds = least(lambda scene=scene, rays=rays: scene.first_hit(rays), time.process_time, 9) / WIDTH**2
+        total = sum(counts[which] * cost for which, cost in each.items())
+        figures = [f"{number:.3g}" for number in counts]
+        print(
+            f"| {kind} | {int(size):,} | {' | '.join(figures)} | {total:.0f} | {1e9 * seconds:.1f} "
+            f"| {total / seconds / 1e9:.1f} | {100 * total / seconds / peak:.0f} % |",
+            flush=True,
+        )
+    print("\n".join(machine([])))
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["count"]:
+        print(json.dumps(count_all([int(size) for size in sys.argv[2:]])))
+    else:
+        main()

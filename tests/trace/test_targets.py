@@ -1,0 +1,52 @@
+"""Code for the lanes and for the vectors of `trace/simd` can be made for other processors: they are LLVM's own."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+# A process of its own: where LLVM has no code for something it ends the process
+PROGRAM = """
+import sys
+import llvmlite.binding as llvm
+from numba import njit
+from conicoid.trace import simd
+from conicoid.trace.lane_cells import ball_lanes
+
+@njit("int64(float64[::1], float64[::1], int64[::1], int32[::1], float64[::1], int64)",
+      no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
+def all_of_them(f, rays, lists, counts, near, n):
+    simd.put_on_lists(f, 0, rays, lists, 0, n, 64, counts)
+    simd.load_eight(f, n, near, 0)
+    ball_lanes(rays, (f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 64)
+    ray = (f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, n)
+    bits = simd.boxes_met(f, 0, rays, 0, near) | simd.balls_in_beam(f, 0, 8, 8, rays, 0, near)
+    bits |= simd.balls_met(f, 0, 8, 8, ray, f[6], 1.0) | simd.lanes_in_ball(rays, f[0], f[1], f[2], f[3], 8)
+    return bits + simd.lowest_bit(bits) + simd.highest_bit(bits)
+
+llvm.initialize_all_targets()
+llvm.initialize_all_asmprinters()
+module = llvm.parse_assembly(next(iter(all_of_them.inspect_llvm().values())))
+machine = llvm.Target.from_triple(sys.argv[1]).create_target_machine(cpu=sys.argv[2], opt=3)
+print(machine.emit_assembly(module))
+"""
+
+
+@pytest.mark.parametrize(
+    ("triple", "processor", "fused"),
+    [
+        ("aarch64-unknown-linux-gnu", "neoverse-n1", r"\bfml[as]\s+v\d+\.2d"),
+        ("x86_64-unknown-linux-gnu", "haswell", r"\bvfn?m(add|sub)\d+pd\s.*ymm"),
+        ("x86_64-unknown-linux-gnu", "skylake-avx512", r"\bvfn?m(add|sub)\d+pd\s.*zmm"),
+    ],
+)
+def test_there_is_code_for_other_processors(triple, processor, fused):
+    command = [sys.executable, "-c", PROGRAM, triple, processor]
+    run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    if "Unable to find target" in run.stderr or "No available targets" in run.stderr:
+        pytest.skip(f"this LLVM makes no code for {triple}")
+    assert run.returncode == 0, run.stderr[-2000:]
+    assert len(re.findall(fused, run.stdout)) > 20
