@@ -8,7 +8,7 @@ import numba
 import numpy as np
 import pytest
 
-from conicoid.trace.simd import FROM_THE_START, put_on_lists, waiting
+from conicoid.trace.simd import FROM_THE_START, put_on_lists, rays_in_balls, waiting
 from conicoid.trace.walk import reciprocal
 
 
@@ -98,3 +98,42 @@ def test_a_ray_that_waits_from_the_start_waits_since_ever():
     assert unpacked(np.int64(12345 + FROM_THE_START)) == (12345, -math.inf)
     below = (np.array([-2.5]).view(np.int64)[0] & ~0xFFFFFFFF) + 7
     assert unpacked(np.int64(below)) == (7, -math.inf)
+
+
+@numba.njit
+def sift(balls, size, rays, more, lists, begin, left, bits):
+    rays_in_balls(balls, 0, size, rays, more, 5, lists, begin, left, bits)
+
+
+@pytest.mark.parametrize("left", [1, 3, 8, 11])
+def test_every_ray_that_meets_a_ball_is_told(left):
+    """By the distance from the center to the stretch of the ray, in coordinates of the foot of the perpendicular."""
+    rng = np.random.default_rng(left)
+    size, count = 5, 12
+    centers, radii = rng.uniform(-1, 1, (size, 3)), rng.uniform(0.2, 0.9, size)
+    origins, limits = rng.uniform(-2, 2, (count, 3)), np.stack([np.zeros(count), rng.uniform(0.5, 3, count)], axis=1)
+    directions = centers[np.arange(count) % size] + rng.normal(scale=0.5, size=(count, 3)) - origins
+    rays = np.concatenate([origins, np.ones((count, 3)), limits], axis=1).ravel()
+    squares = (directions**2).sum(axis=1)
+    more = np.concatenate([directions, 1 / squares[:, None], np.full((count, 1), np.nan)], axis=1).ravel()
+    order = rng.permutation(count)[:left]
+    lists, bits = np.full(20, 1 << 40), np.zeros(16, np.int32)
+    lists[2 : 2 + left] = order + FROM_THE_START
+    sift(
+        np.concatenate([centers.T.ravel(), radii, np.zeros(8)]),
+        size,
+        rays,
+        np.append(more, np.zeros(8)),
+        lists,
+        2,
+        left,
+        bits,
+    )
+    for k in range(size):
+        for lane in range(8):
+            i = order[lane] if lane < left else -1
+            foot = (centers[k] - origins[i]) @ directions[i] / squares[i]
+            off = np.linalg.norm(origins[i] + foot * directions[i] - centers[k])
+            half = math.sqrt(max(0.0, radii[k] ** 2 - off**2) / squares[i])
+            meets = off < radii[k] and foot - half < limits[i, 1] and foot + half > limits[i, 0]
+            assert bool(bits[k] >> lane & 1) == (i >= 0 and meets)
