@@ -33,7 +33,7 @@ from .tree import with_trees
 _CHUNK = 4096
 _TILES = 32
 _FEW = 32
-_STREAM = 4096
+_STREAM = 8192
 
 
 @dataclass(frozen=True)

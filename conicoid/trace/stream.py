@@ -20,7 +20,7 @@ from ..jit import allocator, helper, inline
 from .kernels import Hit, meet, scene_tree, within
 from .leaf import leaf_at, leaf_ball, leaf_item, leaf_range
 from .scratch import Scratch
-from .simd import FROM_THE_START, balls_met, lowest_bit, put_on_lists, waiting
+from .simd import FROM_THE_START, balls_met, lowest_bit, put_on_lists, rays_in_balls, waiting
 from .walk import ask_for, reciprocal
 
 # Numbers of a ray that boxes are tested with, in the order of `put_on_lists`: one line of memory
@@ -29,6 +29,7 @@ RAY = 8
 # The others, and what it has met
 D, INVERSE, START, T_MAX, BEST, BODY, ENTRY, PLACE, SENSE, ENTERS, OFF, DOUBT = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13
 MORE = 14
+_SEVERAL = 3  # so many rays go to a leaf together
 
 
 class Stream(NamedTuple):
@@ -40,6 +41,8 @@ class Stream(NamedTuple):
     stack: Ints  # 4 each: what is met, where its list begins, how many rays it has, where its siblings' memory ends
     keys: Floats  # (8,) how far a node's children are
     counts: Ints  # (8,) how many rays they have
+    met: Ints  # (16,) which of eight rays meet each ball of a leaf, as bits
+    asked: Any  # (128,) int64: 16 times a ray, and the place in its leaf of what it may meet
 
 
 @allocator
@@ -49,7 +52,8 @@ def new_stream(geometry: Geometry, most: int) -> Stream:
     room = (most + 8) * (depth + 16)  # a list takes up a multiple of eight
     return Stream(
         np.empty(RAY * most), np.empty(MORE * most), np.empty(room, np.int64),
-        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int32),
+        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int32), np.empty(16, np.int32),
+        np.empty(128, np.int64),
     )  # fmt: skip
 
 
@@ -131,6 +135,34 @@ def _descend(geometry: Geometry, stream: Stream, node: int, begin: int, count: i
     return top
 
 
+@inline
+def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, left: int) -> int:
+    """Find the items of a leaf that the first eight rays of a list may meet; returns how many, put into `asked`."""
+    lists, asked, met, count = stream.lists, stream.asked, stream.met, 0
+    if left >= _SEVERAL:
+        rays_in_balls(geometry.floats, at, size, stream.rays, stream.more, MORE, lists, begin, left, met)
+        for place in range(size):
+            bits = whole(met[place])
+            while bits != 0:
+                asked[count] = waiting(lists[begin + lowest_bit(bits)])[0] << 4 | place
+                bits &= bits - 1
+                count += 1
+        return count
+    for j in range(begin, begin + left):
+        k, t = waiting(lists[j])
+        reach = stream.rays[RAY * k + LAST]
+        if t > reach:
+            continue
+        ray, inverse = _ray(stream, k), stream.more[MORE * k + INVERSE]
+        for eight in range(0, size, 8):
+            bits = balls_met(geometry.floats, at + eight, size, size - eight, ray, inverse, reach)
+            while bits != 0:
+                asked[count] = k << 4 | eight + lowest_bit(bits)
+                bits &= bits - 1
+                count += 1
+    return count
+
+
 @helper
 def _meet(
     geometry: Geometry,
@@ -145,24 +177,16 @@ def _meet(
     """The entries of a leaf, for all rays of a list."""
     first, last = leaf_range(code)
     at, size = leaf_at(geometry, first), last - first
-    for j in range(begin, begin + count):
-        k, t = waiting(stream.lists[j])
-        reach = stream.rays[RAY * k + LAST]
-        if t > reach:
-            continue
-        ray, inverse = _ray(stream, k), stream.more[MORE * k + INVERSE]
-        for eight in range(0, size, 8):
-            bits = balls_met(geometry.floats, at + eight, size, size - eight, ray, inverse, reach)
-            while bits != 0:
-                place = eight + lowest_bit(bits)
-                bits &= bits - 1
-                item = leaf_item(geometry, at, size, place)
-                if len(blocks) > 0 and blocks[item[2]] == 0:
-                    continue
-                best = stream_hit(stream, k)
-                hit = meet(geometry, scratch, item, leaf_ball(geometry, at, size, place), ray, inverse, best)
-                if hit[0] != best[0] or hit[1] != best[1] or hit[7] != best[7]:
-                    _keep(stream, k, hit, any_hit)
+    for j in range(begin, begin + count, 8):
+        for n in range(_sift(geometry, stream, at, size, j, begin + count - j)):
+            k, place = stream.asked[n] >> 4, stream.asked[n] & 15
+            item = leaf_item(geometry, at, size, place)
+            if len(blocks) > 0 and blocks[item[2]] == 0:
+                continue
+            best, ray, inverse = stream_hit(stream, k), _ray(stream, k), stream.more[MORE * k + INVERSE]
+            hit = meet(geometry, scratch, item, leaf_ball(geometry, at, size, place), ray, inverse, best)
+            if hit[0] != best[0] or hit[1] != best[1] or hit[7] != best[7]:
+                _keep(stream, k, hit, any_hit)
 
 
 @helper

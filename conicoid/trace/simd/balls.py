@@ -41,6 +41,20 @@ def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared:
     return b.fadd(b.fsub(squared, c.product(off, off)), slack)
 
 
+def balls_missed(
+    c: Code, center: list[Any], direction: list[Any], per_square: Any, radius: Any, first: Any, last: Any
+) -> Any:
+    """Which of eight balls their rays miss for certain; `center` is seen from the origin (`balls_met`)."""
+    b, squared = c.builder, c.builder.fmul(radius, radius)
+    foot = b.fmul(c.product(center, direction), per_square)
+    inside = _depth(c, center, direction, foot, squared)
+    half = c.root(b.fmul(inside, per_square))
+    # What is not a number counts as met
+    missed = b.fcmp_ordered("<", inside, c.constant(0.0))
+    missed = b.or_(missed, b.fcmp_ordered(">", b.fsub(foot, half), last))
+    return b.or_(missed, b.fcmp_ordered("<", b.fadd(foot, half), first))
+
+
 @intrinsic  # type: ignore[untyped-decorator]
 def _balls_met(
     typing_context: Any, floats: Any, at: Any, stride: Any,
@@ -52,14 +66,8 @@ def _balls_met(
         origin, direction = arguments[3:6], [c.spread(d) for d in arguments[6:9]]
         rows = c.balls(balls, arguments[1], arguments[2])
         center = [b.fsub(rows[k], c.spread(origin[k])) for k in range(3)]
-        per_square, squared = c.spread(arguments[9]), b.fmul(rows[3], rows[3])
-        foot = b.fmul(c.product(center, direction), per_square)
-        inside = _depth(c, center, direction, foot, squared)
-        half = c.root(b.fmul(inside, per_square))
-        # What is not a number counts as met
-        missed = b.fcmp_ordered("<", inside, c.constant(0.0))
-        missed = b.or_(missed, b.fcmp_ordered(">", b.fsub(foot, half), c.spread(arguments[11])))
-        missed = b.or_(missed, b.fcmp_ordered("<", b.fadd(foot, half), c.spread(arguments[10])))
+        inverse, first, last = (c.spread(number) for number in arguments[9:])
+        missed = balls_missed(c, center, direction, inverse, rows[3], first, last)
         return b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
 
     number = types.float64

@@ -1,4 +1,4 @@
-"""The rays of a list against the eight boxes of a node, eight rays at a time."""
+"""The rays of a list against the eight boxes of a node or the balls of a leaf, eight rays at a time."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from .balls import balls_missed
 from .code import BITS, DOUBLE, EIGHT, INT64, WIDTH, Code
 
 WHOLE = ir.VectorType(INT64, WIDTH)
@@ -22,6 +23,7 @@ class _Rays:
     """Eight rays that wait on a list; if fewer are left, the first stands in for those that are not."""
 
     def __init__(self, c: Code, rays: Any, lists: Any, at: Any, left: Any) -> None:
+        """Those from lists[at] on, of which there are `left`."""
         b, self.c = c.builder, c
         places = ir.Constant(WHOLE, list(range(WIDTH)))
         waiting = b.load(b.bitcast(c.place(lists, at, 0), WHOLE.as_pointer()), align=8)
@@ -29,16 +31,20 @@ class _Rays:
         first = _spread(c, b.load(c.place(lists, at, 0)))
         waiting = b.select(there, waiting, first)
         self.numbers = b.and_(waiting, ir.Constant(WHOLE, [_LOWER] * WIDTH))
-        rows = []
-        for k in range(WIDTH):
-            number = b.extract_element(self.numbers, ir.IntType(32)(k))
-            rows.append(c.eight(rays, b.mul(number, INT64(8)), 0))
-        columns = _transposed(c, rows)
+        columns = self.columns(rays, INT64(8))
         self.origins, self.slopes = columns[:3], [b.fneg(column) for column in columns[3:6]]
         self.first, self.last = columns[6], columns[7]
         t = b.bitcast(b.and_(waiting, ir.Constant(WHOLE, [_UPPER] * WIDTH)), EIGHT)
         early = b.or_(b.fcmp_ordered("<", t, c.constant(0.0)), b.fcmp_ordered("<=", t, self.last))
         self.there = b.and_(there, early)
+
+    def columns(self, numbers: Any, size: Any) -> list[Any]:
+        """The first eight numbers of these rays, of an array that holds `size` for each."""
+        b, rows = self.c.builder, []
+        for k in range(WIDTH):
+            number = b.extract_element(self.numbers, ir.IntType(32)(k))
+            rows.append(self.c.eight(numbers, b.mul(number, size), 0))
+        return _transposed(self.c, rows)
 
     def in_box(self, sides: Any) -> tuple[Any, Any]:
         """(which rays meet a box, what they put on its list)."""
@@ -108,6 +114,36 @@ def put_on_lists(
 
     whole = types.int64
     return types.void(boxes, whole, rays, lists, whole, whole, whole, counts), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def rays_in_balls(
+    typing_context: Any, balls: Any, at: Any, size: Any, rays: Any, more: Any, more_size: Any, lists: Any, begin: Any,
+    left: Any, bits: Any,
+) -> Any:  # fmt: skip
+    """Which of the first eight rays of a list may meet each of some balls: bits[k] for ball k; see `balls_met`.
+
+    The x of the `size` balls begin at balls[at], their y, z and radii `size` further each. The list has `left` rays
+    from lists[begin]. more[more_size i:] begins with the direction d of ray i and 1 / d·d.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        floats, ray, other, waiting, out = (c.data(signature, arguments, k) for k in (0, 3, 4, 6, 9))
+        place, size, step, begin, left = (arguments[k] for k in (1, 2, 5, 7, 8))
+        eight = _Rays(c, ray, waiting, begin, left)
+        columns = eight.columns(other, step)
+        with cgutils.for_range(b, size) as loop:
+            x = b.add(place, loop.index)
+            ball = [c.spread(c.number(floats, b.add(x, b.mul(size, INT64(k))), 0)) for k in range(4)]
+            center = [b.fsub(ball[k], eight.origins[k]) for k in range(3)]
+            missed = balls_missed(c, center, columns[:3], columns[3], ball[3], eight.first, eight.last)
+            met = b.and_(eight.there, b.not_(missed))
+            b.store(b.zext(b.bitcast(met, BITS), ir.IntType(32)), c.place(out, loop.index, 0))
+        return context.get_dummy_value()
+
+    whole = types.int64
+    return types.void(balls, whole, whole, rays, more, whole, lists, whole, whole, bits), code
 
 
 def _compressed(c: Code, values: Any, wanted: Any) -> Any:
