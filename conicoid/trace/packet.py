@@ -177,7 +177,7 @@ def _meet_balls(
 def trace_packet(
     geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, narrow: bool, blocks: Signs, any_hit: bool
 ) -> None:
-    """First hits, or any, of the rays in the first groups of eight lanes (t_min >= 0); see `lane_hit`.
+    """First hits, or any, of the rays in the first groups of eight lanes, which are `ordinary`; see `lane_hit`.
 
     Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
     narrow, the children of nodes are asked for by the lanes too.
