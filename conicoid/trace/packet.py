@@ -39,7 +39,7 @@ from .lanes import (
 )  # fmt: skip
 from .leaf import leaf_at, leaf_ball, leaf_item, leaf_kind, leaf_range
 from .scratch import Scratch
-from .simd import LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
+from .simd import FIRST, LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
 from .walk import push_met, push_roots
 
 
@@ -183,7 +183,7 @@ def trace_packet(
     narrow, the children of nodes are asked for by the lanes too.
     """
     stack, lanes = scratch.stack, packet.lanes
-    if packet.frontier.items[0] < 0:
+    if packet.frontier.items[0] < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
         top = push_roots(geometry, stack, scene_tree(geometry))
     else:
         top = push_frontier(packet.frontier, stack, scratch.near, lanes, BEAM_AT)
