@@ -210,6 +210,30 @@ def growth(size: Size) -> Measured:
     return Measured(one * scale, many * scale, 8 * one / many, "ns/ray")
 
 
+def all_spans(shapes: Callable[[int], list[Shape]]) -> Callable[[Size], Measured]:
+    """Every span of a camera's rays, against the same rays in no order, which are traced one by one."""
+
+    def measure(size: Size) -> Measured:
+        origins, directions = camera_rays(size.width)
+        order = np.random.default_rng(2).permutation(size.width**2)
+        flat = Rays(origins.reshape(-1, 3)[order], directions.reshape(-1, 3)[order])
+        scene, rays = Scene(shapes(1000)), Rays(origins, directions)
+
+        def seconds(which: Rays) -> float:
+            begin = time.perf_counter()
+            scene.spans(which)
+            return time.perf_counter() - begin
+
+        ours, theirs = in_turn(lambda: seconds(rays), lambda: seconds(flat), size.runs)
+        one, other = scene.spans(rays), scene.spans(flat)
+        same = np.array_equal(np.diff(one.offsets)[order], np.diff(other.offsets))
+        same &= math.isclose((one.t_exit - one.t_enter).sum(), (other.t_exit - other.t_enter).sum(), rel_tol=1e-9)
+        note = "" if same else "lengths differ"
+        return Measured(len(order) / ours / 1e6, len(order) / theirs / 1e6, theirs / ours, "Mray/s", note)
+
+    return measure
+
+
 def bulk(count: int) -> list[Shape]:
     """As many balls as one shape."""
     return balls(count).shapes()
@@ -219,8 +243,13 @@ def quadrics(count: int) -> list[Shape]:
     return capped_quadrics(count).shapes()
 
 
+def blocks(count: int) -> list[Shape]:
+    return bored_blocks(balls(count))
+
+
 _CAMERA, _RANDOM, _PICTURE = "camera", "random", "picture, one shadowed light"
 _OURS = Peer("itself", "8 × as dear at most", lambda: "")
+_SINGLE = Peer("itself", "one ray at a time", lambda: "")
 
 ROWS = (
     *(
@@ -239,6 +268,14 @@ ROWS = (
     Row("camera-raysect", _CAMERA, "1,000 balls, one core", raysect.PEER, 20.0, 0.0, with_raysect(True)),
     Row("random-raysect", _RANDOM, "1,000 balls, one core", raysect.PEER, 6.0, 0.0, with_raysect(False)),
     Row("camera-trimesh", _CAMERA, "1,000 boxes", trimesh.PEER, 0.0, 0.0, with_trimesh),
+    *(
+        Row(f"spans-{name}", "camera, all spans", f"1,000 {scene}", _SINGLE, 0.0, 0.0, all_spans(shapes))
+        for name, scene, shapes in (
+            ("balls", "balls", bulk),
+            ("quadrics", "capped quadrics", quadrics),
+            ("csg", "bodies of 5 leaves", blocks),
+        )
+    ),
     Row("picture-balls", _PICTURE, "1,000 balls", povray.PEER, 4.0, 0.0, with_povray("spheres", spheres)),
     Row("picture-quadrics", _PICTURE, "1,000 cut quadrics", povray.PEER, 4.0, 0.0, with_povray("quadrics", cut_balls)),
     Row("picture-csg", _PICTURE, "1,000 bodies of 5 leaves", povray.PEER, 3.0, 0.0, with_povray("csg", bored_blocks)),

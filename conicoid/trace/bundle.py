@@ -20,6 +20,7 @@ from .lanes import (
     OX,
     OY,
     OZ,
+    SOME_START,
     START,
     T_MAX,
     T_MIN,
@@ -96,11 +97,27 @@ def fill_lanes(
 
 
 @inline
+def _parallel(lanes: Floats, groups: int) -> bool:
+    """Have all rays the same direction? Then what holds of a beam holds before their origins too."""
+    parallel = True
+    for axis in range(3):
+        low, high = extent(lanes, DX + np.uint64(LANES * axis), groups)
+        parallel &= low == high
+    return parallel
+
+
+@inline
 def ordinary(lanes: Floats, groups: int) -> bool:
-    """May the rays be traced as a packet? Not if one begins before its origin, or is far from unit length."""
+    """May the rays be traced as a packet?
+
+    Not if one is far from unit length, or begins before its origin; except for lines that are parallel and do not
+    start on a surface.
+    """
     shortest, longest = extent(lanes, INVERSE, groups)
-    usual = shortest > 1e-60 and longest < 1e60
-    return usual and extent(lanes, T_MIN, groups)[0] >= 0.0 and extent(lanes, START, groups)[0] != DEAD
+    usual = shortest > 1e-60 and longest < 1e60 and extent(lanes, START, groups)[0] != DEAD
+    if extent(lanes, T_MIN, groups)[0] < 0.0:
+        usual &= lanes[SOME_START] == 0.0 and _parallel(lanes, groups)
+    return usual
 
 
 @helper

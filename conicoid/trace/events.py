@@ -137,7 +137,7 @@ def sweep(
         if after != inside:
             inside = after
             found += _report(geometry, scratch, first, done, ray[8], after, found)
-    turn_back(geometry, scratch, done)
+    turn_back(geometry, scratch, program, done)
     return found, started_inside, unsure
 
 
@@ -148,8 +148,13 @@ def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: 
 
 
 @helper
-def turn_back(geometry: Geometry, scratch: Scratch, done: int) -> None:
-    """Undo the first `done` events, last to first: every leaf is outside again."""
+def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> None:
+    """Undo the first `done` events: every leaf is outside again."""
+    first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
+    if last - first <= done:
+        for gate in range(first, last):
+            scratch.counts[gate] = integer(geometry, table.GATE_START, gate)
+        return
     for i in range(done - 1, -1, -1):
         turn_leaf(geometry, scratch.counts, scratch.event_leaf[i], scratch.event_on[i] == 0)
 
@@ -167,7 +172,7 @@ def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t
         turn_leaf(geometry, scratch.counts, scratch.event_leaf[done], scratch.event_on[done] == 1)
         done += 1
     after = root_value(geometry, scratch.counts, program)
-    turn_back(geometry, scratch, done)
+    turn_back(geometry, scratch, program, done)
     return before, after
 
 

@@ -117,7 +117,7 @@ def put_slopes(lanes: Floats, groups: int) -> None:
 
 @inline
 def put_lane_beam(lanes: Floats, groups: int) -> None:
-    """The beam that holds all lanes (t >= 0)."""
+    """The beam that holds all lanes (where t >= 0, or they are parallel)."""
     lanes[BEAM_AT + LOW_O], lanes[BEAM_AT + HIGH_O] = extent(lanes, OX, groups)
     lanes[BEAM_AT + LOW_O + 1], lanes[BEAM_AT + HIGH_O + 1] = extent(lanes, OY, groups)
     lanes[BEAM_AT + LOW_O + 2], lanes[BEAM_AT + HIGH_O + 2] = extent(lanes, OZ, groups)

@@ -39,7 +39,7 @@ from .lanes import (
 )  # fmt: skip
 from .leaf import leaf_at, leaf_ball, leaf_item, leaf_kind, leaf_range
 from .scratch import Scratch
-from .simd import LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
+from .simd import FIRST, LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
 from .walk import push_met, push_roots
 
 
@@ -177,13 +177,13 @@ def _meet_balls(
 def trace_packet(
     geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, narrow: bool, blocks: Signs, any_hit: bool
 ) -> None:
-    """First hits, or any, of the rays in the first groups of eight lanes (t_min >= 0); see `lane_hit`.
+    """First hits, or any, of the rays in the first groups of eight lanes, which are `ordinary`; see `lane_hit`.
 
     Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
     narrow, the children of nodes are asked for by the lanes too.
     """
     stack, lanes = scratch.stack, packet.lanes
-    if packet.frontier.items[0] < 0:
+    if packet.frontier.items[0] < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
         top = push_roots(geometry, stack, scene_tree(geometry))
     else:
         top = push_frontier(packet.frontier, stack, scratch.near, lanes, BEAM_AT)

@@ -88,7 +88,7 @@ def _span(leaves: Floats, at: int, i: Any) -> tuple[float, float, int, int]:
     return leaves[row + IN], leaves[row + OUT], whole(leaves[row + PLACE_OF_IN]), whole(leaves[row + PLACE_OF_OUT])
 
 
-@helper
+@inline
 def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: int, i: Any, ray: Ray) -> Found:
     """What lane i has of a Boolean body, the spans of whose leaves are known."""
     if packet.lanes[SEEKS + i] == 0.0:
@@ -203,7 +203,7 @@ def _meet(
 def list_packet(
     geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, rows: Floats
 ) -> tuple[Floats, int]:
-    """The spans or crossings of the rays of a packet (t_min >= 0), in chains through rows: (the rows, how many).
+    """The spans or crossings of the rays of an `ordinary` packet, in chains through rows: (the rows, how many).
 
     Lanes whose DOUBT is set do not have all of theirs.
     """

@@ -47,8 +47,9 @@ def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, n
     """Which of the eight boxes at boxes[at:] a beam meets, as bits; where it enters each goes into near[:8].
 
     The beam (beam[start:], see `BEAM`) holds all points o + t d, t in [first, last], with o and d
-    between two corners each: x(t) lies between low o + t low d and high o + t high d as long as t >= 0, so
-    every axis gives two linear conditions on t. A single ray is the beam whose corners are equal.
+    between two corners each: x(t) lies between low o + t low d and high o + t high d as long as t >= 0 (or the
+    corners of d are equal), so every axis gives two linear conditions on t. A single ray is the beam whose
+    corners are equal.
     """
     code = beam_code(lambda c, floats, arguments: [c.eight(floats, arguments[1], 8 * k) for k in range(6)], 2)
     return types.int64(boxes, types.int64, beam, types.int64, near), code
