@@ -1,7 +1,7 @@
 """The scene-wide table of surfaces: each distinct plane or quadric once.
 
 Surfaces are rounded to float64 records; records that are equal to the bit are one surface. Where
-records are merely close, the exact names (`key`, 400-bit arithmetic) decide: surfaces written
+records are merely close, the exact names (`key`, 3000-bit arithmetic) decide: surfaces written
 twice, scaled, negated, or reached by different motions that are equal on paper become one. Which of
 their records stands for all, and so gives the anchor, does not depend on the order they came in.
 """

@@ -1,7 +1,7 @@
 """Affine motions, remembered as the steps a user asked for and composed exactly.
 
 A `Motion` is a tuple of steps about the world's origin, applied first to last. Scene files show
-the steps; lowering asks once for the product, in 400-bit arithmetic (`exact.py`).
+the steps; lowering asks once for the product, in 3000-bit arithmetic (`exact.py`).
 """
 
 from __future__ import annotations
@@ -143,7 +143,7 @@ class Motion:
 
     @cached_property
     def affine(self) -> tuple[ex.Rows, ex.Row]:
-        """The product of all steps as (3 rows, translation), in 400 bits."""
+        """The product of all steps as (3 rows, translation), in 3000 bits."""
         if len(self.steps) == 1:
             return self.steps[0].affine()
         rows, shift = ex.IDENTITY, (ex.ZERO, ex.ZERO, ex.ZERO)
@@ -161,7 +161,7 @@ class Motion:
 
     @cached_property
     def inverse(self) -> tuple[ex.Rows, ex.Row]:
-        """The inverse map as (3 rows, translation), in 400 bits."""
+        """The inverse map as (3 rows, translation), in 3000 bits."""
         rows, shift = self.affine
         if rows is ex.IDENTITY:
             return rows, (-shift[0], -shift[1], -shift[2])
@@ -188,7 +188,7 @@ class Motion:
         try:
             matrices = self.matrix, self.inverse_matrix
         except ZeroDivisionError:
-            raise ValueError(f"{owner}: motion must be invertible, its determinant vanishes in 400 bits") from None
+            raise ValueError(f"{owner}: motion must be invertible, its determinant vanishes in 3000 bits") from None
         for m in matrices:
             if not np.isfinite(m).all():
                 raise ValueError(f"{owner}: motion overflows float64 (entries up to {np.abs(m).max()})")
