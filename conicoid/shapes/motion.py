@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import exact as ex
-from .validate import matrix4, number, numbers, vector
+from .validate import LARGEST, matrix4, number, numbers, vector
 from .vector import FloatArray, Matrix4, Vector
 
 
@@ -184,14 +184,15 @@ class Motion:
         return not self.steps
 
     def check(self, owner: str) -> None:
-        """Refuse a product that float64 cannot hold."""
+        """Refuse a product that leaves the domain of numbers."""
         try:
-            matrices = self.matrix, self.inverse_matrix
+            inverse = self.inverse_matrix[:3, :3]
         except ZeroDivisionError:
             raise ValueError(f"{owner}: motion must be invertible, its determinant vanishes in 3000 bits") from None
-        for m in matrices:
-            if not np.isfinite(m).all():
-                raise ValueError(f"{owner}: motion overflows float64 (entries up to {np.abs(m).max()})")
+        for name, entries in (("motion", self.matrix), ("inverse of motion", inverse)):
+            largest = float(np.abs(entries).max())
+            if not largest <= LARGEST:
+                raise ValueError(f"{owner}: {name} must have entries of magnitude up to {LARGEST:g}, got {largest}")
 
 
 STILL = Motion()
