@@ -9,10 +9,13 @@ may be off. There what cannot be told from zero is zero, and roots that cannot b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from math import isqrt
+from math import inf, isqrt, nextafter
+
+_FIRST = 64
+"""Bits of the first comparison."""
 
 
 def sign(x: int | Fraction) -> int:
@@ -53,6 +56,14 @@ class Interval:
     unit: int
     resolution: int
 
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """Floats below and above."""
+        try:
+            return nextafter(self.low / self.unit, -inf), nextafter(self.high / self.unit, inf)
+        except OverflowError:
+            return -inf, inf
+
 
 @dataclass(frozen=True)
 class Root:
@@ -60,14 +71,18 @@ class Root:
 
     of: Quadratic
     side: int
+    known: dict[int, Interval] = field(default_factory=dict, compare=False, repr=False)
 
     def within(self, bits: int) -> Interval:
         """Where the root surely is; of so many bits, or as narrow as coefficients tell."""
-        found = self._as_written(bits)
-        if not self.of.rounded:
-            return found
-        off = self._off(found, bits)
-        return Interval(found.low - off, found.high + off, found.unit, found.resolution + 1)
+        found = self.known.get(bits)
+        if found is None:
+            found = self._as_written(bits)
+            if self.of.rounded:
+                off = self._off(found, bits)
+                found = Interval(found.low - off, found.high + off, found.unit, found.resolution + 1)
+            self.known[bits] = found
+        return found
 
     def _as_written(self, bits: int) -> Interval:
         """Of the coefficients as they are."""
@@ -81,10 +96,12 @@ class Root:
     def _off(self, at: Interval, bits: int) -> int:
         """By how many units what coefficients are off by may move the root: |f| / |f'|, twice."""
         (off_a, off_b, off_c), b = self.of.off, self.of.b << bits
-        t = max(abs(at.low), abs(at.high))
-        value = (off_a * t * t) // at.unit + 2 * off_b * t + off_c * at.unit
+        # A hundred bits of t are enough
+        less = max(at.unit.bit_length() - 100, 0)
+        t, unit = (max(abs(at.low), abs(at.high)) >> less) + 1, at.unit >> less
+        value = (off_a * t * t) // unit + 2 * off_b * t + off_c * (unit + 1)
         slope = b if self.of.a == 0 else max(abs(at.low + b), 1)
-        return (value << bits) // slope + 1
+        return (value << (bits + less)) // slope + 1
 
     def __float__(self) -> float:
         """The nearest float64."""
@@ -134,14 +151,19 @@ def equal(x: Root, y: Root) -> bool:
 
 def compare(x: Root, y: Root) -> int:
     """-1, 0 or 1 as x lies before y, at y or after it."""
-    bits, exact = 64, not (x.of.rounded or y.of.rounded)
+    if x is y:
+        return 0
+    (low, high), (least, most) = x.within(_FIRST).ends, y.within(_FIRST).ends
+    if high < least or low > most:
+        return -1 if high < least else 1
+    bits, exact = _FIRST, not (x.of.rounded or y.of.rounded)
     while True:
         p, q = x.within(bits), y.within(bits)
         if p.high * q.unit < q.low * p.unit:
             return -1
         if p.low * q.unit > q.high * p.unit:
             return 1
-        if exact and bits == 64 and equal(x, y):
+        if exact and bits == _FIRST and equal(x, y):
             return 0
         # More bits would not tell either
         width = (p.high - p.low) * q.unit + (q.high - q.low) * p.unit
