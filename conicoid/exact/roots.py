@@ -3,42 +3,66 @@
 Two roots are equal only if their quadratics share one, which their resultant tells; roots that are not equal part
 at some precision, so a comparison always ends. (Basu, Pollack, Roy: Algorithms in Real Algebraic Geometry, 2006.)
 
-What is irrational on paper comes with 400 bits. There a difference below 2^-300 is taken for none, as it is
-wherever such numbers are compared (shapes/exact.py).
+What is irrational on paper is known to thousands of bits (shapes/exact.py), and its coefficients come with how far they
+may be off. There what cannot be told from zero is zero, and roots that cannot be told apart are one.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
-from math import isqrt
+from functools import cached_property
+from math import inf, isqrt, nextafter
+
+_FIRST = 64
+"""Bits of the first comparison."""
 
 
 def sign(x: int | Fraction) -> int:
     return (x > 0) - (x < 0)
 
 
-CANCELLED = 300
-
-
-def quiet(value: int, size: int) -> int:
-    """A sum, zero where its terms, which add up to `size` without their signs, cancel to the last of 400 bits."""
-    return 0 if abs(value) << CANCELLED < size else value
-
-
 @dataclass(frozen=True)
 class Quadratic:
-    """a t² + 2 b t + c; `rounded` if its coefficients are, to 400 bits."""
+    """a t² + 2 b t + c; each coefficient is 0 exactly, or surely not 0, and off by at most the one in `off`."""
 
     a: int
     b: int
     c: int
-    rounded: bool = False
+    off: tuple[int, int, int] = (0, 0, 0)
+
+    @cached_property
+    def discriminant(self) -> int:
+        """b² - a c; 0 where it cannot be told from that."""
+        a, b, c, (off_a, off_b, off_c) = abs(self.a), abs(self.b), abs(self.c), self.off
+        value = self.b * self.b - self.a * self.c
+        off = (2 * b + off_b) * off_b + a * off_c + c * off_a + off_a * off_c
+        return value if abs(value) > 4 * off else 0
 
     @property
-    def discriminant(self) -> int:
-        square, product = self.b * self.b, self.a * self.c
-        return quiet(square - product, square + abs(product)) if self.rounded else square - product
+    def rounded(self) -> bool:
+        return any(self.off)
+
+    def __neg__(self) -> Quadratic:
+        return Quadratic(-self.a, -self.b, -self.c, self.off)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """[low / unit, high / unit]; all of it but `resolution` / unit is there for what coefficients are off by."""
+
+    low: int
+    high: int
+    unit: int
+    resolution: int
+
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """Floats below and above."""
+        try:
+            return nextafter(self.low / self.unit, -inf), nextafter(self.high / self.unit, inf)
+        except OverflowError:
+            return -inf, inf
 
 
 @dataclass(frozen=True)
@@ -47,23 +71,45 @@ class Root:
 
     of: Quadratic
     side: int
+    known: dict[int, Interval] = field(default_factory=dict, compare=False, repr=False)
 
-    def between(self, bits: int) -> tuple[int, int, int]:
-        """(low, high, d): it lies in [low / d, high / d], narrow by so many bits."""
+    def within(self, bits: int) -> Interval:
+        """Where the root surely is; of so many bits, or as narrow as coefficients tell."""
+        found = self.known.get(bits)
+        if found is None:
+            found = self._as_written(bits)
+            if self.of.rounded:
+                off = self._off(found, bits)
+                found = Interval(found.low - off, found.high + off, found.unit, found.resolution + 1)
+            self.known[bits] = found
+        return found
+
+    def _as_written(self, bits: int) -> Interval:
+        """Of the coefficients as they are."""
         q = self.of
         if q.a == 0:
-            return -q.c, -q.c, 2 * q.b
+            return Interval(-q.c << bits, -q.c << bits, 2 * q.b << bits, 0)
         root = isqrt(q.discriminant << (2 * bits))
-        ends = (root, root + 1) if self.side > 0 else (-root - 1, -root)
-        return ends[0] - (q.b << bits), ends[1] - (q.b << bits), q.a << bits
+        low, high = (root, root + 1) if self.side > 0 else (-root - 1, -root)
+        return Interval(low - (q.b << bits), high - (q.b << bits), q.a << bits, 1)
+
+    def _off(self, at: Interval, bits: int) -> int:
+        """By how many units what coefficients are off by may move the root: |f| / |f'|, twice."""
+        (off_a, off_b, off_c), b = self.of.off, self.of.b << bits
+        # A hundred bits of t are enough
+        less = max(at.unit.bit_length() - 100, 0)
+        t, unit = (max(abs(at.low), abs(at.high)) >> less) + 1, at.unit >> less
+        value = (off_a * t * t) // unit + 2 * off_b * t + off_c * (unit + 1)
+        slope = b if self.of.a == 0 else max(abs(at.low + b), 1)
+        return (value << (bits + less)) // slope + 1
 
     def __float__(self) -> float:
         """The nearest float64."""
         bits = 64
         while True:
-            low, high, d = self.between(bits)
-            if float(Fraction(low, d)) == float(Fraction(high, d)) or bits > 1 << 16:
-                return float(Fraction(low + high, 2 * d))
+            at = self._as_written(bits)
+            if float(Fraction(at.low, at.unit)) == float(Fraction(at.high, at.unit)) or bits > 1 << 16:
+                return float(Fraction(at.low + at.high, 2 * at.unit))
             bits *= 2
 
 
@@ -72,16 +118,24 @@ def number(x: Fraction) -> Root:
     return Root(Quadratic(0, x.denominator, -2 * x.numerator), 0)
 
 
+ZERO = number(Fraction(0))
+
+
 def roots(q: Quadratic) -> tuple[Root, Root] | tuple[Root] | tuple[()]:
     """The real roots, in order; none where the quadratic only touches zero, or is constant."""
     if q.a < 0 or (q.a == 0 and q.b < 0):
-        q = Quadratic(-q.a, -q.b, -q.c, q.rounded)
+        q = -q
     if q.a == 0:
-        return (Root(q, 0),) if q.b else ()
+        return (Root(q, 0) if q.c else ZERO,) if q.b else ()
+    if q.c == 0:
+        # 0 and -2 b / a
+        other = Root(Quadratic(0, q.a, 4 * q.b, (0, q.off[0], 4 * q.off[1])), 0)
+        return () if q.b == 0 else (other, ZERO) if q.b > 0 else (ZERO, other)
     return (Root(q, -1), Root(q, 1)) if q.discriminant > 0 else ()
 
 
 def equal(x: Root, y: Root) -> bool:
+    """Of quadratics that are exact."""
     p, q = x.of, y.of
     ab, ac, bc = p.a * q.b - q.a * p.b, p.a * q.c - q.a * p.c, p.b * q.c - q.b * p.c
     if ac * ac != 4 * ab * bc:
@@ -95,20 +149,24 @@ def equal(x: Root, y: Root) -> bool:
     return all(r.side == sign(r.of.a * common + r.of.b) for r in (x, y) if r.of.a)
 
 
-def compare(x: Root, y: Root, size: Fraction) -> int:
-    """-1, 0 or 1 as x lies before y, at y or after it; `size` is what their differences are small against."""
-    bits, rounded = 64, x.of.rounded or y.of.rounded
+def compare(x: Root, y: Root) -> int:
+    """-1, 0 or 1 as x lies before y, at y or after it."""
+    if x is y:
+        return 0
+    (low, high), (least, most) = x.within(_FIRST).ends, y.within(_FIRST).ends
+    if high < least or low > most:
+        return -1 if high < least else 1
+    bits, exact = _FIRST, not (x.of.rounded or y.of.rounded)
     while True:
-        (low, high, d), (least, most, e) = x.between(bits), y.between(bits)
-        left, right = low * e, least * d
-        ends, finish = high * e, most * d
-        largest = max(abs(left), abs(right), int(size * d * e))
-        order = -1 if ends < right else 1 if left > finish else 0
-        gap = right - ends if order < 0 else left - finish
-        if order and (not rounded or gap << CANCELLED >= largest):
-            return order
-        if rounded and (max(ends, finish) - min(left, right)) << CANCELLED <= largest:
+        p, q = x.within(bits), y.within(bits)
+        if p.high * q.unit < q.low * p.unit:
+            return -1
+        if p.low * q.unit > q.high * p.unit:
+            return 1
+        if exact and bits == _FIRST and equal(x, y):
             return 0
-        if (bits == 64 and equal(x, y)) or (rounded and bits > 1 << 12):
+        # More bits would not tell either
+        width = (p.high - p.low) * q.unit + (q.high - q.low) * p.unit
+        if not exact and 4 * (p.resolution * q.unit + q.resolution * p.unit) <= width:
             return 0
-        bits *= 2
+        bits *= 4

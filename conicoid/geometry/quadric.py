@@ -37,6 +37,7 @@ Limits: TypeAlias = tuple[float, float]
 """least discriminant that is certain, for |d| = 1; least value along rulings"""
 
 _CANCELS = 2.0**-10
+_ROUNDED = 2.0**-44
 _LEAST_OF_BALLS = 2.0**-31
 """Of a sphere's discriminant, for |d| = 1, as a share of r²."""
 _STARTING = 1024.0
@@ -231,11 +232,27 @@ def quadric_value(quadric: Quadric, x: float, y: float, z: float) -> float:
 
 
 @inline
-def quadric_size(quadric: Quadric, x: float, y: float, z: float) -> float:
-    """The terms of the left side of the equation, added up without their signs."""
-    y0, y1, y2 = own_coordinates(quadric, x, y, z)
-    squares = abs(quadric[12]) * y0 * y0 + abs(quadric[13]) * y1 * y1 + abs(quadric[14]) * y2 * y2
-    return squares + 2.0 * (abs(quadric[15] * y0) + abs(quadric[16] * y1) + abs(quadric[17] * y2)) + abs(quadric[18])
+def quadric_rounding(
+    quadric: Quadric, x: float, y: float, z: float, rest_x: float, rest_y: float, rest_z: float
+) -> float:
+    """By how much rounding may have changed `quadric_value`, that of the anchor too, from which it took the rest."""
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
+    px, py, pz = abs(x - ax), abs(y - ay), abs(z - az)
+    ex, ey, ez = abs(rest_x), abs(rest_y), abs(rest_z)
+    size0, beside0 = _terms(w00, w01, w02, s0, b0, px, py, pz, ex, ey, ez)
+    size1, beside1 = _terms(w10, w11, w12, s1, b1, px, py, pz, ex, ey, ez)
+    size2, beside2 = _terms(w20, w21, w22, s2, b2, px, py, pz, ex, ey, ez)
+    return _ROUNDED * (size0 + size1 + size2 + abs(k)) + 2.0 * (beside0 + beside1 + beside2)
+
+
+@inline
+def _terms(
+    w0: float, w1: float, w2: float, s: float, b: float,
+    px: float, py: float, pz: float, ex: float, ey: float, ez: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Along one axis, without signs: s y² + 2 b y with y = w·p, and by how much that changes from p to p + e."""
+    y, beside = dot(abs(w0), abs(w1), abs(w2), px, py, pz), dot(abs(w0), abs(w1), abs(w2), ex, ey, ez)
+    return (abs(s) * y + 2.0 * abs(b)) * y, (abs(s) * (2.0 * y + beside) + 2.0 * abs(b)) * beside
 
 
 @inline

@@ -191,8 +191,8 @@ def _quadrics(tables: Tables, reach: Floats, kappa: Floats) -> Floats:
     own = np.flatnonzero(tables.surface_kind[: len(reach)] == 2)
     row, r, share = tables.surface_row[own], reach[own], kappa[own]
     a, b, k = (part[row] for part in _sizes(tables.quadrics))
-    terms = 10.0 * a * r * r + 6.0 * b * r + k
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        terms = 10.0 * a * r * r + 6.0 * b * r + k
         result[row, 0] = np.where(r > 0, 4.0 * share * (terms / r) ** 2, math.inf)
     result[row, 1] = share * terms
     return result

@@ -85,5 +85,5 @@ def rests(values: Iterable[Any]) -> tuple[float, ...]:
 def _rest(value: Any) -> float:
     if isinstance(value, Fraction):
         return float(value - Fraction(float(value)))
-    rest = ex.cancelling_sum((value, -ex.exact(float(value))))  # of 400 bits, the last are noise
+    rest = ex.cancelling_sum((value, -ex.exact(float(value))))  # the last of many bits are noise
     return float(rest)

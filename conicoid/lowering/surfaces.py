@@ -1,7 +1,7 @@
 """The scene-wide table of surfaces: each distinct plane or quadric once.
 
-Surfaces are rounded to float64 records; records that are equal to the bit are one surface. Where
-records are merely close, the exact names (`key`, 400-bit arithmetic) decide: surfaces written
+Surfaces are rounded to float64 records; records that are equal to the bit, and that nothing was rounded in, are
+one surface. Where records are merely close, the exact names (`key`, 3000-bit arithmetic) decide: surfaces written
 twice, scaled, negated, or reached by different motions that are equal on paper become one. Which of
 their records stands for all, and so gives the anchor, does not depend on the order they came in.
 """
@@ -63,19 +63,23 @@ class SurfaceTable:
     surfaces: list[Surface] = field(default_factory=list)
     balls: list[Floats] = field(default_factory=list)
     ball_count: int = 0
+    # Surfaces whose records are rounded, and the first one with the same numbers before they were
+    rounded: dict[int, int] = field(default_factory=dict)
+    known: dict[Any, int] = field(default_factory=dict)
 
     def add(self, surface: Surface) -> int:
         """The temporary number of a surface, >= 0."""
         kind, numbers = record_of(surface)
-        record, rest = floats(numbers), rests(numbers)
         sense = 1
-        if kind == PLANE and _leading(record) < 0:
+        if kind == PLANE and _leading(numbers) < 0:
             # A plane's normal leads with a positive number: which side a ray within it counts to
             # must not depend on who wrote the plane first
-            record, sense = (*(-x for x in record[:4]), *record[4:]), -1
-            rest = (*(-x for x in rest[:4]), *rest[4:])
+            numbers, sense = (*(-x for x in numbers[:4]), *numbers[4:]), -1
+        rest = rests(numbers)
+        if any(rest):
+            self.rounded[len(self.kinds)] = self.known.setdefault((kind, numbers), len(self.kinds))
         self.kinds.append(kind)
-        self.records.append(record)
+        self.records.append(floats(numbers))
         self.rests.append(rest)
         self.senses.append(sense)
         self.surfaces.append(surface)
@@ -104,7 +108,10 @@ class SurfaceTable:
         first = np.arange(count, dtype=np.int32)
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
             if _has_equal(table):
-                _merge_equal(first, np.flatnonzero(kind == k), table)
+                members = np.flatnonzero(kind == k)
+                plain = ~np.isin(members, list(self.rounded))
+                _merge_equal(first, members[plain], table[plain])
+        first[list(self.rounded)] = list(self.rounded.values())
         senses = np.ones(count, np.int8)
         senses[:single] = self.senses
         self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
@@ -181,9 +188,9 @@ def end_to_end(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
     return np.concatenate(filled) if len(filled) > 1 else (filled or parts)[0]
 
 
-def _leading(record: tuple[float, ...]) -> float:
-    """The first component of a plane's normal that is not zero."""
-    return next((x for x in record[:3] if x), 0.0)
+def _leading(numbers: tuple[Any, ...]) -> Any:
+    """The first component of a plane's normal that is not zero, as a float."""
+    return next((x for x in numbers[:3] if float(x)), 0)
 
 
 def _rows(records: list[tuple[float, ...]], kinds: Signs, kind: int, width: int) -> Floats:

@@ -124,5 +124,5 @@ def _widened(low: Floats, high: Floats) -> Floats:
     if (low > high).any():
         return np.concatenate([np.full(3, np.inf), np.full(3, -np.inf)])
     size = np.maximum(np.where(np.isfinite(low), np.abs(low), 0.0), np.where(np.isfinite(high), np.abs(high), 0.0))
-    margin = 32 * 2.0**-53 * size
+    margin = 32 * 2.0**-53 * size + 1e-150
     return np.concatenate([low - margin, high + margin])

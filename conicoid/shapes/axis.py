@@ -25,6 +25,6 @@ def axis_frame(start: Vector, end: Vector, reference: Vector | None) -> Motion:
 
 
 def exact_length(start: Vector, end: Vector) -> ex.Exact:
-    """|end - start| in 400 bits."""
+    """|end - start| in 3000 bits."""
     axis = difference(start, end)
     return ex.context.sqrt(ex.dot(axis, axis))

@@ -2,7 +2,7 @@
 
 xᵀA x + 2 b·x + c <= 0. The kind follows from how many eigenvalues of A and of the 4 × 4 matrix are positive and
 negative; both are counted over the rational numbers, so a cone is told from a hyperboloid by the last bit of its
-coefficients. Center and vertex are rational as well; axes and semi-axes come from 400 bits, and all are rounded once.
+coefficients. Center and vertex are rational as well; axes and semi-axes come from 3000 bits, and all are rounded once.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .vector import Vector
 
 _SAME = ex.context.ldexp(1, -200)
 """Eigenvalues of a moved quadric whose relative difference is below this are one."""
-_NOISE = ex.context.ldexp(1, -300)
+_NOISE = ex.context.ldexp(1, -ex.CANCELLED)
 
 
 def classify(matrix: Symmetric, motion: Motion = STILL) -> Classification:
@@ -54,7 +54,7 @@ def _is_scalar(matrix: Symmetric) -> bool:
 
 
 def _moved(matrix: Symmetric, motion: Motion) -> Symmetric:
-    """M⁻ᵀ matrix M⁻¹, with the inverse motion as its 400 bits say."""
+    """M⁻ᵀ matrix M⁻¹, with the inverse motion as its 3000 bits say."""
     rows, shift = motion.inverse
     back = [[*(rational.fraction(c) for c in row), rational.fraction(t)] for row, t in zip(rows, shift, strict=True)]
     back.append([Fraction(0), Fraction(0), Fraction(0), Fraction(1)])
@@ -197,7 +197,7 @@ def _leading(row: ex.Row) -> ex.Row:
 
 
 def _quiet(point: list[Fraction], size: ex.Exact) -> ex.Row:
-    """400 bits of a point, with zeros for what is only their rounding."""
+    """3000 bits of a point, with zeros for what is only their rounding."""
     x, y, z = (ex.exact(c) for c in point)
     noise = _NOISE * max(size, abs(x), abs(y), abs(z))
     x, y, z = (ex.ZERO if abs(c) < noise else c for c in (x, y, z))

@@ -24,7 +24,7 @@ class Cylinder(PrimitiveSolid):
 
     Own frame (seed 002): origin at `start`, z along the axis, x towards `reference` projected
     across the axis: x² + y² <= radius², 0 <= z <= length, and the angle of (x, y), counter-clockwise
-    about start → end, from `start_angle` to `end_angle` (degrees, their difference in (0, 360]).
+    about start → end, from `start_angle` to `end_angle` (degrees, their difference, as float64, in (0, 360]).
     Given angles need a reference; without angles x is the coordinate axis least along the axis.
 
     Faces: 0 side, 1 start cap, 2 end cap, 3 wall at start_angle, 4 wall at end_angle (half a turn

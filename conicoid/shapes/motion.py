@@ -1,7 +1,7 @@
 """Affine motions, remembered as the steps a user asked for and composed exactly.
 
 A `Motion` is a tuple of steps about the world's origin, applied first to last. Scene files show
-the steps; lowering asks once for the product, in 400-bit arithmetic (`exact.py`).
+the steps; lowering asks once for the product, in 3000-bit arithmetic (`exact.py`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import exact as ex
-from .validate import matrix4, number, numbers, vector
+from .validate import LARGEST, matrix4, number, numbers, vector
 from .vector import FloatArray, Matrix4, Vector
 
 
@@ -143,7 +143,7 @@ class Motion:
 
     @cached_property
     def affine(self) -> tuple[ex.Rows, ex.Row]:
-        """The product of all steps as (3 rows, translation), in 400 bits."""
+        """The product of all steps as (3 rows, translation), in 3000 bits."""
         if len(self.steps) == 1:
             return self.steps[0].affine()
         rows, shift = ex.IDENTITY, (ex.ZERO, ex.ZERO, ex.ZERO)
@@ -161,7 +161,7 @@ class Motion:
 
     @cached_property
     def inverse(self) -> tuple[ex.Rows, ex.Row]:
-        """The inverse map as (3 rows, translation), in 400 bits."""
+        """The inverse map as (3 rows, translation), in 3000 bits."""
         rows, shift = self.affine
         if rows is ex.IDENTITY:
             return rows, (-shift[0], -shift[1], -shift[2])
@@ -184,14 +184,15 @@ class Motion:
         return not self.steps
 
     def check(self, owner: str) -> None:
-        """Refuse a product that float64 cannot hold."""
+        """Refuse a product that leaves the domain of numbers."""
         try:
-            matrices = self.matrix, self.inverse_matrix
+            inverse = self.inverse_matrix[:3, :3]
         except ZeroDivisionError:
-            raise ValueError(f"{owner}: motion must be invertible, its determinant vanishes in 400 bits") from None
-        for m in matrices:
-            if not np.isfinite(m).all():
-                raise ValueError(f"{owner}: motion overflows float64 (entries up to {np.abs(m).max()})")
+            raise ValueError(f"{owner}: motion must be invertible, its determinant vanishes in 3000 bits") from None
+        for name, entries in (("motion", self.matrix), ("inverse of motion", inverse)):
+            largest = float(np.abs(entries).max())
+            if not largest <= LARGEST:
+                raise ValueError(f"{owner}: {name} must have entries of magnitude up to {LARGEST:g}, got {largest}")
 
 
 STILL = Motion()

@@ -56,7 +56,7 @@ def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = T
 
 
 def rounded_up(value: ex.Exact) -> float:
-    """The least float64 that is not below a 400-bit number."""
+    """The least float64 that is not below a 3000-bit number."""
     result = ex.rounded(value)
     return math.nextafter(result, math.inf) if ex.exact(result) < value else result
 

@@ -111,7 +111,7 @@ def _middle(low: float, high: float) -> float:
 
 
 def _fractions(row: Iterable[ex.Number]) -> list[Fraction]:
-    """Floats as they are; 400-bit numbers rounded so that equal ones on paper are equal here."""
+    """Floats as they are; 3000-bit numbers rounded so that equal ones on paper are equal here."""
     result = []
     for value in row:
         if isinstance(value, (float, int, Fraction)):

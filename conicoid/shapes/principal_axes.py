@@ -17,7 +17,7 @@ _WEAK = Fraction(1, 1024)
 """Below this share of the largest eigenvalue an axis may keep its linear term."""
 _FAR = 1024
 """A center so many times farther than what lies near the origin is not moved to."""
-_NOISE = ex.context.ldexp(1, -300)
+_NOISE = ex.context.ldexp(1, -ex.CANCELLED)
 
 
 def principal_quadric(matrix: Symmetric) -> QuadricSurface:
@@ -65,7 +65,7 @@ def eigen(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Number], 
 
 
 def _quiet(entry: ex.Exact) -> ex.Exact:
-    """An entry of a unit vector; zero where it is only the rounding of 400 bits."""
+    """An entry of a unit vector; zero where it is only rounding."""
     return ex.ZERO if abs(entry) < _NOISE else entry
 
 

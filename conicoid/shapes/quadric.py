@@ -105,7 +105,7 @@ class Quadric(PrimitiveSolid):
         return float(reach) if isinstance(reach, float) else float(ex.dot(u, ex.exact_row(surface.anchor), reach))
 
     def bounds_under(self, outer: Motion) -> Box:
-        """The dual quadric in 400 bits, rounded outward; infinite exactly where it is."""
+        """The dual quadric in 3000 bits, rounded outward; infinite exactly where it is."""
         return _bounds(self.surface.moved(self.under(outer)))
 
     def outside_bounds_under(self, outer: Motion) -> Box:

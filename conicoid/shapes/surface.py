@@ -1,7 +1,7 @@
 """The two kinds of surface that everything is cut from, with exact parameters.
 
 A surface is data: numbers about an anchor near the part that is used. Its numbers may be floats,
-fractions or 400-bit numbers; `moved` carries it by a motion without rounding, and lowering rounds
+fractions or 3000-bit numbers; `moved` carries it by a motion without rounding, and lowering rounds
 each number once. `key` names the surface itself, whatever its anchor, sign and scale.
 """
 
@@ -19,6 +19,7 @@ Triples: TypeAlias = tuple[Triple, Triple, Triple]
 Key: TypeAlias = tuple[Any, ...]
 
 ORIGIN: Triple = (0.0, 0.0, 0.0)
+_NAMED = 1500
 UPRIGHT: Triples = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -77,24 +78,21 @@ class QuadricSurface:
 
         The mixed and linear entries are half the coefficients, as in a symmetric matrix.
         """
+        return tuple(ex.cancelling_sum(terms) for terms in self.terms())
+
+    def terms(self) -> list[list[ex.Exact]]:
+        """The terms that each of the coefficients is the sum of."""
         w = tuple(ex.exact_row(row) for row in self.rows)
         s, b = ex.exact_row(self.squares), ex.exact_row(self.linear)
         anchor = ex.exact_row(self.anchor)
         # y = W x + shift
         shift = tuple(-ex.dot(row, anchor) for row in w)
         second = [
-            ex.cancelling_sum([s[k] * w[k][i] * w[k][j] for k in range(3)])
-            for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+            [s[k] * w[k][i] * w[k][j] for k in range(3)] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
         ]
-        first = [
-            ex.cancelling_sum([t for k in range(3) for t in (s[k] * shift[k] * w[k][i], b[k] * w[k][i])])
-            for i in range(3)
-        ]
-        constant = ex.cancelling_sum(
-            [t for k in range(3) for t in (s[k] * shift[k] * shift[k], 2 * b[k] * shift[k])]
-            + [-ex.exact(self.constant)]
-        )
-        return (*second, *first, constant)
+        first = [[t for k in range(3) for t in (s[k] * shift[k] * w[k][i], b[k] * w[k][i])] for i in range(3)]
+        constant = [t for k in range(3) for t in (s[k] * shift[k] * shift[k], 2 * b[k] * shift[k])]
+        return [*second, *first, [*constant, -ex.exact(self.constant)]]
 
     def key(self) -> tuple[Key, int]:
         """(name of the quadric, +1 or -1 for the sense of its inside)."""
@@ -109,8 +107,8 @@ def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:
 
 
 def _named(kind: str, coefficients: Sequence[ex.Exact]) -> tuple[Key, int]:
-    """Coefficients up to a factor: divided by the first nonzero one and rounded to 250 bits."""
+    """Coefficients up to a factor: divided by the first nonzero one and rounded to 1500 bits."""
     lead = next((c for c in coefficients if c), ex.ONE)
-    with ex.context.workprec(250):
+    with ex.context.workprec(_NAMED):
         ratios = tuple((+(c / lead))._mpf_ for c in coefficients)
     return (kind, *ratios), 1 if lead > 0 else -1

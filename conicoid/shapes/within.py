@@ -19,8 +19,8 @@ from .support import real_roots, sum_up
 from .surface import QuadricSurface
 from .vector import FloatArray, Vector
 
-_BOUNDARY = 1e-13
-"""Candidates this close (relatively) outside of the box or the quadric count: bounds err outward."""
+_BOUNDARY, _GROWN = 1e-13, 64 * 2.0**-53
+"""By these shares the box is grown, and the quadric of its terms: bounds err outward."""
 
 
 class WithinBox(PrimitiveSolid, abstract=True):
@@ -77,9 +77,10 @@ class _Cut:
         # f = tᵀ second t + 2 first·t + zeroth
         self.second: FloatArray = edges.T @ (squares[:, None] * edges)
         self.first: FloatArray = edges.T @ (squares * corner + linear)
-        self.zeroth = float(corner @ (squares * corner + 2 * linear) - float(surface.constant))
-        terms = abs(squares) @ abs(corner) ** 2 + 2 * abs(linear) @ abs(corner) + abs(float(surface.constant))
-        self.size = float(terms + abs(self.second).sum() + 2 * abs(self.first).sum())
+        reach = abs(corner) + abs(edges).sum(axis=1)
+        terms = float(abs(squares) @ reach**2 + 2 * abs(linear) @ reach + abs(float(surface.constant)))
+        # Much more than rounding takes from f, and than roots lose where f is nearly flat
+        self.zeroth = float(corner @ (squares * corner + 2 * linear) - float(surface.constant)) - _GROWN * terms
 
     def support(self, direction: FloatArray) -> float:
         """Largest value among corners, ends of edges on the quadric, and stationary points in faces.
@@ -92,7 +93,7 @@ class _Cut:
         for t, point in self._corners():
             value = sum_up((direction * point).tolist())
             whole = max(whole, value)
-            if self._f(t) <= _BOUNDARY * self.size:
+            if self._f(t) <= 0:
                 best = max(best, value)
         for t in itertools.chain(self._on_edges(), self._in_faces(direction @ self.edges)):
             if all(-_BOUNDARY <= x <= 1 + _BOUNDARY for x in t):

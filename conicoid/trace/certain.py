@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..exact.forms import Form, ball_form, form_of, line
-from ..exact.order import ORIGIN, Place, exact_ranks, verdict
+from ..exact.order import Place, exact_ranks, verdict
 from ..exact.outline import passes_within
-from ..exact.roots import sign
+from ..exact.roots import ZERO, sign
 from ..geometry import tables as table
 from ..geometry.decide import CROSSES, MISSES, Rest
 from ..geometry.tables import POLYGON, Geometry
@@ -100,14 +100,14 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -
     origins, directions, _, _, starts = arguments
     origin, direction = origins[i].tolist(), _scaled(directions[i].tolist())
     ray, start = line(origin, direction), int(_pick(starts, i))
-    places: list[Place] = [ORIGIN]
+    places: list[Place] = [ZERO]
     for surface in ranks.surfaces[:surfaces].tolist():
         found = verdict(form(scene, surface), ray, surface == start)
         ranks.verdict[2 * surface : 2 * surface + 2] = CROSSES if found.crosses else MISSES, found.sense
         if found.crosses:
             ranks.first[surface] = len(places)
             places += [found.low, found.high]
-    ranks.rank[: len(places)] = exact_ranks(places, ray)
+    ranks.rank[: len(places)] = exact_ranks(places)
     told = [float(t) for t in places]
     ranks.high[: len(places)], ranks.t[: len(places)] = told, told
     ranks.order[: len(places)] = np.argsort(ranks.rank[: len(places)], kind="stable")

@@ -16,7 +16,7 @@ from ..geometry.cell import load_limits, load_plane, load_quadric, load_sphere
 from ..geometry.decide import OPEN, Rest, curved_terms, plane_terms
 from ..geometry.errorfree import two_difference
 from ..geometry.program import root_value, turn_leaf
-from ..geometry.quadric import quadric_size, quadric_value
+from ..geometry.quadric import quadric_rounding, quadric_value
 from ..geometry.sure import sign
 from ..geometry.tables import BALL, CELL, PLANE, REGION, SPHERE, Floats, Geometry, Ints, Ray, Signs, integer
 from ..geometry.vectors import dot
@@ -61,8 +61,9 @@ def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: fl
         value, off = square - r * r, _OFF_CENTER * (square + r * r)
     else:
         quadric = load_quadric(geometry, row)
+        rests, at = rest.quadrics, 19 * row
         value = quadric_value(quadric, x, y, z)
-        off = _ROUNDING * quadric_size(quadric, x, y, z) + load_limits(geometry, table.QUADRIC_LIMITS, row)[1]
+        off = quadric_rounding(quadric, x, y, z, rests[at], rests[at + 1], rests[at + 2])
     if abs(value) > off:
         return 1 if value > 0.0 else -1
     if kind == PLANE:

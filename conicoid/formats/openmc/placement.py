@@ -2,7 +2,7 @@
 
 Turns by multiples of 90 degrees and translations are carried out in fractions, so that surfaces
 which coincide on paper get equal numbers, rounded once. From the first other rotation on, the
-rest of the way outward is a `Motion`, which is exact to 400 bits of what is given to it.
+rest of the way outward is a `Motion`, which is exact to 3000 bits of what is given to it.
 """
 
 from __future__ import annotations

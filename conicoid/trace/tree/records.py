@@ -18,7 +18,8 @@ from .vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE
 
 EMPTY, ENDLESS = 8, 7
 CHUNK = 1 << 16
-_WIDEN = 16 * 2.0**-53
+_WIDEN, _LEAST = 16 * 2.0**-53, 1e-150
+"""For a ray within a wall at 0 as well: what is left, over the slope of `walk.reciprocal`, is beyond all t."""
 
 
 class Survey(NamedTuple):
@@ -99,7 +100,8 @@ def _load(
         for k in range(3):
             low, high = boxes[row, k], boxes[row, k + 3]
             bounded = low > -math.inf and high < math.inf
-            margin = _WIDEN * (abs(low) + abs(high) + (high - low)) + 1e-300 if bounded else _WIDEN * _size(low, high)
+            size = abs(low) + abs(high) + (high - low) if bounded else _size(low, high)
+            margin = _WIDEN * size + _LEAST
             records[SIZE * i + NEGATED_LOW + k] = margin - low if low > -math.inf else -limits[k]
             records[SIZE * i + HIGH + k] = high + margin if high < math.inf else limits[k + 3]
         records[SIZE * i + COST] = costs[row] if len(costs) > 0 else 1.0
