@@ -50,12 +50,15 @@ def arithmetic(functions, *names):
     return vectors, singles
 
 
-@pytest.mark.parametrize(("loop", "least"), [("ball_lanes", 40), ("face_lanes", 150), ("trace_packet", 200)])
+@pytest.mark.parametrize(("loop", "least"), [("ball_lanes", 80), ("face_lanes", 300), ("trace_packet", 200)])
 def test_lane_loops_are_vectors(functions, loop, least):
-    """Balls; quadrics and planes of cells; boxes. About two thirds of what stood there when this was written."""
+    """Balls; quadrics and planes of cells; boxes. About two thirds of what stood there when this was written.
+
+    What follows from an origin that all lanes share stands before the loops, in single numbers.
+    """
     vectors, singles = arithmetic(functions, loop)
     assert vectors >= least
-    assert vectors > 5 * singles
+    assert vectors > 4 * singles
 
 
 def test_lane_loops_of_boolean_bodies_are_vectors(functions):
