@@ -1,9 +1,9 @@
 """How the cost of a ray grows with a scene: balls of radius 0.7 N^(-1/2), so that about as many are hit.
 
-    python benchmarks/growth.py [most]
+    python benchmarks/growth.py [most] [peers]
 
 Nanoseconds a ray, medians of five, for a camera's rays (1024 x 1024) and for 2^20 random ones; seconds to build the
-tree; bytes a ball.
+tree; bytes a ball. With `peers`: of a camera's rays in Embree and Mitsuba instead, the least of seven turns.
 """
 
 from __future__ import annotations
@@ -29,8 +29,36 @@ def median(run: Callable[[], object]) -> float:
     return statistics.median(seconds)
 
 
+def with_peers(most: int) -> None:
+    """The same camera's rays in Embree and in Mitsuba, in turn."""
+    from conicoid.bench import embree, mitsuba
+
+    origins, directions = camera_rays(1024)
+    rays, flat = co.Rays(origins, directions), (origins.reshape(-1, 3), directions.reshape(-1, 3))
+    print("| balls | Conicoid, ns/ray | Embree, rtcIntersect1 | Mitsuba, LLVM |\n|---|---|---|---|")
+    count = 1000
+    while count <= most:
+        each = growing_balls(count)
+        scene = co.Scene(each.shapes())
+        with embree.EmbreeScene(each) as one, mitsuba.MitsubaScene(each, *flat, True) as other:
+
+            def ours(scene: co.Scene = scene) -> float:
+                begin = time.perf_counter()
+                scene.first_hit(rays)
+                return time.perf_counter() - begin
+
+            turns = [(ours(), one.first_hits(*flat)[0], other.seconds()) for _ in range(8)][1:]
+        least = (f"{min(column) / (1 << 20) * 1e9:.1f}" for column in zip(*turns, strict=True))
+        print(f"| {count:,} | {' | '.join(least)} |", flush=True)
+        count *= 10
+    print("\n".join(machine([embree.PEER, mitsuba.PEER])))
+
+
 def main() -> None:
     most = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
+    if sys.argv[2:] == ["peers"]:
+        with_peers(most)
+        return
     camera, random = co.Rays(*camera_rays(1024)), co.Rays(*random_rays(1 << 20))
     print("| balls | camera, ns/ray | random, ns/ray | build, s | bytes a ball |\n|---|---|---|---|---|")
     count = 10

@@ -225,6 +225,8 @@ def import_(
 @app.command(
     epilog="Examples:\n\n  conicoid bench\n\n  conicoid bench --rows camera-1000 --rows build\n\n"
     "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
+    "Rows: camera, random, picture, build, growth and more against peers; latency, import, command, compile, memory "
+    "against what is asked of Conicoid itself, at most.\n\n"
     "The peers come with `pip install conicoid[bench]`; docs/performance.md says how to read the table, "
     "docs/exactness-measured.md that of accuracy."
 )
