@@ -16,7 +16,7 @@ import math
 from ..geometry import tables as table
 from ..geometry.cell import NO_PLACE, load_limits, load_plane, load_quadric, load_sphere, quadric_place
 from ..geometry.nearness import Nearness, lengths_of, lengths_of_ball
-from ..geometry.plane import Limits, Plane, careful_plane, plain_plane, runs_along, unsure_of_plane
+from ..geometry.plane import Limits
 from ..geometry.quadric import (
     Quadric,
     Roots,
@@ -28,6 +28,7 @@ from ..geometry.quadric import (
 )
 from ..geometry.tables import SPHERE, Floats, Geometry, integer
 from ..jit import choose, helper, inline
+from .lane_planes import plane_lanes
 from .lanes import (
     DISCRIMINANT,
     DOUBT,
@@ -96,67 +97,6 @@ def _ball_of_lane(
     unsure |= (crosses & near) | (far < 0.0)
     lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
     take(lanes, i, t, off, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
-
-
-@helper
-def _cut_lanes(lanes: Floats, lengths: Nearness, surface: int, side: int, place: int, first: int, last: int) -> None:
-    """Cut the spans by a plane whose height and rate stand in A and B; FLAG 2: rounding may have changed them too much.
-
-    UNSURE becomes 1 where it may have changed the order of two planes, 2 where it may have changed more.
-    """
-    first, last = eights(first, last)
-    for i in range(first, last):
-        rate, before, after = lanes[B + i], lanes[T_IN + i], lanes[T_OUT + i]
-        height = 0.0 if lanes[START + i] == surface else lanes[A + i]
-        t = -height / rate
-        parallel = rate == 0.0
-        outside = parallel & ((height <= 0.0) != (side > 0))
-        falls = ((rate < 0.0) == (side > 0)) & ~parallel
-        rises = ((rate < 0.0) != (side > 0)) & ~parallel
-        close = abs(t - choose(falls, before, after)) <= lane_nearness(lanes, i, lengths)[0]
-        later = falls & (t > before)
-        sooner = rises & (t < after)
-        lanes[T_IN + i] = choose(outside, math.inf, choose(later, t, before))
-        lanes[T_OUT + i] = choose(outside, -math.inf, choose(sooner, t, after))
-        lanes[PLACE_IN + i] = place if later else lanes[PLACE_IN + i]
-        lanes[PLACE_OUT + i] = place if sooner else lanes[PLACE_OUT + i]
-        unsure = max(lanes[UNSURE + i], choose(close, 1.0, 0.0))
-        lanes[UNSURE + i] = choose(lanes[FLAG + i] == 2.0, 2.0, unsure)
-
-
-@inline
-def _plane_of_lane(lanes: Floats, i: int, ox: float, oy: float, oz: float, plane: Plane, limits: Limits) -> int:
-    """A lane's height and rate into A and B; returns 1, as FLAG, where they are to be done again with care."""
-    height, rate, cancels, parallel = plain_plane(plane, ox, oy, oz, lanes[DX + i], lanes[DY + i], lanes[DZ + i])
-    cancels |= unsure_of_plane(height, rate, parallel, lanes[INVERSE + i], limits)
-    lanes[A + i], lanes[B + i] = height, rate
-    lanes[FLAG + i] = 1.0 if cancels else 0.0
-    return 1 if cancels else 0
-
-
-@inline
-def _plane_lanes(
-    lanes: Floats, plane: Plane, limits: Limits, lengths: Nearness, surface: int, side: int, place: int,
-    first: int, last: int,
-) -> None:  # fmt: skip
-    """Cut the lanes' spans [T_IN, T_OUT] by a plane of a cell."""
-    again, x, y, z = 0, lanes[OX], lanes[OY], lanes[OZ]
-    if lanes[SHARED] != 0.0:
-        for i in range(first, last):
-            again += _plane_of_lane(lanes, i, x, y, z, plane, limits)
-    else:
-        for i in range(first, last):
-            again += _plane_of_lane(lanes, i, lanes[OX + i], lanes[OY + i], lanes[OZ + i], plane, limits)
-    if again > 0:
-        for i in range(first, last):
-            if lanes[FLAG + i] == 1.0:
-                height, rate = careful_plane(
-                    plane, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
-                )
-                parallel = runs_along(plane, lanes[DX + i], lanes[DY + i], lanes[DZ + i])
-                unsure = unsure_of_plane(height, rate, parallel, lanes[INVERSE + i], limits)
-                lanes[A + i], lanes[B + i], lanes[FLAG + i] = height, rate, 2.0 if unsure else 1.0
-    _cut_lanes(lanes, lengths, surface, side, place, first, last)
 
 
 @inline
@@ -245,7 +185,7 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
         row = integer(geometry, table.SURFACE_ROW, surface)
         plane, limits = load_plane(geometry, row), load_limits(geometry, table.PLANE_LIMITS, row)
         side = integer(geometry, table.PLANE_SIDE, place)
-        _plane_lanes(lanes, plane, limits, lengths, surface, side, place, first, last)
+        plane_lanes(lanes, plane, limits, lengths, surface, side, place, first, last)
         if lanes[SOME_START] != 0.0:
             for i in range(first, last):
                 lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
@@ -312,6 +252,41 @@ def span_lane(lanes: Floats, i: int, side: int, curved: int) -> SpanLanes:
     return in1, out1, in2, t_out, place_in1, place_out1, place_in2, lanes[PLACE_OUT + i], some, more
 
 
+@inline
+def _has_one_span(geometry: Geometry, cell: int) -> bool:
+    """Is no ray inside of a cell twice, because it lies inside of a quadric that bends one way?"""
+    surface = integer(geometry, table.CELL_QUADRIC, cell)
+    if surface < 0 or integer(geometry, table.CELL_SIDE, cell) < 0:
+        return surface < 0
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+        return True
+    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    return quadric[12] >= 0.0 and quadric[13] >= 0.0 and quadric[14] >= 0.0
+
+
+@inline
+def _end_of_lane(
+    lanes: Floats, i: int, one: bool, side: int, curved: int, lengths: Nearness, quadric: int, entry: int, body: int
+) -> None:
+    """Take the first end of a lane's spans, of which there is `one` at most, or there may be two."""
+    in1, out1, in2, out2, a1, b1, a2, b2, some, more = span_lane(lanes, i, side, curved)
+    more &= not one
+    t_min, t_max = lanes[T_MIN + i], lanes[T_MAX + i]
+    c1 = some & (in1 > t_min) & (in1 < t_max)
+    c2 = some & (out1 > t_min) & (out1 < t_max)
+    c3 = more & (in2 > t_min) & (in2 < t_max)
+    c4 = more & (out2 > t_min) & (out2 < t_max)
+    t = in1 if c1 else (out1 if c2 else (in2 if c3 else (out2 if c4 else math.inf)))
+    place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
+    off, far = lane_nearness(lanes, i, lengths)
+    starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric)
+    near = some & (at_start(in1, starts, off) | at_start(out1, starts, off))
+    near |= more & (at_start(in2, starts, off) | at_start(out2, starts, off))
+    unsure = unsure_lane(lanes, i, off, far) | (near & (t_min <= off)) | ((abs(t) > far) & (abs(t) < math.inf))
+    lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
+    take(lanes, i, t, off, entry, body, place, 1.0, 1.0 if c1 | (~c2 & c3) else 0.0)
+
+
 @helper
 def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: int, first: int, last: int) -> None:
     """The first end of the spans of a cell within each lane's interval."""
@@ -320,20 +295,11 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
     side, curved = curved_side(geometry, cell), quadric_place(cell)
     lengths, quadric = lengths_of(geometry, table.CELL_LIMITS, cell), integer(geometry, table.CELL_QUADRIC, cell)
     quadric = quadric if quadric >= 0 else NO_PLACE - 9
+    one = _has_one_span(geometry, cell)
     first, last = eights(first, last)
-    for i in range(first, last):
-        in1, out1, in2, out2, a1, b1, a2, b2, some, more = span_lane(lanes, i, side, curved)
-        t_min, t_max = lanes[T_MIN + i], lanes[T_MAX + i]
-        c1 = some & (in1 > t_min) & (in1 < t_max)
-        c2 = some & (out1 > t_min) & (out1 < t_max)
-        c3 = more & (in2 > t_min) & (in2 < t_max)
-        c4 = more & (out2 > t_min) & (out2 < t_max)
-        t = in1 if c1 else (out1 if c2 else (in2 if c3 else (out2 if c4 else math.inf)))
-        place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
-        off, far = lane_nearness(lanes, i, lengths)
-        starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric)
-        near = some & (at_start(in1, starts, off) | at_start(out1, starts, off))
-        near |= more & (at_start(in2, starts, off) | at_start(out2, starts, off))
-        unsure = unsure_lane(lanes, i, off, far) | (near & (t_min <= off)) | ((abs(t) > far) & (abs(t) < math.inf))
-        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
-        take(lanes, i, t, off, entry, body, place, 1.0, 1.0 if c1 | (~c2 & c3) else 0.0)
+    if one:
+        for i in range(first, last):
+            _end_of_lane(lanes, i, True, side, curved, lengths, quadric, entry, body)
+    else:
+        for i in range(first, last):
+            _end_of_lane(lanes, i, False, side, curved, lengths, quadric, entry, body)

@@ -64,10 +64,9 @@ def _leaf_spans(
 
     Where `narrows`, the body lies within the leaf: a lane seeks on within its spans only.
     """
-    first, last = eights(first, last)
-    met = face_lanes(geometry, lanes, cell, first, last)
-    if met == 0:
+    if face_lanes(geometry, lanes, cell, first, last) == 0:
         return 0, 0
+    first, last = eights(first, last)
     row, second = np.uint64(at), np.uint64(at + SPAN)
     several = put_spans(geometry, lanes, leaves, at, cell, True, first, last)
     near = 0
@@ -204,7 +203,6 @@ def leaves_of_lanes(
 
     spans[k]: how many spans leaf k has, at most.
     """
-    first, last = eights(first, last)
     _begin(lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program), first, last)
     root = integer(geometry, table.PROGRAM_GATE, program)
     within = integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
@@ -230,9 +228,9 @@ def region_lanes(
     program: int, entry: int, body: int, first: int, last: int,
 ) -> None:  # fmt: skip
     """The first crossing of a Boolean body."""
-    first, last = eights(first, last)
     if leaves_of_lanes(geometry, lanes, leaves, spans, program, first, last) == 0:
         return
+    first, last = eights(first, last)
     lengths = lengths_of(geometry, table.PROGRAM_LIMITS, program)
     for i in range(first, last):
         lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
