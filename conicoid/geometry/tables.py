@@ -183,6 +183,9 @@ def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
     geometry = Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + _SPARE))
     geometry.floats[ends[1] :] = 0.0
     for k, table in enumerate(arrays):
+        if table.dtype == np.float64:
+            end = int(places[k].sum())
+            geometry.floats[end : end + -end % _LINE] = 0.0
         if k not in later:
             _room(geometry, k, table)[...] = table
     return geometry

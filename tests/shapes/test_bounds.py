@@ -23,6 +23,7 @@ from conicoid.shapes.parabolic_cylinder import ParabolicCylinder
 from conicoid.shapes.polyhedron import Polyhedron
 from conicoid.shapes.quadric import Quadric
 from conicoid.shapes.two_sheet_hyperboloid import TwoSheetHyperboloid
+from conicoid.shapes.within import WithinBox
 
 from .catalogue import SAMPLES, Sample
 from .motions import carried, random_motion
@@ -158,9 +159,15 @@ KNOWN = [
 
 @pytest.mark.parametrize(("shape", "low", "high"), KNOWN, ids=[repr(shape)[:70] for shape, _, _ in KNOWN])
 def test_bounds_are_the_known_ones(shape, low, high) -> None:
-    found_low, found_high = shape.bounds
-    np.testing.assert_allclose(found_low, low, rtol=1e-13, atol=2e-14)
-    np.testing.assert_allclose(found_high, high, rtol=1e-13, atol=2e-14)
+    """Cuts by a box err outward on purpose, by the roundings of 64 terms and what a nearly flat quadric makes of them."""
+    outward = 4e-12 if isinstance(shape, WithinBox) else 1e-13
+    for found, known, sign in zip(shape.bounds, (low, high), (-1.0, 1.0), strict=True):
+        endless = np.isinf(known)
+        assert (found[endless] == np.asarray(known)[endless]).all()
+        known, found = np.asarray(known, float)[~endless], found[~endless]
+        further = sign * (found - known)
+        assert (further >= -1e-13 * np.abs(known) - 2e-14).all()
+        assert (further <= outward * (np.abs(known) + 0.2)).all()
 
 
 EXACT = [

@@ -58,7 +58,7 @@ broken(
     "overflowing motion",
     body("{shape: {Sphere: {}}, move: [{scale: 1e100}, {scale: 1e100}, {scale: 1e100}, {scale: 1e100}]}"),
     2,
-    "motion overflows",
+    "motion must have entries of magnitude up to 1e+100",
 )
 broken(
     "too many steps",
