@@ -46,7 +46,7 @@ import conicoid as co
 begin = time.perf_counter()
 scene = co.Scene([co.Sphere(1), co.Box((1, -1, -1), (3, 1, 1)) - co.Sphere(1.2, (2, 0, 0))])
 scene.render(64, 48)
-scene.first_hit(co.Camera((0, 0, 9), (0, 0, 0), up=(0, 1, 0)).rays(64, 64)).normal
+scene.first_hit(co.Camera((0.3, 0.2, 9), (0.1, 0, 0), up=(0, 1, 0)).rays(64, 64)).normal
 anywhere = np.random.default_rng(0)
 scene.first_hit(anywhere.uniform(-3, 3, (4096, 3)), anywhere.normal(size=(4096, 3)))
 print(time.perf_counter() - begin)
