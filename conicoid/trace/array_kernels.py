@@ -19,7 +19,7 @@ from .packet import new_packet, trace_packet
 from .scratch import new_scratch
 from .simd import prefetch, prefetch_to_write, store_eight
 from .stream import new_stream, put_stream_ray, stream_hit, trace_stream
-from .tile import PACKETS, ask_for_packet, new_tile, open_tile, tile_packet
+from .tile import PACKETS, ask_for_packet, new_tile, open_quarter, open_tile, tile_packet
 
 DOUBTFUL = 32
 """Added to the turn of a hit, or miss, that rounding might have changed."""
@@ -93,8 +93,10 @@ def trace_first(
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
     lanes, count = bundle.lanes, len(origins)
     for tile in range(begin, end):
-        shared = open_tile(geometry, scratch.near, memory, bundle.frontier, lanes, origins, directions, tile, width)
+        shared = open_tile(geometry, memory, lanes, origins, directions, tile, width)
         for number in range(PACKETS):
+            if number & 3 == 0:
+                open_quarter(memory, number >> 2, bundle.frontier)
             ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
             packet = tile_packet(tile, number, width, count)
             if packet < 0:
@@ -132,8 +134,10 @@ def trace_occluded(
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
     lanes, count = bundle.lanes, len(origins)
     for tile in range(begin, end):
-        shared = open_tile(geometry, scratch.near, memory, bundle.frontier, lanes, origins, directions, tile, width)
+        shared = open_tile(geometry, memory, lanes, origins, directions, tile, width)
         for number in range(PACKETS):
+            if number & 3 == 0:
+                open_quarter(memory, number >> 2, bundle.frontier)
             packet = tile_packet(tile, number, width, count)
             if packet < 0:
                 continue

@@ -1,8 +1,8 @@
 """What part of the tree a tile of packets sees, so that not each of its packets starts at the roots.
 
-The beam that holds all rays of the tile goes down the tree first, breadth first, until so many nodes, leaves and
-balls are left as a packet may ask about at once, eight at a time as it asks about the children of a node.
-(The entry points of multi-level ray tracing: Reshetov, Soupikov, Hurley, SIGGRAPH 2005.)
+The beam that holds all rays of the tile goes down the tree first, the nearest first, to balls and to leaves of other
+things. Of these items quarters of the tile keep what their beams meet, and of those each packet, eight at a time.
+(The entry points of multi-level ray tracing, taken down to the leaves: Reshetov, Soupikov, Hurley, SIGGRAPH 2005.)
 """
 
 from __future__ import annotations
@@ -15,135 +15,144 @@ import numpy as np
 from ..geometry import tables as table
 from ..geometry.tables import BALL, Floats, Geometry, Ints, integer
 from ..jit import allocator, helper, inline
-from .leaf import leaf_at, leaf_ball, leaf_kind, leaf_range
-from .simd import balls_in_beam, bit_count, boxes_met, lowest_bit
-from .walk import Stack
+from .leaf import leaf_at, leaf_kind, leaf_range
+from .simd import (
+    BOX,
+    CODE,
+    ENTERED,
+    ITEM_ROW,
+    ITEMS_SIZE,
+    MOST_ITEMS,
+    bit_count,
+    items_met,
+    keep_items,
+    put_balls,
+    put_children,
+)
+from .walk import ask_for
 
-MOST = 64
-_ROOM = 4 * MOST
-_ALMOST_ONE = 1.0 + 1e-14
+_MOST_ROOTS = 64
+_SORTED = 64  # so many are put in order; their children follow that
+_AHEAD = 6
 
 
 class Frontier(NamedTuple):
-    """Items from the furthest to the nearest: nodes, leaves, and balls of leaves."""
+    """Items from the nearest to the furthest, or nearly so: nodes, leaves, and balls of leaves."""
 
-    code: Ints
-    box: Ints  # of the item, -1 for none; -2 - k: it is ball k of the leaf
-    t: Floats  # where the tile's beam enters
-    sides: Floats  # six of each, laid out as those of nodes
-    items: Ints  # (1,) how many there are, or -1: nothing is known
+    items: Floats  # see `simd.items`
+    near: Floats  # (8,) where a beam enters eight of them
+    count: Ints  # (1,) how many there are, or -1: nothing is known
+
+
+class Level(NamedTuple):
+    """Two levels of a tree, as far as a beam meets them."""
+
+    found: Any  # int64: nodes and leaves; the upper half is the number of the box, -1 for none
+    t: Floats  # where the beam enters
 
 
 @allocator
 def new_frontier() -> Frontier:
     """Memory for one thread; nothing is known."""
-    return Frontier(
-        np.empty(_ROOM, np.int32),
-        np.empty(_ROOM, np.int32),
-        np.empty(_ROOM),
-        np.empty(6 * MOST),
-        np.full(1, -1, np.int32),
-    )
+    return Frontier(np.empty(ITEMS_SIZE), np.empty(8), np.full(1, -1, np.int32))
+
+
+@allocator
+def new_level() -> Level:
+    """Memory for one thread."""
+    return Level(np.empty(2 * ITEM_ROW, np.int64), np.empty(2 * ITEM_ROW))
 
 
 @inline
-def _put(frontier: Frontier, k: int, code: Any, box: Any, t: float) -> None:
-    frontier.code[k], frontier.box[k], frontier.t[k] = code, box, t
+def _code(found: Any) -> Any:
+    """Of a node or leaf."""
+    return np.int64(np.int32(found))
 
 
 @inline
-def _expand(geometry: Geometry, frontier: Frontier, near: Floats, beam: Floats, k: int, last: int, room: int) -> int:
-    """Put the parts of item k that the beam meets behind the last; returns the new last, or -1 if they are too many."""
-    code, box = frontier.code[k], frontier.box[k]
-    if box < -1:
-        return -1
-    first, n = leaf_range(code)
-    n -= first
-    at = leaf_at(geometry, first)
-    if code >= 0:
-        bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * code, beam, 0, near)
-    elif box >= 0 and leaf_kind(geometry, at, n) == BALL:
-        bits = balls_in_beam(geometry.floats, at, n, n, beam, 0, near)
-    else:
-        return -1
-    if bit_count(bits) > room:
-        return -1
-    while bits != 0:
-        i = lowest_bit(bits)
-        bits &= bits - 1
-        if code < 0:
-            _put(frontier, last, code, -2 - i, near[i])
-            last += 1
-            continue
-        child = integer(geometry, table.NODE_CHILDREN, 8 * code + i)
-        if child != 0:
-            _put(frontier, last, child, 8 * code + i, near[i])
-            last += 1
-    return last
-
-
-@inline
-def _sort(frontier: Frontier, count: int) -> None:
-    for k in range(1, count):
-        code, box, t, slot = frontier.code[k], frontier.box[k], frontier.t[k], k
-        while slot > 0 and frontier.t[slot - 1] < t:
-            _put(frontier, slot, frontier.code[slot - 1], frontier.box[slot - 1], frontier.t[slot - 1])
+def _sort(level: Level, begin: int, end: int) -> None:
+    for k in range(begin + 1, end):
+        found, t, slot = level.found[k], level.t[k], k
+        while slot > begin and level.t[slot - 1] > t:
+            level.found[slot], level.t[slot] = level.found[slot - 1], level.t[slot - 1]
             slot -= 1
-        _put(frontier, slot, code, box, t)
+        level.found[slot], level.t[slot] = found, t
 
 
 @inline
-def _put_sides(geometry: Geometry, frontier: Frontier, k: int) -> None:
-    code, box, floats = frontier.code[k], frontier.box[k], geometry.floats
-    place = 48 * (k >> 3) + (k & 7)
-    if box < -1:
-        first, last = leaf_range(code)
-        x, y, z, radius = leaf_ball(geometry, leaf_at(geometry, first), last - first, -2 - box)
-        r = radius * _ALMOST_ONE
-        frontier.sides[place], frontier.sides[place + 8], frontier.sides[place + 16] = x - r, y - r, z - r
-        frontier.sides[place + 24], frontier.sides[place + 32], frontier.sides[place + 40] = x + r, y + r, z + r
-        return
+def _descend(geometry: Geometry, level: Level, beam: Floats, begin: int, count: int, other: int) -> tuple[int, int]:
+    """Replace the nodes of a level by their children that the beam meets, at level.found[other:], in order.
+
+    Returns how many there are then, and how many nodes were replaced.
+    """
+    found, end, nodes = level.found, other, 0
+    for k in range(begin, begin + count):
+        code = _code(found[k])
+        if k + _AHEAD < begin + count:
+            ask_for(geometry, _code(found[k + _AHEAD]))
+        if code >= 0 and end - other + begin + count - k + 8 <= MOST_ITEMS:
+            end += put_children(
+                geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * code,
+                geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code, 8 * code,
+                beam, 0, found, level.t, end,
+            )  # fmt: skip
+            nodes += 1
+        else:
+            found[end], level.t[end] = found[k], level.t[k]
+            end += 1
+    return end - other, nodes
+
+
+@inline
+def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: float) -> None:
+    """Item k: a node or leaf in a box, -1 if in none."""
+    items[CODE + k], items[BOX + k], items[ENTERED + k] = code, box, t
     at = geometry.places[table.NODE_BOXES, 0] + 48 * (box >> 3) + (box & 7)
     for side in range(6):
         open_end = -math.inf if side < 3 else math.inf
-        frontier.sides[place + 8 * side] = floats[at + 8 * side] if box >= 0 else open_end
+        items[k + side * ITEM_ROW] = geometry.floats[at + 8 * side] if box >= 0 else open_end
 
 
 @helper
-def find_frontier(geometry: Geometry, frontier: Frontier, near: Floats, beam: Floats, tree: int) -> None:
+def find_frontier(geometry: Geometry, frontier: Frontier, level: Level, beam: Floats, tree: int) -> None:
     """What of a tree the beam (beam[0:]) meets."""
-    begin, end = integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)
-    frontier.items[0] = -1
-    if end - begin > MOST:
+    roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
+    count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
+    frontier.count[0] = -1
+    if count > _MOST_ROOTS:
         return
-    done, last = 0, end - begin
-    for k in range(begin, end):
-        _put(frontier, k - begin, integer(geometry, table.ROOTS, k), -1, -math.inf)
-    k = 0
-    while k < last:
-        others = done + last - k - 1
-        longer = _expand(geometry, frontier, near, beam, k, last, min(MOST - others, _ROOM - last))
-        if longer < 0:
-            _put(frontier, done, frontier.code[k], frontier.box[k], frontier.t[k])
-            done += 1
+    for k in range(count):
+        level.found[k], level.t[k] = np.int64(-1) << 32 | integer(geometry, table.ROOTS, roots + k) & 0xFFFFFFFF, 0.0
+    while nodes > 0:
+        if count <= _SORTED:
+            _sort(level, here, here + count)
+        count, nodes = _descend(geometry, level, beam, here, count, other)
+        here, other = other, here
+    items, end = frontier.items, 0
+    for k in range(here, here + count):
+        code, box = _code(level.found[k]), level.found[k] >> 32
+        if k + _AHEAD < here + count:
+            ask_for(geometry, _code(level.found[k + _AHEAD]))
+        first, n = leaf_range(code)
+        n -= first
+        at = leaf_at(geometry, first)
+        if code < 0 and box >= 0 and leaf_kind(geometry, at, n) == BALL and end + here + count - k + 8 <= MOST_ITEMS:
+            end += put_balls(geometry.floats, at, n, code, beam, 0, items, end)
         else:
-            last = longer
-        k += 1
-    _sort(frontier, done)
-    for k in range(done):
-        _put_sides(geometry, frontier, k)
-    frontier.items[0] = done
+            _put(geometry, items, end, code, box, level.t[k])
+            end += 1
+    # Where this one or one that follows is entered
+    for k in range(end - 2, -1, -1):
+        items[ENTERED + k] = min(items[ENTERED + k], items[ENTERED + k + 1])
+    frontier.count[0] = end
 
 
-@inline
-def push_frontier(frontier: Frontier, stack: Stack, near: Floats, beam: Floats, start: int) -> int:
-    """Walk from the items that a beam (from beam[start:]) of the tile meets; returns the height of the stack."""
-    top, count = 0, frontier.items[0]
+@helper
+def narrow_frontier(frontier: Frontier, beam: Floats, start: int, narrowed: Frontier) -> None:
+    """What of a tile a narrower beam (from beam[start:]) meets."""
+    end, count = 0, frontier.count[0]
     for first in range(0, count, 8):
-        bits = boxes_met(frontier.sides, 6 * first, beam, start, near) & ((1 << min(8, count - first)) - 1)
-        while bits != 0:
-            i = lowest_bit(bits)
-            bits &= bits - 1
-            stack.code[top], stack.box[top], stack.t[top] = frontier.code[first + i], frontier.box[first + i], near[i]
-            top += 1
-    return top
+        bits = items_met(frontier.items, first, beam, start, frontier.near) & ((1 << min(8, count - first)) - 1)
+        keep_items(frontier.items, first, bits, narrowed.items, end)
+        end += bit_count(bits)
+    narrowed.count[0] = end if count >= 0 else -1

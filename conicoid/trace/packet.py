@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
+from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs, whole
 from ..jit import allocator, choose, helper, inline
-from .frontier import Frontier, new_frontier, push_frontier
+from .frontier import Frontier, new_frontier
 from .kernels import scene_tree, try_entry, within
 from .lane_cells import ball_lanes, cell_lanes
 from .lane_regions import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
@@ -39,7 +39,20 @@ from .lanes import (
 )  # fmt: skip
 from .leaf import leaf_at, leaf_ball, leaf_item, leaf_kind, leaf_range
 from .scratch import Scratch
-from .simd import FIRST, LAST, balls_in_beam, boxes_met, highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
+from .simd import (
+    BOX,
+    CODE,
+    ENTERED,
+    FIRST,
+    LAST,
+    balls_in_beam,
+    boxes_met,
+    highest_bit,
+    items_met,
+    lanes_in_ball,
+    lanes_in_box,
+    lowest_bit,
+)
 from .walk import push_met, push_roots
 
 
@@ -182,22 +195,32 @@ def trace_packet(
     Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
     narrow, the children of nodes are asked for by the lanes too.
     """
-    stack, lanes = scratch.stack, packet.lanes
-    if packet.frontier.items[0] < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
-        top = push_roots(geometry, stack, scene_tree(geometry))
-    else:
-        top = push_frontier(packet.frontier, stack, scratch.near, lanes, BEAM_AT)
+    stack, lanes, near = scratch.stack, packet.lanes, packet.frontier.near
+    items, seen, item, top, bits = packet.frontier.count[0], packet.frontier.items, 0, 0, 0
+    if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
+        items, top = 0, push_roots(geometry, stack, scene_tree(geometry))
     boxes = geometry.places[table.NODE_BOXES, 0]
-    while top > 0:
+    while True:
+        if top == 0:
+            while bits == 0 and item < items and seen[ENTERED + item] <= lanes[BEAM_AT + LAST]:
+                bits = items_met(seen, item, lanes, BEAM_AT, near) & ((1 << min(8, items - item)) - 1)
+                item += 8
+            if bits == 0:
+                break
+            i = lowest_bit(bits)
+            bits &= bits - 1
+            k = item - 8 + i
+            stack.code[0], stack.box[0], stack.t[0] = whole(seen[CODE + k]), whole(seen[BOX + k]), near[i]
+            top = 1
         top -= 1
         if stack.t[top] > lanes[BEAM_AT + LAST]:
             continue
         code, box = stack.code[top], stack.box[top]
         if code >= 0:
-            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, scratch.near)
+            its = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, scratch.near)
             if not narrow:
-                bits = _children_met(geometry, lanes, groups, code, bits)
-            top = push_met(geometry, stack, scratch.near, code, bits, top)
+                its = _children_met(geometry, lanes, groups, code, its)
+            top = push_met(geometry, stack, scratch.near, code, its, top)
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin

@@ -14,7 +14,7 @@ import numpy as np
 from ..geometry.tables import Floats, Geometry
 from ..jit import allocator, helper, inline
 from .bundle import packet_row, packets_across
-from .frontier import Frontier, find_frontier
+from .frontier import Frontier, Level, find_frontier, narrow_frontier, new_frontier, new_level
 from .kernels import scene_tree
 from .lanes import LANES, put_origin
 from .simd import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, prefetch, widen
@@ -23,19 +23,23 @@ from .walk import reciprocal
 _SIDE = 4
 PACKETS = _SIDE * _SIDE
 _ORIGINS, _DIRECTIONS = 0, 48
+_QUARTERS = 4
+_WHOLE = _QUARTERS * BEAM
 
 
 class Tile(NamedTuple):
     """Memory of a tile."""
 
-    extremes: Floats  # see `widen`: of origins, of directions
-    beam: Floats
+    extremes: Floats  # see `widen`: of origins, of directions, for each quarter
+    beams: Floats  # of the quarters, and of the whole tile
+    seen: Frontier
+    level: Level
 
 
 @allocator
 def new_tile() -> Tile:
     """Memory for one thread."""
-    return Tile(np.empty(2 * 48), np.empty(BEAM))
+    return Tile(np.empty(_QUARTERS * 96), np.empty((_QUARTERS + 1) * BEAM), new_frontier(), new_level())
 
 
 @inline
@@ -49,13 +53,14 @@ def tile_count(width: int, count: int) -> int:
 
 @inline
 def tile_packet(tile: int, k: int, width: int, count: int) -> int:
-    """Packet k of a tile, -1 if there is none."""
+    """Packet k of a tile, quarter by quarter; -1 if there is none."""
     if width == 0:
         packet = PACKETS * tile + k
         return packet if LANES * packet < count else -1
     across = packets_across(width)
     tiles = -(-across // _SIDE)
-    x, y = _SIDE * (tile % tiles) + k % _SIDE, _SIDE * (tile // tiles) + k // _SIDE
+    x = _SIDE * (tile % tiles) + (k & 1) + 2 * (k >> 2 & 1)
+    y = _SIDE * (tile // tiles) + (k >> 1 & 1) + 2 * (k >> 3)
     return y * across + x if x < across and 8 * y * width < count else -1
 
 
@@ -79,43 +84,67 @@ def _extent(extremes: Floats, at: int, axis: int) -> tuple[float, float]:
 
 
 @inline
-def _put_extremes(tile: Tile, origins: Floats, directions: Floats, number: int, width: int) -> None:
+def _put_extremes(
+    extremes: Floats, at: int, origins: Floats, directions: Floats, tile: int, quarter: int, width: int
+) -> None:
     for k in range(24):
-        for at in (_ORIGINS, _DIRECTIONS):
-            tile.extremes[at + k], tile.extremes[at + 24 + k] = math.inf, -math.inf
-    for k in range(PACKETS):
-        packet = tile_packet(number, k, width, len(origins))
+        for begin in (at + _ORIGINS, at + _DIRECTIONS):
+            extremes[begin + k], extremes[begin + 24 + k] = math.inf, -math.inf
+    for k in range(4 * quarter, 4 * quarter + 4):
+        packet = tile_packet(tile, k, width, len(origins))
         if packet < 0:
             continue
         for row in range(8):
             i, n = packet_row(packet, row, width, len(origins))
             if n == 8:
-                widen(origins, i, tile.extremes, _ORIGINS)
-                widen(directions, i, tile.extremes, _DIRECTIONS)
+                widen(origins, i, extremes, at + _ORIGINS)
+                widen(directions, i, extremes, at + _DIRECTIONS)
             else:
                 for j in range(i, i + n):
-                    _extend(origins, j, tile.extremes, _ORIGINS)
-                    _extend(directions, j, tile.extremes, _DIRECTIONS)
+                    _extend(origins, j, extremes, at + _ORIGINS)
+                    _extend(directions, j, extremes, at + _DIRECTIONS)
+
+
+@inline
+def _put_beam(beams: Floats, at: int, extremes: Floats, first: int, last: int) -> bool:
+    """The beam of the rays with their extremes at extremes[first:last:96]. True if they have one origin."""
+    shared = True
+    for axis in range(3):
+        low, high, least, most = math.inf, -math.inf, math.inf, -math.inf
+        for begin in range(first, last, 96):
+            a, b = _extent(extremes, begin + _ORIGINS, axis)
+            c, d = _extent(extremes, begin + _DIRECTIONS, axis)
+            low, high, least, most = min(low, a), max(high, b), min(least, c), max(most, d)
+        beams[at + LOW_O + axis], beams[at + HIGH_O + axis] = low, high
+        beams[at + LOW_I + axis], beams[at + HIGH_I + axis] = reciprocal(least), reciprocal(most)
+        shared &= low == high
+    beams[at + FIRST], beams[at + LAST] = 0.0, math.inf
+    return shared
 
 
 @helper
 def open_tile(
-    geometry: Geometry, near: Floats, tile: Tile, frontier: Frontier, lanes: Floats,
+    geometry: Geometry, tile: Tile, lanes: Floats,
     origins: Floats, directions: Floats, number: int, width: int,
 ) -> bool:  # fmt: skip
     """Find what a tile sees (t >= 0). True if all its rays have one origin, which all lanes have got then."""
-    _put_extremes(tile, origins, directions, number, width)
-    beam, shared = tile.beam, True
-    for axis in range(3):
-        beam[LOW_O + axis], beam[HIGH_O + axis] = _extent(tile.extremes, _ORIGINS, axis)
-        low, high = _extent(tile.extremes, _DIRECTIONS, axis)
-        beam[LOW_I + axis], beam[HIGH_I + axis] = reciprocal(low), reciprocal(high)
-        shared &= beam[LOW_O + axis] == beam[HIGH_O + axis]
-    beam[FIRST], beam[LAST] = 0.0, math.inf
-    find_frontier(geometry, frontier, near, beam, scene_tree(geometry))
+    beams = tile.beams
+    for quarter in range(_QUARTERS):
+        _put_extremes(tile.extremes, 96 * quarter, origins, directions, number, quarter, width)
+    shared = _put_beam(beams, _WHOLE, tile.extremes, 0, 96 * _QUARTERS)
+    find_frontier(geometry, tile.seen, tile.level, beams[_WHOLE:], scene_tree(geometry))
     if shared:
-        put_origin(lanes, beam[LOW_O] + 0.0, beam[LOW_O + 1] + 0.0, beam[LOW_O + 2] + 0.0)
+        put_origin(
+            lanes, beams[_WHOLE + LOW_O] + 0.0, beams[_WHOLE + LOW_O + 1] + 0.0, beams[_WHOLE + LOW_O + 2] + 0.0
+        )
     return shared
+
+
+@helper
+def open_quarter(tile: Tile, quarter: int, seen: Frontier) -> None:
+    """Find what a quarter of an open tile sees."""
+    _put_beam(tile.beams, BEAM * quarter, tile.extremes, 96 * quarter, 96 * quarter + 96)
+    narrow_frontier(tile.seen, tile.beams, BEAM * quarter, seen)
 
 
 @inline

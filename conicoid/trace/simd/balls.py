@@ -15,14 +15,19 @@ from .code import BITS, INT64, Code
 _DOUBT, _LEAST = 1e-13, 1e-290
 
 
+def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
+    """The boxes around eight balls."""
+    b, (x, y, z, r) = c.builder, c.balls(floats, at, stride)
+    r = b.fmul(r, c.constant(1.0 + 1e-14))
+    return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
+
+
 @intrinsic  # type: ignore[untyped-decorator]
 def _balls_in_beam(
     typing_context: Any, balls: Any, at: Any, stride: Any, beam: Any, start: Any, near: Any
 ) -> Any:  # fmt: skip
     def sides(c: Code, floats: Any, arguments: Any) -> list[Any]:
-        b, (x, y, z, r) = c.builder, c.balls(floats, arguments[1], arguments[2])
-        r = b.fmul(r, c.constant(1.0 + 1e-14))
-        return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
+        return sides_of_balls(c, floats, arguments[1], arguments[2])
 
     return types.int64(balls, types.int64, types.int64, beam, types.int64, near), beam_code(sides, 3)
 

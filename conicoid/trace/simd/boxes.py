@@ -18,24 +18,30 @@ LOW_O, HIGH_O, LOW_I, HIGH_I, FIRST, LAST = 0, 3, 6, 9, 12, 13
 BEAM = 14
 
 
+def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
+    """(first, last) t of a beam, rays[begin:], in eight boxes with six sides."""
+    b = c.builder
+    first, last = c.spread(c.number(rays, begin, FIRST)), c.spread(c.number(rays, begin, LAST))
+    none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
+    for axis in range(3):
+        # The low corner must not lie beyond the box's high side, nor the high corner before its low side
+        for corner, slope, side, upward in ((LOW_O, LOW_I, 3, True), (HIGH_O, HIGH_I, 0, False)):
+            o = c.spread(c.number(rays, begin, corner + axis))
+            inverse = c.number(rays, begin, slope + axis)
+            t = b.fmul(b.fsub(sides[side + axis], o), c.spread(inverse))
+            rises = b.fcmp_ordered(">" if upward else "<", inverse, DOUBLE(0.0))
+            last = c.smaller(b.select(rises, t, all_of_it), last)
+            first = c.larger(b.select(rises, none, t), first)
+    return first, last
+
+
 def beam_code(sides_of: Any, beam: int) -> Any:
     """The code of `boxes_met` for eight boxes with six `sides_of`; the beam is argument number `beam`."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
         floats, rays, out = (c.data(signature, arguments, k) for k in (0, beam, beam + 2))
-        sides, begin = sides_of(c, floats, arguments), arguments[beam + 1]
-        first, last = c.spread(c.number(rays, begin, FIRST)), c.spread(c.number(rays, begin, LAST))
-        none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
-        for axis in range(3):
-            # The low corner must not lie beyond the box's high side, nor the high corner before its low side
-            for corner, slope, side, upward in ((LOW_O, LOW_I, 3, True), (HIGH_O, HIGH_I, 0, False)):
-                o = c.spread(c.number(rays, begin, corner + axis))
-                inverse = c.number(rays, begin, slope + axis)
-                t = b.fmul(b.fsub(sides[side + axis], o), c.spread(inverse))
-                rises = b.fcmp_ordered(">" if upward else "<", inverse, DOUBLE(0.0))
-                last = c.smaller(b.select(rises, t, all_of_it), last)
-                first = c.larger(b.select(rises, none, t), first)
+        first, last = stretches(c, sides_of(c, floats, arguments), rays, arguments[beam + 1])
         c.store(first, out, INT64(0), 0)
         return b.zext(c.overlaps(first, last), INT64)
 

@@ -12,6 +12,9 @@ DOUBLE = ir.DoubleType()
 EIGHT = ir.VectorType(DOUBLE, WIDTH)
 BITS = ir.IntType(WIDTH)
 INT64 = ir.IntType(64)
+WHOLE = ir.VectorType(INT64, WIDTH)
+MASK = ir.VectorType(ir.IntType(1), WIDTH)
+_PLACES = ir.VectorType(ir.IntType(32), WIDTH)
 _SLACK = 1e-15
 """Share of |t| by which a box may be missed: more than the rounding of a slab's two ends."""
 
@@ -49,6 +52,11 @@ class Code:
         first = self.builder.insert_element(ir.Constant(EIGHT, ir.Undefined), number, ir.IntType(32)(0))
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
         return self.builder.shuffle_vector(first, ir.Constant(EIGHT, ir.Undefined), zeros)
+
+    def whole(self, number: Any) -> Any:
+        """The same whole number in all eight."""
+        first = self.builder.insert_element(ir.Constant(WHOLE, ir.Undefined), number, ir.IntType(32)(0))
+        return self.builder.shuffle_vector(first, ir.Constant(WHOLE, ir.Undefined), ir.Constant(_PLACES, [0] * WIDTH))
 
     def constant(self, value: float) -> Any:
         return ir.Constant(EIGHT, [value] * WIDTH)
@@ -94,3 +102,24 @@ class Code:
             mask = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order)
             a = join(a, self.builder.shuffle_vector(a, a, mask))
         return self.builder.extract_element(a, ir.IntType(32)(0))
+
+    def transposed(self, rows: list[Any]) -> list[Any]:
+        """Eight rows of eight as columns: blocks of 4, 2 and 1 change places."""
+        for size in (4, 2, 1):
+            low = [k if not k & size else k - size + WIDTH for k in range(WIDTH)]
+            high = [k + size if not k & size else k + WIDTH for k in range(WIDTH)]
+            changed = list(rows)
+            for k in range(WIDTH):
+                if not k & size:
+                    a, other = rows[k], rows[k + size]
+                    changed[k] = self.builder.shuffle_vector(a, other, ir.Constant(_PLACES, low))
+                    changed[k + size] = self.builder.shuffle_vector(a, other, ir.Constant(_PLACES, high))
+            rows = changed
+        return rows
+
+    def compressed(self, values: Any, wanted: Any) -> Any:
+        """Those of eight (whole numbers or floats) that are wanted, without gaps."""
+        b, kind = self.builder, ir.FunctionType(WHOLE, [WHOLE, MASK, WHOLE])
+        function = cgutils.get_or_insert_function(b.module, kind, "llvm.experimental.vector.compress.v8i64")
+        packed = b.call(function, [b.bitcast(values, WHOLE), wanted, ir.Constant(WHOLE, ir.Undefined)])
+        return b.bitcast(packed, values.type)

@@ -10,9 +10,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from .balls import balls_missed
-from .code import BITS, DOUBLE, EIGHT, INT64, WIDTH, Code
+from .code import BITS, DOUBLE, EIGHT, INT64, WHOLE, WIDTH, Code
 
-WHOLE = ir.VectorType(INT64, WIDTH)
 _UPPER, _LOWER = -(1 << 32), (1 << 32) - 1
 
 FROM_THE_START = -(1 << 52)
@@ -27,8 +26,8 @@ class _Rays:
         b, self.c = c.builder, c
         places = ir.Constant(WHOLE, list(range(WIDTH)))
         waiting = b.load(b.bitcast(c.place(lists, at, 0), WHOLE.as_pointer()), align=8)
-        there = b.icmp_signed("<", places, _spread(c, left))
-        first = _spread(c, b.load(c.place(lists, at, 0)))
+        there = b.icmp_signed("<", places, c.whole(left))
+        first = c.whole(b.load(c.place(lists, at, 0)))
         waiting = b.select(there, waiting, first)
         self.numbers = b.and_(waiting, ir.Constant(WHOLE, [_LOWER] * WIDTH))
         columns = self.columns(rays, INT64(8))
@@ -44,7 +43,7 @@ class _Rays:
         for k in range(WIDTH):
             number = b.extract_element(self.numbers, ir.IntType(32)(k))
             rows.append(self.c.eight(numbers, b.mul(number, size), 0))
-        return _transposed(self.c, rows)
+        return self.c.transposed(rows)
 
     def in_box(self, sides: Any) -> tuple[Any, Any]:
         """(which rays meet a box, what they put on its list)."""
@@ -56,28 +55,6 @@ class _Rays:
         met = b.and_(self.there, c.overlapping(first, last))
         when = b.and_(b.bitcast(first, WHOLE), ir.Constant(WHOLE, [_UPPER] * WIDTH))
         return met, b.or_(when, self.numbers)
-
-
-def _spread(c: Code, number: Any) -> Any:
-    b, nothing = c.builder, ir.Constant(WHOLE, ir.Undefined)
-    first = b.insert_element(nothing, number, ir.IntType(32)(0))
-    return b.shuffle_vector(first, nothing, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
-
-
-def _transposed(c: Code, rows: list[Any]) -> list[Any]:
-    """Eight rows of eight as columns: blocks of 4, 2 and 1 change places."""
-    for size in (4, 2, 1):
-        low = [k if not k & size else k - size + WIDTH for k in range(WIDTH)]
-        high = [k + size if not k & size else k + WIDTH for k in range(WIDTH)]
-        kind = ir.VectorType(ir.IntType(32), WIDTH)
-        changed = list(rows)
-        for k in range(WIDTH):
-            if not k & size:
-                a, other = rows[k], rows[k + size]
-                changed[k] = c.builder.shuffle_vector(a, other, ir.Constant(kind, low))
-                changed[k + size] = c.builder.shuffle_vector(a, other, ir.Constant(kind, high))
-        rows = changed
-    return rows
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -104,7 +81,7 @@ def put_on_lists(
                 met, entering = eight.in_box([c.number(floats, place, 8 * side + k) for side in range(6)])
                 end = b.load(ends[k])
                 target = b.bitcast(c.place(waiting, end, 0), WHOLE.as_pointer())
-                b.store(_compressed(c, entering, met), target, align=8)
+                b.store(c.compressed(entering, met), target, align=8)
                 met_count = b.ctpop(b.zext(b.bitcast(met, BITS), INT64))
                 b.store(b.add(end, met_count), ends[k])
         for k in range(WIDTH):
@@ -144,14 +121,6 @@ def rays_in_balls(
 
     whole = types.int64
     return types.void(balls, whole, whole, rays, more, whole, lists, whole, whole, bits), code
-
-
-def _compressed(c: Code, values: Any, wanted: Any) -> Any:
-    """Those that are wanted, without gaps."""
-    mask = ir.VectorType(ir.IntType(1), WIDTH)
-    kind = ir.FunctionType(WHOLE, [WHOLE, mask, WHOLE])
-    function = cgutils.get_or_insert_function(c.builder.module, kind, "llvm.experimental.vector.compress.v8i64")
-    return c.builder.call(function, [values, wanted, ir.Constant(WHOLE, ir.Undefined)])
 
 
 @intrinsic  # type: ignore[untyped-decorator]
