@@ -14,9 +14,9 @@ import numpy as np
 
 from ..geometry.nearness import RELATIVE, STARTING, Nearness, ray_size, ray_unit
 from ..geometry.tables import Floats, Ray, whole
-from ..jit import choose, inline
+from ..jit import choose, helper, inline
 from .kernels import Hit
-from .simd import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, reach
+from .simd import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, extents, reach
 from .walk import reciprocal
 
 LANES = 64
@@ -36,7 +36,11 @@ SLOPES = BEAM_AT + BEAM + 1
 """Not 0 once the inverse directions are worked out."""
 SHARED = BEAM_AT + BEAM + 2
 """Not 0 where all lanes have one origin."""
-SIZE = BEAM_AT + BEAM + 3
+GROUP_BEAMS = BEAM_AT + BEAM + 3
+"""Not 0 once the beams of the eight groups are known."""
+GROUPS_AT = BEAM_AT + BEAM + 4
+"""Their numbers, as in a beam, eight of each."""
+SIZE = GROUPS_AT + 96
 
 
 @inline
@@ -100,7 +104,7 @@ def prepare_lanes(lanes: Floats, groups: int) -> None:
         lanes[BEST + i], lanes[WITHIN + i], lanes[DOUBT + i] = math.inf, math.inf, 0.0
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
         lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
-    lanes[SLOPES] = 0.0
+    lanes[SLOPES], lanes[GROUP_BEAMS] = 0.0, 0.0
     lanes[SOME_START] = 1.0 if extent(lanes, START, groups)[1] >= 0.0 else 0.0
 
 
@@ -129,6 +133,19 @@ def put_lane_beam(lanes: Floats, groups: int) -> None:
     lanes[SHARED] = 1.0 if shared else 0.0
     lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN, groups)[0]
     shorten_beam(lanes, groups)
+
+
+@helper
+def put_group_beams(lanes: Floats) -> None:
+    """The beams of the eight groups of a packet (t >= 0)."""
+    for axis in range(3):
+        row, low, high = np.uint64(LANES * axis), GROUPS_AT + 8 * axis, GROUPS_AT + 24 + 8 * axis
+        extents(lanes, OX + row, low, high)
+        extents(lanes, DX + row, low + 48, high + 48)
+    for k in range(48):
+        at = np.uint64(GROUPS_AT + 48 + k)
+        lanes[at] = reciprocal(lanes[at])
+    lanes[GROUP_BEAMS] = 1.0
 
 
 @inline

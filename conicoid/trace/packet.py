@@ -25,6 +25,8 @@ from .lanes import (
     DOUBT,
     ENTERS,
     ENTRY,
+    GROUP_BEAMS,
+    GROUPS_AT,
     PLACE,
     SENSE,
     SIZE,
@@ -34,6 +36,7 @@ from .lanes import (
     eights,
     lane_hit,
     lane_ray,
+    put_group_beams,
     put_slopes,
     shorten_beam,
 )  # fmt: skip
@@ -51,9 +54,13 @@ from .simd import (
     items_met,
     lanes_in_ball,
     lanes_in_box,
+    lanes_in_small_ball,
     lowest_bit,
 )
 from .walk import push_met, push_roots
+
+
+_MANY = 24  # items that a quarter of a tile sees: balls are small then, and met by few groups
 
 
 class Packet(NamedTuple):
@@ -115,6 +122,8 @@ def lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> i
 def lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
     """The lanes that may meet a ball with its numbers at floats[at::stride]."""
     f = geometry.floats
+    if lanes[GROUP_BEAMS] != 0.0:
+        return lanes_in_small_ball(lanes, GROUPS_AT, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride])
     return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride], groups)
 
 
@@ -199,6 +208,8 @@ def trace_packet(
     items, seen, item, top, bits = packet.frontier.count[0], packet.frontier.items, 0, 0, 0
     if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
         items, top = 0, push_roots(geometry, stack, scene_tree(geometry))
+    if items > _MANY:
+        put_group_beams(lanes)
     boxes = geometry.places[table.NODE_BOXES, 0]
     while True:
         if top == 0:

@@ -9,6 +9,7 @@ from numba.extending import intrinsic
 
 from ...geometry.tables import Floats, Ray
 from ...jit import inline
+from .bits import lowest_bit
 from .boxes import beam_code
 from .code import BITS, INT64, Code
 
@@ -93,14 +94,15 @@ def balls_met(floats: Floats, at: int, stride: int, count: int, ray: Ray, invers
 
 
 def _lanes_in_ball(groups: int) -> Any:
-    def in_ball(typing_context: Any, lanes: Any, x: Any, y: Any, z: Any, r: Any) -> Any:
+    def in_ball(typing_context: Any, lanes: Any, at: Any, x: Any, y: Any, z: Any, r: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             c, b = Code(context, builder), builder
-            rays, ball = c.data(signature, arguments, 0), [c.spread(number) for number in arguments[1:]]
+            rays, ball = c.data(signature, arguments, 0), [c.spread(number) for number in arguments[2:]]
             squared, met = b.fmul(ball[3], ball[3]), INT64(0)
             for group in range(groups):
                 # Origin, direction; 1 / d·d and 1 / |d| or more; the interval
-                row = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in (0, 1, 2, 9, 10, 11, 12, 13, 6, 7, 8)]
+                rows = (0, 1, 2, 9, 10, 11, 12, 13, 6, 7, 8)
+                row = [c.eight(rays, arguments[1], 64 * k + 8 * group) for k in rows]
                 center, direction = [b.fsub(ball[k], row[k]) for k in range(3)], row[3:6]
                 foot = b.fmul(c.product(center, direction), row[6])
                 apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
@@ -114,12 +116,12 @@ def _lanes_in_ball(groups: int) -> Any:
                 met = b.or_(met, b.shl(bits, INT64(8 * group)))
             return met
 
-        return types.int64(lanes, *[types.float64] * 4), code
+        return types.int64(lanes, types.int64, *[types.float64] * 4), code
 
     return intrinsic(in_ball)
 
 
-_in_ball_64, _in_ball_16 = _lanes_in_ball(8), _lanes_in_ball(2)
+_in_ball_64, _in_ball_16, _in_ball_8 = _lanes_in_ball(8), _lanes_in_ball(2), _lanes_in_ball(1)
 
 
 @inline
@@ -129,5 +131,38 @@ def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float, groups:
     Where it is entered is told without a root: within 1 / |d| of a radius of the foot of the perpendicular.
     """
     if groups == 8:
-        return _in_ball_64(lanes, x, y, z, r)
-    return _in_ball_16(lanes, x, y, z, r)
+        return _in_ball_64(lanes, 0, x, y, z, r)
+    return _in_ball_16(lanes, 0, x, y, z, r)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _groups_near_ball(typing_context: Any, lanes: Any, beams: Any, x: Any, y: Any, z: Any, r: Any) -> Any:
+    """Which of eight beams, beams[at:] (see `put_group_beams`), meet the box around a ball."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        rays, ball = c.data(signature, arguments, 0), [c.spread(number) for number in arguments[2:]]
+        r = b.fmul(ball[3], c.constant(1.0 + 1e-14))
+        first, last = c.constant(0.0), c.constant(float("inf"))
+        none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
+        for axis in range(3):
+            for number, slope, side, upward in ((0, 6, b.fadd(ball[axis], r), True), (3, 9, b.fsub(ball[axis], r), False)):
+                inverse = c.eight(rays, arguments[1], 8 * (slope + axis))
+                t = b.fmul(b.fsub(side, c.eight(rays, arguments[1], 8 * (number + axis))), inverse)
+                rises = b.fcmp_ordered(">" if upward else "<", inverse, c.constant(0.0))
+                last = c.smaller(b.select(rises, t, all_of_it), last)
+                first = c.larger(b.select(rises, none, t), first)
+        return b.zext(c.overlaps(first, last), INT64)
+
+    return types.int64(lanes, types.int64, *[types.float64] * 4), code
+
+
+@inline
+def lanes_in_small_ball(lanes: Floats, beams: int, x: float, y: float, z: float, r: float) -> int:
+    """`lanes_in_ball` for a ball that few of eight groups are likely to meet: lanes[beams:] are theirs."""
+    groups, met = _groups_near_ball(lanes, beams, x, y, z, r), 0
+    while groups != 0:
+        group = lowest_bit(groups)
+        groups &= groups - 1
+        met |= _in_ball_8(lanes, 8 * group, x, y, z, r) << 8 * group
+    return met

@@ -42,6 +42,25 @@ def extent(lanes: Floats, row: Any, groups: int) -> tuple[float, float]:
     return _extent_16(lanes, row)
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> Any:
+    """The least of each of eight groups of eight lanes from lanes[row] into lanes[low:], the greatest into lanes[high:]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c = Code(context, builder)
+        pointer = c.data(signature, arguments, 0)
+        columns = c.transposed([c.eight(pointer, arguments[1], 8 * group) for group in range(8)])
+        for place, join in ((arguments[2], c.smaller), (arguments[3], c.larger)):
+            joined = columns
+            while len(joined) > 1:
+                joined = [join(joined[k], joined[k + 1]) for k in range(0, len(joined), 2)]
+            c.store(joined[0], pointer, place, 0)
+        return context.get_dummy_value()
+
+    whole = types.int64
+    return types.void(lanes, whole, whole, whole), code
+
+
 def _reach(groups: int) -> Any:
     def furthest(typing_context: Any, lanes: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
