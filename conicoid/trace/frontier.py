@@ -33,7 +33,7 @@ from .walk import ask_for
 
 _MOST_ROOTS = 64
 _SORTED = 64  # so many are put in order; their children follow that
-_AHEAD = 6
+_AHEAD = 10
 
 
 class Frontier(NamedTuple):

@@ -7,7 +7,7 @@ once; only what it reaches is asked by the lanes.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,18 +49,22 @@ from .simd import (
     FIRST,
     LAST,
     balls_in_beam,
+    bit_count,
     boxes_met,
+    group_in_ball,
     highest_bit,
     items_met,
     lanes_in_ball,
     lanes_in_box,
-    lanes_in_small_ball,
+    put_groups,
+    put_numbers,
     lowest_bit,
 )
 from .walk import push_met, push_roots
 
 
-_MANY = 24  # items that a quarter of a tile sees: balls are small then, and met by few groups
+_CHOSEN = 32
+_MANY = 100  # items that a quarter of a tile sees: balls are small then, and met by few groups
 
 
 class Packet(NamedTuple):
@@ -71,6 +75,8 @@ class Packet(NamedTuple):
     truths: Floats  # true inputs of its gates
     spans: Ints  # how many spans each leaf has, at most
     frontier: Frontier  # what of the scene's tree may be met, if that is known
+    chosen: Any  # (_CHOSEN + 8,) int64: items that its beam meets
+    pairs: Any  # (8 * _CHOSEN + 64,) int64: items and groups that may meet them
 
 
 @allocator
@@ -85,7 +91,8 @@ def _aligned(count: int) -> Floats:
 def new_packet() -> Packet:
     """Memory for one thread."""
     lanes, leaves, truths = _aligned(SIZE), _aligned(LEAVES_SIZE), _aligned(TRUTHS_SIZE)
-    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier())
+    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(),
+        np.empty(_CHOSEN + 16, np.int64), np.empty(8 * _CHOSEN + 128, np.int64))
 
 
 @helper
@@ -122,8 +129,6 @@ def lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> i
 def lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
     """The lanes that may meet a ball with its numbers at floats[at::stride]."""
     f = geometry.floats
-    if lanes[GROUP_BEAMS] != 0.0:
-        return lanes_in_small_ball(lanes, GROUPS_AT, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride])
     return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride], groups)
 
 
@@ -157,6 +162,73 @@ def _meet(
         region_lanes(geometry, lanes, packet.leaves, packet.truths, packet.spans, index, entry, body, first, last)
     else:
         _one_by_one(geometry, scratch, lanes, entry, met)
+
+
+@inline
+def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]:
+    """Put the next items that the beam meets into `chosen`; returns how many, and how many items are behind."""
+    seen, lanes, count = packet.frontier, packet.lanes, 0
+    while count < most and item < items and seen.items[ENTERED + item] <= lanes[BEAM_AT + LAST]:
+        bits = items_met(seen.items, item, lanes, BEAM_AT, seen.near) & ((1 << min(8, items - item)) - 1)
+        put_numbers(item, bits, packet.chosen, count)
+        count += bit_count(bits)
+        item += 8
+    return count, item
+
+
+@inline
+def _ball_of(geometry: Geometry, items: Floats, k: int) -> tuple[int, int, int]:
+    """(where its leaf begins, the leaf's length, its place there) of an item that is a ball."""
+    first, last = leaf_range(whole(items[CODE + k]))
+    return leaf_at(geometry, first), last - first, -2 - whole(items[BOX + k])
+
+
+@inline
+def _meet_items(
+    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool, count: int
+) -> int:
+    """The first `count` chosen items: balls are met, others put on the stack, whose height is returned.
+
+    Step by step for all of them, so that what is found out about one does not hold up the next.
+    """
+    stack, lanes, items, pairs, top, end = scratch.stack, packet.lanes, packet.frontier.items, packet.pairs, 0, 0
+    split = lanes[GROUP_BEAMS] != 0.0
+    for j in range(count):
+        k = packet.chosen[j]
+        if items[BOX + k] < -1.0:
+            if split:
+                end += put_groups(items, k, lanes, GROUPS_AT, pairs, end)
+            else:
+                pairs[end] = 8 * k
+                end += 1
+    for j in range(count - 1, -1, -1):
+        k = packet.chosen[j]
+        if items[BOX + k] >= -1.0:
+            stack.code[top], stack.box[top], stack.t[top] = whole(items[CODE + k]), whole(items[BOX + k]), items[ENTERED + k]
+            top += 1
+    if split:
+        kept = 0
+        for j in range(end):
+            pair = pairs[j]
+            at, size, place = _ball_of(geometry, items, pair >> 3)
+            x, y, z, r = leaf_ball(geometry, at, size, place)
+            pairs[kept] = pair
+            kept += 1 if group_in_ball(lanes, pair & 7, x, y, z, r) != 0 else 0
+        end = kept
+    for j in range(end):
+        at, size, place = _ball_of(geometry, items, pairs[j] >> 3)
+        if split:
+            x, y, z, r = leaf_ball(geometry, at, size, place)
+            met = group_in_ball(lanes, pairs[j] & 7, x, y, z, r) << 8 * (pairs[j] & 7)
+        else:
+            met = lanes_at_ball(geometry, lanes, groups, at + place, size)
+        if met != 0:
+            _meet(geometry, scratch, packet, blocks, at, size, place, met)
+            if any_hit:
+                _retire(lanes, groups)
+    if end > 0:
+        shorten_beam(lanes, groups)
+    return top
 
 
 @inline
@@ -204,8 +276,8 @@ def trace_packet(
     Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
     narrow, the children of nodes are asked for by the lanes too.
     """
-    stack, lanes, near = scratch.stack, packet.lanes, packet.frontier.near
-    items, seen, item, top, bits = packet.frontier.count[0], packet.frontier.items, 0, 0, 0
+    stack, lanes = scratch.stack, packet.lanes
+    items, item, top, most = packet.frontier.count[0], 0, 0, 2
     if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
         items, top = 0, push_roots(geometry, stack, scene_tree(geometry))
     if items > _MANY:
@@ -213,16 +285,12 @@ def trace_packet(
     boxes = geometry.places[table.NODE_BOXES, 0]
     while True:
         if top == 0:
-            while bits == 0 and item < items and seen[ENTERED + item] <= lanes[BEAM_AT + LAST]:
-                bits = items_met(seen, item, lanes, BEAM_AT, near) & ((1 << min(8, items - item)) - 1)
-                item += 8
-            if bits == 0:
+            chosen, item = _choose(packet, item, items, most)
+            most = min(2 * most, _CHOSEN)
+            if chosen == 0:
                 break
-            i = lowest_bit(bits)
-            bits &= bits - 1
-            k = item - 8 + i
-            stack.code[0], stack.box[0], stack.t[0] = whole(seen[CODE + k]), whole(seen[BOX + k]), near[i]
-            top = 1
+            top = _meet_items(geometry, scratch, packet, groups, blocks, any_hit, chosen)
+            continue
         top -= 1
         if stack.t[top] > lanes[BEAM_AT + LAST]:
             continue
@@ -235,9 +303,6 @@ def trace_packet(
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
-        if box < -1:
-            _meet_ball(geometry, scratch, packet, groups, blocks, any_hit, at, count, -2 - box)
-            continue
         if box >= 0 and leaf_kind(geometry, at, count) == BALL:
             _meet_balls(geometry, scratch, packet, groups, blocks, any_hit, at, count)
             continue

@@ -41,7 +41,7 @@ def new_scratch(geometry: Geometry) -> Scratch:
     for program in range(length(geometry, table.PROGRAM_LEAF) - 1):
         its = integer(geometry, table.PROGRAM_LEAF, program + 1) - integer(geometry, table.PROGRAM_LEAF, program)
         leaves = max(leaves, its)
-    events, depth = 4 * leaves + 4, integer(geometry, table.TREE_DEPTH, 0) + 16
+    events, depth = 4 * leaves + 4, integer(geometry, table.TREE_DEPTH, 0) + 48
     gates = np.empty(length(geometry, table.GATE_START), np.int32)
     for gate in range(len(gates)):
         gates[gate] = integer(geometry, table.GATE_START, gate)

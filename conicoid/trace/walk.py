@@ -9,7 +9,7 @@ from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Ray, integer
 from ..jit import helper, inline
 from .leaf import leaf_at, leaf_range
-from .simd import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch
+from .simd import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch_soon
 
 
 class Stack(NamedTuple):
@@ -42,10 +42,10 @@ def ask_for(geometry: Geometry, code: int) -> None:
     if code >= 0:
         at = geometry.places[table.NODE_BOXES, 0] + 48 * code
         for line in range(6):
-            prefetch(geometry.floats, at + 8 * line)
-        prefetch(geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code)
+            prefetch_soon(geometry.floats, at + 8 * line)
+        prefetch_soon(geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code)
     else:
-        prefetch(geometry.floats, leaf_at(geometry, leaf_range(code)[0]))
+        prefetch_soon(geometry.floats, leaf_at(geometry, leaf_range(code)[0]))
 
 
 @inline

@@ -9,7 +9,6 @@ from numba.extending import intrinsic
 
 from ...geometry.tables import Floats, Ray
 from ...jit import inline
-from .bits import lowest_bit
 from .boxes import beam_code
 from .code import BITS, INT64, Code
 
@@ -135,34 +134,7 @@ def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float, groups:
     return _in_ball_16(lanes, 0, x, y, z, r)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _groups_near_ball(typing_context: Any, lanes: Any, beams: Any, x: Any, y: Any, z: Any, r: Any) -> Any:
-    """Which of eight beams, beams[at:] (see `put_group_beams`), meet the box around a ball."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        c, b = Code(context, builder), builder
-        rays, ball = c.data(signature, arguments, 0), [c.spread(number) for number in arguments[2:]]
-        r = b.fmul(ball[3], c.constant(1.0 + 1e-14))
-        first, last = c.constant(0.0), c.constant(float("inf"))
-        none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
-        for axis in range(3):
-            for number, slope, side, upward in ((0, 6, b.fadd(ball[axis], r), True), (3, 9, b.fsub(ball[axis], r), False)):
-                inverse = c.eight(rays, arguments[1], 8 * (slope + axis))
-                t = b.fmul(b.fsub(side, c.eight(rays, arguments[1], 8 * (number + axis))), inverse)
-                rises = b.fcmp_ordered(">" if upward else "<", inverse, c.constant(0.0))
-                last = c.smaller(b.select(rises, t, all_of_it), last)
-                first = c.larger(b.select(rises, none, t), first)
-        return b.zext(c.overlaps(first, last), INT64)
-
-    return types.int64(lanes, types.int64, *[types.float64] * 4), code
-
-
 @inline
-def lanes_in_small_ball(lanes: Floats, beams: int, x: float, y: float, z: float, r: float) -> int:
-    """`lanes_in_ball` for a ball that few of eight groups are likely to meet: lanes[beams:] are theirs."""
-    groups, met = _groups_near_ball(lanes, beams, x, y, z, r), 0
-    while groups != 0:
-        group = lowest_bit(groups)
-        groups &= groups - 1
-        met |= _in_ball_8(lanes, 8 * group, x, y, z, r) << 8 * group
-    return met
+def group_in_ball(lanes: Floats, group: int, x: float, y: float, z: float, r: float) -> int:
+    """`lanes_in_ball` for one group of eight."""
+    return _in_ball_8(lanes, 8 * group, x, y, z, r)

@@ -9,7 +9,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from .balls import sides_of_balls
-from .boxes import beam_code, stretches
+from .boxes import HIGH_I, HIGH_O, LOW_I, LOW_O, beam_code, stretches
 from .code import BITS, DOUBLE, EIGHT, INT64, MASK, WHOLE, WIDTH, Code
 
 MOST_ITEMS = 4096
@@ -95,3 +95,51 @@ def put_balls(
 
     whole = types.int64
     return types.int64(balls, whole, whole, whole, beam, whole, items, whole), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put_numbers(typing_context: Any, first: Any, bits: Any, numbers: Any, end: Any) -> Any:
+    """Put those of the numbers first..first + 7 that are told by bits behind numbers[:end]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        value = b.add(c.whole(arguments[0]), ir.Constant(WHOLE, list(range(WIDTH))))
+        wanted = b.bitcast(b.trunc(arguments[1], BITS), MASK)
+        place = b.bitcast(c.place(c.data(signature, arguments, 2), arguments[3], 0), WHOLE.as_pointer())
+        b.store(c.compressed(value, wanted), place, align=8)
+        return context.get_dummy_value()
+
+    whole = types.int64
+    return types.void(whole, whole, numbers, whole), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put_groups(
+    typing_context: Any, items: Any, item: Any, lanes: Any, beams: Any, pairs: Any, end: Any
+) -> Any:  # fmt: skip
+    """Put those of eight groups of lanes whose beams meet the box of an item behind pairs[:end]; returns how many.
+
+    A pair is eight times the item, and the group. The beams are lanes[beams:] (`lanes.put_group_beams`).
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        boxes, rays, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
+        sides = [c.spread(c.number(boxes, arguments[1], k * ITEM_ROW)) for k in range(6)]
+        first, last = c.constant(0.0), c.constant(float("inf"))
+        none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
+        for axis in range(3):
+            for corner, slope, side, upward in ((LOW_O, LOW_I, 3, True), (HIGH_O, HIGH_I, 0, False)):
+                inverse = c.eight(rays, arguments[3], 8 * (slope + axis))
+                t = b.fmul(b.fsub(sides[side + axis], c.eight(rays, arguments[3], 8 * (corner + axis))), inverse)
+                rises = b.fcmp_ordered(">" if upward else "<", inverse, c.constant(0.0))
+                last = c.smaller(b.select(rises, t, all_of_it), last)
+                first = c.larger(b.select(rises, none, t), first)
+        met = c.overlapping(first, last)
+        pair = b.add(c.whole(b.shl(arguments[1], INT64(3))), ir.Constant(WHOLE, list(range(WIDTH))))
+        place = b.bitcast(c.place(out, arguments[5], 0), WHOLE.as_pointer())
+        b.store(c.compressed(pair, met), place, align=8)
+        return b.ctpop(b.zext(b.bitcast(met, BITS), INT64))
+
+    whole = types.int64
+    return types.int64(items, whole, lanes, whole, pairs, whole), code
