@@ -45,7 +45,10 @@ def ask_for(geometry: Geometry, code: int) -> None:
             prefetch_soon(geometry.floats, at + 8 * line)
         prefetch_soon(geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code)
     else:
-        prefetch_soon(geometry.floats, leaf_at(geometry, leaf_range(code)[0]))
+        first, last = leaf_range(code)
+        at = leaf_at(geometry, first)
+        for k in range(0, 4 * (last - first), 8):  # the balls
+            prefetch_soon(geometry.floats, at + k)
 
 
 @inline

@@ -22,7 +22,7 @@ _FEW = 12
 
 _COSTS = np.ones(5)
 """What testing an entry of each kind costs, where a node costs one."""
-_COSTS[[BALL, CELL, REGION, SHEET, POLYGON]] = 0.4, 0.8, 4.0, 1.0, 1.0
+_COSTS[[BALL, CELL, REGION, SHEET, POLYGON]] = 0.1, 0.8, 4.0, 1.0, 1.0
 
 
 def with_trees(lowered: Lowered) -> Geometry:

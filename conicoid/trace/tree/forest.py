@@ -11,7 +11,7 @@ from .build import Tree, build
 from .nodes import leaf_code
 from .records import ENDLESS, Survey, records_of, stand_ins, survey
 
-MOST = 4  # entries in a leaf of a tree
+MOST = 8  # entries in a leaf of a tree
 _BESIDE = 15  # in a leaf beside it
 _NONE = np.zeros(0, np.int32)
 
