@@ -15,7 +15,7 @@ import numpy as np
 from ..geometry import tables as table
 from ..geometry.tables import BALL, Floats, Geometry, Ints, integer
 from ..jit import allocator, helper, inline
-from .leaf import leaf_at, leaf_kind, leaf_range
+from .leaf import is_round, leaf_at, leaf_range
 from .simd import (
     BOX,
     CODE,
@@ -136,7 +136,7 @@ def find_frontier(geometry: Geometry, frontier: Frontier, level: Level, beam: Fl
         first, n = leaf_range(code)
         n -= first
         at = leaf_at(geometry, first)
-        if code < 0 and box >= 0 and leaf_kind(geometry, at, n) == BALL and end + here + count - k + 8 <= MOST_ITEMS:
+        if code < 0 and box >= 0 and is_round(geometry, at, n) and end + here + count - k + 8 <= MOST_ITEMS:
             end += put_balls(geometry.floats, at, n, code, beam, 0, items, end)
         else:
             _put(geometry, items, end, code, box, level.t[k])

@@ -6,6 +6,7 @@ entries, so that whoever comes to a leaf waits for one place of memory only. A b
 
 from __future__ import annotations
 
+import math
 from typing import Any, TypeAlias
 
 from ..geometry import tables as table
@@ -14,6 +15,8 @@ from ..geometry.tables import Geometry, whole
 from ..jit import inline
 
 ROWS = 8
+ROUND = 0.5
+"""Added to the kind of the first entry where all balls of a leaf are less to look at than the entries' boxes."""
 
 Item: TypeAlias = tuple[Any, Any, Any, Any]
 """kind, index, body, entry"""
@@ -33,9 +36,10 @@ def leaf_at(geometry: Geometry, first: int) -> int:
 
 
 @inline
-def leaf_kind(geometry: Geometry, at: int, count: int) -> Any:
-    """The kind of the first item of a leaf of `count`."""
-    return whole(geometry.floats[at + 4 * count])
+def is_round(geometry: Geometry, at: int, count: int) -> bool:
+    """Are balls around the items of a leaf less to look at than boxes?"""
+    kind = geometry.floats[at + 4 * count]
+    return kind != math.floor(kind)
 
 
 @inline

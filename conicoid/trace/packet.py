@@ -40,7 +40,7 @@ from .lanes import (
     put_slopes,
     shorten_beam,
 )  # fmt: skip
-from .leaf import leaf_at, leaf_ball, leaf_item, leaf_kind, leaf_range
+from .leaf import is_round, leaf_at, leaf_ball, leaf_item, leaf_range
 from .scratch import Scratch
 from .simd import (
     BOX,
@@ -303,7 +303,7 @@ def trace_packet(
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
-        if box >= 0 and leaf_kind(geometry, at, count) == BALL:
+        if box >= 0 and is_round(geometry, at, count):
             _meet_balls(geometry, scratch, packet, groups, blocks, any_hit, at, count)
             continue
         met = (1 << (8 * groups)) - 1 if groups < 8 else -1

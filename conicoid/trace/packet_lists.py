@@ -21,7 +21,7 @@ from .kernels import scene_tree
 from .lane_regions import MOST, in_lanes, leaves_of_lanes
 from .lane_spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, spans_of_ball, spans_of_cell
 from .lanes import BEAM_AT, DOUBT, LANES, SEEKS, T_MAX, T_MIN, lane_nearness, lane_ray
-from .leaf import leaf_at, leaf_item, leaf_kind, leaf_range
+from .leaf import is_round, leaf_at, leaf_item, leaf_range
 from .lists import put_rows, with_room
 from .packet import Packet, lanes_at_ball, lanes_in_child
 from .scratch import Scratch
@@ -221,7 +221,7 @@ def list_packet(
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
-        balls = box >= 0 and leaf_kind(geometry, at, count) == BALL
+        balls = box >= 0 and is_round(geometry, at, count)
         bits, met = (1 << count) - 1, -1
         if balls and count > 1:
             bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)

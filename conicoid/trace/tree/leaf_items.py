@@ -6,10 +6,11 @@ import math
 
 from ...geometry import tables as table
 from ...geometry.cell import load_sphere
-from ...geometry.tables import BALL, Floats, Geometry, integer, length
-from ...jit import inline, kernel
-from ..leaf import leaf_at, leaf_range
+from ...geometry.tables import BALL, CELL, Floats, Geometry, integer, length
+from ...jit import helper, inline, kernel
+from ..leaf import ROUND, leaf_at, leaf_range
 from ..threads import run_chunks
+from .round_cells import around_cell
 
 _CHUNK = 1 << 14
 
@@ -34,13 +35,16 @@ def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: 
         first, last = leaf_range(code)
         if first < length(geometry, table.TREE_ORDER) - len(boxes):
             continue
-        at, count = leaf_at(geometry, first), last - first
+        at, count, rounds = leaf_at(geometry, first), last - first, 0
         for j in range(count):
-            _put_item(geometry, boxes, at + j, count, integer(geometry, table.TREE_ORDER, first + j))
+            rounds += _put_item(geometry, boxes, at + j, count, integer(geometry, table.TREE_ORDER, first + j))
+        if rounds == count:
+            geometry.floats[at + 4 * count] += ROUND
 
 
-@inline
-def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int) -> None:
+@helper
+def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int) -> int:
+    """Returns 1 if the ball is less to look at than the box, in the mean over all directions."""
     f = geometry.floats
     ball = _around(geometry, boxes, entry)
     f[at], f[at + count], f[at + 2 * count], f[at + 3 * count] = ball
@@ -48,6 +52,8 @@ def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int
     f[at + 5 * count] = integer(geometry, table.ENTRY_INDEX, entry)
     f[at + 6 * count] = integer(geometry, table.ENTRY_BODY, entry)
     f[at + 7 * count] = entry
+    a, b, c = _width(boxes, entry, 0), _width(boxes, entry, 1), _width(boxes, entry, 2)
+    return 1 if math.pi * ball[3] * ball[3] <= 0.5 * (a * b + b * c + c * a) else 0
 
 
 @inline
@@ -58,7 +64,17 @@ def _around(geometry: Geometry, boxes: Floats, entry: int) -> tuple[float, float
         return load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     x, y, z = _middle(boxes, entry, 0), _middle(boxes, entry, 1), _middle(boxes, entry, 2)
     a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)
-    return x, y, z, math.sqrt(a * a + b * b + c * c) * (1.0 + 1e-14) + 1e-150
+    reach = math.sqrt(a * a + b * b + c * c) * (1.0 + 1e-14) + 1e-150
+    if integer(geometry, table.ENTRY_KIND, entry) == CELL:
+        ball = around_cell(geometry, integer(geometry, table.ENTRY_INDEX, entry), x, y, z, reach)
+        if ball[3] < reach:
+            return ball
+    return x, y, z, reach
+
+
+@inline
+def _width(boxes: Floats, entry: int, k: int) -> float:
+    return boxes[entry, k + 3] - boxes[entry, k]
 
 
 @inline
