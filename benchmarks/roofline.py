@@ -25,10 +25,10 @@ import conicoid as co
 from conicoid.bench.report import machine
 from conicoid.bench.scenes import balls, camera_rays, random_rays
 
-NODE, LEAF, BALL, LANES, STREAM_NODE, STREAM_LEAF, STREAM_BALL, SINGLE = range(8)
+NODE, LEAF, BALL, GROUP, LANES, STREAM_NODE, STREAM_LEAF, STREAM_BALL, SINGLE = range(9)
 NAMES = (
-    "nodes asked by a packet's beam, or by a part of the frontier", "leaves asked by a packet's beam",
-    "balls asked by 64 lanes", "groups of 8 lanes that met a ball's sides", "rays at nodes, in streams",
+    "eight boxes asked by a beam, or a box by eight beams", "leaves asked by a beam", "balls asked by 64 lanes",
+    "balls asked by 8 lanes", "groups of 8 lanes that met a ball's sides", "rays at nodes, in streams",
     "leaves asked by a ray", "balls met by a ray", "nodes asked by single rays",
 )  # fmt: skip
 WIDTH = 1024
@@ -45,7 +45,7 @@ def install(counts: np.ndarray) -> None:
     from numba.extending import intrinsic
 
     from conicoid.jit import inline
-    from conicoid.trace import frontier, kernels, packet, stream, walk
+    from conicoid.trace import frontier, kernels, packet, packet_first, stream, walk
 
     @intrinsic
     def add(context, which, number):
@@ -58,7 +58,9 @@ def install(counts: np.ndarray) -> None:
 
         return types.void(types.int64, types.int64), code
 
-    boxes_met, balls_in_beam, lanes_in_ball = packet.boxes_met, packet.balls_in_beam, packet.lanes_in_ball
+    boxes_met, balls_in_beam, lanes_in_ball = packet_first.boxes_met, packet_first.balls_in_beam, packet.lanes_in_ball
+    items_met, put_groups, group_in_ball = packet_first.items_met, packet_first.put_groups, packet_first.group_in_ball
+    put_children, put_balls = frontier.put_children, frontier.put_balls
     ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
     meet, by_one = stream.meet, walk.boxes_met
 
@@ -66,6 +68,31 @@ def install(counts: np.ndarray) -> None:
     def counted_boxes(floats, at, beam, start, near):
         add(NODE, 1)
         return boxes_met(floats, at, beam, start, near)
+
+    @inline
+    def counted_items(items, at, beam, start, near):
+        add(NODE, 1)
+        return items_met(items, at, beam, start, near)
+
+    @inline
+    def counted_children(boxes, at, codes, first, number, beam, start, found, t, end):
+        add(NODE, 1)
+        return put_children(boxes, at, codes, first, number, beam, start, found, t, end)
+
+    @inline
+    def counted_groups(items, item, lanes, beams, pairs, end):
+        add(NODE, 1)
+        return put_groups(items, item, lanes, beams, pairs, end)
+
+    @inline
+    def counted_balls_of_leaf(balls, at, count, leaf, beam, start, items, end):
+        add(LEAF, 1)
+        return put_balls(balls, at, count, leaf, beam, start, items, end)
+
+    @inline
+    def counted_group(lanes, group, x, y, z, r):
+        add(GROUP, 1)
+        return group_in_ball(lanes, group, x, y, z, r)
 
     @inline
     def counted_box_of_one(floats, at, beam, start, near):
@@ -102,9 +129,12 @@ def install(counts: np.ndarray) -> None:
         add(STREAM_BALL, 1)
         return meet(geometry, scratch, item, sphere, ray, inverse, best)
 
-    packet.boxes_met = frontier.boxes_met = counted_boxes
+    packet_first.boxes_met, packet_first.balls_in_beam = counted_boxes, counted_leaf
+    packet_first.items_met = frontier.items_met = counted_items
+    packet_first.put_groups, packet_first.group_in_ball = counted_groups, counted_group
+    frontier.put_children, frontier.put_balls = counted_children, counted_balls_of_leaf
     walk.boxes_met = counted_box_of_one
-    packet.balls_in_beam, packet.lanes_in_ball, packet.ball_lanes = counted_leaf, counted_ball, counted_lanes
+    packet.lanes_in_ball, packet.ball_lanes = counted_ball, counted_lanes
     stream.put_on_lists = counted_list
     stream.balls_met = kernels.balls_met = counted_balls
     stream.meet = kernels.meet = counted_meet
@@ -142,15 +172,18 @@ def costs() -> dict[int, float]:
     """Operations of each question, out of the code made for this machine."""
     from numba import njit
 
-    from conicoid.trace import packet, stream
+    from conicoid.trace import packet, packet_first, stream
 
-    boxes_met, balls_in_beam, lanes_in_ball = packet.boxes_met, packet.balls_in_beam, packet.lanes_in_ball
+    boxes_met, balls_in_beam, lanes_in_ball = packet_first.boxes_met, packet_first.balls_in_beam, packet.lanes_in_ball
+    group_in_ball = packet_first.group_in_ball
     ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
     questions: dict[int, tuple[Any, float]] = {
         NODE: (lambda f, r, n, c, k: boxes_met(f, k, r, 0, n), 1),
         LEAF: (lambda f, r, n, c, k: balls_in_beam(f, k, 8, 8, r, 0, n), 1),
         BALL: (lambda f, r, n, c, k: lanes_in_ball(r, f[0], f[1], f[2], f[3], 8), 1),
-        LANES: (lambda f, r, n, c, k: ball_lanes(r, (f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 8), 1),
+        GROUP: (lambda f, r, n, c, k: group_in_ball(r, 0, f[0], f[1], f[2], f[3]), 1),
+        # Written twice: for lanes with one origin, and for others
+        LANES: (lambda f, r, n, c, k: ball_lanes(r, (f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 8), 2),
         STREAM_NODE: (lambda f, r, n, c, k: put_on_lists(f, 0, r, n, 0, 8, 64, c), 8),
         STREAM_LEAF: (
             lambda f, r, n, c, k: balls_met(f, k, 8, 8, (f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, k), f[6], 1.0),

@@ -6,7 +6,8 @@ from ..geometry.tables import Floats, Geometry
 from ..jit import helper
 from ..trace.kernels import normal_at, resolved
 from ..trace.lanes import close_lanes, lane_hit, lane_ray
-from ..trace.packet import Packet, trace_packet
+from ..trace.packet import Packet
+from ..trace.packet_first import trace_packet
 from ..trace.scratch import Scratch
 
 

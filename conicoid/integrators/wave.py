@@ -34,7 +34,8 @@ from ..trace.lanes import (
     put_lane_beam,
     put_ray,
 )  # fmt: skip
-from ..trace.packet import Packet, new_packet, trace_packet
+from ..trace.packet import Packet, new_packet
+from ..trace.packet_first import trace_packet
 from ..trace.scratch import Scratch
 from .stack import NO_SURFACE, Stack
 from .whitted import Sight, facing, follow, medium_at, shade, shows_light, sight_of, sky

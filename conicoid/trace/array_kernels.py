@@ -15,7 +15,8 @@ from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
 from .entries import crossed_face
 from .kernels import Hit, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
 from .lanes import BEST, BODY, DOUBT, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
-from .packet import new_packet, trace_packet
+from .packet import new_packet
+from .packet_first import trace_packet
 from .scratch import new_scratch
 from .simd import prefetch, prefetch_to_write, store_eight
 from .stream import new_stream, put_stream_ray, stream_hit, trace_stream

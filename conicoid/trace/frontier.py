@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import BALL, Floats, Geometry, Ints, integer
+from ..geometry.tables import Floats, Geometry, Ints, integer
 from ..jit import allocator, helper, inline
 from .leaf import is_round, leaf_at, leaf_range
 from .simd import (
@@ -31,6 +31,8 @@ from .simd import (
 )
 from .walk import ask_for
 
+MOST_CHOSEN = 40  # items that a packet takes at a time
+_MOST_FOUND = MOST_ITEMS - 1024  # nodes and leaves: the rest is for the balls of the nearest leaves
 _MOST_ROOTS = 64
 _SORTED = 64  # so many are put in order; their children follow that
 _AHEAD = 10
@@ -41,7 +43,7 @@ class Frontier(NamedTuple):
 
     items: Floats  # see `simd.items`
     near: Floats  # (8,) where a beam enters eight of them
-    count: Ints  # (1,) how many there are, or -1: nothing is known
+    length: Ints  # (1,) how many there are, or -1: nothing is known
 
 
 class Level(NamedTuple):
@@ -90,7 +92,7 @@ def _descend(geometry: Geometry, level: Level, beam: Floats, begin: int, count: 
         code = _code(found[k])
         if k + _AHEAD < begin + count:
             ask_for(geometry, _code(found[k + _AHEAD]))
-        if code >= 0 and end - other + begin + count - k + 8 <= MOST_ITEMS:
+        if code >= 0 and end - other + begin + count - k + 8 <= _MOST_FOUND:
             end += put_children(
                 geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * code,
                 geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code, 8 * code,
@@ -118,7 +120,7 @@ def find_frontier(geometry: Geometry, frontier: Frontier, level: Level, beam: Fl
     """What of a tree the beam (beam[0:]) meets."""
     roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
     count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
-    frontier.count[0] = -1
+    frontier.length[0] = -1
     if count > _MOST_ROOTS:
         return
     for k in range(count):
@@ -144,15 +146,15 @@ def find_frontier(geometry: Geometry, frontier: Frontier, level: Level, beam: Fl
     # Where this one or one that follows is entered
     for k in range(end - 2, -1, -1):
         items[ENTERED + k] = min(items[ENTERED + k], items[ENTERED + k + 1])
-    frontier.count[0] = end
+    frontier.length[0] = end
 
 
 @helper
 def narrow_frontier(frontier: Frontier, beam: Floats, start: int, narrowed: Frontier) -> None:
     """What of a tile a narrower beam (from beam[start:]) meets."""
-    end, count = 0, frontier.count[0]
+    end, count = 0, frontier.length[0]
     for first in range(0, count, 8):
         bits = items_met(frontier.items, first, beam, start, frontier.near) & ((1 << min(8, count - first)) - 1)
         keep_items(frontier.items, first, bits, narrowed.items, end)
         end += bit_count(bits)
-    narrowed.count[0] = end if count >= 0 else -1
+    narrowed.length[0] = end if count >= 0 else -1

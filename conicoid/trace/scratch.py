@@ -9,6 +9,7 @@ import numpy as np
 from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Signs, integer, length
 from ..jit import allocator
+from .frontier import MOST_CHOSEN
 from .simd import BEAM
 from .walk import Stack
 
@@ -41,7 +42,7 @@ def new_scratch(geometry: Geometry) -> Scratch:
     for program in range(length(geometry, table.PROGRAM_LEAF) - 1):
         its = integer(geometry, table.PROGRAM_LEAF, program + 1) - integer(geometry, table.PROGRAM_LEAF, program)
         leaves = max(leaves, its)
-    events, depth = 4 * leaves + 4, integer(geometry, table.TREE_DEPTH, 0) + 48
+    events, depth = 4 * leaves + 4, integer(geometry, table.TREE_DEPTH, 0) + MOST_CHOSEN
     gates = np.empty(length(geometry, table.GATE_START), np.int32)
     for gate in range(len(gates)):
         gates[gate] = integer(geometry, table.GATE_START, gate)

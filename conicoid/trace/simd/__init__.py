@@ -18,8 +18,27 @@ from .boxes import (
     boxes_met,
     lanes_in_box,
 )
-from .items import BOX, CODE, ENTERED, ITEM_ROW, ITEMS_SIZE, MOST_ITEMS, items_met, keep_items, put_balls, put_children, put_groups, put_numbers
+from .items import (
+    BOX,
+    CODE,
+    ENTERED,
+    ITEM_ROW,
+    ITEMS_SIZE,
+    MOST_ITEMS,
+    items_met,
+    keep_items,
+    put_balls,
+    put_children,
+    put_groups,
+    put_numbers,
+)
 from .lists import FROM_THE_START, put_on_lists, rays_in_balls, waiting
 from .rows import extent, extents, load_eight, prefetch, prefetch_soon, prefetch_to_write, reach, store_eight, widen
 
-__all__ = ["BEAM", "BOX", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW", "LAST", "LOW_I", "LOW_O", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met", "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_in_ball", "lanes_in_box", "load_eight", "lowest_bit", "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_groups", "put_numbers", "put_on_lists", "rays_in_balls", "reach", "store_eight", "waiting", "widen"]  # fmt: skip
+__all__ = [
+    "BEAM", "BOX", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
+    "LAST", "LOW_I", "LOW_O", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met", "extent",
+    "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_in_ball", "lanes_in_box",
+    "load_eight", "lowest_bit", "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children",
+    "put_groups", "put_numbers", "put_on_lists", "rays_in_balls", "reach", "store_eight", "waiting", "widen",
+]  # fmt: skip

@@ -44,7 +44,7 @@ def extent(lanes: Floats, row: Any, groups: int) -> tuple[float, float]:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> Any:
-    """The least of each of eight groups of eight lanes from lanes[row] into lanes[low:], the greatest into lanes[high:]."""
+    """The least of each of eight groups of lanes from lanes[row] into lanes[low:], the greatest into lanes[high:]."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c = Code(context, builder)

@@ -71,6 +71,9 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
     if sj > 0.0:
         half = math.sqrt(max(0.0, level + bj * bj / sj + _ROUNDED * (least + bj * bj / sj)) / sj)
         low, high = max(low, -bj / sj - half), min(high, -bj / sj + half)
+    elif sj == 0.0 and bj != 0.0:
+        end = (level + _ROUNDED * least) / (2.0 * bj)  # of a paraboloid: its vertex
+        low, high = (low, min(high, end)) if bj > 0.0 else (max(low, end), high)
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         return _none()
     middle, largest = 0.5 * (low + high), 0.0
