@@ -142,7 +142,7 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
         if i >= count or wave.asks[i] == 0:
             put_idle(lanes, i, some)
     prepare_lanes(lanes, 8)
-    put_lane_beam(lanes, 8)
+    put_lane_beam(lanes, 8, False)
     if light.parallel == 0:
         put_beam_from(lanes, 8, light.position[0], light.position[1], light.position[2])
     trace_packet(geometry, scratch, wave.shadow, 8, True, materials.opaque, True)

@@ -139,6 +139,7 @@ def trace_occluded(
         for number in range(PACKETS):
             if number & 3 == 0:
                 open_quarter(memory, number >> 2, bundle.frontier)
+            ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
             packet = tile_packet(tile, number, width, count)
             if packet < 0:
                 continue

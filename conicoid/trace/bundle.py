@@ -17,10 +17,12 @@ from .lanes import (
     DX,
     INVERSE,
     LANES,
+    LEAST_START,
     OX,
     OY,
     OZ,
     SOME_START,
+    SPREAD,
     START,
     T_MAX,
     T_MIN,
@@ -30,7 +32,7 @@ from .lanes import (
     put_limits,
     put_line,
 )  # fmt: skip
-from .simd import HIGH_O, LOW_O, extent, load_eight
+from .simd import FIRST, HIGH_O, LOW_O, extent, load_eight
 
 DEAD = -2
 """Start of a ray that does not exist: the continuation of a miss."""
@@ -93,17 +95,7 @@ def fill_lanes(
         for k in range(n, 8):
             put_idle(lanes, 8 * row + k, 0)
     prepare_lanes(lanes, 8)
-    put_lane_beam(lanes, 8)
-
-
-@inline
-def _parallel(lanes: Floats, groups: int) -> bool:
-    """Have all rays the same direction? Then what holds of a beam holds before their origins too."""
-    parallel = True
-    for axis in range(3):
-        low, high = extent(lanes, DX + np.uint64(LANES * axis), groups)
-        parallel &= low == high
-    return parallel
+    put_lane_beam(lanes, 8, shared)
 
 
 @inline
@@ -114,9 +106,9 @@ def ordinary(lanes: Floats, groups: int) -> bool:
     start on a surface.
     """
     shortest, longest = extent(lanes, INVERSE, groups)
-    usual = shortest > 1e-60 and longest < 1e60 and extent(lanes, START, groups)[0] != DEAD
-    if extent(lanes, T_MIN, groups)[0] < 0.0:
-        usual &= lanes[SOME_START] == 0.0 and _parallel(lanes, groups)
+    usual = shortest > 1e-60 and longest < 1e60 and lanes[LEAST_START] != DEAD
+    if lanes[BEAM_AT + FIRST] < 0.0:
+        usual &= lanes[SOME_START] == 0.0 and lanes[SPREAD] == 0.0
     return usual
 
 
@@ -133,9 +125,7 @@ def coherent(geometry: Geometry, lanes: Floats, groups: int) -> bool:
     diagonal, cell = floats[at], floats[at + 1]
     ox, oy, oz = lanes[OX] - floats[at + 2], lanes[OY] - floats[at + 3], lanes[OZ] - floats[at + 4]
     reach = math.sqrt(ox * ox + oy * oy + oz * oz) + 0.5 * diagonal
-    spread, apart = 0.0, 0.0
+    apart = 0.0
     for axis in range(3):
-        low, high = extent(lanes, DX + np.uint64(LANES * axis), groups)
-        spread = max(spread, high - low)
         apart += lanes[BEAM_AT + HIGH_O + axis] - lanes[BEAM_AT + LOW_O + axis]
-    return spread * math.sqrt(lanes[INVERSE]) * reach + apart <= _SEVERAL * cell
+    return lanes[SPREAD] * math.sqrt(lanes[INVERSE]) * reach + apart <= _SEVERAL * cell

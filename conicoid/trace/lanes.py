@@ -36,9 +36,12 @@ SLOPES = BEAM_AT + BEAM + 1
 """Not 0 once the inverse directions are worked out."""
 SHARED = BEAM_AT + BEAM + 2
 """Not 0 where all lanes have one origin."""
-GROUP_BEAMS = BEAM_AT + BEAM + 3
+SPREAD = BEAM_AT + BEAM + 3
+"""How far apart components of the directions are, at most."""
+LEAST_START = BEAM_AT + BEAM + 4
+GROUP_BEAMS = BEAM_AT + BEAM + 5
 """Not 0 once the beams of the eight groups are known."""
-GROUPS_AT = BEAM_AT + BEAM + 4
+GROUPS_AT = BEAM_AT + BEAM + 6
 """Their numbers, as in a beam, eight of each."""
 SIZE = GROUPS_AT + 96
 
@@ -105,7 +108,8 @@ def prepare_lanes(lanes: Floats, groups: int) -> None:
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
         lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
     lanes[SLOPES], lanes[GROUP_BEAMS] = 0.0, 0.0
-    lanes[SOME_START] = 1.0 if extent(lanes, START, groups)[1] >= 0.0 else 0.0
+    lanes[LEAST_START], last = extent(lanes, START, groups)
+    lanes[SOME_START] = 1.0 if last >= 0.0 else 0.0
 
 
 @inline
@@ -120,17 +124,19 @@ def put_slopes(lanes: Floats, groups: int) -> None:
 
 
 @inline
-def put_lane_beam(lanes: Floats, groups: int) -> None:
-    """The beam that holds all lanes (where t >= 0, or they are parallel)."""
-    lanes[BEAM_AT + LOW_O], lanes[BEAM_AT + HIGH_O] = extent(lanes, OX, groups)
-    lanes[BEAM_AT + LOW_O + 1], lanes[BEAM_AT + HIGH_O + 1] = extent(lanes, OY, groups)
-    lanes[BEAM_AT + LOW_O + 2], lanes[BEAM_AT + HIGH_O + 2] = extent(lanes, OZ, groups)
-    shared = True
+def put_lane_beam(lanes: Floats, groups: int, shared: bool) -> None:
+    """The beam that holds all lanes (where t >= 0, or they are parallel), which may be known to share an origin."""
+    spread, apart = 0.0, 0.0
     for axis in range(3):
-        low, high = extent(lanes, DX + np.uint64(LANES * axis), groups)
+        row = np.uint64(LANES * axis)
+        first = last = lanes[OX + row]
+        if not shared:
+            first, last = extent(lanes, OX + row, groups)
+        low, high = extent(lanes, DX + row, groups)
+        lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = first, last
         lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
-        shared &= lanes[BEAM_AT + LOW_O + axis] == lanes[BEAM_AT + HIGH_O + axis]
-    lanes[SHARED] = 1.0 if shared else 0.0
+        spread, apart = max(spread, high - low), max(apart, last - first)
+    lanes[SHARED], lanes[SPREAD] = 1.0 if apart == 0.0 else 0.0, spread
     lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN, groups)[0]
     shorten_beam(lanes, groups)
 
@@ -154,7 +160,7 @@ def close_lanes(lanes: Floats, count: int) -> None:
     for i in range(count, LANES):
         put_idle(lanes, i, 0)
     prepare_lanes(lanes, 8)
-    put_lane_beam(lanes, 8)
+    put_lane_beam(lanes, 8, False)
 
 
 @inline
