@@ -1,0 +1,78 @@
+"""What a process that compiles ahead does (see `ahead`): the calls that make each job's kernels, on an empty scene.
+
+It reads names of jobs, a line each, and ends when there are no more. It writes "begin KERNEL", "made KERNEL" and
+"done JOB".
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from . import ahead, jit_functions
+
+
+def picture() -> None:
+    """What renders."""
+    from .scene import Scene
+
+    Scene([]).render(1, 1, samples=1)
+
+
+def rays() -> None:
+    """First hits of coherent rays."""
+    from .scene import Scene
+
+    Scene([]).first_hit((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def streams() -> None:
+    """First hits of rays in no order."""
+    import numpy as np
+
+    from .scene import Scene
+
+    axis = np.arange(64.0) - 31.5
+    everywhere = np.stack(np.meshgrid(axis, axis, [0.5]), axis=-1).reshape(-1, 3)
+    Scene([]).first_hit(everywhere, np.random.default_rng(0).permutation(everywhere))
+
+
+def points() -> None:
+    """Faces, points and normals of hits."""
+    from .scene import Scene
+
+    hits = Scene([]).first_hit((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    for _ in (hits.surface, hits.normal):
+        pass
+
+
+CALLS: dict[str, Callable[[], None]] = {"picture": picture, "rays": rays, "streams": streams, "points": points}
+
+
+def tell(word: str, name: str) -> None:
+    """A line to the process that waits."""
+    sys.stdout.write(f"{word} {name}\n")
+    sys.stdout.flush()
+
+
+def _read(jobs: queue.SimpleQueue[str]) -> None:
+    """Jobs as they come. When no more can come the process ends at once: nobody waits for it."""
+    for line in sys.stdin:
+        jobs.put(line.strip())
+    os._exit(0)
+
+
+def main(calls: dict[str, Any] = CALLS) -> None:
+    """Do the jobs that come in by stdin."""
+    ahead.alone()
+    jit_functions.tell = tell
+    jobs: queue.SimpleQueue[str] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(jobs,), daemon=True).start()
+    while True:
+        job = jobs.get()
+        calls[job]()
+        tell("done", job)
