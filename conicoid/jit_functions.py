@@ -19,6 +19,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
 from . import ahead
+from .jit_passes import passes, with_memory
 
 tell: Callable[[str, str], None] | None = None
 """Called as tell("begin" or "made", kernel), in a process that compiles for another."""
@@ -103,7 +104,13 @@ class _Compiler(compiler.Compiler):  # type: ignore[misc]
     library: type[Any] = _Library
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *rest: Any) -> None:
-        super().__init__(typing_context, target, library or self.library(target.codegen(), "inner"), *rest)
+        library = library or self.library(target.codegen(), "inner")
+        super().__init__(with_memory(typing_context), target, library, *rest)
+
+
+class _InnerCompiler(_Compiler):
+    def define_pipelines(self) -> list[Any]:
+        return super().define_pipelines() if self.state.flags.nrt else [passes()]
 
 
 class _KernelCompiler(_Compiler):
@@ -164,7 +171,7 @@ class Inner(CPUDispatcher):  # type: ignore[misc]
 
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True, no_cpython_wrapper=True)
-        super().__init__(function, targetoptions=options, pipeline_class=_Compiler)
+        super().__init__(function, targetoptions=options, pipeline_class=_InnerCompiler)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Numba would compile a function anew for each constant and each width of numbers that it is called with."""
