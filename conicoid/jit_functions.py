@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from numba import types
-from numba.core import caching, codegen, compiler
+from numba.core import caching, codegen, compiler, event, sigutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
@@ -172,6 +172,18 @@ class Inner(CPUDispatcher):  # type: ignore[misc]
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True, no_cpython_wrapper=True)
         super().__init__(function, targetoptions=options, pipeline_class=_InnerCompiler)
+
+    def compile(self, signature: Any) -> Any:
+        """Numba's own, without a cache and without timers: each would hear of all that is compiled for this one."""
+        with global_compiler_lock, self._compiling_counter:
+            arguments, result = sigutils.normalize_signature(signature)
+            known = self.overloads.get(tuple(arguments))
+            if known is None:
+                details = dict(dispatcher=self, args=arguments, return_type=result)
+                with event.trigger_event("numba:compile", data=details):
+                    known = self._compiler.compile(arguments, result)
+                self.add_overload(known)
+            return known.entry_point
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Numba would compile a function anew for each constant and each width of numbers that it is called with."""

@@ -43,7 +43,7 @@ class _Typing(typing.Context):  # type: ignore[misc]
     _memory: dict[Any, Any]
 
     def resolve_function_type(self, function: Any, arguments: Any, names: Any) -> Any:
-        if names or not isinstance(function, types.Function) or not all(isinstance(kind, _NUMBERS) for kind in arguments):
+        if not isinstance(function, types.Function) or names:
             return super().resolve_function_type(function, arguments, names)
         flags = ConfigStack.top_or_none()
         key = function, arguments, flags and (flags.forceinline, flags.nrt)
@@ -53,7 +53,6 @@ class _Typing(typing.Context):  # type: ignore[misc]
         return known
 
 
-_NUMBERS = (types.Number, types.Boolean)
 _views: dict[int, _Typing] = {}
 
 
