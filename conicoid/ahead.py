@@ -17,6 +17,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 JOBS: dict[str, tuple[str, ...]] = {
     "picture": ("whitted_tiles",),
@@ -26,7 +27,14 @@ JOBS: dict[str, tuple[str, ...]] = {
 }
 """What a child can be asked for, and the kernels that are then made."""
 
+_PROGRAM = "from conicoid.compile_jobs import main; main()"
+
 Listener = Callable[[str], None]
+
+
+_APART: dict[str, Any] = {"start_new_session": True}  # Ctrl-C is for this process, which ends the others
+if sys.platform == "win32":
+    _APART = {"creationflags": subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP}
 
 
 class _Child:
@@ -35,15 +43,10 @@ class _Child:
     def __init__(self, others: _Others, job: str) -> None:
         self.job = job
         path = [entry for entry in sys.path if isinstance(entry, str)]
-        program = f"import sys; sys.path[:] = {path!r}; from conicoid.compile_jobs import main; main()"
-        apart = (
-            {"creationflags": subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP}
-            if sys.platform == "win32"
-            else {"start_new_session": True}
-        )
+        program = f"import sys; sys.path[:] = {path!r}; {_PROGRAM}"
         self.process = subprocess.Popen(
             [sys.executable, "-c", program],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8", **apart,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8", **_APART,
         )  # fmt: skip
         threading.Thread(target=self._listen, args=(others,), name="conicoid-ahead", daemon=True).start()
         self.give(job)
@@ -54,10 +57,10 @@ class _Child:
         stdin = self.process.stdin
         assert stdin is not None
         with contextlib.suppress(OSError, ValueError):  # it has ended: `_listen` hears of that
-            if job:
-                stdin.write(f"{job}\n")
-                stdin.flush()
-            else:
+            stdin.write(f"{job}\n")
+            stdin.flush()
+        if not job:
+            with contextlib.suppress(OSError):
                 stdin.close()
 
     def _listen(self, others: _Others) -> None:
@@ -65,7 +68,8 @@ class _Child:
         assert stdout is not None
         with stdout:
             for line in stdout:
-                others.hear(self, *line.split())
+                word, _, name = line.strip().partition(" ")
+                others.hear(self, word, name)
         self.give("")
         self.process.wait()
         others.forget(self)
@@ -112,16 +116,16 @@ class _Others:
 
     def hear(self, child: _Child, word: str, name: str) -> None:
         """What a child tells: it begins a kernel, has made one, or is done with a job."""
-        if word == "begin":
-            for listener in list(self.listeners):
-                listener(name)
-            return
         with self.changed:
+            listeners = list(self.listeners) if word == "begin" else []
             if word == "made":
                 self.made.add(name)
-            else:
-                child.give(self.wanted.pop(0) if self.wanted and len(self.children) <= self._allowed() else "")
+            if word == "done":
+                more = self.wanted and not self.off and len(self.children) <= self._allowed()
+                child.give(self.wanted.pop(0) if more else "")
             self.changed.notify_all()
+        for listener in listeners:
+            listener(name)
 
     def forget(self, child: _Child) -> None:
         with self.changed:
@@ -174,11 +178,13 @@ def possible(cache: str) -> bool:
 
 
 _others = _Others()
+_forked: list[_Others] = []  # of processes that this one is a fork of
 
 
 def _begin_anew() -> None:
-    """In a fork of this process: the children are not its own."""
+    """In a fork of this process: the children are not its own, and it has none."""
     global _others
+    _forked.append(_others)
     _others = _Others()
     _others.off = True
 
@@ -215,7 +221,7 @@ def stop() -> None:
 
 
 def alone() -> None:
-    """This process is a child itself, and starts none."""
+    """Start no children: for one that is a child itself."""
     _others.off = True
 
 

@@ -1,7 +1,7 @@
 """What a process that compiles ahead does (see `ahead`): the calls that make each job's kernels, on an empty scene.
 
-It reads names of jobs, a line each, and ends when there are no more. It writes "begin KERNEL", "made KERNEL" and
-"done JOB".
+It reads names of jobs, a line each, and ends at an empty line, or when nobody can write any more. It writes
+"begin KERNEL", "made KERNEL" and "done JOB".
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ import os
 import queue
 import sys
 import threading
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
 
 from . import ahead, jit_functions
 
@@ -59,13 +58,13 @@ def tell(word: str, name: str) -> None:
 
 
 def _read(jobs: queue.SimpleQueue[str]) -> None:
-    """Jobs as they come. When no more can come the process ends at once: nobody waits for it."""
-    for line in sys.stdin:
-        jobs.put(line.strip())
+    """Jobs as they come. When no more will come the process ends at once: nobody waits for it."""
+    while job := sys.stdin.readline().strip():
+        jobs.put(job)
     os._exit(0)
 
 
-def main(calls: dict[str, Any] = CALLS) -> None:
+def main(calls: Mapping[str, Callable[[], object]] = CALLS) -> None:
     """Do the jobs that come in by stdin."""
     ahead.alone()
     jit_functions.tell = tell
