@@ -21,8 +21,8 @@ from typing import Any
 
 JOBS: dict[str, tuple[str, ...]] = {
     "picture": ("whitted_tiles",),
-    "rays": ("trace_first",),
-    "streams": ("coherent_packets", "trace_ordered", "ray_keys", "_begin_places"),
+    "rays": ("coherent_packets", "trace_first"),
+    "streams": ("ray_keys", "_begin_places", "trace_ordered"),
     "points": ("faces_of", "points_along", "normals_of"),
 }
 """What a child can be asked for, and the kernels that are then made."""

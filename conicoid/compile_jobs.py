@@ -23,10 +23,12 @@ def picture() -> None:
 
 
 def rays() -> None:
-    """First hits of coherent rays."""
+    """First hits of coherent rays: many enough that it is asked whether they are."""
+    import numpy as np
+
     from .scene import Scene
 
-    Scene([]).first_hit((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    Scene([]).first_hit(np.zeros((64, 64, 3)), (0.0, 0.0, 1.0))
 
 
 def streams() -> None:
