@@ -1,4 +1,4 @@
-"""What Numba does with an inner function, less what none of ours needs: a third of the time that its passes take.
+"""What Numba does with an inner function, less what none of ours needs.
 
 Inner functions have no closures, no `with`, no literal arguments and no arithmetic on whole arrays.
 """
