@@ -28,6 +28,7 @@ from numba import types
 from numba.core import caching, event
 from numba.extending import intrinsic
 
+from .ahead import on_begin
 from .jit_functions import Inner, Kernel
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -152,10 +153,11 @@ class _Listener(event.Listener):  # type: ignore[misc]
 
 @contextlib.contextmanager
 def on_compile(callback: Callable[[str], None]) -> Iterator[None]:
-    """Within the block, call `callback(name)` whenever a kernel of this package starts to compile."""
+    """Within the block, call `callback(name)` whenever a kernel starts to compile, here or ahead, elsewhere."""
     listener = _Listener(callback)
     event.register("numba:compile", listener)
     try:
-        yield
+        with on_begin(callback):
+            yield
     finally:
         event.unregister("numba:compile", listener)

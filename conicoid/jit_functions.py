@@ -10,13 +10,19 @@ from __future__ import annotations
 
 import contextlib
 import gc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from numba import types
-from numba.core import codegen, compiler
+from numba.core import caching, codegen, compiler, event, sigutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
+
+from . import ahead
+from .jit_passes import passes, with_memory
+
+tell: Callable[[str, str], None] | None = None
+"""Called as tell("begin" or "made", kernel), in a process that compiles for another."""
 
 
 class _Nowhere:
@@ -98,7 +104,13 @@ class _Compiler(compiler.Compiler):  # type: ignore[misc]
     library: type[Any] = _Library
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *rest: Any) -> None:
-        super().__init__(typing_context, target, library or self.library(target.codegen(), "inner"), *rest)
+        library = library or self.library(target.codegen(), "inner")
+        super().__init__(with_memory(typing_context), target, library, *rest)
+
+
+class _InnerCompiler(_Compiler):
+    def define_pipelines(self) -> list[Any]:
+        return super().define_pipelines() if self.state.flags.nrt else [passes()]
 
 
 class _KernelCompiler(_Compiler):
@@ -117,13 +129,31 @@ def _rare_collections() -> Iterator[None]:
             gc.set_threshold(*usual)
 
 
+class _Cache(caching.FunctionCache):  # type: ignore[misc]
+    """Numba's cache on disk of one kernel, which other processes may be about to fill."""
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        name = self._py_func.__name__
+        found = super().load_overload(signature, target)
+        if found is None and ahead.obtained(name, self.cache_path):
+            found = super().load_overload(signature, target)
+        if found is None and tell is not None:
+            tell("begin", name)
+        return found
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        super().save_overload(signature, data)
+        if tell is not None:
+            tell("made", self._py_func.__name__)
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """Numba's dispatcher of a function that Python calls, cached on disk."""
 
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True)
         super().__init__(function, targetoptions=options, pipeline_class=_KernelCompiler)
-        self.enable_caching()
+        self._cache = _Cache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         with _rare_collections():
@@ -141,7 +171,19 @@ class Inner(CPUDispatcher):  # type: ignore[misc]
 
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True, no_cpython_wrapper=True)
-        super().__init__(function, targetoptions=options, pipeline_class=_Compiler)
+        super().__init__(function, targetoptions=options, pipeline_class=_InnerCompiler)
+
+    def compile(self, signature: Any) -> Any:
+        """Numba's own, without a cache and without timers: each would hear of all that is compiled for this one."""
+        with global_compiler_lock, self._compiling_counter:
+            arguments, result = sigutils.normalize_signature(signature)
+            known = self.overloads.get(tuple(arguments))
+            if known is None:
+                details = dict(dispatcher=self, args=arguments, return_type=result)
+                with event.trigger_event("numba:compile", data=details):
+                    known = self._compiler.compile(arguments, result)
+                self.add_overload(known)
+            return known.entry_point
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Numba would compile a function anew for each constant and each width of numbers that it is called with."""

@@ -135,6 +135,10 @@ class Scene:
         """
         from .trace import queries
 
+        if self._prepared is None:
+            from .ahead import expect
+
+            expect("rays", "streams", "points")
         return queries.first_hit(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
     def occluded(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Any:
@@ -175,9 +179,11 @@ class Scene:
         **options: Any,
     ) -> Image:
         """A picture. `samples` per pixel (1: pixel centers); a camera and light that fit, where none is given."""
+        from .ahead import expect
         from .image import Image
         from .render import render
 
+        expect("picture", "rays", "streams", "points")
         return Image(
             render(self, width=width, height=height, samples=samples, integrator=integrator, seed=seed, **options)
         )

@@ -11,6 +11,8 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from .. import ahead
+
 Progress = Callable[[int, int], None]
 """Called now and then as progress(done, count)."""
 
@@ -105,6 +107,9 @@ def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int, progress
                 finished = done == count or state.error is not None
             if progress is not None:
                 progress(done, count)
+    except KeyboardInterrupt:
+        ahead.stop()
+        raise
     finally:
         state.stop()
         for thread in crew:

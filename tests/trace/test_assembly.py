@@ -23,10 +23,11 @@ print(next(iter(trace_first.inspect_asm().values())))
 
 @pytest.fixture(scope="module")
 def functions(tmp_path_factory):
-    """The instructions of each function of `trace_first`, by name; compiled anew: kept kernels have no text."""
+    """The instructions of each function of `trace_first`, by name; compiled anew, and here: kept kernels have no text."""
     if not FEATURES.get("avx2"):
         pytest.skip("this processor has no AVX2")
     environment = {**os.environ, "CONICOID_CACHE_DIR": str(tmp_path_factory.mktemp("kernels"))}
+    environment["CONICOID_THREADS"] = "1"  # or another process compiles it
     run = subprocess.run(
         [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True, env=environment, timeout=300
     )

@@ -18,7 +18,8 @@ _CHUNK = 1 << 14
 def put_items(geometry: Geometry, boxes: Floats) -> None:
     """Fill the table LEAF_ITEMS, for the scene's own tree; boxes (n, 6) of the entries."""
     run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.NODE_CHILDREN, a, b), _children(geometry), _CHUNK)
-    _put_leaves(geometry, boxes, table.ROOTS, 0, int(geometry.places[table.ROOTS, 1]))
+    roots = int(geometry.places[table.ROOTS, 1])
+    run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.ROOTS, a, b), roots, _CHUNK)
 
 
 def _children(geometry: Geometry) -> int:

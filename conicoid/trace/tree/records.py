@@ -42,7 +42,7 @@ def survey(boxes: Floats) -> Survey:
         for k in range(begin, end):
             _survey(boxes, k * CHUNK, min(len(boxes), (k + 1) * CHUNK), patterns, counts[k], around[k])
 
-    run_chunks(work, chunks, 1)
+    run_chunks(work, -(-len(boxes) // CHUNK), 1)
     low, high = around[:, :, :3].min(axis=0), around[:, :, 3:].max(axis=0)
     bounded, ends = np.concatenate([low, high], axis=1)
     return Survey(patterns, counts.sum(axis=0).astype(np.int32), bounded, ends)

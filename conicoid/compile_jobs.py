@@ -1,0 +1,78 @@
+"""What a process that compiles ahead does (see `ahead`): the calls that make each job's kernels, on an empty scene.
+
+It reads names of jobs, a line each, and ends at an empty line, or when nobody can write any more. It writes
+"begin KERNEL", "made KERNEL" and "done JOB".
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import sys
+import threading
+from collections.abc import Callable, Mapping
+
+from . import ahead, jit_functions
+
+
+def picture() -> None:
+    """What renders."""
+    from .scene import Scene
+
+    Scene([]).render(1, 1, samples=1)
+
+
+def rays() -> None:
+    """First hits of coherent rays: many enough that it is asked whether they are."""
+    import numpy as np
+
+    from .scene import Scene
+
+    Scene([]).first_hit(np.zeros((64, 64, 3)), (0.0, 0.0, 1.0))
+
+
+def streams() -> None:
+    """First hits of rays in no order: what begins before its origin is in order only where it is parallel."""
+    import numpy as np
+
+    from .scene import Scene
+
+    every = np.random.default_rng(0).normal(size=(4096, 3))
+    Scene([]).first_hit(every, every, t_min=-1.0)
+
+
+def points() -> None:
+    """Faces, points and normals of hits."""
+    from .scene import Scene
+
+    hits = Scene([]).first_hit((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    for _ in (hits.surface, hits.normal):
+        pass
+
+
+CALLS: dict[str, Callable[[], None]] = {"picture": picture, "rays": rays, "streams": streams, "points": points}
+
+
+def tell(word: str, name: str) -> None:
+    """A line to the process that waits."""
+    sys.stdout.write(f"{word} {name}\n")
+    sys.stdout.flush()
+
+
+def _read(jobs: queue.SimpleQueue[str]) -> None:
+    """Jobs as they come. When no more will come the process ends at once: nobody waits for it."""
+    while job := sys.stdin.readline().strip():
+        jobs.put(job)
+    os._exit(0)
+
+
+def main(calls: Mapping[str, Callable[[], object]] = CALLS) -> None:
+    """Do the jobs that come in by stdin."""
+    ahead.alone()
+    jit_functions.tell = tell
+    jobs: queue.SimpleQueue[str] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(jobs,), daemon=True).start()
+    while True:
+        job = jobs.get()
+        calls[job]()
+        tell("done", job)
