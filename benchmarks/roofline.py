@@ -62,7 +62,7 @@ def install(counts: np.ndarray) -> None:
     items_met, put_groups, group_in_ball = packet_first.items_met, packet_first.put_groups, packet_first.group_in_ball
     put_children, put_balls = frontier.put_children, frontier.put_balls
     ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
-    meet, by_one = stream.meet, walk.boxes_met
+    meet, by_one, put_pair = stream.meet, walk.boxes_met, stream.put_pair
 
     @inline
     def counted_boxes(floats, at, beam, start, near):
@@ -115,14 +115,19 @@ def install(counts: np.ndarray) -> None:
         ball_lanes(lanes, sphere, surface, entry, body, first, last)
 
     @inline
-    def counted_list(boxes, at, rays, lists, begin, count, room, counts):
+    def counted_list(boxes, at, octant, rays, lists, begin, count, room, counts):
         add(STREAM_NODE, count)
-        put_on_lists(boxes, at, rays, lists, begin, count, room, counts)
+        put_on_lists(boxes, at, octant, rays, lists, begin, count, room, counts)
 
     @inline
     def counted_balls(floats, at, stride, count, ray, inverse, last):
         add(STREAM_LEAF, 1)
         return balls_met(floats, at, stride, count, ray, inverse, last)
+
+    @inline
+    def counted_pair(pairs, at, ray, geometry, leaf, size, place):
+        add(STREAM_BALL, 1)
+        put_pair(pairs, at, ray, geometry, leaf, size, place)
 
     @inline
     def counted_meet(geometry, scratch, item, sphere, ray, inverse, best):
@@ -138,6 +143,7 @@ def install(counts: np.ndarray) -> None:
     stream.put_on_lists = counted_list
     stream.balls_met = kernels.balls_met = counted_balls
     stream.meet = kernels.meet = counted_meet
+    stream.put_pair = counted_pair
 
 
 def count_all(sizes: list[int]) -> dict[str, list[float]]:
@@ -184,7 +190,7 @@ def costs() -> dict[int, float]:
         GROUP: (lambda f, r, n, c, k: group_in_ball(r, 0, f[0], f[1], f[2], f[3]), 1),
         # Written twice: for lanes with one origin, and for others
         LANES: (lambda f, r, n, c, k: ball_lanes(r, (f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 8), 2),
-        STREAM_NODE: (lambda f, r, n, c, k: put_on_lists(f, 0, r, n, 0, 8, 64, c), 8),
+        STREAM_NODE: (lambda f, r, n, c, k: put_on_lists(f, 0, k, r, n, 0, 8, 64, c), 8),
         STREAM_LEAF: (
             lambda f, r, n, c, k: balls_met(f, k, 8, 8, (f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, k), f[6], 1.0),
             1,

@@ -19,11 +19,9 @@ from .packet import new_packet
 from .packet_first import trace_packet
 from .scratch import new_scratch
 from .simd import prefetch, prefetch_to_write, store_eight
-from .stream import new_stream, put_stream_ray, stream_hit, trace_stream
+from .stream import DOUBTFUL, new_stream, octant_of, put_stream_ray, stream_hit, trace_stream, turn_of
 from .tile import PACKETS, ask_for_packet, new_tile, open_quarter, open_tile, tile_packet
 
-DOUBTFUL = 32
-"""Added to the turn of a hit, or miss, that rounding might have changed."""
 _AHEAD = 24  # rays whose memory is asked for before it is needed
 
 
@@ -60,7 +58,7 @@ def put_hit(hit: Hit, i: Any, t: Floats, body: Ints, entry: Ints, place: Ints, t
     """Hit i, in arrays; `turn` holds the sense of its leaf, doubled where the body is entered, raised if doubtful."""
     i = np.uint64(i)
     t[i], body[i], entry[i], place[i] = hit[0], hit[1], hit[2], hit[3]
-    turn[i] = (2 * hit[4] if hit[5] else hit[4]) + (DOUBTFUL if hit[7] else 0)
+    turn[i] = turn_of(hit)
 
 
 @inline
@@ -170,28 +168,36 @@ def trace_ordered(
     """First hits, or any, of rays in an order; those from `size` begin to `size` end make streams begin..end."""
     scratch, stream, mine = new_scratch(geometry), new_stream(geometry, size), np.empty(size, np.int32)
     for number in range(begin, end):
-        count = 0
-        for k in range(size * number, min(size * number + size, len(order))):
-            i = order[k]
-            if k + _AHEAD < len(order):
-                ahead = 3 * whole(order[k + _AHEAD])
-                prefetch(origins, ahead)
-                prefetch(origins, ahead + 2)
-                prefetch(directions, ahead)
-                prefetch(directions, ahead + 2)
-            ray = load_ray(origins, directions, t_min, t_max, starts, i)
-            if ray[8] != DEAD and scaled_ray(ray)[1] == 1.0:
-                put_stream_ray(stream, count, ray)
-                mine[count] = i
-                count += 1
-            elif ray[8] == DEAD:
-                put_hit(no_hit(), i, t, body, entry, place, turn)
-            else:
-                hit = first_crossing(geometry, scratch, ray, scratch.nothing, any_hit)
-                put_hit(hit, i, t, body, entry, place, turn)
-        trace_stream(geometry, scratch, stream, count, scratch.nothing, any_hit)
-        for k in range(count):
-            put_hit(stream_hit(stream, k), mine[k], t, body, entry, place, turn)
+        k, last = size * number, min(size * number + size, len(order))
+        while k < last:
+            count, octant = 0, -1
+            while k < last:
+                i = order[k]
+                if k + _AHEAD < len(order):
+                    ahead = 3 * whole(order[k + _AHEAD])
+                    prefetch(origins, ahead)
+                    prefetch(origins, ahead + 2)
+                    prefetch(directions, ahead)
+                    prefetch(directions, ahead + 2)
+                ray = load_ray(origins, directions, t_min, t_max, starts, i)
+                if ray[8] != DEAD and scaled_ray(ray)[1] == 1.0:
+                    its = octant_of(ray[3], ray[4], ray[5])
+                    if count > 0 and its != octant:
+                        break
+                    octant = its
+                    put_stream_ray(stream, count, ray)
+                    mine[count] = i
+                    count += 1
+                elif ray[8] == DEAD:
+                    put_hit(no_hit(), i, t, body, entry, place, turn)
+                else:
+                    hit = first_crossing(geometry, scratch, ray, scratch.nothing, any_hit)
+                    put_hit(hit, i, t, body, entry, place, turn)
+                k += 1
+            trace_stream(geometry, scratch, stream, count, scratch.nothing, any_hit)
+            for j in range(count):
+                ask_for_hits(mine[min(j + 8, count - 1)], t, body, entry, place)
+                put_hit(stream_hit(stream, j), mine[j], t, body, entry, place, turn)
 
 
 @kernel

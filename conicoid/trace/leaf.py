@@ -54,3 +54,9 @@ def leaf_ball(geometry: Geometry, at: int, count: int, k: int) -> Sphere:
     """The ball around item k."""
     f, at = geometry.floats, at + k
     return f[at], f[at + count], f[at + 2 * count], f[at + 3 * count]
+
+
+@inline
+def leaf_number(geometry: Geometry, at: int, count: int, k: int, row: int) -> float:
+    """Number `row` of the eight of item k: its ball, kind, index, body and entry, as they stand there."""
+    return geometry.floats[at + row * count + k]

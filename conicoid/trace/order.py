@@ -9,16 +9,22 @@ packet traversal (Eurographics 2010).
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..geometry import tables as table
-from ..geometry.tables import Floats, Geometry, Ints, integer
-from ..jit import helper, inline, kernel
+from ..geometry.tables import Floats, Geometry, Ints, integer, whole
+from ..jit import choose, helper, inline, kernel
+from .simd import load_eight
 from .threads import run_chunks, thread_count
 
 _CHUNK = 1 << 16
+LANES, _ROWS = 64, 7
+OX, OY, OZ, DX, DY, DZ, KEY = (np.uint64(row) for row in range(0, _ROWS * LANES, LANES))
+
+Box = tuple[float, float, float, float, float, float]
 
 
 @inline
@@ -28,7 +34,7 @@ def _spread_bits(x: int) -> int:
 
 
 @helper
-def scene_box(geometry: Geometry) -> tuple[float, float, float, float, float, float]:
+def scene_box(geometry: Geometry) -> Box:
     """The box of all that the scene's tree holds: low, high; (0, 0, 0) to (0, 0, 0) for none."""
     box = (math.inf, math.inf, math.inf, -math.inf, -math.inf, -math.inf)
     tree = geometry.places[table.TREE_ROOT, 1] - 2
@@ -52,18 +58,38 @@ def scene_box(geometry: Geometry) -> tuple[float, float, float, float, float, fl
 
 
 @inline
-def _cell(x: float, low: float, high: float, count: int) -> int:
-    """Which of some equal parts of [low, high] holds x, or is next to it."""
-    share = (x - low) / (high - low) if high > low else 0.0
-    return int(count * min(max(share, 0.0), 0.999))
+def _cell(x: float, low: float, scale: float, most: float) -> int:
+    """Which of some equal parts beginning at `low`, 1 / scale wide, holds x, or is next to it: 0 if it is no number."""
+    share = (x - low) * scale
+    share = choose(share > 0.0, share, 0.0)
+    return whole(choose(share < most, share, most))
 
 
 @inline
 def _entry(o: float, d: float, low: float, high: float) -> float:
-    """From which t on a ray is beyond the nearer side of a slab."""
-    if d == 0.0 or low <= o <= high:
-        return 0.0
-    return max(0.0, ((low if d > 0.0 else high) - o) / d)
+    """From which t on a ray is beyond the nearer side of a slab, if it begins before it; else 0 or less."""
+    return choose(d != 0.0, (choose(d > 0.0, low, high) - o) / d, 0.0)
+
+
+@inline
+def _scale(low: float, high: float, cells: int) -> float:
+    return cells / (high - low) if high > low else 0.0
+
+
+@inline
+def _key(lanes: Floats, i: Any, box: Box, scale: tuple[float, float, float], most: float, bits: int) -> None:
+    ox, oy, oz, dx, dy, dz = lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
+    tx, ty, tz = _entry(ox, dx, box[0], box[3]), _entry(oy, dy, box[1], box[4]), _entry(oz, dz, box[2], box[5])
+    t = choose(tx > 0.0, tx, 0.0)
+    t = choose(ty > t, ty, t)
+    t = choose(tz > t, tz, t)
+    x = _spread_bits(_cell(ox + t * dx, box[0], scale[0], most))
+    y = _spread_bits(_cell(oy + t * dy, box[1], scale[1], most))
+    z = _spread_bits(_cell(oz + t * dz, box[2], scale[2], most))
+    quarter = 4.0 / (abs(dx) + abs(dy) + abs(dz))
+    u, v = _cell(abs(dx), 0.0, quarter, 3.0), _cell(abs(dy), 0.0, quarter, 3.0)
+    octant = whole(choose(dx < 0.0, 1.0, 0.0) + choose(dy < 0.0, 2.0, 0.0) + choose(dz < 0.0, 4.0, 0.0))
+    lanes[KEY + i] = float((octant << (3 * bits) | x | y << 1 | z << 2) << 4 | u << 2 | v)
 
 
 @kernel
@@ -72,21 +98,23 @@ def ray_keys(
     keys: Ints, counts: Ints,
 ) -> None:  # fmt: skip
     """The keys of rays begin..end, and how often each occurs among them."""
-    lx, ly, lz, hx, hy, hz = scene_box(geometry)
-    cells = 1 << bits
-    for i in range(begin, end):
-        ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
-        dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
-        t = max(_entry(ox, dx, lx, hx), max(_entry(oy, dy, ly, hy), _entry(oz, dz, lz, hz)))
-        x = _spread_bits(_cell(ox + t * dx, lx, hx, cells))
-        y = _spread_bits(_cell(oy + t * dy, ly, hy, cells))
-        z = _spread_bits(_cell(oz + t * dz, lz, hz, cells))
-        size = abs(dx) + abs(dy) + abs(dz)
-        u, v = _cell(abs(dx), 0.0, size, 8), _cell(abs(dy), 0.0, size, 8)
-        octant = (1 if dx < 0.0 else 0) | (2 if dy < 0.0 else 0) | (4 if dz < 0.0 else 0)
-        key = (octant << (3 * bits) | x | y << 1 | z << 2) << 6 | u << 3 | v
-        keys[i] = key
-        counts[key] += 1
+    box, lanes, cells = scene_box(geometry), np.ones(_ROWS * LANES), 1 << bits
+    scale = _scale(box[0], box[3], cells), _scale(box[1], box[4], cells), _scale(box[2], box[5], cells)
+    for first in range(begin, end, LANES):
+        count = min(LANES, end - first)
+        for k in range(0, count & -8, 8):
+            load_eight(origins, first + k, lanes, OX + np.uint64(k))
+            load_eight(directions, first + k, lanes, DX + np.uint64(k))
+        for k in range(count & -8, count):
+            for axis in range(3):
+                at = np.uint64(LANES * axis + k)
+                lanes[OX + at], lanes[DX + at] = origins[first + k, axis], directions[first + k, axis]
+        for i in range(np.uint64(LANES)):
+            _key(lanes, i, box, scale, cells - 1.0, bits)
+        for k in range(count):
+            key = whole(lanes[KEY + np.uint64(k)])
+            keys[first + k] = key
+            counts[key] += 1
 
 
 @kernel
@@ -115,7 +143,7 @@ def ray_order(geometry: Geometry, origins: Floats, directions: Floats) -> Ints:
     blocks = max(1, min(thread_count(), 16, count // _CHUNK))
     edges = np.linspace(0, count, blocks + 1).astype(np.int64)
     keys, order = np.empty(count, np.int32), np.empty(count, np.int32)
-    counts = np.zeros((blocks, 1 << (3 * bits + 9)), np.int32)
+    counts = np.zeros((blocks, 1 << (3 * bits + 7)), np.int32)
 
     def number(first: int, last: int) -> None:
         for block in range(first, last):

@@ -12,7 +12,6 @@ from ..geometry.decide import Rest
 from ..geometry.tables import Geometry
 from ..lowering import Lowered
 from .array_kernels import (
-    DOUBTFUL,
     coherent_packets,
     trace_first,
     trace_occluded,
@@ -26,6 +25,7 @@ from .order import ray_order
 from .rays import Arguments, FloatArray, Rays, points_array
 from .scan_lines import row_length
 from .spans import Crossings, Spans
+from .stream import DOUBTFUL
 from .threads import chunk_size, run_chunks
 from .tile import tile_count
 from .tree import with_trees

@@ -13,8 +13,8 @@ from conicoid.trace.walk import reciprocal
 
 
 @numba.njit
-def put(boxes, rays, lists, begin, count, room, counts):
-    put_on_lists(boxes, 0, rays, lists, begin, count, room, counts)
+def put(boxes, octant, rays, lists, begin, count, room, counts):
+    put_on_lists(boxes, 0, octant, rays, lists, begin, count, room, counts)
 
 
 @numba.njit
@@ -22,15 +22,19 @@ def unpacked(packed):
     return waiting(packed)
 
 
-def case(rays, seed):
-    """Boxes (8, 6), origins, directions and (first, last) t of some rays."""
+def case(rays, seed, octant):
+    """Boxes (8, 6), origins, directions and (first, last) t of some rays, which look into one octant."""
     rng = np.random.default_rng(seed)
     low = rng.uniform(-1, 0.5, (8, 3))
     boxes = np.concatenate([low, low + rng.uniform(0.1, 1, (8, 3))], axis=1)
-    origins = rng.uniform(-2, 2, (rays, 3))
     # Towards the middle of one of them, or along a side
-    directions = boxes[np.arange(rays) % 8].reshape(rays, 2, 3).mean(axis=1) - origins
-    directions[1::3, rng.integers(3)] = 0.0
+    falls = [axis for axis in range(3) if octant >> axis & 1]
+    targets = boxes[np.arange(rays) % 8].reshape(rays, 2, 3).mean(axis=1)
+    directions = np.abs(targets - rng.uniform(-2, 2, (rays, 3)))
+    directions[:, falls] *= -1
+    origins = targets - directions
+    if octant != 7:
+        directions[1::3, rng.choice([axis for axis in range(3) if axis not in falls])] = 0.0
     limits = np.stack([rng.uniform(-1, 0.2, rays), rng.uniform(0.9, 2, rays)], axis=1)
     return boxes, origins, directions, limits
 
@@ -48,14 +52,14 @@ def stretch(box, origin, direction, limits):
     return first, last
 
 
-def listed(boxes, origins, directions, limits, entries, begin):
+def listed(boxes, octant, origins, directions, limits, entries, begin):
     """What `put_on_lists` puts on the lists of eight boxes: dictionaries from rays to packed numbers."""
     slopes = np.array([[reciprocal(d) for d in row] for row in directions.tolist()])
     rays = np.concatenate([origins, slopes, limits], axis=1).ravel()
     count, room = len(entries), begin + len(entries) + 3
     lists, counts = np.full(room + 8 * (count + 8) + 8, -1, np.int64), np.zeros(8, np.int32)
     lists[begin : begin + count] = entries
-    put(np.ascontiguousarray(boxes.T).ravel(), rays, lists, begin, count, room, counts)
+    put(np.ascontiguousarray(boxes.T).ravel(), octant, rays, lists, begin, count, room, counts)
     stride = -(-count // 8) * 8
     assert lists[begin : begin + count].tolist() == list(entries), "the list itself is kept"
     parts = [lists[room + k * stride : room + k * stride + counts[k]].tolist() for k in range(8)]
@@ -63,10 +67,11 @@ def listed(boxes, origins, directions, limits, entries, begin):
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 8, 9, 16, 37])
-def test_every_ray_that_meets_a_box_is_on_its_list(count):
-    boxes, origins, directions, limits = case(count, seed=count)
+@pytest.mark.parametrize("octant", range(8))
+def test_every_ray_that_meets_a_box_is_on_its_list(count, octant):
+    boxes, origins, directions, limits = case(count, 8 * count + octant, octant)
     entries = np.arange(count) + FROM_THE_START
-    found, counts = listed(boxes, origins, directions, limits, entries, begin=5)
+    found, counts = listed(boxes, octant, origins, directions, limits, entries, begin=5)
     met = 0
     for k in range(8):
         assert len(found[k]) == counts[k], "no ray is on a list twice"
@@ -88,7 +93,7 @@ def test_rays_that_have_met_something_nearer_are_left_out():
     origins, directions = np.zeros((20, 3)), np.tile([[1.0, 0, 0]], (20, 1))
     limits = np.array([(0.0, 0.5 if i % 3 == 0 else 3.0) for i in range(20)])
     entries = (np.full(20, 0.75).view(np.int64) & ~0xFFFFFFFF) + np.arange(20)
-    found, _ = listed(boxes, origins, directions, limits, entries, begin=0)
+    found, _ = listed(boxes, 0, origins, directions, limits, entries, begin=0)
     expected = [i for i in range(20) if i % 3 != 0]
     assert [sorted(part) for part in found] == [expected] * 8
     assert set(found[0].values()) == {1.0}
@@ -101,8 +106,8 @@ def test_a_ray_that_waits_from_the_start_waits_since_ever():
 
 
 @numba.njit
-def sift(balls, size, rays, more, lists, begin, left, bits):
-    rays_in_balls(balls, 0, size, rays, more, 5, lists, begin, left, bits)
+def sift(balls, size, rays, more, lists, begin, left, pairs):
+    return rays_in_balls(balls, 0, size, rays, more, lists, begin, left, pairs)
 
 
 @pytest.mark.parametrize("left", [1, 3, 8, 11])
@@ -115,25 +120,22 @@ def test_every_ray_that_meets_a_ball_is_told(left):
     directions = centers[np.arange(count) % size] + rng.normal(scale=0.5, size=(count, 3)) - origins
     rays = np.concatenate([origins, np.ones((count, 3)), limits], axis=1).ravel()
     squares = (directions**2).sum(axis=1)
-    more = np.concatenate([directions, 1 / squares[:, None], np.full((count, 1), np.nan)], axis=1).ravel()
+    more = np.concatenate([directions, 1 / squares[:, None], np.full((count, 4), np.nan)], axis=1).ravel()
     order = rng.permutation(count)[:left]
-    lists, bits = np.full(20, 1 << 40), np.zeros(16, np.int32)
+    lists, pairs = np.full(20, 1 << 40), np.zeros(8 * size + 8, np.int64)
     lists[2 : 2 + left] = order + FROM_THE_START
-    sift(
-        np.concatenate([centers.T.ravel(), radii, np.zeros(8)]),
-        size,
-        rays,
-        np.append(more, np.zeros(8)),
-        lists,
-        2,
-        left,
-        bits,
+    found = sift(np.concatenate([centers.T.ravel(), radii]), size, rays, more, lists, 2, left, pairs)
+    told = [(pair & 15, pair >> 4) for pair in pairs[:found].tolist()]
+    assert told == sorted(set(told), key=lambda pair: (pair[0], order[:8].tolist().index(pair[1]))), (
+        "by ball, each once"
     )
     for k in range(size):
         for lane in range(8):
-            i = order[lane] if lane < left else -1
+            if lane >= left:
+                continue
+            i = order[lane]
             foot = (centers[k] - origins[i]) @ directions[i] / squares[i]
             off = np.linalg.norm(origins[i] + foot * directions[i] - centers[k])
             half = math.sqrt(max(0.0, radii[k] ** 2 - off**2) / squares[i])
             meets = off < radii[k] and foot - half < limits[i, 1] and foot + half > limits[i, 0]
-            assert bool(bits[k] >> lane & 1) == (i >= 0 and meets)
+            assert ((k, i) in told) == meets

@@ -19,7 +19,7 @@ from conicoid.trace.lane_cells import ball_lanes
 @njit("int64(float64[::1], float64[::1], int64[::1], int32[::1], float64[::1], int64)",
       no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False)
 def all_of_them(f, rays, lists, counts, near, n):
-    simd.put_on_lists(f, 0, rays, lists, 0, n, 64, counts)
+    simd.put_on_lists(f, 0, n, rays, lists, 0, n, 64, counts)
     simd.load_eight(f, n, near, 0)
     ball_lanes(rays, (f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 64)
     ray = (f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, n)

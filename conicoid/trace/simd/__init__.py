@@ -32,7 +32,7 @@ from .items import (
     put_groups,
     put_numbers,
 )
-from .lists import FROM_THE_START, put_on_lists, rays_in_balls, waiting
+from .lists import FROM_THE_START, put_on_lists, rays_in_balls, records_in_lanes, waiting
 from .rows import extent, extents, load_eight, prefetch, prefetch_soon, prefetch_to_write, reach, store_eight, widen
 
 __all__ = [
@@ -40,5 +40,6 @@ __all__ = [
     "LAST", "LOW_I", "LOW_O", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met", "extent",
     "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_in_ball", "lanes_in_box",
     "load_eight", "lowest_bit", "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children",
-    "put_groups", "put_numbers", "put_on_lists", "rays_in_balls", "reach", "store_eight", "waiting", "widen",
+    "put_groups", "put_numbers", "put_on_lists", "rays_in_balls", "reach", "records_in_lanes",
+    "store_eight", "waiting", "widen",
 ]  # fmt: skip

@@ -13,6 +13,8 @@ from .balls import balls_missed
 from .code import BITS, DOUBLE, EIGHT, INT64, WHOLE, WIDTH, Code
 
 _UPPER, _LOWER = -(1 << 32), (1 << 32) - 1
+_SLACK = 2.5e-15
+"""Share of t by which a box may be missed: more than the rounding of a slab's two ends."""
 
 FROM_THE_START = -(1 << 52)
 """Added to a ray's number: it waits from t = -inf on."""
@@ -45,40 +47,47 @@ class _Rays:
             rows.append(self.c.eight(numbers, b.mul(number, size), 0))
         return self.c.transposed(rows)
 
-    def in_box(self, sides: Any) -> tuple[Any, Any]:
-        """(which rays meet a box, what they put on its list)."""
+    def in_box(self, near: list[Any], far: list[Any]) -> tuple[Any, Any]:
+        """(which rays meet a box, what they put on its list); the sides that they come to first, and the others."""
         c, b, first, last = self.c, self.c.builder, self.first, self.last
         for axis in range(3):
-            s = b.fmul(b.fsub(self.origins[axis], c.spread(sides[axis])), self.slopes[axis])
-            t = b.fmul(b.fsub(self.origins[axis], c.spread(sides[3 + axis])), self.slopes[axis])
-            first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
-        met = b.and_(self.there, c.overlapping(first, last))
+            s = b.fmul(b.fsub(self.origins[axis], c.spread(near[axis])), self.slopes[axis])
+            t = b.fmul(b.fsub(self.origins[axis], c.spread(far[axis])), self.slopes[axis])
+            first, last = c.larger(s, first), c.smaller(t, last)
+        # Whatever its sign, `first` is lowered by more than the roundings of both
+        lowered = c.smaller(b.fmul(first, c.constant(1.0 - _SLACK)), b.fmul(first, c.constant(1.0 + _SLACK)))
+        met = b.and_(self.there, b.fcmp_ordered("<=", lowered, last))
         when = b.and_(b.bitcast(first, WHOLE), ir.Constant(WHOLE, [_UPPER] * WIDTH))
         return met, b.or_(when, self.numbers)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def put_on_lists(
-    typing_context: Any, boxes: Any, at: Any, rays: Any, lists: Any, begin: Any, count: Any, room: Any, counts: Any
+    typing_context: Any, boxes: Any, at: Any, octant: Any, rays: Any, lists: Any, begin: Any, count: Any, room: Any,
+    counts: Any,
 ) -> Any:  # fmt: skip
     """Put the rays of a list on the lists of those of the eight boxes at boxes[at:] that they meet.
 
     The list has `count` rays from lists[begin], as `waiting` tells; that of box k begins at lists[room + k n], where n
     is `count` rounded up to eight, and gets counts[k] rays. Ray i stands at rays[8 i:]: origin, inverse
-    direction, first and last t.
+    direction, first and last t. All look into one octant: bit k is set where coordinate k falls along them.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
-        floats, ray, waiting, out = (c.data(signature, arguments, k) for k in (0, 2, 3, 7))
-        place, begin, count, room = (arguments[k] for k in (1, 4, 5, 6))
+        floats, ray, waiting, out = (c.data(signature, arguments, k) for k in (0, 3, 4, 8))
+        place, octant, begin, count, room = (arguments[k] for k in (1, 2, 5, 6, 7))
+        falls = [b.and_(b.lshr(octant, INT64(axis)), INT64(1)) for axis in range(3)]
+        near = [b.add(place, b.add(b.mul(falls[axis], INT64(24)), INT64(8 * axis))) for axis in range(3)]
+        far = [b.add(place, b.sub(INT64(24 + 8 * axis), b.mul(falls[axis], INT64(24)))) for axis in range(3)]
         groups = b.ashr(b.add(count, INT64(7)), INT64(3))
         ends = [cgutils.alloca_once_value(b, b.add(room, b.mul(groups, INT64(8 * k)))) for k in range(WIDTH)]
         with cgutils.for_range(b, groups) as loop:
             done = b.mul(loop.index, INT64(8))
             eight = _Rays(c, ray, waiting, b.add(begin, done), b.sub(count, done))
             for k in range(WIDTH):
-                met, entering = eight.in_box([c.number(floats, place, 8 * side + k) for side in range(6)])
+                sides = ([c.number(floats, side, k) for side in which] for which in (near, far))
+                met, entering = eight.in_box(*sides)
                 end = b.load(ends[k])
                 target = b.bitcast(c.place(waiting, end, 0), WHOLE.as_pointer())
                 b.store(c.compressed(entering, met), target, align=8)
@@ -90,37 +99,60 @@ def put_on_lists(
         return context.get_dummy_value()
 
     whole = types.int64
-    return types.void(boxes, whole, rays, lists, whole, whole, whole, counts), code
+    return types.void(boxes, whole, whole, rays, lists, whole, whole, whole, counts), code
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def rays_in_balls(
-    typing_context: Any, balls: Any, at: Any, size: Any, rays: Any, more: Any, more_size: Any, lists: Any, begin: Any,
-    left: Any, bits: Any,
+    typing_context: Any, balls: Any, at: Any, size: Any, rays: Any, more: Any, lists: Any, begin: Any, left: Any,
+    pairs: Any,
 ) -> Any:  # fmt: skip
-    """Which of the first eight rays of a list may meet each of some balls: bits[k] for ball k; see `balls_met`.
+    """Which of the first eight rays of a list may meet which of up to 16 balls (`balls_met`); returns how many.
 
-    The x of the `size` balls begin at balls[at], their y, z and radii `size` further each. The list has `left` rays
-    from lists[begin]. more[more_size i:] begins with the direction d of ray i and 1 / d·d.
+    16 times a ray, and the ball, goes into pairs[0], pairs[1] and so on, by ball. The x of the `size` balls begin at
+    balls[at], their y, z and radii `size` further each. The list has `left` rays from lists[begin]; more[8 i:]
+    begins with the direction d of ray i and 1 / d·d.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
-        floats, ray, other, waiting, out = (c.data(signature, arguments, k) for k in (0, 3, 4, 6, 9))
-        place, size, step, begin, left = (arguments[k] for k in (1, 2, 5, 7, 8))
+        floats, ray, other, waiting, out = (c.data(signature, arguments, k) for k in (0, 3, 4, 5, 8))
+        place, size, begin, left = (arguments[k] for k in (1, 2, 6, 7))
         eight = _Rays(c, ray, waiting, begin, left)
-        columns = eight.columns(other, step)
+        columns = eight.columns(other, INT64(8))
+        numbers = b.shl(eight.numbers, ir.Constant(WHOLE, [4] * WIDTH))
+        count = cgutils.alloca_once_value(b, INT64(0))
         with cgutils.for_range(b, size) as loop:
             x = b.add(place, loop.index)
             ball = [c.spread(c.number(floats, b.add(x, b.mul(size, INT64(k))), 0)) for k in range(4)]
             center = [b.fsub(ball[k], eight.origins[k]) for k in range(3)]
             missed = balls_missed(c, center, columns[:3], columns[3], ball[3], eight.first, eight.last)
             met = b.and_(eight.there, b.not_(missed))
-            b.store(b.zext(b.bitcast(met, BITS), ir.IntType(32)), c.place(out, loop.index, 0))
-        return context.get_dummy_value()
+            end = b.load(count)
+            target = b.bitcast(c.place(out, end, 0), WHOLE.as_pointer())
+            b.store(c.compressed(b.or_(numbers, c.whole(loop.index)), met), target, align=8)
+            b.store(b.add(end, b.ctpop(b.zext(b.bitcast(met, BITS), INT64))), count)
+        return b.load(count)
 
     whole = types.int64
-    return types.void(balls, whole, whole, rays, more, whole, lists, whole, whole, bits), code
+    return types.int64(balls, whole, whole, rays, more, lists, whole, whole, pairs), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def records_in_lanes(typing_context: Any, records: Any, numbers: Any, at: Any, lanes: Any, row: Any) -> Any:
+    """Eight records of eight floats, those of numbers[at:], as columns: rows of 64 lanes, from lanes[row:] on."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        source, which, target = (c.data(signature, arguments, k) for k in (0, 1, 3))
+        rows = []
+        for k in range(WIDTH):
+            rows.append(c.eight(source, b.mul(c.number(which, arguments[2], k), INT64(8)), 0))
+        for k, column in enumerate(c.transposed(rows)):
+            c.store(column, target, arguments[4], 64 * k)
+        return context.get_dummy_value()
+
+    return types.void(records, numbers, types.int64, lanes, types.int64), code
 
 
 @intrinsic  # type: ignore[untyped-decorator]
