@@ -23,8 +23,8 @@ from ..geometry.vectors import dot
 from ..jit import helper, inline, kernel
 from .events import leaves_met
 from .kernels import collect
-from .ranks import Ranks, find_leaves, forget, list_surfaces
-from .scratch import Scratch, new_scratch
+from .ranks import Ranks, find_leaves, forget, forget_leaves, list_surfaces
+from .scratch import EVENT, LEAF, Scratch, new_scratch
 
 _ROUNDING = 2.0**-44
 _OFF_CENTER = 2.0**-40
@@ -107,11 +107,11 @@ def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x:
         certain &= holds != OPEN
         if holds == INSIDE:
             turn_leaf(geometry, scratch.counts, leaf, True)
-            scratch.event_leaf[held] = leaf
+            scratch.event[EVENT * held + LEAF] = leaf
             held += 1
     inside = root_value(geometry, scratch.counts, index)
     for k in range(held):
-        turn_leaf(geometry, scratch.counts, scratch.event_leaf[k], False)
+        turn_leaf(geometry, scratch.counts, scratch.event[EVENT * k + LEAF], False)
     return (INSIDE if inside else 0) if certain else OPEN
 
 
@@ -184,7 +184,7 @@ def locate_ranked(
         if entry_holds(stand, nothing, scratch, scratch.found[k], 0.0, 0.0, 0.0) == INSIDE:
             body = integer(geometry, table.ENTRY_BODY, scratch.found[k])
             break
-    scratch.known[0] = -1
+    forget_leaves(scratch)
     forget(ranks)
     return body
 

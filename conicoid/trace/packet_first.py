@@ -33,7 +33,7 @@ from .simd import (
     put_groups,
     put_numbers,
 )
-from .walk import push_met, push_roots
+from .walk import ITS_BOX, ITS_CODE, ITS_T, on_stack, push_met, push_roots, put_on_stack
 
 _MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
 
@@ -111,12 +111,11 @@ def _meet_chosen(
     geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool, chosen: int
 ) -> int:
     """Meet the balls among the chosen items. The others go to the stack, whose height is returned."""
-    stack, lanes, items, top = scratch.stack, packet.lanes, packet.frontier.items, 0
+    way, lanes, items, top = scratch.way, packet.lanes, packet.frontier.items, 0
     for j in range(chosen - 1, -1, -1):
         k = packet.chosen[j]
         if items[BOX + k] >= -1.0:
-            stack.code[top], stack.box[top] = whole(items[CODE + k]), whole(items[BOX + k])
-            stack.t[top] = items[ENTERED + k]
+            put_on_stack(way, top, items[CODE + k], items[BOX + k], items[ENTERED + k])
             top += 1
     count = _put_pairs(geometry, packet, chosen)
     for j in range(count):
@@ -141,7 +140,7 @@ def _meet_balls(
     at: int, count: int,
 ) -> None:  # fmt: skip
     """A leaf of balls: the beam sorts out those that it misses, the lanes ask about the others."""
-    lanes, near = packet.lanes, scratch.near
+    lanes, near = packet.lanes, scratch.way
     bits, near[0] = 1, -math.inf
     if count > 1:
         bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)
@@ -171,10 +170,10 @@ def trace_packet(
     Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
     narrow, the children of nodes are asked for by the lanes too.
     """
-    stack, lanes = scratch.stack, packet.lanes
+    way, lanes = scratch.way, packet.lanes
     items, item, top, most = packet.frontier.length[0], 0, 0, 2
     if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
-        items, top = 0, push_roots(geometry, stack, scene_tree(geometry))
+        items, top = 0, push_roots(geometry, way, scene_tree(geometry))
     if items > _MANY:
         put_group_beams(lanes)
     boxes = geometry.places[table.NODE_BOXES, 0]
@@ -188,14 +187,15 @@ def trace_packet(
             top = _meet_chosen(geometry, scratch, packet, groups, blocks, any_hit, chosen)
             continue
         top -= 1
-        if stack.t[top] > lanes[BEAM_AT + LAST]:
+        if way[on_stack(top) + ITS_T] > lanes[BEAM_AT + LAST]:
             continue
-        code, box = stack.code[top], stack.box[top]
+        at = on_stack(top)
+        code, box = whole(way[at + ITS_CODE]), whole(way[at + ITS_BOX])
         if code >= 0:
-            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, scratch.near)
+            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, way)
             if not narrow:
                 bits = _children_met(geometry, lanes, groups, code, bits)
-            top = push_met(geometry, stack, scratch.near, code, bits, top)
+            top = push_met(geometry, way, code, bits, top)
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
