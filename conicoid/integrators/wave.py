@@ -34,7 +34,7 @@ from ..trace.lanes import (
     put_lane_beam,
     put_ray,
 )  # fmt: skip
-from ..trace.packet import Packet, new_packet
+from ..trace.packet import Packet, new_lanes, new_packet, with_lanes
 from ..trace.packet_first import trace_packet
 from ..trace.scratch import Scratch
 from .stack import NO_SURFACE, Stack
@@ -47,7 +47,7 @@ class Wave(NamedTuple):
     """A packet of rays and what they have met. A row a lane."""
 
     seen: Packet  # the rays
-    shadow: Packet  # rays from what they meet to a light
+    shadow: Floats  # the lanes of rays from what they meet to a light
     sights: Floats  # (64, 13) see `Sight`
     arrived: Floats  # (64 · lights · 3) how much of each light reaches what they meet
     further: Floats  # (lights · 3) how much reaches what a mirrored or refracted ray meets
@@ -60,7 +60,7 @@ class Wave(NamedTuple):
 def new_wave(lights: int) -> Wave:
     """Memory for one thread."""
     return Wave(
-        new_packet(), new_packet(), np.empty((LANES, _NUMBERS)), np.empty(3 * max(1, lights) * LANES),
+        new_packet(), new_lanes(), np.empty((LANES, _NUMBERS)), np.empty(3 * max(1, lights) * LANES),
         np.empty(3 * max(1, lights)), np.empty(LANES, np.int32), np.empty(LANES, np.int8), np.empty((LANES, 3)),
     )  # fmt: skip
 
@@ -112,7 +112,7 @@ def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, count: in
 @helper
 def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, count: int) -> int:
     """Rays to light k from where it may be seen into the lanes; returns one of them, or -1 if there is none."""
-    lanes, light, some = wave.shadow.lanes, look.lights[k], -1
+    lanes, light, some = wave.shadow, look.lights[k], -1
     for i in range(count):
         sight = _kept(wave.sights[i])
         wave.asks[i] = 0
@@ -134,7 +134,7 @@ def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, count: int)
 @helper
 def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: int, count: int) -> None:
     """How much of light k reaches what the rays have met."""
-    lanes, materials, light = wave.shadow.lanes, look.materials, look.lights[k]
+    lanes, materials, light = wave.shadow, look.materials, look.lights[k]
     some = _shadow_rays(geometry, wave, look, k, count)
     if some < 0:
         return
@@ -145,7 +145,7 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
     put_lane_beam(lanes, 8, False)
     if light.parallel == 0:
         put_beam_from(lanes, 8, light.position[0], light.position[1], light.position[2])
-    trace_packet(geometry, scratch, wave.shadow, 8, True, materials.opaque, True)
+    trace_packet(geometry, scratch, with_lanes(wave.seen, lanes), 8, True, materials.opaque, True)
     for i in range(count):
         if wave.asks[i] == 0:
             continue
