@@ -95,8 +95,8 @@ def _descend(geometry: Geometry, level: Level, beam: Floats, begin: int, count: 
             ask_for(geometry, _code(found[k + _AHEAD]))
         if code >= 0 and end - other + begin + count - k + 8 <= _MOST_FOUND:
             end += put_children(
-                geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * code,
-                geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code, 8 * code,
+                geometry.floats, geometry.places[table.NODE_BOXES] + 48 * code,
+                geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code, 8 * code,
                 beam, 0, found, level.t, end,
             )  # fmt: skip
             nodes += 1
@@ -110,7 +110,7 @@ def _descend(geometry: Geometry, level: Level, beam: Floats, begin: int, count: 
 def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: float) -> None:
     """Item k: a node or leaf in a box, -1 if in none."""
     items[CODE + k], items[BOX + k], items[ENTERED + k] = code, box, t
-    at = geometry.places[table.NODE_BOXES, 0] + 48 * (box >> 3) + (box & 7)
+    at = geometry.places[table.NODE_BOXES] + 48 * (box >> 3) + (box & 7)
     for side in range(6):
         open_end = -math.inf if side < 3 else math.inf
         items[k + side * ITEM_ROW] = geometry.floats[at + 8 * side] if box >= 0 else open_end

@@ -286,7 +286,7 @@ def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z
 
 @inline
 def _uv_row(geometry: Geometry, row: int, k: int, x: float, y: float, z: float) -> float:
-    at = geometry.places[table.FACE_UV, 0] + 13 * row + k
+    at = geometry.places[table.FACE_UV] + 13 * row + k
     f = geometry.floats
     return dot(f[at], f[at + 1], f[at + 2], x, y, z) + f[at + 3]
 
@@ -319,7 +319,7 @@ def from_center(
     """A point relative to the center of one of many balls, along the ball's own axes."""
     cx, cy, cz = anchor_of(geometry, surface)
     x, y, z = x - cx, y - cy, z - cz
-    at = geometry.places[table.BALL_FRAMES, 0] + 9 * frame
+    at = geometry.places[table.BALL_FRAMES] + 9 * frame
     f = geometry.floats
     return (
         dot(f[at], f[at + 1], f[at + 2], x, y, z),

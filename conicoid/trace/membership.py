@@ -155,15 +155,15 @@ def _stand_in(stand: Geometry, surface: int, where: float) -> None:
     f, kind = stand.floats, integer(stand, table.SURFACE_KIND, surface)
     row = integer(stand, table.SURFACE_ROW, surface)
     if kind == PLANE:
-        at = stand.places[table.PLANES, 0] + 7 * row
+        at = stand.places[table.PLANES] + 7 * row
         for k in range(7):
             f[at + k] = 0.0
         f[at], f[at + 3] = 1.0, where
     elif kind == SPHERE:
-        at = stand.places[table.SPHERES, 0] + 4 * row
+        at = stand.places[table.SPHERES] + 4 * row
         f[at], f[at + 1], f[at + 2], f[at + 3] = where + 1.0, 0.0, 0.0, 1.0
     else:
-        at = stand.places[table.QUADRICS, 0] + 19 * row
+        at = stand.places[table.QUADRICS] + 19 * row
         for k in range(19):
             f[at + k] = 0.0
         f[at + 18] = -where

@@ -42,7 +42,7 @@ _MANY = 100  # items that a quarter of a tile sees: they are small then, and met
 def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bits: int) -> int:
     """Those of a node's children that a lane meets, of those that are told by bits."""
     met = 0
-    at = geometry.places[table.NODE_BOXES, 0] + 48 * node
+    at = geometry.places[table.NODE_BOXES] + 48 * node
     while bits != 0:
         child = lowest_bit(bits)
         bits &= bits - 1
@@ -176,7 +176,7 @@ def trace_packet(
         items, top = 0, push_roots(geometry, way, scene_tree(geometry))
     if items > _MANY:
         put_group_beams(lanes)
-    boxes = geometry.places[table.NODE_BOXES, 0]
+    boxes = geometry.places[table.NODE_BOXES]
     while True:
         if top == 0:
             # Few at first: what they hide need not be asked about

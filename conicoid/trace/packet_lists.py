@@ -211,7 +211,7 @@ def list_packet(
     for i in range(LANES):
         chains.last[i], chains.rows[i] = -1, 0
     top = push_roots(geometry, way, scene_tree(geometry))
-    boxes = geometry.places[table.NODE_BOXES, 0]
+    boxes = geometry.places[table.NODE_BOXES]
     while top > 0:
         top -= 1
         code, box = whole(way[on_stack(top) + ITS_CODE]), whole(way[on_stack(top) + ITS_BOX])

@@ -61,10 +61,10 @@ def put_beam(beam: Floats, at: int, ray: Ray) -> None:
 def ask_for(geometry: Geometry, code: int) -> None:
     """Ask for the memory of a node or leaf that is soon to be visited."""
     if code >= 0:
-        at = geometry.places[table.NODE_BOXES, 0] + 48 * code
+        at = geometry.places[table.NODE_BOXES] + 48 * code
         for line in range(6):
             prefetch_soon(geometry.floats, at + 8 * line)
-        prefetch_soon(geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code)
+        prefetch_soon(geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code)
     else:
         first, last = leaf_range(code)
         at = leaf_at(geometry, first)
@@ -99,7 +99,7 @@ def push_met(geometry: Geometry, way: Floats, node: int, bits: int, top: int) ->
 @inline
 def push_node(geometry: Geometry, way: Floats, node: int, top: int) -> int:
     """Put the children of a node that the way's own beam meets on the stack; returns its height."""
-    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * node, way, OWN_BEAM, way)
+    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES] + 48 * node, way, OWN_BEAM, way)
     return push_met(geometry, way, node, bits, top)
 
 
