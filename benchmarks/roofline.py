@@ -70,9 +70,9 @@ def install(counts: np.ndarray) -> None:
         return boxes_met(floats, at, beam, start, near)
 
     @inline
-    def counted_items(items, at, beam, start, near):
+    def counted_items(items, at, beam, start):
         add(NODE, 1)
-        return items_met(items, at, beam, start, near)
+        return items_met(items, at, beam, start)
 
     @inline
     def counted_children(boxes, at, codes, first, number, beam, start, found, t, end):

@@ -35,12 +35,12 @@ def listing(scene: Scene) -> list[str]:
 
 def totals(scene: Scene) -> list[str]:
     """How many bodies, lights and distinct surfaces there are, how far they reach, and their memory."""
-    from .geometry.tables import SURFACE_KIND
+    from .geometry.tables import SURFACE_KIND, length
 
     return [
         f"bodies    {scene.body_count:,}",
         f"lights    {len(scene.lights):,}",
-        f"surfaces  {scene.geometry.places[SURFACE_KIND, 1]:,}",
+        f"surfaces  {int(length(scene.geometry, SURFACE_KIND)):,}",
         f"bounds    {_box(*scene.bounds)}",
         f"memory    {_memory(scene.memory)}",
     ]

@@ -30,21 +30,21 @@ def quadric_place(cell: int) -> int:
 
 @inline
 def load_plane(geometry: Geometry, row: int) -> Plane:
-    at = geometry.places[table.PLANES, 0] + 7 * row
+    at = geometry.places[table.PLANES] + 7 * row
     t = geometry.floats
     return t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6]
 
 
 @inline
 def load_sphere(geometry: Geometry, row: int) -> Sphere:
-    at = geometry.places[table.SPHERES, 0] + 4 * row
+    at = geometry.places[table.SPHERES] + 4 * row
     t = geometry.floats
     return t[at], t[at + 1], t[at + 2], t[at + 3]
 
 
 @inline
 def load_quadric(geometry: Geometry, row: int) -> Quadric:
-    at = geometry.places[table.QUADRICS, 0] + 19 * row
+    at = geometry.places[table.QUADRICS] + 19 * row
     t = geometry.floats
     return (
         t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6], t[at + 7], t[at + 8], t[at + 9],
@@ -66,7 +66,7 @@ def anchor_of(geometry: Geometry, surface: int) -> tuple[float, float, float]:
 @inline
 def load_limits(geometry: Geometry, of: int, row: int) -> Limits:
     """The limits of a plane or quadric: row `row` of table `of`."""
-    at = geometry.places[of, 0] + 2 * row
+    at = geometry.places[of] + 2 * row
     return geometry.floats[at], geometry.floats[at + 1]
 
 

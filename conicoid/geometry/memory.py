@@ -18,6 +18,7 @@ from .tables import (
     TREE_ORDER,
     TREE_ROOT,
     Geometry,
+    length,
 )
 
 _TREE = (NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
@@ -34,8 +35,8 @@ class Memory(NamedTuple):
 def memory(geometry: Geometry) -> Memory:
     """Count the bytes of a geometry."""
     every = geometry.integers.nbytes + geometry.floats.nbytes
-    boxes = int(geometry.places[NODE_BOXES, 1] + geometry.places[LEAF_ITEMS, 1]) * geometry.floats.itemsize
-    tree = boxes + sum(int(geometry.places[k, 1]) for k in _TREE) * geometry.integers.itemsize
+    boxes = int(length(geometry, NODE_BOXES) + length(geometry, LEAF_ITEMS)) * geometry.floats.itemsize
+    tree = boxes + sum(int(length(geometry, k)) for k in _TREE) * geometry.integers.itemsize
     first, count = geometry.places[ENTRY_KIND].tolist()
     regions = int(np.count_nonzero(geometry.integers[first : first + count] == REGION))
-    return Memory(count - regions + int(geometry.places[LEAF_CELL, 1]), every - tree, tree)
+    return Memory(count - regions + int(length(geometry, LEAF_CELL)), every - tree, tree)

@@ -33,7 +33,7 @@ def ray_size(ox: float, oy: float, oz: float, unit: float) -> float:
 @inline
 def lengths_of(geometry: Geometry, table: int, row: int) -> Nearness:
     """The limits of a cell, program, sheet or polygon, for |d| = 1: row `row` of its table."""
-    at = geometry.places[table, 0] + 2 * row
+    at = geometry.places[table] + 2 * row
     return geometry.floats[at], geometry.floats[at + 1]
 
 

@@ -147,15 +147,17 @@ class Tables(NamedTuple):
     SHEET_LIMITS,
     POLYGON_LIMITS,
 ) = range(52)
+LENGTHS = len(Tables._fields)
+"""In `Geometry.places` a table's length stands so far behind where it begins."""
 
 
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 
-    Handing three arrays from function to function costs little, forty would not.
+    Handing three arrays of one dimension from function to function costs little, forty would not.
     """
 
-    places: npt.NDArray[np.int64]  # [tables, 2] where a table begins, and its length
+    places: npt.NDArray[np.int64]  # [2 tables] where each table begins, then their lengths
     integers: Ints
     floats: Floats
 
@@ -174,17 +176,17 @@ def _aligned(count: int) -> Floats:
 def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
     """Lay the tables end to end; those of the numbers `later` get room that the caller fills."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
-    places = np.zeros((len(arrays), 2), np.int64)
+    places = np.zeros(2 * LENGTHS, np.int64)
     ends = [0, 0]
     for k, table in enumerate(arrays):
         real = table.dtype == np.float64
-        places[k] = ends[real], table.size
+        places[k], places[LENGTHS + k] = ends[real], table.size
         ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
     geometry = Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + _SPARE))
     geometry.floats[ends[1] :] = 0.0
     for k, table in enumerate(arrays):
         if table.dtype == np.float64:
-            end = int(places[k].sum())
+            end = int(places[k] + places[LENGTHS + k])
             geometry.floats[end : end + -end % _LINE] = 0.0
         if k not in later:
             _room(geometry, k, table)[...] = table
@@ -198,7 +200,7 @@ def shared(tables: Tables, geometry: Geometry) -> Tables:
 
 
 def _room(geometry: Geometry, k: int, table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    begin, size = geometry.places[k].tolist()
+    begin, size = int(geometry.places[k]), int(length(geometry, k))
     numbers: npt.NDArray[Any] = geometry.floats if table.dtype == np.float64 else geometry.integers
     return numbers[begin : begin + size].reshape(-1, *table.shape[1:]) if size else numbers[:0].reshape(table.shape)
 
@@ -212,16 +214,16 @@ def whole(x: float) -> Any:
 @inline
 def integer(geometry: Geometry, table: int, index: int) -> Any:
     """An element of a table of integers, an int64."""
-    return np.int64(geometry.integers[geometry.places[table, 0] + index])
+    return np.int64(geometry.integers[geometry.places[table] + index])
 
 
 @inline
 def real(geometry: Geometry, table: int, index: int) -> float:
     """An element of a table of floats, counted flat."""
-    return geometry.floats[geometry.places[table, 0] + index]
+    return geometry.floats[geometry.places[table] + index]
 
 
 @inline
 def length(geometry: Geometry, table: int) -> int:
     """How many elements a table has."""
-    return geometry.places[table, 1]
+    return geometry.places[LENGTHS + table]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, Ints, Signs, whole
+from ..geometry.tables import Floats, Geometry, whole
 from ..jit import allocator, helper, inline
 from ..shading.local import light_at
 from ..shading.look import Look
@@ -34,25 +34,25 @@ from ..trace.lanes import (
     put_lane_beam,
     put_ray,
 )  # fmt: skip
-from ..trace.packet import Packet, new_packet
+from ..trace.packet import Packet, new_lanes, new_packet, with_lanes
 from ..trace.packet_first import trace_packet
 from ..trace.scratch import Scratch
 from .stack import NO_SURFACE, Stack
 from .whitted import Sight, facing, follow, medium_at, shade, shows_light, sight_of, sky
 
-_NUMBERS = 13
+_MEDIUM, _ASKS = 13, 14
+"""Columns behind a sight: the medium that the ray starts in; 1 where it matters whether a light is seen, else 0."""
+_NUMBERS = 15
 
 
 class Wave(NamedTuple):
     """A packet of rays and what they have met. A row a lane."""
 
     seen: Packet  # the rays
-    shadow: Packet  # rays from what they meet to a light
-    sights: Floats  # (64, 13) see `Sight`
+    shadow: Floats  # the lanes of rays from what they meet to a light
+    sights: Floats  # (64, _NUMBERS) what they meet, see `Sight`, and more
     arrived: Floats  # (64 · lights · 3) how much of each light reaches what they meet
     further: Floats  # (lights · 3) how much reaches what a mirrored or refracted ray meets
-    medium: Ints  # (64,) what they start in
-    asks: Signs  # (64,) 1 where it matters whether a light is seen
     colors: Floats  # (64, 3) what comes back
 
 
@@ -60,8 +60,8 @@ class Wave(NamedTuple):
 def new_wave(lights: int) -> Wave:
     """Memory for one thread."""
     return Wave(
-        new_packet(), new_packet(), np.empty((LANES, _NUMBERS)), np.empty(3 * max(1, lights) * LANES),
-        np.empty(3 * max(1, lights)), np.empty(LANES, np.int32), np.empty(LANES, np.int8), np.empty((LANES, 3)),
+        new_packet(), new_lanes(), np.empty((LANES, _NUMBERS)), np.empty(3 * max(1, lights) * LANES),
+        np.empty(3 * max(1, lights)), np.empty((LANES, 3)),
     )  # fmt: skip
 
 
@@ -85,10 +85,10 @@ def _kept(row: Floats) -> Sight:
 def begin_wave(geometry: Geometry, scratch: Scratch, wave: Wave, materials: Materials, count: int) -> None:
     """The media that the first `count` rays start in."""
     for i in range(count):
-        wave.medium[i] = OUTSIDE
+        wave.sights[i, _MEDIUM] = OUTSIDE
         if materials.any_transparent:
             x, y, z, _, _, _, _, _, _ = lane_ray(wave.seen.lanes, i, 0.0)
-            wave.medium[i] = medium_at(geometry, scratch, materials, x, y, z)
+            wave.sights[i, _MEDIUM] = medium_at(geometry, scratch, materials, x, y, z)
 
 
 @inline
@@ -112,10 +112,10 @@ def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, count: in
 @helper
 def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, count: int) -> int:
     """Rays to light k from where it may be seen into the lanes; returns one of them, or -1 if there is none."""
-    lanes, light, some = wave.shadow.lanes, look.lights[k], -1
+    lanes, light, some = wave.shadow, look.lights[k], -1
     for i in range(count):
         sight = _kept(wave.sights[i])
-        wave.asks[i] = 0
+        wave.sights[i, _ASKS] = 0.0
         if sight[1] < 0:
             continue
         dx, dy, dz = _direction(wave.seen.lanes, i)
@@ -127,27 +127,27 @@ def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, count: int)
         lx, ly, lz, end, _, _, part = light_at(light, row, x, y, z, nx, ny, nz, -dx, -dy, -dz)
         if part != 0.0:
             put_ray(lanes, i, (x, y, z, lx, ly, lz, 0.0, end, sight[2]))
-            wave.asks[i], some = 1, i
+            wave.sights[i, _ASKS], some = 1.0, i
     return some
 
 
 @helper
 def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: int, count: int) -> None:
     """How much of light k reaches what the rays have met."""
-    lanes, materials, light = wave.shadow.lanes, look.materials, look.lights[k]
+    lanes, materials, light = wave.shadow, look.materials, look.lights[k]
     some = _shadow_rays(geometry, wave, look, k, count)
     if some < 0:
         return
     for i in range(LANES):
-        if i >= count or wave.asks[i] == 0:
+        if i >= count or wave.sights[i, _ASKS] == 0.0:
             put_idle(lanes, i, some)
     prepare_lanes(lanes, 8)
     put_lane_beam(lanes, 8, False)
     if light.parallel == 0:
         put_beam_from(lanes, 8, light.position[0], light.position[1], light.position[2])
-    trace_packet(geometry, scratch, wave.shadow, 8, True, materials.opaque, True)
+    trace_packet(geometry, scratch, with_lanes(wave.seen, lanes), 8, True, materials.opaque, True)
     for i in range(count):
-        if wave.asks[i] == 0:
+        if wave.sights[i, _ASKS] == 0.0:
             continue
         at = 3 * (len(look.lights) * i + k)
         way = 0.0 if lanes[BEST + np.uint64(i)] < math.inf else 1.0
@@ -172,7 +172,7 @@ def whitted_wave(
         sight = _kept(wave.sights[i])
         dx, dy, dz = _direction(wave.seen.lanes, i)
         if sight[1] < 0:
-            r, g, b = sky(look, whole(wave.medium[i]), dz, 1.0, 1.0, 1.0)
+            r, g, b = sky(look, whole(wave.sights[i, _MEDIUM]), dz, 1.0, 1.0, 1.0)
         else:
             r, g, b, size = shade(
                 geometry, look, stack, 0, depth, 0, sight, wave.arrived, 3 * lights * i, dx, dy, dz, 1.0, 1.0, 1.0

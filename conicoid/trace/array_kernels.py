@@ -95,7 +95,7 @@ def trace_first(
         shared = open_tile(geometry, memory, lanes, origins, directions, tile, width)
         for number in range(PACKETS):
             if number & 3 == 0:
-                open_quarter(memory, number >> 2, bundle.frontier)
+                open_quarter(memory, number >> 2, bundle.items)
             ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
             packet = tile_packet(tile, number, width, count)
             if packet < 0:
@@ -136,7 +136,7 @@ def trace_occluded(
         shared = open_tile(geometry, memory, lanes, origins, directions, tile, width)
         for number in range(PACKETS):
             if number & 3 == 0:
-                open_quarter(memory, number >> 2, bundle.frontier)
+                open_quarter(memory, number >> 2, bundle.items)
             ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
             packet = tile_packet(tile, number, width, count)
             if packet < 0:

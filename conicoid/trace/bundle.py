@@ -121,7 +121,7 @@ def coherent(geometry: Geometry, lanes: Floats, groups: int) -> bool:
     """
     if not ordinary(lanes, groups):
         return False
-    at, floats = geometry.places[table.EXTENT, 0], geometry.floats
+    at, floats = geometry.places[table.EXTENT], geometry.floats
     diagonal, cell = floats[at], floats[at + 1]
     ox, oy, oz = lanes[OX] - floats[at + 2], lanes[OY] - floats[at + 3], lanes[OZ] - floats[at + 4]
     reach = math.sqrt(ox * ox + oy * oy + oz * oz) + 0.5 * diagonal

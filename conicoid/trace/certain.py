@@ -13,7 +13,7 @@ from ..exact.outline import passes_within
 from ..exact.roots import ZERO, sign
 from ..geometry import tables as table
 from ..geometry.decide import CROSSES, MISSES, Rest
-from ..geometry.tables import POLYGON, Geometry
+from ..geometry.tables import POLYGON, Geometry, length
 from .hits import Found
 from .membership import locate_ranked, surfaces_near
 from .ranks import Ranks
@@ -29,7 +29,7 @@ _CHUNK = 256
 
 def _memory(geometry: Geometry) -> tuple[Geometry, Ranks]:
     """Room for one thread. Memory from `zeros` is taken only where it is written to."""
-    surfaces, polygons = int(geometry.places[table.SURFACE_KIND, 1]), int(geometry.places[table.POLYGON_SURFACE, 1])
+    surfaces, polygons = int(length(geometry, table.SURFACE_KIND)), int(length(geometry, table.POLYGON_SURFACE))
     most = 2 * surfaces + 8
 
     def whole(count: int) -> Any:

@@ -13,7 +13,19 @@ from ..geometry.nearness import Nearness, beyond, near, nearness_of
 from ..geometry.program import root_value, turn_leaf
 from ..geometry.tables import Geometry, Ray, integer, whole
 from ..jit import helper, inline
-from .scratch import Scratch
+from .scratch import (
+    CROSS_ENTERS,
+    CROSS_PLACE,
+    CROSS_SENSE,
+    CROSS_T,
+    EVENT,
+    KNOWN,
+    LEAF,
+    ON,
+    PLACE,
+    TIME,
+    Scratch,
+)  # fmt: skip
 from .walk import walk
 
 
@@ -26,19 +38,18 @@ def span_inverse(ray: Ray) -> float:
 @inline
 def put_event(scratch: Scratch, count: int, t: float, leaf: int, place: int, on: int) -> int:
     """Event number `count` of a leaf that is entered (1) or left (0); returns how many there are now."""
-    scratch.event_t[count] = t
-    scratch.event_leaf[count] = leaf
-    scratch.event_place[count] = place
-    scratch.event_on[count] = on
+    scratch.time[TIME * count] = t
+    at = EVENT * count
+    scratch.event[at + LEAF], scratch.event[at + PLACE], scratch.event[at + ON] = leaf, place, on
     return count + 1
 
 
 @inline
 def leaves_met(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
     """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many."""
-    if scratch.known[0] >= 0:
-        return scratch.known[0]
-    return walk(geometry, scratch.inner_stack, scratch.near, scratch.inner_beam, program, ray, scratch.found_leaves)
+    if scratch.found_leaves[KNOWN] >= 0:
+        return scratch.found_leaves[KNOWN]
+    return walk(geometry, scratch.inner_way, program, ray, scratch.found_leaves)
 
 
 @helper
@@ -64,34 +75,37 @@ def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tupl
 
 @inline
 def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
-    return scratch.event_t[i] > t or (scratch.event_t[i] == t and scratch.event_leaf[i] > leaf)
+    before = scratch.time[TIME * i]
+    return before > t or (before == t and scratch.event[EVENT * i + LEAF] > leaf)
 
 
 @helper
 def sort_events(scratch: Scratch, count: int) -> None:
     """By t, then by leaf (Shell's sort, gaps after Ciura 2001 and growing by 9/4)."""
-    gap = 1
+    time, event, gap = scratch.time, scratch.event, 1
     while gap < count // 2:
         gap = gap * 9 // 4 + 1
     while gap > 0:
         for i in range(gap, count):
-            t, leaf, place, on = scratch.event_t[i], scratch.event_leaf[i], scratch.event_place[i], scratch.event_on[i]
-            j = i
+            t, j = time[TIME * i], i
+            leaf, place, on = event[EVENT * i + LEAF], event[EVENT * i + PLACE], event[EVENT * i + ON]
             while j >= gap and _later(scratch, j - gap, t, leaf):
-                scratch.event_t[j], scratch.event_leaf[j] = scratch.event_t[j - gap], scratch.event_leaf[j - gap]
-                scratch.event_place[j], scratch.event_on[j] = scratch.event_place[j - gap], scratch.event_on[j - gap]
-                j -= gap
-            scratch.event_t[j], scratch.event_leaf[j], scratch.event_place[j], scratch.event_on[j] = t, leaf, place, on
+                k = j - gap
+                put_event(
+                    scratch, j, time[TIME * k], event[EVENT * k + LEAF], event[EVENT * k + PLACE], event[EVENT * k + ON]
+                )
+                j = k
+            put_event(scratch, j, t, leaf, place, on)
         gap = gap * 4 // 9
 
 
 @inline
 def _unsettled(geometry: Geometry, scratch: Scratch, k: int, nearness: Nearness) -> bool:
     """Might rounding have put event k after the one before it, or together with it? Not on the same surface."""
-    t, before = scratch.event_t[k], scratch.event_t[k - 1]
+    t, before = scratch.time[TIME * k], scratch.time[TIME * (k - 1)]
     if not near(t, before, nearness):
         return False
-    here, there = scratch.event_place[k], scratch.event_place[k - 1]
+    here, there = scratch.event[EVENT * k + PLACE], scratch.event[EVENT * (k - 1) + PLACE]
     return t != before or place_face(geometry, here)[0] != place_face(geometry, there)[0]
 
 
@@ -112,25 +126,25 @@ def sweep(
 ) -> tuple[int, bool, bool]:
     """`region_crossings` from sorted events."""
     t_min, t_max = ray[6], ray[7]
-    gates, unsure = scratch.counts, False
+    gates, event, unsure = scratch.counts, scratch.event, False
     done, found = 0, 0
-    while done < events and scratch.event_t[done] <= t_min:
-        turn_leaf(geometry, gates, scratch.event_leaf[done], scratch.event_on[done] == 1)
+    while done < events and scratch.time[TIME * done] <= t_min:
+        turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
         done += 1
     inside = root_value(geometry, gates, program)
     started_inside = inside
     behind = done - 1
-    while behind >= 0 and abs(scratch.event_t[behind]) <= nearness[0]:
+    while behind >= 0 and abs(scratch.time[TIME * behind]) <= nearness[0]:
         unsure |= _at_start(geometry, scratch, behind, ray, nearness)
         behind -= 1
     while done < events and found < limit:
-        t = scratch.event_t[done]
+        t = scratch.time[TIME * done]
         unsure |= _at_start(geometry, scratch, done, ray, nearness) | beyond(t, nearness)
         if not t < t_max:
             break
         first = done
-        while done < events and scratch.event_t[done] == t:
-            turn_leaf(geometry, gates, scratch.event_leaf[done], scratch.event_on[done] == 1)
+        while done < events and scratch.time[TIME * done] == t:
+            turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
             done += 1
             unsure |= done < events and _unsettled(geometry, scratch, done, nearness)
         after = root_value(geometry, gates, program)
@@ -143,8 +157,8 @@ def sweep(
 
 @inline
 def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: Nearness) -> bool:
-    t = scratch.event_t[k]
-    return at_start(t, surface_of(geometry, scratch.event_place[k], t), ray, nearness)
+    t = scratch.time[TIME * k]
+    return at_start(t, surface_of(geometry, scratch.event[EVENT * k + PLACE], t), ray, nearness)
 
 
 @helper
@@ -156,20 +170,21 @@ def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> 
             scratch.counts[gate] = integer(geometry, table.GATE_START, gate)
         return
     for i in range(done - 1, -1, -1):
-        turn_leaf(geometry, scratch.counts, scratch.event_leaf[i], scratch.event_on[i] == 0)
+        at = EVENT * i
+        turn_leaf(geometry, scratch.counts, scratch.event[at + LEAF], scratch.event[at + ON] == 0)
 
 
 @helper
 def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
     """(inside just before t, inside just after t) of a region."""
     events, _ = gather(geometry, scratch, program, ray)
-    done = 0
-    while done < events and scratch.event_t[done] < t:
-        turn_leaf(geometry, scratch.counts, scratch.event_leaf[done], scratch.event_on[done] == 1)
+    event, done = scratch.event, 0
+    while done < events and scratch.time[TIME * done] < t:
+        turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
         done += 1
     before = root_value(geometry, scratch.counts, program)
-    while done < events and scratch.event_t[done] <= t:
-        turn_leaf(geometry, scratch.counts, scratch.event_leaf[done], scratch.event_on[done] == 1)
+    while done < events and scratch.time[TIME * done] <= t:
+        turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
         done += 1
     after = root_value(geometry, scratch.counts, program)
     turn_back(geometry, scratch, program, done)
@@ -179,15 +194,15 @@ def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t
 @inline
 def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: int, entered: bool, n: int) -> int:
     """The crossing shows the first leaf of the group that turned the way the body did. 0: it is the ray's start."""
-    chosen = first
+    event, chosen = scratch.event, first
     for i in range(first, last):
-        if (scratch.event_on[i] == 1) == (entered == (integer(geometry, table.LEAF_SENSE, scratch.event_leaf[i]) > 0)):
+        sense = integer(geometry, table.LEAF_SENSE, event[EVENT * i + LEAF])
+        if (event[EVENT * i + ON] == 1) == (entered == (sense > 0)):
             chosen = i
             break
-    t, place = scratch.event_t[chosen], scratch.event_place[chosen]
-    put_crossing(
-        scratch, n, t, place, integer(geometry, table.LEAF_SENSE, scratch.event_leaf[chosen]), 1 if entered else 0
-    )
+    t, place = scratch.time[TIME * chosen], event[EVENT * chosen + PLACE]
+    sense = integer(geometry, table.LEAF_SENSE, event[EVENT * chosen + LEAF])
+    put_crossing(scratch, n, t, place, sense, 1 if entered else 0)
     return 0 if t == 0.0 and place_face(geometry, place)[0] == start else 1
 
 
@@ -200,10 +215,10 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
     events, unsure = gather(geometry, scratch, program, ray)
     for sweep in range(2):
         for i in range(events):
-            enters = scratch.event_on[i] == 1
-            unsure |= near(scratch.event_t[i], t, nearness)
-            if scratch.event_t[i] < t or (enters and scratch.event_t[i] == t):
-                turn_leaf(geometry, scratch.counts, scratch.event_leaf[i], enters == (sweep == 0))
+            enters, end = scratch.event[EVENT * i + ON] == 1, scratch.time[TIME * i]
+            unsure |= near(end, t, nearness)
+            if end < t or (enters and end == t):
+                turn_leaf(geometry, scratch.counts, scratch.event[EVENT * i + LEAF], enters == (sweep == 0))
         if sweep == 0:
             inside = root_value(geometry, scratch.counts, program)
     return inside, unsure
@@ -212,10 +227,19 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
 @inline
 def put_crossing(scratch: Scratch, n: int, t: float, place: int, sense: int, enters: int) -> None:
     """Crossing n of a body, into scratch."""
-    scratch.cross_t[n] = t
-    scratch.crossing[3 * n] = place
-    scratch.crossing[3 * n + 1] = sense
-    scratch.crossing[3 * n + 2] = enters
+    at = EVENT * n
+    scratch.time[TIME * n + CROSS_T] = t
+    scratch.event[at + CROSS_PLACE], scratch.event[at + CROSS_SENSE], scratch.event[at + CROSS_ENTERS] = (
+        place, sense, enters,
+    )  # fmt: skip
+
+
+@inline
+def crossing(scratch: Scratch, n: int) -> tuple[float, int, int, bool]:
+    """(t, place, sense of its leaf, is the body entered) of crossing n of a body."""
+    t, event, at = scratch.time[TIME * n + CROSS_T], scratch.event, EVENT * n
+    place, sense = whole(event[at + CROSS_PLACE]), whole(event[at + CROSS_SENSE])
+    return t, place, sense, event[at + CROSS_ENTERS] == 1
 
 
 @inline

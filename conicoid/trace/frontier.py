@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import Floats, Geometry, Ints, integer
+from ..geometry.tables import Floats, Geometry, integer, whole
 from ..jit import allocator, helper, inline
 from .leaf import is_round, leaf_at, leaf_range
 from .simd import (
@@ -38,12 +38,11 @@ _SORTED = 64  # so many are put in order; their children follow that
 _AHEAD = 10
 
 
-class Frontier(NamedTuple):
-    """Items from the nearest to the furthest, or nearly so: nodes, leaves, and balls of leaves."""
+ITEM_COUNT = ITEMS_SIZE
+"""Behind a frontier's items (see `simd.items`): how many there are, or -1: nothing is known.
 
-    items: Floats  # see `simd.items`
-    near: Floats  # (8,) where a beam enters eight of them
-    length: Ints  # (1,) how many there are, or -1: nothing is known
+They are in order from the nearest to the furthest, or nearly so: nodes, leaves, and balls of leaves.
+"""
 
 
 class Level(NamedTuple):
@@ -54,9 +53,11 @@ class Level(NamedTuple):
 
 
 @allocator
-def new_frontier() -> Frontier:
+def new_frontier() -> Floats:
     """Memory for one thread; nothing is known."""
-    return Frontier(np.empty(ITEMS_SIZE), np.empty(8), np.full(1, -1, np.int32))
+    items = np.empty(ITEMS_SIZE + 1)
+    items[ITEM_COUNT] = -1.0
+    return items
 
 
 @allocator
@@ -94,8 +95,8 @@ def _descend(geometry: Geometry, level: Level, beam: Floats, begin: int, count: 
             ask_for(geometry, _code(found[k + _AHEAD]))
         if code >= 0 and end - other + begin + count - k + 8 <= _MOST_FOUND:
             end += put_children(
-                geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * code,
-                geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code, 8 * code,
+                geometry.floats, geometry.places[table.NODE_BOXES] + 48 * code,
+                geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code, 8 * code,
                 beam, 0, found, level.t, end,
             )  # fmt: skip
             nodes += 1
@@ -109,18 +110,18 @@ def _descend(geometry: Geometry, level: Level, beam: Floats, begin: int, count: 
 def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: float) -> None:
     """Item k: a node or leaf in a box, -1 if in none."""
     items[CODE + k], items[BOX + k], items[ENTERED + k] = code, box, t
-    at = geometry.places[table.NODE_BOXES, 0] + 48 * (box >> 3) + (box & 7)
+    at = geometry.places[table.NODE_BOXES] + 48 * (box >> 3) + (box & 7)
     for side in range(6):
         open_end = -math.inf if side < 3 else math.inf
         items[k + side * ITEM_ROW] = geometry.floats[at + 8 * side] if box >= 0 else open_end
 
 
 @helper
-def find_frontier(geometry: Geometry, frontier: Frontier, level: Level, beam: Floats, tree: int) -> None:
+def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats, tree: int) -> None:
     """What of a tree the beam (beam[0:]) meets."""
     roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
     count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
-    frontier.length[0] = -1
+    items[ITEM_COUNT] = -1.0
     if count > _MOST_ROOTS:
         return
     for k in range(count):
@@ -130,7 +131,7 @@ def find_frontier(geometry: Geometry, frontier: Frontier, level: Level, beam: Fl
             _sort(level, here, here + count)
         count, nodes = _descend(geometry, level, beam, here, count, other)
         here, other = other, here
-    items, end = frontier.items, 0
+    end = 0
     for k in range(here, here + count):
         code, box = _code(level.found[k]), level.found[k] >> 32
         if k + _AHEAD < here + count:
@@ -146,15 +147,15 @@ def find_frontier(geometry: Geometry, frontier: Frontier, level: Level, beam: Fl
     # Where this one or one that follows is entered
     for k in range(end - 2, -1, -1):
         items[ENTERED + k] = min(items[ENTERED + k], items[ENTERED + k + 1])
-    frontier.length[0] = end
+    items[ITEM_COUNT] = end
 
 
 @helper
-def narrow_frontier(frontier: Frontier, beam: Floats, start: int, narrowed: Frontier) -> None:
+def narrow_frontier(items: Floats, beam: Floats, start: int, narrowed: Floats) -> None:
     """What of a tile a narrower beam (from beam[start:]) meets."""
-    end, count = 0, frontier.length[0]
+    end, count = 0, whole(items[ITEM_COUNT])
     for first in range(0, count, 8):
-        bits = items_met(frontier.items, first, beam, start, frontier.near) & ((1 << min(8, count - first)) - 1)
-        keep_items(frontier.items, first, bits, narrowed.items, end)
+        bits = items_met(items, first, beam, start) & ((1 << min(8, count - first)) - 1)
+        keep_items(items, first, bits, narrowed, end)
         end += bit_count(bits)
-    narrowed.length[0] = end if count >= 0 else -1
+    narrowed[ITEM_COUNT] = end if count >= 0 else -1

@@ -16,11 +16,11 @@ from ..geometry.tables import BALL, CELL, PLANE, SPHERE, Geometry, Ints, Ray, Si
 from ..geometry.vectors import dot, normalized
 from ..jit import helper, inline
 from .entries import crossed_face, entry_crossings, entry_nearness, entry_sides
-from .events import at_start, counts_in, span_inverse, surface_of
+from .events import at_start, counts_in, crossing, span_inverse, surface_of
 from .leaf import Item, leaf_at, leaf_ball, leaf_item, leaf_range
 from .scratch import Scratch, new_scratch
 from .simd import LAST, balls_met, lowest_bit
-from .walk import push_node, push_roots, put_beam, walk
+from .walk import ITS_CODE, ITS_T, OWN_BEAM, on_stack, push_node, push_roots, put_beam, walk
 
 Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any, float, Any]
 """t, body, entry, place, sense, entered: `crossed_face` makes the middle ones a surface, a face and a side.
@@ -140,9 +140,9 @@ def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: 
     count, _, unsure = entry_crossings(geometry, scratch, entry, ray, 1)
     if count == 0:
         return certain(best, best[6], best[7] | unsure)
-    t, crossing = scratch.cross_t[0], scratch.crossing
+    t, place, sense, enters = crossing(scratch, 0)
     body = integer(geometry, table.ENTRY_BODY, entry)
-    hit = (t, body, entry, np.int64(crossing[0]), np.int64(crossing[1]), crossing[2] == 1, nearness[0], unsure)
+    hit = (t, body, entry, place, sense, enters, nearness[0], unsure)
     return nearer(geometry, best, hit)
 
 
@@ -162,18 +162,18 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     ray, scale = scaled_ray(ray)
     best = no_hit()
     some = len(blocks) > 0
-    stack, beam = scratch.stack, scratch.beam
-    put_beam(beam, ray)
+    way = scratch.way
+    put_beam(way, OWN_BEAM, ray)
     inverse = span_inverse(ray)
-    top = push_roots(geometry, stack, scene_tree(geometry))
+    top = push_roots(geometry, way, scene_tree(geometry))
     while top > 0:
         top -= 1
-        if stack.t[top] > within(best) + abs(best[0]) * 1e-15:
+        if way[on_stack(top) + ITS_T] > within(best) + abs(best[0]) * 1e-15:
             continue
-        code = stack.code[top]
+        code = whole(way[on_stack(top) + ITS_CODE])
         if code >= 0:
-            beam[LAST] = min(ray[7], within(best))
-            top = push_node(geometry, stack, scratch.near, beam, 0, code, top)
+            way[OWN_BEAM + LAST] = min(ray[7], within(best))
+            top = push_node(geometry, way, code, top)
             continue
         first, last = leaf_range(code)
         at, count = leaf_at(geometry, first), last - first
@@ -238,7 +238,7 @@ def _sort(values: Ints, count: int) -> None:
 @helper
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     """Put the entries whose boxes the ray meets within its interval into scratch, by number of body."""
-    count = walk(geometry, scratch.stack, scratch.near, scratch.beam, scene_tree(geometry), ray, scratch.found)
+    count = walk(geometry, scratch.way, scene_tree(geometry), ray, scratch.found)
     _sort(scratch.found, count)
     return count
 
@@ -286,7 +286,7 @@ def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z
 
 @inline
 def _uv_row(geometry: Geometry, row: int, k: int, x: float, y: float, z: float) -> float:
-    at = geometry.places[table.FACE_UV, 0] + 13 * row + k
+    at = geometry.places[table.FACE_UV] + 13 * row + k
     f = geometry.floats
     return dot(f[at], f[at + 1], f[at + 2], x, y, z) + f[at + 3]
 
@@ -319,7 +319,7 @@ def from_center(
     """A point relative to the center of one of many balls, along the ball's own axes."""
     cx, cy, cz = anchor_of(geometry, surface)
     x, y, z = x - cx, y - cy, z - cz
-    at = geometry.places[table.BALL_FRAMES, 0] + 9 * frame
+    at = geometry.places[table.BALL_FRAMES] + 9 * frame
     f = geometry.floats
     return (
         dot(f[at], f[at + 1], f[at + 2], x, y, z),

@@ -32,7 +32,7 @@ def leaf_range(code: int) -> tuple[int, int]:
 @inline
 def leaf_at(geometry: Geometry, first: int) -> int:
     """Where in the floats the leaf with this first place begins."""
-    return geometry.places[table.LEAF_ITEMS, 0] + ROWS * first
+    return geometry.places[table.LEAF_ITEMS] + ROWS * first
 
 
 @inline

@@ -15,7 +15,8 @@ from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Ray, integer, whole
 from ..jit import allocator, helper, inline
 from .entries import crossed_face, entry_crossings, entry_nearness, is_solid
-from .ranks import find_leaves
+from .events import crossing
+from .ranks import find_leaves, forget_leaves
 from .scratch import Scratch
 
 SPAN_COLUMNS, _SPAN_OFF = 9, 7
@@ -35,7 +36,8 @@ def with_room(rows: Floats, used: int, more: int) -> Floats:
 
 @inline
 def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
-    return crossed_face(geometry, entry, whole(scratch.crossing[3 * c]), whole(scratch.crossing[3 * c + 1]))[0]
+    _, place, sense, _ = crossing(scratch, c)
+    return crossed_face(geometry, entry, place, sense)[0]
 
 
 @helper
@@ -50,7 +52,7 @@ def _put_spans(
         at_end = c == crossings
         t, beyond, after = ray[7], whole(-1), 0.0
         if not at_end:
-            t, beyond, after = scratch.cross_t[c], _surface(geometry, scratch, entry, c), off
+            t, beyond, after = crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), off
         if inside:
             rows[used, 0], rows[used, 1], rows[used, 2] = enter, body, t
             rows[used, 3], rows[used, 4] = 1.0 if surface < 0 else 0.0, 1.0 if at_end else 0.0
@@ -69,11 +71,11 @@ def _put_crossings(
     """Rows of an entry's crossings, which stand in scratch; returns how many there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
     for c in range(crossings):
-        place, sense = whole(scratch.crossing[3 * c]), whole(scratch.crossing[3 * c + 1])
+        t, place, sense, enters = crossing(scratch, c)
         surface, face, side = crossed_face(geometry, whole(entry), place, sense)
-        rows[used, 0], rows[used, 1] = scratch.cross_t[c], body
+        rows[used, 0], rows[used, 1] = t, body
         rows[used, 2], rows[used, 3], rows[used, 4] = face, surface, side
-        rows[used, 5], rows[used, 6] = scratch.crossing[3 * c + 2], off
+        rows[used, 5], rows[used, 6] = 1.0 if enters else 0.0, off
         used += 1
     return used
 
@@ -191,5 +193,5 @@ def ray_rows(
             off = entry_nearness(geometry, entry, truth)[0]
             rows = with_room(rows, used, crossings + 1)
             used = put_rows(geometry, scratch, entry, crossings, inside, ray, off, spans, rows, used)
-    scratch.known[0] = -1
+    forget_leaves(scratch)
     return rows, used, put_in_order(rows, first, used, spans) | doubtful

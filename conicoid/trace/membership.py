@@ -23,8 +23,8 @@ from ..geometry.vectors import dot
 from ..jit import helper, inline, kernel
 from .events import leaves_met
 from .kernels import collect
-from .ranks import Ranks, find_leaves, forget, list_surfaces
-from .scratch import Scratch, new_scratch
+from .ranks import Ranks, find_leaves, forget, forget_leaves, list_surfaces
+from .scratch import EVENT, LEAF, Scratch, new_scratch
 
 _ROUNDING = 2.0**-44
 _OFF_CENTER = 2.0**-40
@@ -107,11 +107,11 @@ def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x:
         certain &= holds != OPEN
         if holds == INSIDE:
             turn_leaf(geometry, scratch.counts, leaf, True)
-            scratch.event_leaf[held] = leaf
+            scratch.event[EVENT * held + LEAF] = leaf
             held += 1
     inside = root_value(geometry, scratch.counts, index)
     for k in range(held):
-        turn_leaf(geometry, scratch.counts, scratch.event_leaf[k], False)
+        turn_leaf(geometry, scratch.counts, scratch.event[EVENT * k + LEAF], False)
     return (INSIDE if inside else 0) if certain else OPEN
 
 
@@ -155,15 +155,15 @@ def _stand_in(stand: Geometry, surface: int, where: float) -> None:
     f, kind = stand.floats, integer(stand, table.SURFACE_KIND, surface)
     row = integer(stand, table.SURFACE_ROW, surface)
     if kind == PLANE:
-        at = stand.places[table.PLANES, 0] + 7 * row
+        at = stand.places[table.PLANES] + 7 * row
         for k in range(7):
             f[at + k] = 0.0
         f[at], f[at + 3] = 1.0, where
     elif kind == SPHERE:
-        at = stand.places[table.SPHERES, 0] + 4 * row
+        at = stand.places[table.SPHERES] + 4 * row
         f[at], f[at + 1], f[at + 2], f[at + 3] = where + 1.0, 0.0, 0.0, 1.0
     else:
-        at = stand.places[table.QUADRICS, 0] + 19 * row
+        at = stand.places[table.QUADRICS] + 19 * row
         for k in range(19):
             f[at + k] = 0.0
         f[at + 18] = -where
@@ -184,7 +184,7 @@ def locate_ranked(
         if entry_holds(stand, nothing, scratch, scratch.found[k], 0.0, 0.0, 0.0) == INSIDE:
             body = integer(geometry, table.ENTRY_BODY, scratch.found[k])
             break
-    scratch.known[0] = -1
+    forget_leaves(scratch)
     forget(ranks)
     return body
 

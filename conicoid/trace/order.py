@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..geometry import tables as table
-from ..geometry.tables import Floats, Geometry, Ints, integer, whole
+from ..geometry.tables import Floats, Geometry, Ints, integer, length, whole
 from ..jit import choose, helper, inline, kernel
 from .simd import load_eight
 from .threads import run_chunks, thread_count
@@ -37,12 +37,12 @@ def _spread_bits(x: int) -> int:
 def scene_box(geometry: Geometry) -> Box:
     """The box of all that the scene's tree holds: low, high; (0, 0, 0) to (0, 0, 0) for none."""
     box = (math.inf, math.inf, math.inf, -math.inf, -math.inf, -math.inf)
-    tree = geometry.places[table.TREE_ROOT, 1] - 2
+    tree = length(geometry, table.TREE_ROOT) - 2
     for k in range(integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)):
         root = integer(geometry, table.ROOTS, k)
         if root < 0:
             continue
-        at = geometry.places[table.NODE_BOXES, 0] + 48 * root
+        at = geometry.places[table.NODE_BOXES] + 48 * root
         for child in range(8):
             if integer(geometry, table.NODE_CHILDREN, 8 * root + child) != 0:
                 b = geometry.floats

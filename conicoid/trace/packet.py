@@ -9,7 +9,7 @@ import numpy as np
 
 from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from ..jit import allocator, choose, helper, inline
-from .frontier import MOST_CHOSEN, Frontier, new_frontier
+from .frontier import MOST_CHOSEN, new_frontier
 from .kernels import try_entry, within
 from .lane_cells import ball_lanes, cell_lanes
 from .lane_regions import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
@@ -34,6 +34,9 @@ from .leaf import leaf_ball, leaf_item
 from .scratch import Scratch
 from .simd import highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
 
+PAIRS = MOST_CHOSEN + 8
+"""Where the pairs of a packet begin: eight times an item, and a group of lanes that may meet it."""
+
 
 class Packet(NamedTuple):
     """Memory of a packet."""
@@ -42,9 +45,8 @@ class Packet(NamedTuple):
     leaves: Floats  # spans of a body's leaves
     truths: Floats  # true inputs of its gates
     spans: Ints  # how many spans each leaf has, at most
-    frontier: Frontier  # what of the scene's tree may be met, if that is known
-    chosen: Any  # int64: the next of the frontier's items that its beam meets
-    pairs: Any  # int64: eight times an item, and a group of lanes that may meet it
+    items: Floats  # what of the scene's tree may be met, if that is known: a frontier
+    asked: Any  # int64: the next of the items that its beam meets; from `PAIRS` on what is asked of them, see there
 
 
 @allocator
@@ -59,8 +61,20 @@ def _aligned(count: int) -> Floats:
 def new_packet() -> Packet:
     """Memory for one thread."""
     lanes, leaves, truths = _aligned(SIZE), _aligned(LEAVES_SIZE), _aligned(TRUTHS_SIZE)
-    chosen, pairs = np.empty(MOST_CHOSEN + 8, np.int64), np.empty(8 * MOST_CHOSEN + 8, np.int64)
-    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), chosen, pairs)
+    asked = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
+    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), asked)
+
+
+@inline
+def with_lanes(packet: Packet, lanes: Floats) -> Packet:
+    """A packet of other rays in the same memory, of which as much is known of the scene."""
+    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked)
+
+
+@allocator
+def new_lanes() -> Floats:
+    """Memory for the lanes of another packet (`with_lanes`)."""
+    return _aligned(SIZE)
 
 
 @helper

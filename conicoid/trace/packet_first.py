@@ -12,11 +12,11 @@ import math
 from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Signs, whole
 from ..jit import helper, inline
-from .frontier import MOST_CHOSEN
+from .frontier import ITEM_COUNT, MOST_CHOSEN
 from .kernels import scene_tree
 from .lanes import BEAM_AT, GROUP_BEAMS, GROUPS_AT, put_group_beams, shorten_beam
 from .leaf import is_round, leaf_at, leaf_ball, leaf_range
-from .packet import Packet, lanes_at_ball, lanes_in_child, meet, retire
+from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet, retire
 from .scratch import Scratch
 from .simd import (
     BOX,
@@ -33,7 +33,7 @@ from .simd import (
     put_groups,
     put_numbers,
 )
-from .walk import push_met, push_roots
+from .walk import ITS_BOX, ITS_CODE, ITS_T, on_stack, push_met, push_roots, put_on_stack
 
 _MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
 
@@ -42,7 +42,7 @@ _MANY = 100  # items that a quarter of a tile sees: they are small then, and met
 def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bits: int) -> int:
     """Those of a node's children that a lane meets, of those that are told by bits."""
     met = 0
-    at = geometry.places[table.NODE_BOXES, 0] + 48 * node
+    at = geometry.places[table.NODE_BOXES] + 48 * node
     while bits != 0:
         child = lowest_bit(bits)
         bits &= bits - 1
@@ -57,10 +57,10 @@ def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]
 
     Returns how many there are, and with which number to go on.
     """
-    seen, lanes, count = packet.frontier, packet.lanes, 0
-    while count < most and item < items and seen.items[ENTERED + item] <= lanes[BEAM_AT + LAST]:
-        bits = items_met(seen.items, item, lanes, BEAM_AT, seen.near) & ((1 << min(8, items - item)) - 1)
-        put_numbers(item, bits, packet.chosen, count)
+    seen, lanes, count = packet.items, packet.lanes, 0
+    while count < most and item < items and seen[ENTERED + item] <= lanes[BEAM_AT + LAST]:
+        bits = items_met(seen, item, lanes, BEAM_AT) & ((1 << min(8, items - item)) - 1)
+        put_numbers(item, bits, packet.asked, count)
         count += bit_count(bits)
         item += 8
     return count, item
@@ -75,8 +75,8 @@ def _ball_of(geometry: Geometry, items: Floats, k: int) -> tuple[int, int, int]:
 
 @inline
 def _group_at_ball(geometry: Geometry, packet: Packet, pair: int) -> int:
-    """Which of a group of lanes may meet a ball; see `Packet.pairs`."""
-    at, size, place = _ball_of(geometry, packet.frontier.items, pair >> 3)
+    """Which of a group of lanes may meet a ball; see `PAIRS`."""
+    at, size, place = _ball_of(geometry, packet.items, pair >> 3)
     x, y, z, r = leaf_ball(geometry, at, size, place)
     return group_in_ball(packet.lanes, pair & 7, x, y, z, r)
 
@@ -87,22 +87,22 @@ def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
 
     Step by step for all of them, without branches, so that what one is found to be does not hold up the next.
     """
-    items, pairs, count, kept = packet.frontier.items, packet.pairs, 0, 0
+    items, asked, count, kept = packet.items, packet.asked, 0, 0
     split = packet.lanes[GROUP_BEAMS] != 0.0
     for j in range(chosen):
-        k = packet.chosen[j]
+        k = packet.asked[j]
         if items[BOX + k] >= -1.0:
             continue
         if split:
-            count += put_groups(items, k, packet.lanes, GROUPS_AT, pairs, count)
+            count += put_groups(items, k, packet.lanes, GROUPS_AT, asked, PAIRS + count)
         else:
-            pairs[count] = 8 * k
+            asked[PAIRS + count] = 8 * k
             count += 1
     if not split:
         return count
     for j in range(count):
-        pairs[kept] = pairs[j]
-        kept += 1 if _group_at_ball(geometry, packet, pairs[j]) != 0 else 0
+        asked[PAIRS + kept] = asked[PAIRS + j]
+        kept += 1 if _group_at_ball(geometry, packet, asked[PAIRS + j]) != 0 else 0
     return kept
 
 
@@ -111,16 +111,15 @@ def _meet_chosen(
     geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool, chosen: int
 ) -> int:
     """Meet the balls among the chosen items. The others go to the stack, whose height is returned."""
-    stack, lanes, items, top = scratch.stack, packet.lanes, packet.frontier.items, 0
+    way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
     for j in range(chosen - 1, -1, -1):
-        k = packet.chosen[j]
+        k = packet.asked[j]
         if items[BOX + k] >= -1.0:
-            stack.code[top], stack.box[top] = whole(items[CODE + k]), whole(items[BOX + k])
-            stack.t[top] = items[ENTERED + k]
+            put_on_stack(way, top, items[CODE + k], items[BOX + k], items[ENTERED + k])
             top += 1
     count = _put_pairs(geometry, packet, chosen)
     for j in range(count):
-        pair = packet.pairs[j]
+        pair = packet.asked[PAIRS + j]
         at, size, place = _ball_of(geometry, items, pair >> 3)
         if lanes[GROUP_BEAMS] != 0.0:
             met = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: a lane may have met something
@@ -141,7 +140,7 @@ def _meet_balls(
     at: int, count: int,
 ) -> None:  # fmt: skip
     """A leaf of balls: the beam sorts out those that it misses, the lanes ask about the others."""
-    lanes, near = packet.lanes, scratch.near
+    lanes, near = packet.lanes, scratch.way
     bits, near[0] = 1, -math.inf
     if count > 1:
         bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)
@@ -171,13 +170,13 @@ def trace_packet(
     Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
     narrow, the children of nodes are asked for by the lanes too.
     """
-    stack, lanes = scratch.stack, packet.lanes
-    items, item, top, most = packet.frontier.length[0], 0, 0, 2
+    way, lanes = scratch.way, packet.lanes
+    items, item, top, most = whole(packet.items[ITEM_COUNT]), 0, 0, 2
     if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
-        items, top = 0, push_roots(geometry, stack, scene_tree(geometry))
+        items, top = 0, push_roots(geometry, way, scene_tree(geometry))
     if items > _MANY:
         put_group_beams(lanes)
-    boxes = geometry.places[table.NODE_BOXES, 0]
+    boxes = geometry.places[table.NODE_BOXES]
     while True:
         if top == 0:
             # Few at first: what they hide need not be asked about
@@ -188,14 +187,15 @@ def trace_packet(
             top = _meet_chosen(geometry, scratch, packet, groups, blocks, any_hit, chosen)
             continue
         top -= 1
-        if stack.t[top] > lanes[BEAM_AT + LAST]:
+        if way[on_stack(top) + ITS_T] > lanes[BEAM_AT + LAST]:
             continue
-        code, box = stack.code[top], stack.box[top]
+        at = on_stack(top)
+        code, box = whole(way[at + ITS_CODE]), whole(way[at + ITS_BOX])
         if code >= 0:
-            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, scratch.near)
+            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, way)
             if not narrow:
                 bits = _children_met(geometry, lanes, groups, code, bits)
-            top = push_met(geometry, stack, scratch.near, code, bits, top)
+            top = push_met(geometry, way, code, bits, top)
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin

@@ -26,7 +26,7 @@ from .lists import put_rows, with_room
 from .packet import Packet, lanes_at_ball, lanes_in_child
 from .scratch import Scratch
 from .simd import balls_in_beam, boxes_met, highest_bit, lowest_bit
-from .walk import push_met, push_roots
+from .walk import ITS_BOX, ITS_CODE, on_stack, push_met, push_roots
 
 Found = tuple[int, bool, float, bool]
 """Of a lane and an entry: crossings, which stand in scratch; inside just after t_min; off; doubtful"""
@@ -207,24 +207,24 @@ def list_packet(
 
     Lanes whose DOUBT is set do not have all of theirs.
     """
-    stack, lanes, near, used = scratch.stack, packet.lanes, scratch.near, 0
+    way, lanes, used = scratch.way, packet.lanes, 0
     for i in range(LANES):
         chains.last[i], chains.rows[i] = -1, 0
-    top = push_roots(geometry, stack, scene_tree(geometry))
-    boxes = geometry.places[table.NODE_BOXES, 0]
+    top = push_roots(geometry, way, scene_tree(geometry))
+    boxes = geometry.places[table.NODE_BOXES]
     while top > 0:
         top -= 1
-        code, box = stack.code[top], stack.box[top]
+        code, box = whole(way[on_stack(top) + ITS_CODE]), whole(way[on_stack(top) + ITS_BOX])
         if code >= 0:
-            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, near)
-            top = push_met(geometry, stack, near, code, bits, top)
+            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, way)
+            top = push_met(geometry, way, code, bits, top)
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
         balls = box >= 0 and is_round(geometry, at, count)
         bits, met = (1 << count) - 1, -1
         if balls and count > 1:
-            bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)
+            bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, way)
         elif box >= 0 and not balls:
             met = lanes_in_child(geometry, lanes, 8, boxes + 48 * (box >> 3) + (box & 7))
         while bits != 0:

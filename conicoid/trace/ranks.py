@@ -23,7 +23,7 @@ from ..jit import helper, inline
 from .events import leaves_met
 from .kernels import collect
 from .loops import decide_loop
-from .scratch import Scratch
+from .scratch import KNOWN, Scratch
 
 ALONG = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 """Origin and direction of the ray that crosses at ranks."""
@@ -286,6 +286,12 @@ def t_of(ranks: Ranks, surface: int, rank: float) -> float:
 def find_leaves(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray) -> None:
     """The leaves that the true ray may meet of an entry, for the kernels that trace ranks."""
     program = entry_program(geometry, entry)
-    scratch.known[0] = -1
+    forget_leaves(scratch)
     if program >= 0:
-        scratch.known[0] = leaves_met(geometry, scratch, program, ray)
+        scratch.found_leaves[KNOWN] = leaves_met(geometry, scratch, program, ray)
+
+
+@inline
+def forget_leaves(scratch: Scratch) -> None:
+    """Undo `find_leaves`."""
+    scratch.found_leaves[KNOWN] = -1

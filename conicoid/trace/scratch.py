@@ -10,28 +10,29 @@ from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ints, Signs, integer, length
 from ..jit import allocator
 from .frontier import MOST_CHOSEN
-from .simd import BEAM
-from .walk import Stack
+from .walk import way_size
+
+TIME, EVENT = 2, 6
+"""How many numbers in `time` and `event` belong to one event, and to the crossing with the same number."""
+LEAF, PLACE, ON = 0, 1, 2
+"""Of an event: a region's leaf, the place of its face, 1 if the leaf is entered, 0 if it is left."""
+CROSS_T = 1
+CROSS_PLACE, CROSS_SENSE, CROSS_ENTERS = 3, 4, 5
+"""Of a crossing: the place of its face, the sense of its leaf, 1 if the body is entered."""
+KNOWN = -1
+"""The last of `found_leaves`: how many leaves stand there already, or -1: they are to be looked for."""
 
 
 class Scratch(NamedTuple):
     """Scratch memory, sized for the largest body of a scene. Taken once for each chunk of rays."""
 
-    event_t: Floats  # span ends of a region's leaves
-    event_leaf: Ints
-    event_place: Ints  # the face
-    event_on: Ints  # 1: the leaf is entered, 0: left
-    cross_t: Floats  # crossings of a body
-    crossing: Ints  # 3 each: place of the face, sense of its leaf, 1 if entered
+    time: Floats  # (TIME each) t of a region's events, the span ends of its leaves; of a body's crossings
+    event: Ints  # (EVENT each) what they are
     counts: Ints  # true inputs of every gate; between rays as they are with every leaf outside
-    stack: Stack  # of the walk through the scene's tree
-    inner_stack: Stack  # of the walk through the tree of a body's leaves
-    near: Floats  # (8,) where the ray enters the children of a node
-    beam: Floats  # the ray, as the boxes of the scene's tree are tested with
-    inner_beam: Floats
+    way: Floats  # of the walk through the scene's tree, see walk.py
+    inner_way: Floats  # of the walk through the tree of a body's leaves
     found: Ints  # entries whose boxes the ray meets
-    found_leaves: Ints
-    known: Ints  # (1,) how many leaves stand in found_leaves already, or -1: they are to be looked for
+    found_leaves: Ints  # leaves of a body, see `KNOWN`
     nothing: Signs  # an empty mask: every body counts
 
 
@@ -46,21 +47,15 @@ def new_scratch(geometry: Geometry) -> Scratch:
     gates = np.empty(length(geometry, table.GATE_START), np.int32)
     for gate in range(len(gates)):
         gates[gate] = integer(geometry, table.GATE_START, gate)
+    found_leaves = np.empty(leaves + 1, np.int32)
+    found_leaves[KNOWN] = -1
     return Scratch(
-        np.empty(events),
-        np.empty(events, np.int32),
-        np.empty(events, np.int32),
-        np.empty(events, np.int32),
-        np.empty(events),
-        np.empty(3 * events, np.int32),
+        np.empty(TIME * events),
+        np.empty(EVENT * events, np.int32),
         gates,
-        Stack(np.empty(depth, np.int32), np.empty(depth, np.int32), np.empty(depth)),
-        Stack(np.empty(depth, np.int32), np.empty(depth, np.int32), np.empty(depth)),
-        np.empty(8),
-        np.empty(BEAM),
-        np.empty(BEAM),
+        np.empty(way_size(depth)),
+        np.empty(way_size(depth)),
         np.empty(length(geometry, table.ENTRY_KIND), np.int32),
-        np.empty(leaves, np.int32),
-        np.full(1, -1, np.int32),
+        found_leaves,
         np.empty(0, np.int8),
     )

@@ -11,13 +11,14 @@ from ..jit import helper, inline, kernel
 from .array_kernels import put_hit
 from .bundle import load_ray
 from .entries import crossed_face, entry_crossings
-from .events import span_inverse
+from .events import crossing, span_inverse
 from .kernels import Hit, collect, no_hit, scaled_ray
 from .lists import CROSSING_COLUMNS, SPAN_COLUMNS, ray_rows
 from .ranks import (
     Ranks,
     find_leaves,
     forget,
+    forget_leaves,
     list_surfaces,
     rank_ray,
     ray_of_ranks,
@@ -37,11 +38,11 @@ def _first(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, 
         entry = scratch.found[k]
         find_leaves(geometry, scratch, entry, ray)
         crossings, _, _ = entry_crossings(stand, scratch, entry, along, 1)
-        t, body = scratch.cross_t[0], integer(geometry, table.ENTRY_BODY, entry)
+        t, place, sense, enters = crossing(scratch, 0)
+        body = integer(geometry, table.ENTRY_BODY, entry)
         if crossings > 0 and (t < best[0] or (t == best[0] and body < best[1])):
-            place, sense = whole(scratch.crossing[0]), whole(scratch.crossing[1])
-            best = t, body, whole(entry), place, sense, scratch.crossing[2] == 1, 0.0, False
-    scratch.known[0] = -1
+            best = t, body, whole(entry), place, sense, enters, 0.0, False
+    forget_leaves(scratch)
     if best[2] < 0:
         return best
     surface = crossed_face(geometry, best[2], best[3], best[4])[0]

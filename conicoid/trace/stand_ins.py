@@ -40,7 +40,7 @@ def put_stand_ins(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: 
 
 @inline
 def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: float) -> None:
-    f, at = stand.floats, stand.places[table.PLANES, 0] + 7 * row
+    f, at = stand.floats, stand.places[table.PLANES] + 7 * row
     f[at], f[at + 1], f[at + 2] = (sense, 0.0, 0.0) if crosses else (0.0, 1.0, 0.0)
     f[at + 3] = -sense * rank if crosses else sense
     f[at + 4], f[at + 5], f[at + 6] = 0.0, 0.0, 0.0
@@ -48,7 +48,7 @@ def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: flo
 
 @inline
 def _put_sphere(stand: Geometry, row: int, crosses: bool, low: float, high: float) -> None:
-    f, at = stand.floats, stand.places[table.SPHERES, 0] + 4 * row
+    f, at = stand.floats, stand.places[table.SPHERES] + 4 * row
     f[at], f[at + 1], f[at + 2] = 0.5 * (low + high), 0.0 if crosses else 5.0, 0.0
     f[at + 3] = 0.5 * (high - low) if crosses else 1.0
 
@@ -59,7 +59,7 @@ def _put_quadric(
     starts: bool,
 ) -> None:  # fmt: skip
     """± ((x - middle)² - half²), or a plane where one root is infinite, or a constant."""
-    f, at = stand.floats, stand.places[table.QUADRICS, 0] + 19 * row
+    f, at = stand.floats, stand.places[table.QUADRICS] + 19 * row
     for k in range(19):
         f[at + k] = 0.0
     f[at + 3], f[at + 7], f[at + 11] = 1.0, 1.0, 1.0
@@ -89,5 +89,5 @@ def _put_outline(geometry: Geometry, stand: Geometry, ranks: Ranks, polygon: int
             y, z = 3.0, -2.0
         if ranks.loops[polygon] == 0:
             y, z = 5.0, 5.0
-        at = stand.places[table.VERTICES, 0] + 3 * vertex
+        at = stand.places[table.VERTICES] + 3 * vertex
         stand.floats[at], stand.floats[at + 1], stand.floats[at + 2] = 0.0, y, z

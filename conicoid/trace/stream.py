@@ -145,7 +145,7 @@ def _descend(
 ) -> int:  # fmt: skip
     """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
     lists, counts, its = stream.lists, stream.counts, (count + 7) & -8
-    at = geometry.places[table.NODE_BOXES, 0] + 48 * node
+    at = geometry.places[table.NODE_BOXES] + 48 * node
     put_on_lists(geometry.floats, at, octant, stream.rays, lists, begin, count, room, counts)
     # The nearest on top, as the first ray of the list sees it
     first, base, boxes = 8 * waiting(lists[begin])[0], top, geometry.floats

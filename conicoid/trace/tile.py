@@ -14,7 +14,7 @@ import numpy as np
 from ..geometry.tables import Floats, Geometry
 from ..jit import allocator, helper, inline
 from .bundle import packet_row, packets_across
-from .frontier import Frontier, Level, find_frontier, narrow_frontier, new_frontier, new_level
+from .frontier import Level, find_frontier, narrow_frontier, new_frontier, new_level
 from .kernels import scene_tree
 from .lanes import LANES, put_origin
 from .simd import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, prefetch, widen
@@ -32,7 +32,7 @@ class Tile(NamedTuple):
 
     extremes: Floats  # see `widen`: of origins, of directions, for each quarter
     beams: Floats  # of the quarters, and of the whole tile
-    seen: Frontier
+    seen: Floats  # a frontier
     level: Level
 
 
@@ -139,7 +139,7 @@ def open_tile(
 
 
 @helper
-def open_quarter(tile: Tile, quarter: int, seen: Frontier) -> None:
+def open_quarter(tile: Tile, quarter: int, seen: Floats) -> None:
     """Find what a quarter of an open tile sees."""
     _put_beam(tile.beams, BEAM * quarter, tile.extremes, 96 * quarter, 96 * quarter + 96)
     narrow_frontier(tile.seen, tile.beams, BEAM * quarter, seen)

@@ -1,23 +1,44 @@
-"""Walking a tree of boxes along a ray: the scene's own over its entries, a large body's over its leaves."""
+"""Walking a tree of boxes along a ray: the scene's own over its entries, a large body's over its leaves.
+
+The memory of a walk, its `way`, is one block of floats: where a beam enters the eight boxes that were tested last,
+the beam that is the ray, and a stack of what is still to be visited.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from ..geometry import tables as table
-from ..geometry.tables import Floats, Geometry, Ints, Ray, integer
+from ..geometry.tables import Floats, Geometry, Ints, Ray, integer, whole
 from ..jit import helper, inline
 from .leaf import leaf_at, leaf_range
-from .simd import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch_soon
+from .simd import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch_soon
+
+OWN_BEAM = 8
+"""Where the beam begins, behind the eight places."""
+_STACK, _ROW = 24, 3
+ITS_CODE, ITS_BOX, ITS_T = 0, 1, 2
+"""Of what is on the stack: a node, or a leaf; its box, -1 for none; where the ray enters it."""
+assert _STACK >= OWN_BEAM + BEAM
 
 
-class Stack(NamedTuple):
-    """What of a tree is still to be visited."""
+@inline
+def way_size(depth: int) -> int:
+    """How long the block of a walk is whose stack holds up to `depth`."""
+    return _STACK + _ROW * depth
 
-    code: Ints  # a node, or a leaf
-    box: Ints  # its box, -1 for none
-    t: Floats  # where the ray enters it
+
+@inline
+def on_stack(k: int) -> int:
+    """Where number k of the stack begins."""
+    return _STACK + _ROW * k
+
+
+@inline
+def put_on_stack(way: Floats, k: int, code: float, box: float, t: float) -> None:
+    """Number k of the stack."""
+    at = on_stack(k)
+    way[at + ITS_CODE], way[at + ITS_BOX], way[at + ITS_T] = code, box, t
 
 
 @inline
@@ -27,23 +48,23 @@ def reciprocal(d: float) -> float:
 
 
 @inline
-def put_beam(beam: Floats, ray: Ray) -> None:
-    """The beam that is one ray."""
+def put_beam(beam: Floats, at: int, ray: Ray) -> None:
+    """The beam that is one ray, at beam[at:]."""
     for axis in range(3):
         o, d = (ray[0], ray[3]) if axis == 0 else ((ray[1], ray[4]) if axis == 1 else (ray[2], ray[5]))
-        beam[LOW_O + axis], beam[HIGH_O + axis] = o, o
-        beam[LOW_I + axis], beam[HIGH_I + axis] = reciprocal(d), reciprocal(d)
-    beam[FIRST], beam[LAST] = ray[6], ray[7]
+        beam[at + LOW_O + axis], beam[at + HIGH_O + axis] = o, o
+        beam[at + LOW_I + axis], beam[at + HIGH_I + axis] = reciprocal(d), reciprocal(d)
+    beam[at + FIRST], beam[at + LAST] = ray[6], ray[7]
 
 
 @inline
 def ask_for(geometry: Geometry, code: int) -> None:
     """Ask for the memory of a node or leaf that is soon to be visited."""
     if code >= 0:
-        at = geometry.places[table.NODE_BOXES, 0] + 48 * code
+        at = geometry.places[table.NODE_BOXES] + 48 * code
         for line in range(6):
             prefetch_soon(geometry.floats, at + 8 * line)
-        prefetch_soon(geometry.integers, geometry.places[table.NODE_CHILDREN, 0] + 8 * code)
+        prefetch_soon(geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code)
     else:
         first, last = leaf_range(code)
         at = leaf_at(geometry, first)
@@ -52,57 +73,56 @@ def ask_for(geometry: Geometry, code: int) -> None:
 
 
 @inline
-def push_met(geometry: Geometry, stack: Stack, near: Floats, node: int, bits: int, top: int) -> int:
-    """Put the children of a node that are told by bits on the stack, the nearest on top; returns its height."""
+def push_met(geometry: Geometry, way: Floats, node: int, bits: int, top: int) -> int:
+    """Put the children of a node that are told by bits on the stack, the nearest on top; returns its height.
+
+    way[:8] tells where they are entered.
+    """
     base = top
     while bits != 0:
         i = lowest_bit(bits)
         bits &= bits - 1
-        t, child = near[i], integer(geometry, table.NODE_CHILDREN, 8 * node + i)
+        t, child = way[i], integer(geometry, table.NODE_CHILDREN, 8 * node + i)
         if child == 0:
             continue
         ask_for(geometry, child)
         slot = top
-        while slot > base and stack.t[slot - 1] < t:
-            stack.t[slot], stack.code[slot], stack.box[slot] = (
-                stack.t[slot - 1],
-                stack.code[slot - 1],
-                stack.box[slot - 1],
-            )
+        while slot > base and way[on_stack(slot - 1) + ITS_T] < t:
+            before = on_stack(slot - 1)
+            put_on_stack(way, slot, way[before + ITS_CODE], way[before + ITS_BOX], way[before + ITS_T])
             slot -= 1
-        stack.t[slot], stack.code[slot], stack.box[slot] = t, child, 8 * node + i
+        put_on_stack(way, slot, float(child), float(8 * node + i), t)
         top += 1
     return top
 
 
 @inline
-def push_node(geometry: Geometry, stack: Stack, near: Floats, beam: Floats, start: int, node: int, top: int) -> int:
-    """Put the children of a node that a beam (from beam[start:]) meets on the stack; returns its height."""
-    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES, 0] + 48 * node, beam, start, near)
-    return push_met(geometry, stack, near, node, bits, top)
+def push_node(geometry: Geometry, way: Floats, node: int, top: int) -> int:
+    """Put the children of a node that the way's own beam meets on the stack; returns its height."""
+    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES] + 48 * node, way, OWN_BEAM, way)
+    return push_met(geometry, way, node, bits, top)
 
 
 @inline
-def push_roots(geometry: Geometry, stack: Stack, tree: int) -> int:
+def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
     """Start a walk: what no box holds is on top. Returns the height of the stack."""
     first, last = integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)
     for k in range(first, last):
-        stack.code[k - first] = integer(geometry, table.ROOTS, k)
-        stack.t[k - first], stack.box[k - first] = -math.inf, -1
+        put_on_stack(way, k - first, float(integer(geometry, table.ROOTS, k)), -1.0, -math.inf)
     return last - first
 
 
 @helper
-def walk(geometry: Geometry, stack: Stack, near: Floats, beam: Floats, tree: int, ray: Ray, found: Ints) -> int:
+def walk(geometry: Geometry, way: Floats, tree: int, ray: Ray, found: Ints) -> int:
     """Put everything whose box the ray meets within its interval into `found`; returns how many."""
     count = 0
-    put_beam(beam, ray)
-    top = push_roots(geometry, stack, tree)
+    put_beam(way, OWN_BEAM, ray)
+    top = push_roots(geometry, way, tree)
     while top > 0:
         top -= 1
-        code = stack.code[top]
+        code = whole(way[on_stack(top) + ITS_CODE])
         if code >= 0:
-            top = push_node(geometry, stack, near, beam, 0, code, top)
+            top = push_node(geometry, way, code, top)
             continue
         first, last = leaf_range(code)
         for k in range(first, last):

@@ -16,7 +16,7 @@ class Nodes:
         geometry = scene.geometry
 
         def part(k, numbers):
-            first, size = geometry.places[k]
+            first, size = geometry.places[k], geometry.places[table.LENGTHS + k]
             return numbers[first : first + size]
 
         ends = part(table.TREE_ROOT, geometry.integers)

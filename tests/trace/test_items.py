@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.trace.frontier import Frontier, narrow_frontier
+from conicoid.trace.frontier import ITEM_COUNT, narrow_frontier, new_frontier
 from conicoid.trace.lanes import GROUPS_AT, SIZE, close_lanes, put_group_beams, put_ray
 from conicoid.trace.queries import _arguments
 from conicoid.trace.simd import (
@@ -127,15 +127,16 @@ def test_what_a_quarter_meets_is_kept_in_order():
     count = 1000
     rng = np.random.default_rng(3)
     x = rng.uniform(0, 1, count)
-    everything, some = (Frontier(np.zeros(ITEMS_SIZE), np.empty(8), np.array([n], np.int32)) for n in (count, -1))
+    everything, some = new_frontier(), new_frontier()
+    everything[ITEM_COUNT] = count
     for row, values in enumerate((x, -1.0, -1.0, x + 0.01, 1.0, 1.0, np.arange(count), np.arange(count), -2.0)):
-        everything.items[row * ITEM_ROW : row * ITEM_ROW + count] = values
+        everything[row * ITEM_ROW : row * ITEM_ROW + count] = values
     beam = np.concatenate([[0.4, -9, 0], [0.5, -9, 0], [reciprocal(0.0), 1, reciprocal(0.0)] * 2, [0.0, math.inf]])
     numba.njit(lambda a, b, c: narrow_frontier(a, b, 0, c))(everything, beam, some)
     expected = np.flatnonzero((x <= 0.5) & (x + 0.01 >= 0.4))
-    assert some.length[0] == len(expected)
-    assert some.items[CODE : CODE + len(expected)].tolist() == expected.tolist()
-    assert np.array_equal(some.items[: len(expected)], x[expected])
+    assert some[ITEM_COUNT] == len(expected)
+    assert some[CODE : CODE + len(expected)].tolist() == expected.tolist()
+    assert np.array_equal(some[: len(expected)], x[expected])
 
 
 @numba.njit
@@ -194,12 +195,12 @@ def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
         return tile.seen
 
     found = seen(scene.prepared.geometry, origins, directions)
-    count = found.length[0]
-    codes, boxes = found.items[CODE : CODE + count], found.items[BOX : BOX + count]
+    count = int(found[ITEM_COUNT])
+    codes, boxes = found[CODE : CODE + count], found[BOX : BOX + count]
     assert MOST_ITEMS - 64 < count <= MOST_ITEMS
     assert (codes >= 0).any()
     assert (boxes < -1).any()
-    entered = found.items[ENTERED : ENTERED + count]
+    entered = found[ENTERED : ENTERED + count]
     assert (np.diff(entered) >= 0).all(), "of this one and all that follow"
 
 

@@ -9,6 +9,7 @@ import pytest
 
 import conicoid as co
 from conicoid.geometry import tables as table
+from conicoid.geometry.tables import length
 from conicoid.trace.leaf import ROUND, ROWS
 
 # Shape, and the radius of the least ball around it whose center is halfway along its axis
@@ -31,8 +32,8 @@ CASES = [
 def ball_of(shape):
     """(center, radius, is it preferred to the box) of the only entry of a scene."""
     geometry = co.Scene([shape]).prepared.geometry
-    assert geometry.places[table.LEAF_ITEMS, 1] == ROWS
-    items = geometry.floats[geometry.places[table.LEAF_ITEMS, 0] :][:ROWS]
+    assert length(geometry, table.LEAF_ITEMS) == ROWS
+    items = geometry.floats[geometry.places[table.LEAF_ITEMS] :][:ROWS]
     return items[:3], items[3], items[4] % 1 == ROUND
 
 

@@ -24,7 +24,7 @@ def all_of_them(f, rays, lists, counts, near, n):
     ball_lanes(rays, (f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 64)
     ray = (f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, n)
     bits = simd.boxes_met(f, 0, rays, 0, near) | simd.balls_in_beam(f, 0, 8, 8, rays, 0, near)
-    bits |= simd.items_met(f, 0, rays, 0, near) | simd.group_in_ball(rays, n, f[0], f[1], f[2], f[3])
+    bits |= simd.items_met(f, 0, rays, 0) | simd.group_in_ball(rays, n, f[0], f[1], f[2], f[3])
     simd.keep_items(f, 0, bits, near, n)
     n += simd.put_children(f, 0, counts, 0, n, rays, 0, lists, near, n) + simd.put_balls(f, 0, 8, n, rays, 0, near, n)
     simd.put_numbers(n, bits, lists, 0)

@@ -29,7 +29,7 @@ def _balls_in_beam(
     def sides(c: Code, floats: Any, arguments: Any) -> list[Any]:
         return sides_of_balls(c, floats, arguments[1], arguments[2])
 
-    return types.int64(balls, types.int64, types.int64, beam, types.int64, near), beam_code(sides, 3)
+    return types.int64(balls, types.int64, types.int64, beam, types.int64, near), beam_code(sides, 3, True)
 
 
 @inline

@@ -35,14 +35,18 @@ def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
     return first, last
 
 
-def beam_code(sides_of: Any, beam: int) -> Any:
-    """The code of `boxes_met` for eight boxes with six `sides_of`; the beam is argument number `beam`."""
+def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:
+    """The code of `boxes_met` for eight boxes with six `sides_of`; the beam is argument number `beam`.
+
+    Where it does not tell where they are entered, it has no last argument.
+    """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
-        floats, rays, out = (c.data(signature, arguments, k) for k in (0, beam, beam + 2))
+        floats, rays = (c.data(signature, arguments, k) for k in (0, beam))
         first, last = stretches(c, sides_of(c, floats, arguments), rays, arguments[beam + 1])
-        c.store(first, out, INT64(0), 0)
+        if tells_where:
+            c.store(first, c.data(signature, arguments, beam + 2), INT64(0), 0)
         return b.zext(c.overlaps(first, last), INT64)
 
     return code
@@ -57,7 +61,7 @@ def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, n
     corners of d are equal), so every axis gives two linear conditions on t. A single ray is the beam whose
     corners are equal.
     """
-    code = beam_code(lambda c, floats, arguments: [c.eight(floats, arguments[1], 8 * k) for k in range(6)], 2)
+    code = beam_code(lambda c, floats, arguments: [c.eight(floats, arguments[1], 8 * k) for k in range(6)], 2, True)
     return types.int64(boxes, types.int64, beam, types.int64, near), code
 
 

@@ -20,10 +20,13 @@ ITEMS_SIZE = 9 * ITEM_ROW
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def items_met(typing_context: Any, items: Any, at: Any, beam: Any, start: Any, near: Any) -> Any:
-    """`boxes_met` for the boxes of eight items, from number `at` on."""
-    code = beam_code(lambda c, floats, arguments: [c.eight(floats, arguments[1], k * ITEM_ROW) for k in range(6)], 2)
-    return types.int64(items, types.int64, beam, types.int64, near), code
+def items_met(typing_context: Any, items: Any, at: Any, beam: Any, start: Any) -> Any:
+    """Which of eight items, from number `at` on, have boxes that a beam meets (`boxes_met`), as bits."""
+
+    def sides(c: Code, floats: Any, arguments: Any) -> list[Any]:
+        return [c.eight(floats, arguments[1], k * ITEM_ROW) for k in range(6)]
+
+    return types.int64(items, types.int64, beam, types.int64), beam_code(sides, 2, False)
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -38,7 +38,7 @@ def with_trees(lowered: Lowered) -> Geometry:
     survey = forest.add(lowered.boxes, 0, _COSTS[tables.entry_kind])
     forest.end_tree()
     geometry = pack(forest.in_tables(tables._replace(extent=_extent(survey))), later=(NODE_BOXES, LEAF_ITEMS))
-    forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES, 0]))
+    forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
     put_items(geometry, lowered.boxes)
     return geometry
 

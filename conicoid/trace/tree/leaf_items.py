@@ -18,12 +18,12 @@ _CHUNK = 1 << 14
 def put_items(geometry: Geometry, boxes: Floats) -> None:
     """Fill the table LEAF_ITEMS, for the scene's own tree; boxes (n, 6) of the entries."""
     run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.NODE_CHILDREN, a, b), _children(geometry), _CHUNK)
-    roots = int(geometry.places[table.ROOTS, 1])
+    roots = int(length(geometry, table.ROOTS))
     run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.ROOTS, a, b), roots, _CHUNK)
 
 
 def _children(geometry: Geometry) -> int:
-    return int(geometry.places[table.NODE_CHILDREN, 1])
+    return int(length(geometry, table.NODE_CHILDREN))
 
 
 @kernel
