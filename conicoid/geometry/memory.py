@@ -37,6 +37,6 @@ def memory(geometry: Geometry) -> Memory:
     every = geometry.integers.nbytes + geometry.floats.nbytes
     boxes = int(length(geometry, NODE_BOXES) + length(geometry, LEAF_ITEMS)) * geometry.floats.itemsize
     tree = boxes + sum(int(length(geometry, k)) for k in _TREE) * geometry.integers.itemsize
-    first, count = geometry.places[ENTRY_KIND].tolist()
+    first, count = int(geometry.places[ENTRY_KIND]), int(length(geometry, ENTRY_KIND))
     regions = int(np.count_nonzero(geometry.integers[first : first + count] == REGION))
     return Memory(count - regions + int(length(geometry, LEAF_CELL)), every - tree, tree)

@@ -14,7 +14,7 @@ from ..shapes.validate import LARGEST, SMALLEST
 from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
 from .entries import crossed_face
 from .kernels import Hit, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
-from .lanes import BEST, BODY, DOUBT, ENTRY, PLACE, SIZE, TURN, lane_hit, put_turns
+from .lanes import BEST, BODY, DOUBT, ENTRY, LANES, PLACE, SIZE, TURN, lane_hit, put_turns
 from .packet import new_packet
 from .packet_first import trace_packet
 from .scratch import new_scratch
@@ -90,11 +90,11 @@ def trace_first(
 ) -> None:  # fmt: skip
     """First hits of tiles begin..end. What is doubtful in a packet is asked again by itself."""
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
-    lanes, count = bundle.lanes, len(origins)
+    lanes, count, several = bundle.lanes, len(origins), len(origins) > LANES
     for tile in range(begin, end):
-        shared = open_tile(geometry, memory, lanes, origins, directions, tile, width)
+        shared = several and open_tile(geometry, memory, lanes, origins, directions, tile, width)
         for number in range(PACKETS):
-            if number & 3 == 0:
+            if several and number & 3 == 0:
                 open_quarter(memory, number >> 2, bundle.items)
             ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
             packet = tile_packet(tile, number, width, count)
@@ -131,11 +131,11 @@ def trace_occluded(
 ) -> None:  # fmt: skip
     """Is there any crossing (1) or not (0), raised if doubtful? Of tiles begin..end."""
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
-    lanes, count = bundle.lanes, len(origins)
+    lanes, count, several = bundle.lanes, len(origins), len(origins) > LANES
     for tile in range(begin, end):
-        shared = open_tile(geometry, memory, lanes, origins, directions, tile, width)
+        shared = several and open_tile(geometry, memory, lanes, origins, directions, tile, width)
         for number in range(PACKETS):
-            if number & 3 == 0:
+            if several and number & 3 == 0:
                 open_quarter(memory, number >> 2, bundle.items)
             ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
             packet = tile_packet(tile, number, width, count)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..geometry import tables as table
-from ..geometry.tables import Tables
+from ..geometry.tables import Tables, length
 from ..render.camera import Camera, OrthographicCamera
 from ..render.fit import extent, fitting_camera, fitting_lights
 from ..scene import Scene
@@ -117,7 +117,7 @@ def _item(scene: Scene, number: int) -> dict[str, Any]:
 def _array(scene: Scene, number: int) -> npt.NDArray[Any]:
     """A table from what the kernels take, flat."""
     geometry = scene.geometry
-    start, count = (int(v) for v in geometry.places[number])
+    start, count = int(geometry.places[number]), int(length(geometry, number))
     real = number in _REAL
     flat: npt.NDArray[Any] = geometry.floats if real else geometry.integers
     return flat[start : start + count]

@@ -7,7 +7,7 @@ import math
 from ...geometry import tables as table
 from ...geometry.cell import load_sphere
 from ...geometry.tables import BALL, CELL, Floats, Geometry, integer, length
-from ...jit import helper, inline, kernel
+from ...jit import inline, kernel
 from ..leaf import ROUND, leaf_at, leaf_range
 from ..threads import run_chunks
 from .round_cells import around_cell
@@ -43,30 +43,32 @@ def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: 
             geometry.floats[at + 4 * count] += ROUND
 
 
-@helper
+@inline
 def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int) -> int:
     """Returns 1 if the ball is less to look at than the box, in the mean over all directions."""
-    f = geometry.floats
-    ball = _around(geometry, boxes, entry)
+    f, kind = geometry.floats, integer(geometry, table.ENTRY_KIND, entry)
+    ball = _around(geometry, boxes, kind, entry)
     f[at], f[at + count], f[at + 2 * count], f[at + 3 * count] = ball
-    f[at + 4 * count] = integer(geometry, table.ENTRY_KIND, entry)
+    f[at + 4 * count] = kind
     f[at + 5 * count] = integer(geometry, table.ENTRY_INDEX, entry)
     f[at + 6 * count] = integer(geometry, table.ENTRY_BODY, entry)
     f[at + 7 * count] = entry
+    if kind == BALL:  # whose box need not be read
+        return 1
     a, b, c = _width(boxes, entry, 0), _width(boxes, entry, 1), _width(boxes, entry, 2)
     return 1 if math.pi * ball[3] * ball[3] <= 0.5 * (a * b + b * c + c * a) else 0
 
 
 @inline
-def _around(geometry: Geometry, boxes: Floats, entry: int) -> tuple[float, float, float, float]:
+def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> tuple[float, float, float, float]:
     """A ball that holds an entry: itself, if it is one, or that around its box; of infinite radius, if need be."""
-    if integer(geometry, table.ENTRY_KIND, entry) == BALL:
+    if kind == BALL:
         surface = integer(geometry, table.ENTRY_INDEX, entry)
         return load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     x, y, z = _middle(boxes, entry, 0), _middle(boxes, entry, 1), _middle(boxes, entry, 2)
     a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)
     reach = math.sqrt(a * a + b * b + c * c) * (1.0 + 1e-14) + 1e-150
-    if integer(geometry, table.ENTRY_KIND, entry) == CELL:
+    if kind == CELL:
         ball = around_cell(geometry, integer(geometry, table.ENTRY_INDEX, entry), x, y, z, reach)
         if ball[3] < reach:
             return ball
