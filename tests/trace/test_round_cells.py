@@ -80,3 +80,12 @@ def test_others_have_the_ball_around_their_box(shape):
     low, high = (np.array(corner) for corner in shape.bounds)
     assert abs(found - 0.5 * np.linalg.norm(high - low)) <= 1e-9 * found
     assert np.allclose(center, (low + high) / 2, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e-95, 1e-30, 1e30, 1e95])
+@pytest.mark.parametrize(("shape", "radius"), CASES)
+def test_balls_hold_cells_of_any_size(shape, radius, size):
+    center, found, _ = ball_of(shape.scale(size))
+    low, high = (np.array(corner) for corner in shape.bounds)
+    assert radius * (1 - 1e-12) <= found / size <= 0.5 * np.linalg.norm(high - low) * (1 + 1e-9)
+    assert np.linalg.norm(points_of(shape) - center / size, axis=1).max() <= found / size * (1 + 1e-12)

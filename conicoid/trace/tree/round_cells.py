@@ -21,6 +21,8 @@ _PARALLEL = 1e-12
 # By which radii, distances and sums that cancel are raised: far more than rounding and `_PARALLEL` can take away
 _RAISED, _AWAY, _ROUNDED = 1e-6, 1e-9, 1e-12
 
+_LEAST, _MOST = 1e-250, 1e250  # beyond, products might overflow
+
 
 @inline
 def _none() -> Sphere:
@@ -65,6 +67,8 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
     if not (sa > 0.0 and sb > 0.0):
         return _none()
     steep = min(sa * _of_rows(quadric, a, a), sb * _of_rows(quadric, b, b))
+    if not (_LEAST < steep < _MOST and _LEAST < square < _MOST):
+        return _none()
     ya, yb = -quadric[15 + a] / sa, -quadric[15 + b] / sb
     level, least = quadric[18] + (ya * ya * sa + yb * yb * sb), abs(quadric[18]) + (ya * ya * sa + yb * yb * sb)
     low, high = _between(geometry, cell, quadric, j, away)
@@ -81,6 +85,8 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
     vertex = (middle / square + bj / steep) / bend if bend < 0.0 else low
     for y in (low, high, min(max(vertex, low), high)):
         across = level - sj * y * y - 2.0 * bj * y + _ROUNDED * (least + abs(sj) * y * y + 2.0 * abs(bj * y))
+        if not abs(across) < _MOST:
+            return _none()
         largest = max(largest, (y - middle) * (y - middle) / square + max(across, 0.0) / steep)
     center = (0.0, 0.0, 0.0)
     for i in range(3):
