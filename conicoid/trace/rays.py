@@ -117,4 +117,5 @@ def lines_of(rays: Rays) -> tuple[FloatArray, FloatArray]:
 
 
 def _own(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    return np.array(np.broadcast_to(array, shape), dtype=np.float64, order="C")
+    whole = array if array.shape == shape else np.broadcast_to(array, shape)  # which costs as much as tracing a ray
+    return np.array(whole, dtype=np.float64, order="C")

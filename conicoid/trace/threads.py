@@ -40,7 +40,7 @@ def set_threads(count: int | None) -> None:
 
 def chunk_size(count: int, most: int) -> int:
     """How much of some work a thread should take at a time: `most`, or so little that each has several turns."""
-    return max(1, min(most, count // (8 * thread_count())))
+    return max(1, min(most, count // (8 * thread_count()))) if count >= 8 else 1
 
 
 class _Work:
@@ -87,6 +87,9 @@ def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int, progress
     hand, so chunks should take milliseconds.
     """
     if count <= 0:
+        return
+    if count <= chunk and progress is None:
+        work(0, count)
         return
     threads = min(thread_count(), -(-count // chunk))
     state = _Work(work, count, chunk)
