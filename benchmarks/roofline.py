@@ -38,14 +38,11 @@ def rays_of(kind: str) -> co.Rays:
     return co.Rays(*(camera_rays(WIDTH) if kind == "camera" else random_rays(WIDTH * WIDTH)))
 
 
-def install(counts: np.ndarray) -> None:
-    """Put counters in front of the functions that ask; before anything is compiled, on one thread."""
+def adder(counts: np.ndarray) -> Any:
+    """add(which, number), for compiled functions: counts[which] += number."""
     from llvmlite import ir
     from numba import types
     from numba.extending import intrinsic
-
-    from conicoid.jit import inline
-    from conicoid.trace import frontier, kernels, packet, packet_first, stream, walk
 
     @intrinsic
     def add(context, which, number):
@@ -58,16 +55,16 @@ def install(counts: np.ndarray) -> None:
 
         return types.void(types.int64, types.int64), code
 
-    boxes_met, balls_in_beam, lanes_in_ball = packet_first.boxes_met, packet_first.balls_in_beam, packet.lanes_in_ball
+    return add
+
+
+def count_tiles(add: Any) -> None:
+    """Put counters in front of what tiles ask, and what packets ask of what their tile sees."""
+    from conicoid.jit import inline
+    from conicoid.trace import frontier, packet_first
+
     items_met, put_groups, group_in_ball = packet_first.items_met, packet_first.put_groups, packet_first.group_in_ball
     put_children, put_balls = frontier.put_children, frontier.put_balls
-    ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
-    meet, by_one, put_pair = stream.meet, walk.boxes_met, stream.put_pair
-
-    @inline
-    def counted_boxes(floats, at, beam, start, near):
-        add(NODE, 1)
-        return boxes_met(floats, at, beam, start, near)
 
     @inline
     def counted_items(items, at, beam, start):
@@ -85,7 +82,7 @@ def install(counts: np.ndarray) -> None:
         return put_groups(items, item, lanes, beams, pairs, end)
 
     @inline
-    def counted_balls_of_leaf(balls, at, count, leaf, beam, start, items, end):
+    def counted_balls(balls, at, count, leaf, beam, start, items, end):
         add(LEAF, 1)
         return put_balls(balls, at, count, leaf, beam, start, items, end)
 
@@ -94,10 +91,23 @@ def install(counts: np.ndarray) -> None:
         add(GROUP, 1)
         return group_in_ball(lanes, group, x, y, z, r)
 
+    packet_first.items_met = frontier.items_met = counted_items
+    packet_first.put_groups, packet_first.group_in_ball = counted_groups, counted_group
+    frontier.put_children, frontier.put_balls = counted_children, counted_balls
+
+
+def count_packets(add: Any) -> None:
+    """Put counters in front of what packets ask on their way down the tree, and of their lanes."""
+    from conicoid.jit import inline
+    from conicoid.trace import packet, packet_first
+
+    boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam
+    lanes_in_ball, ball_lanes = packet.lanes_in_ball, packet.ball_lanes
+
     @inline
-    def counted_box_of_one(floats, at, beam, start, near):
-        add(SINGLE, 1)
-        return by_one(floats, at, beam, start, near)
+    def counted_boxes(floats, at, beam, start, near):
+        add(NODE, 1)
+        return boxes_met(floats, at, beam, start, near)
 
     @inline
     def counted_leaf(floats, at, stride, count, beam, start, near):
@@ -114,10 +124,32 @@ def install(counts: np.ndarray) -> None:
         add(LANES, (last - first) >> 3)
         ball_lanes(lanes, sphere, surface, entry, body, first, last)
 
+    packet_first.boxes_met, packet_first.balls_in_beam = counted_boxes, counted_leaf
+    packet.lanes_in_ball, packet.ball_lanes = counted_ball, counted_lanes
+
+
+def count_streams(add: Any) -> None:
+    """Put counters in front of what streams and single rays ask."""
+    from conicoid.jit import inline
+    from conicoid.trace import kernels, stream, walk
+
+    put_on_lists, rays_in_balls, balls_met = stream.put_on_lists, stream.rays_in_balls, stream.balls_met
+    meet, put_pair, boxes_met = stream.meet, stream.put_pair, walk.boxes_met
+
+    @inline
+    def counted_box_of_one(floats, at, beam, start, near):
+        add(SINGLE, 1)
+        return boxes_met(floats, at, beam, start, near)
+
     @inline
     def counted_list(boxes, at, octant, rays, lists, begin, count, room, counts):
         add(STREAM_NODE, count)
         put_on_lists(boxes, at, octant, rays, lists, begin, count, room, counts)
+
+    @inline
+    def counted_eight(balls, at, size, rays, more, lists, begin, left, asked):
+        add(STREAM_LEAF, min(left, 8))
+        return rays_in_balls(balls, at, size, rays, more, lists, begin, left, asked)
 
     @inline
     def counted_balls(floats, at, stride, count, ray, inverse, last):
@@ -134,13 +166,8 @@ def install(counts: np.ndarray) -> None:
         add(STREAM_BALL, 1)
         return meet(geometry, scratch, item, sphere, ray, inverse, best)
 
-    packet_first.boxes_met, packet_first.balls_in_beam = counted_boxes, counted_leaf
-    packet_first.items_met = frontier.items_met = counted_items
-    packet_first.put_groups, packet_first.group_in_ball = counted_groups, counted_group
-    frontier.put_children, frontier.put_balls = counted_children, counted_balls_of_leaf
     walk.boxes_met = counted_box_of_one
-    packet.lanes_in_ball, packet.ball_lanes = counted_ball, counted_lanes
-    stream.put_on_lists = counted_list
+    stream.put_on_lists, stream.rays_in_balls = counted_list, counted_eight
     stream.balls_met = kernels.balls_met = counted_balls
     stream.meet = kernels.meet = counted_meet
     stream.put_pair = counted_pair
@@ -149,8 +176,9 @@ def install(counts: np.ndarray) -> None:
 def count_all(sizes: list[int]) -> dict[str, list[float]]:
     """Questions a ray, by kind of rays and number of balls."""
     counts = np.zeros(len(NAMES), np.int64)
-    install(counts)
-    co.set_threads(1)
+    add = adder(counts)
+    for count in (count_tiles, count_packets, count_streams):  # before anything is compiled, on one thread
+        count(add)
     found = {}
     for size in sizes:
         scene = co.Scene(balls(size).shapes())
@@ -212,7 +240,7 @@ def main() -> None:
     most = int(float(sys.argv[1])) if len(sys.argv) > 1 else 1_000_000
     sizes = [size for size in (1000, 100_000, 1_000_000) if size <= most]
     with tempfile.TemporaryDirectory() as folder:
-        environment = os.environ | {"CONICOID_CACHE_DIR": folder}
+        environment = os.environ | {"CONICOID_CACHE_DIR": folder, "CONICOID_THREADS": "1"}
         command = [sys.executable, __file__, "count", *map(str, sizes)]
         counted = json.loads(subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True).stdout)
     peak, each = fused_peak(), costs()

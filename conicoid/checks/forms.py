@@ -66,7 +66,7 @@ class Form:
 
 def dot(a: Sequence[ex.Exact], b: Sequence[ex.Exact]) -> ex.Exact:
     """a·b to 3000 bits. What cancels leaves its rounding, unlike in `exact.dot`: here all is rounded to float64."""
-    return ex.context.fdot(zip(a, b, strict=True))
+    return ex.total(x * y for x, y in zip(a, b, strict=True))
 
 
 def _applied(rows: ex.Rows, point: ex.Row) -> ex.Row:

@@ -7,6 +7,7 @@ Everything is exact up to here and rounded to float64 now.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -86,19 +87,23 @@ def own_frame(leaf: Any) -> tuple[Frame, Extent, FloatArray]:
     for k, row in enumerate(rows):
         x, y, z = (float(c) for c in row)
         middle = ex.dot(row, anchor)
-        high[k] = float(ex.exact(leaf.support((x, y, z))) - middle)
-        low[k] = -float(ex.exact(leaf.support((-x, -y, -z))) + middle)
+        high[k] = _beyond(leaf.support((x, y, z)), -middle)
+        low[k] = -_beyond(leaf.support((-x, -y, -z)), middle)
     linear, shift = leaf.placement.affine
     start = tuple(ex.dot(row, anchor, t) for row, t in zip(linear, shift, strict=True))
     frame = Frame((start[0], start[1], start[2]), ex.multiply(linear, columns))
     return frame, (low, high), _size(curved) if curved is not None else np.zeros(3)
 
 
+def _beyond(reach: float, middle: ex.Exact) -> float:
+    return float(ex.exact(reach) + middle) if math.isfinite(reach) else reach
+
+
 def _size(surface: QuadricSurface) -> FloatArray:
     """(3,) half lengths along the axes, with the largest where the surface is not curved."""
     constant, slope = abs(ex.exact(surface.constant)), max(abs(ex.exact(b)) for b in surface.linear)
     squares = [abs(ex.exact(s)) for s in surface.squares]
-    curved = [float(ex.context.sqrt(constant / s) + slope / s) if s else 0.0 for s in squares]
+    curved = [float(ex.sqrt(constant / s) + slope / s) if s else 0.0 for s in squares]
     return np.array([size or max(curved) for size in curved])
 
 

@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from ..shapes import exact as ex
-from ..shapes.rational import dot, fraction
+from ..shapes.rational import dot
 from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
-from .roots import Quadratic
+from .roots import Quadratic, known
 
-Vector = tuple[Fraction, Fraction, Fraction]
 Numbers = tuple[int, int, int, int, int, int, int, int, int, int]
 
-SURE = ex.CANCELLED
-"""A sum of what is irrational on paper is off by less than 2^-SURE of its terms."""
-_EXACT = ex.BITS - 100
-
-
-def vector(values: Iterable[Any]) -> Vector:
-    x, y, z = values
-    return fraction(x), fraction(y), fraction(z)
-
-
-def is_rounded(values: Iterable[Any]) -> bool:
-    """Are some of the numbers irrational on paper? They fill all bits, those that are exact do not."""
-    return any(hasattr(v, "_mpf_") and int(v._mpf_[3]) > _EXACT for v in values)
+_RATIO = 1024
+"""Bits of the fractions that are looked for in what was cut (`simplest_ratio`)."""
 
 
 def integers(values: Sequence[Fraction]) -> list[int]:
@@ -58,31 +46,33 @@ def line(origin: Sequence[float], direction: Sequence[float]) -> Line:
 class Form:
     """xx X² + yy Y² + zz Z² + 2 xy XY + 2 xz XZ + 2 yz YZ + 2 x X + 2 y Y + 2 z Z + one: <= 0 inside.
 
-    `sizes` of what is irrational on paper: each coefficient is a sum of terms that add up to so much without signs.
+    Of what is irrational on paper each coefficient is known but for the one in `off`.
     """
 
     coefficients: Numbers
-    sizes: Numbers | None = None
+    off: Numbers | None = None
 
     @property
     def is_flat(self) -> bool:
         return not any(self.coefficients[:6])
 
     def along(self, line: Line) -> Quadratic:
-        """On a ray, times a positive number."""
-        return _settled(_along(self.coefficients, line), self._off(line))
+        """On a ray, times a positive number; each coefficient is 0 unless it is surely not."""
+        values = _along(self.coefficients, line)
+        if self.off is None:
+            return Quadratic(*values)
+        off = _along(self.off, Line(_sizes(line.origin), _sizes(line.direction), line.unit))
+        kept = [(v, o) if known(v, o) else (0, 0) for v, o in zip(values, off, strict=True)]
+        (a, off_a), (b, off_b), (c, off_c) = kept
+        return Quadratic(a, b, c, (off_a, off_b, off_c))
 
     def at(self, line: Line) -> int:
         """At the origin of a ray, times a positive number."""
         return self.along(line).c
 
-    def _off(self, line: Line) -> tuple[int, int, int]:
-        """How far its coefficients on a ray may be off."""
-        if self.sizes is None:
-            return 0, 0, 0
-        beside = Line(tuple(map(abs, line.origin)), tuple(map(abs, line.direction)), line.unit)
-        a, b, c = _along(self.sizes, beside)
-        return (a >> SURE) + 1, (b >> SURE) + 1, (c >> SURE) + 1
+
+def _sizes(values: Sequence[int]) -> tuple[int, ...]:
+    return tuple(map(abs, values))
 
 
 def _along(form: Numbers, line: Line) -> tuple[int, int, int]:
@@ -98,56 +88,68 @@ def _along(form: Numbers, line: Line) -> tuple[int, int, int]:
     return a, b, c
 
 
-def _settled(values: tuple[int, int, int], off: tuple[int, int, int]) -> Quadratic:
-    """A quadratic whose coefficients are 0 where they cannot be told from that."""
-    known = [abs(value) > 2 * error for value, error in zip(values, off, strict=True)]
-    a, b, c = (value if sure else 0 for value, sure in zip(values, known, strict=True))
-    off_a, off_b, off_c = (error if sure else 0 for error, sure in zip(off, known, strict=True))
-    return Quadratic(a, b, c, (off_a, off_b, off_c))
-
-
 def form_of(surface: Surface) -> Form:
     """A surface as its record in the table of surfaces has it: a plane's normal leads with a positive number."""
     if isinstance(surface, PlaneSurface):
-        return _plane(surface)
-    linear = (*surface.squares, *surface.linear, surface.constant, *surface.anchor)
-    if is_rounded((*linear, *(w for row in surface.rows for w in row))):
-        terms = surface.terms()
-        return _rounded([ex.cancelling_sum(each) for each in terms], [sum(map(abs, each)) for each in terms])
+        turned = -1 if next(float(n) for n in surface.normal if float(n)) < 0 else 1
+        numbers = [0] * 6 + [turned * n for n in surface.normal] + [-2 * turned * surface.offset]
+        return _form(numbers)
+    if any(map(ex.is_rounded, _written(surface))):
+        return _form([ex.cancelling_sum(terms) for terms in surface.terms()])
     return _exact(surface)
 
 
 def ball_form(center: Sequence[float], radius: float) -> Form:
     """A ball of floats."""
-    c, r = vector(center), Fraction(radius)
-    unit, x, y, z, one = integers([Fraction(1), -c[0], -c[1], -c[2], dot(c, c) - r * r])
-    return Form((unit, unit, unit, 0, 0, 0, x, y, z, one))
+    x, y, z = map(Fraction, center)
+    return _whole([1, 1, 1, 0, 0, 0, -x, -y, -z, x * x + y * y + z * z - Fraction(radius) ** 2])
 
 
-def _plane(surface: PlaneSurface) -> Form:
-    turned = -1 if next(float(n) for n in surface.normal if float(n)) < 0 else 1
-    numbers = [0] * 6 + [turned * n for n in surface.normal] + [-2 * turned * surface.offset]
-    if is_rounded((*surface.normal, surface.offset)):
-        return _rounded(numbers, [abs(n) for n in numbers])
-    return Form(_ten(integers([fraction(n) for n in numbers])))
+def _written(surface: QuadricSurface) -> list[Any]:
+    rows = [w for row in surface.rows for w in row]
+    return [*surface.squares, *surface.linear, surface.constant, *surface.anchor, *rows]
 
 
-def _rounded(numbers: Sequence[Any], sizes: Sequence[Any]) -> Form:
-    both = integers([fraction(n) for n in (*numbers, *sizes)])
-    return Form(_ten(both[:10]), _ten(both[10:]))
+def _whole(coefficients: Sequence[int | Fraction]) -> Form:
+    return Form(_ten(integers([Fraction(c) for c in coefficients])))
+
+
+def _form(coefficients: Sequence[Any]) -> Form:
+    """From ten numbers: exact where they are fractions, or in the ratios of fractions, else with what was cut."""
+    if not any(map(ex.is_rounded, coefficients)):
+        return _whole([ex.fraction(c) for c in coefficients])
+    numbers = [ex.exact(c) for c in coefficients]
+    largest = max(numbers, key=abs)
+    ratios = [Fraction(1) if n is largest else _ratio(n, largest) for n in numbers]
+    if None not in ratios:
+        sign = 1 if largest > 0 else -1
+        return _whole([sign * ratio for ratio in ratios if ratio is not None])
+    least = min(n.exponent for n in numbers)
+    return Form(
+        _ten([n.mantissa << (n.exponent - least) for n in numbers]),
+        _ten([n.off << (n.exponent - least) for n in numbers]),
+    )
+
+
+def _ratio(number: ex.Exact, other: ex.Exact) -> Fraction | None:
+    """number / other where that is a fraction; None where it is none, or a long one."""
+    if not number.mantissa and not number.off:
+        return Fraction(0)
+    return ex.simplest_ratio(number / other, _RATIO)
 
 
 def _exact(surface: QuadricSurface) -> Form:
-    rows = [vector(row) for row in surface.rows]
-    squares, linear, anchor = vector(surface.squares), vector(surface.linear), vector(surface.anchor)
+    rows = [[ex.fraction(w) for w in row] for row in surface.rows]
+    squares, linear = [ex.fraction(s) for s in surface.squares], [ex.fraction(b) for b in surface.linear]
+    anchor = [ex.fraction(q) for q in surface.anchor]
     shift = [-dot(row, anchor) for row in rows]
     second = [
         sum((squares[k] * rows[k][i] * rows[k][j] for k in range(3)), Fraction(0))
         for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     ]
     first = [sum(((squares[k] * shift[k] + linear[k]) * rows[k][i] for k in range(3)), Fraction(0)) for i in range(3)]
-    one = sum(((squares[k] * shift[k] + 2 * linear[k]) * shift[k] for k in range(3)), -fraction(surface.constant))
-    return Form(_ten(integers([*second, *first, one])))
+    one = sum(((squares[k] * shift[k] + 2 * linear[k]) * shift[k] for k in range(3)), -ex.fraction(surface.constant))
+    return _whole([*second, *first, one])
 
 
 def _ten(values: Sequence[int]) -> Numbers:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cmp_to_key
+from typing import Any
 
 from .forms import Form, Line
 from .roots import ZERO, Root, compare, roots, sign
@@ -50,21 +51,47 @@ def _flat(rate: int, height: int, starts: bool, found: Sequence[Root]) -> Verdic
     return Verdict(True, rate, here, here)
 
 
+def exact_ranks(places: Sequence[Place]) -> list[float]:
+    """The rank of each place along a ray: equal for equal ones, 0 for the first, which is the ray's origin.
+
+    Places are told apart by floats around them first: hundreds of surfaces that a ray meets in one point are one place.
+    """
+    one: dict[Any, Place] = {}
+    distinct = [one.setdefault(_name(place), place) for place in places]
+    order = sorted(one.values(), key=_least)
+    rank: dict[int, float] = {}
+    begin, so_far = 0, 0.0
+    while begin < len(order):
+        end, most = begin + 1, _most(order[begin])
+        while end < len(order) and _least(order[end]) <= most:
+            most = max(most, _most(order[end]))
+            end += 1
+        near = sorted(order[begin:end], key=cmp_to_key(_compare))
+        for k, place in enumerate(near):
+            so_far += 1.0 if k == 0 or _compare(near[k - 1], place) != 0 else 0.0
+            rank[id(place)] = so_far
+        begin = end
+    zero = rank[id(distinct[0])]
+    return [rank[id(place)] - zero for place in distinct]
+
+
+def _name(place: Place) -> Any:
+    """The same for places that are known to be one."""
+    if isinstance(place, float):
+        return place
+    return id(place) if place.name is None else place.name
+
+
+def _least(place: Place) -> float:
+    return place if isinstance(place, float) else place.ends[0]
+
+
+def _most(place: Place) -> float:
+    return place if isinstance(place, float) else place.ends[1]
+
+
 def _compare(x: Place, y: Place) -> int:
     if isinstance(x, float) or isinstance(y, float):
         a, b = (value if isinstance(value, float) else 0.0 for value in (x, y))
         return (a > b) - (a < b)
     return compare(x, y)
-
-
-def exact_ranks(places: Sequence[Place]) -> list[float]:
-    """The rank of each place along a ray: equal for equal ones, 0 for the first, which is the ray's origin."""
-
-    def later(i: int, j: int) -> int:
-        return _compare(places[i], places[j])
-
-    order = sorted(range(len(places)), key=cmp_to_key(later))
-    rank = [0.0] * len(places)
-    for k in range(1, len(order)):
-        rank[order[k]] = rank[order[k - 1]] + (later(order[k - 1], order[k]) != 0)
-    return [r - rank[0] for r in rank]

@@ -1,7 +1,8 @@
 """Roots of quadratics with integer coefficients, compared without rounding.
 
-Two roots are equal only if their quadratics share one, which their resultant tells; roots that are not equal part
-at some precision, so a comparison always ends. (Basu, Pollack, Roy: Algorithms in Real Algebraic Geometry, 2006.)
+A root is rational where the discriminant is a square, and then its name is the reduced fraction; else it is the
+quadratic in lowest terms, which is irreducible and so the only one that has the root. Equal roots have one name, and
+roots that are not equal part at some precision, so a comparison always ends.
 
 What is irrational on paper is known to thousands of bits (shapes/exact.py), and its coefficients come with how far they
 may be off. There what cannot be told from zero is zero, and roots that cannot be told apart are one.
@@ -12,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from math import inf, isqrt, nextafter
+from math import gcd, inf, isqrt, nextafter
 
 _FIRST = 64
 """Bits of the first comparison."""
@@ -22,9 +23,18 @@ def sign(x: int | Fraction) -> int:
     return (x > 0) - (x < 0)
 
 
+def known(value: int, off: int) -> bool:
+    """Is a number, which may be off by so much, surely not zero, and known to 64 bits?
+
+    Between that and zero lies a gap that no number of the domain falls into. So whatever is not taken for zero is all
+    but exact, and so are the roots that are told.
+    """
+    return abs(value) > off << 64
+
+
 @dataclass(frozen=True)
 class Quadratic:
-    """a t² + 2 b t + c; each coefficient is 0 exactly, or surely not 0, and off by at most the one in `off`."""
+    """a t² + 2 b t + c; each coefficient is 0 exactly, or off by at most the one in `off` (see `known`)."""
 
     a: int
     b: int
@@ -37,7 +47,7 @@ class Quadratic:
         a, b, c, (off_a, off_b, off_c) = abs(self.a), abs(self.b), abs(self.c), self.off
         value = self.b * self.b - self.a * self.c
         off = (2 * b + off_b) * off_b + a * off_c + c * off_a + off_a * off_c
-        return value if abs(value) > 4 * off else 0
+        return value if known(value, off) else 0
 
     @property
     def rounded(self) -> bool:
@@ -103,14 +113,42 @@ class Root:
         slope = b if self.of.a == 0 else max(abs(at.low + b), 1)
         return (value << (bits + less)) // slope + 1
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Floats below and above."""
+        return self.within(_FIRST).ends
+
+    @cached_property
+    def name(self) -> tuple[int, ...] | None:
+        """The same for equal roots of exact quadratics, and for no others; None where coefficients are rounded."""
+        q = self.of
+        if q.rounded:
+            return None
+        root = isqrt(q.discriminant) if q.a else 0
+        if root * root == q.discriminant or q.a == 0:
+            above, below = (self.side * root - q.b, q.a) if q.a else (-q.c, 2 * q.b)
+            common = gcd(above, below)
+            return above // common, below // common
+        common = gcd(q.a, 2 * q.b, q.c)
+        return q.a // common, 2 * q.b // common, q.c // common, self.side
+
     def __float__(self) -> float:
         """The nearest float64."""
         bits = 64
         while True:
             at = self._as_written(bits)
-            if float(Fraction(at.low, at.unit)) == float(Fraction(at.high, at.unit)) or bits > 1 << 16:
-                return float(Fraction(at.low + at.high, 2 * at.unit))
+            low, high = _quotient(at.low, at.unit), _quotient(at.high, at.unit)
+            if low == high or bits > 1 << 16:
+                return low
             bits *= 2
+
+
+def _quotient(above: int, below: int) -> float:
+    """The float64 nearest to a quotient."""
+    try:
+        return above / below
+    except OverflowError:
+        return inf if above > 0 else -inf
 
 
 def number(x: Fraction) -> Root:
@@ -134,37 +172,20 @@ def roots(q: Quadratic) -> tuple[Root, Root] | tuple[Root] | tuple[()]:
     return (Root(q, -1), Root(q, 1)) if q.discriminant > 0 else ()
 
 
-def equal(x: Root, y: Root) -> bool:
-    """Of quadratics that are exact."""
-    p, q = x.of, y.of
-    ab, ac, bc = p.a * q.b - q.a * p.b, p.a * q.c - q.a * p.c, p.b * q.c - q.b * p.c
-    if ac * ac != 4 * ab * bc:
-        return False
-    if ab == 0 and ac == 0 and bc == 0:
-        return x.side == y.side
-    if ab == 0:
-        return False
-    # The one root that they share is rational
-    common = Fraction(-ac, 2 * ab)
-    return all(r.side == sign(r.of.a * common + r.of.b) for r in (x, y) if r.of.a)
-
-
 def compare(x: Root, y: Root) -> int:
     """-1, 0 or 1 as x lies before y, at y or after it."""
-    if x is y:
+    if x is y or (x.name is not None and x.name == y.name):
         return 0
-    (low, high), (least, most) = x.within(_FIRST).ends, y.within(_FIRST).ends
+    (low, high), (least, most) = x.ends, y.ends
     if high < least or low > most:
         return -1 if high < least else 1
-    bits, exact = _FIRST, not (x.of.rounded or y.of.rounded)
+    bits, exact = _FIRST, x.name is not None and y.name is not None
     while True:
         p, q = x.within(bits), y.within(bits)
         if p.high * q.unit < q.low * p.unit:
             return -1
         if p.low * q.unit > q.high * p.unit:
             return 1
-        if exact and bits == _FIRST and equal(x, y):
-            return 0
         # More bits would not tell either
         width = (p.high - p.low) * q.unit + (q.high - q.low) * p.unit
         if not exact and 4 * (p.resolution * q.unit + q.resolution * p.unit) <= width:

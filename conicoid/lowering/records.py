@@ -15,7 +15,7 @@ _CENTERED = 2.0**-46
 """A ball whose center cannot be told to this share of its radius is a general quadric: it has bounds of its own."""
 
 
-def record_of(surface: Surface) -> tuple[int, tuple[ex.Number, ...]]:
+def record_of(surface: Surface) -> tuple[int, tuple[ex.Writable, ...]]:
     """(kind, numbers of the record before they are rounded)."""
     if isinstance(surface, PlaneSurface):
         anchor = floats(surface.anchor)
@@ -37,18 +37,21 @@ def _factor(values: Iterable[Any]) -> float:
     return math.ldexp(1.0, -math.frexp(largest)[1]) if largest else 1.0
 
 
-def _times(value: ex.Number, factor: float) -> ex.Number:
+def _times(value: ex.Writable, factor: float) -> ex.Writable:
     """A product with a power of two, exact."""
-    return value * Fraction(factor) if isinstance(value, Fraction) else value * factor
+    if isinstance(value, Fraction):
+        return value * Fraction(factor)
+    return value * factor
 
 
-def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Number:
+def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Writable:
+    offset: ex.Writable = surface.offset
     if not any(anchor):
-        return -surface.offset
-    return ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(surface.offset))
+        return -offset
+    return ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(offset))
 
 
-def _as_sphere(surface: QuadricSurface) -> tuple[ex.Number, ...] | None:
+def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
     """(center, radius) where the quadric is a sphere with its inside inside."""
     a, b, c = surface.squares
     if not (a == b == c and a > 0 and not any(surface.linear) and surface.constant > 0):
@@ -64,10 +67,10 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Number, ...] | None:
         return None
     if ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
         return None
-    return _centered(surface, ex.context.sqrt(ex.exact(surface.constant) / (ex.exact(a) * gram[0][0])))
+    return _centered(surface, ex.sqrt(ex.exact(surface.constant) / (ex.exact(a) * gram[0][0])))
 
 
-def _centered(surface: QuadricSurface, radius: ex.Number) -> tuple[ex.Number, ...] | None:
+def _centered(surface: QuadricSurface, radius: ex.Writable) -> tuple[ex.Writable, ...] | None:
     if any(abs(rest) > _CENTERED * float(radius) for rest in rests(surface.anchor)):
         return None
     return (*surface.anchor, radius)

@@ -27,4 +27,4 @@ def axis_frame(start: Vector, end: Vector, reference: Vector | None) -> Motion:
 def exact_length(start: Vector, end: Vector) -> ex.Exact:
     """|end - start| in 3000 bits."""
     axis = difference(start, end)
-    return ex.context.sqrt(ex.dot(axis, axis))
+    return ex.sqrt(ex.dot(axis, axis))

@@ -21,9 +21,9 @@ from .motion import STILL, Motion
 from .principal_axes import eigen
 from .vector import Vector
 
-_SAME = ex.context.ldexp(1, -200)
+_SAME = ex.power_of_two(-200)
 """Eigenvalues of a moved quadric whose relative difference is below this are one."""
-_NOISE = ex.context.ldexp(1, -ex.CANCELLED)
+_NOISE = ex.power_of_two(-ex.CANCELLED)
 
 
 def classify(matrix: Symmetric, motion: Motion = STILL) -> Classification:
@@ -33,7 +33,7 @@ def classify(matrix: Symmetric, motion: Motion = STILL) -> Classification:
     still = motion.shift is not None or motion.is_identity
     if not motion.is_identity:
         linear, _ = motion.affine
-        turned = [[rational.fraction(entry) for entry in row] for row in linear]
+        turned = [[ex.fraction(entry) for entry in row] for row in linear]
         null = [[rational.dot(row, vector) for row in turned] for vector in null]
         matrix = _moved(matrix, motion)
     if sense < 0:
@@ -56,7 +56,7 @@ def _is_scalar(matrix: Symmetric) -> bool:
 def _moved(matrix: Symmetric, motion: Motion) -> Symmetric:
     """M⁻ᵀ matrix M⁻¹, with the inverse motion as its 3000 bits say."""
     rows, shift = motion.inverse
-    back = [[*(rational.fraction(c) for c in row), rational.fraction(t)] for row, t in zip(rows, shift, strict=True)]
+    back = [[*(ex.fraction(c) for c in row), ex.fraction(t)] for row, t in zip(rows, shift, strict=True)]
     back.append([Fraction(0), Fraction(0), Fraction(0), Fraction(1)])
     columns = list(zip(*back, strict=True))
     return tuple(tuple(row) for row in rational.times(rational.times(columns, matrix), back))
@@ -146,8 +146,8 @@ class _Placed:
         """Which eigenvalue stands first, second and last."""
         if self.kind in (kinds.TROUGHS, kinds.CROSSING, kinds.SADDLE):
             first_is_positive = self.kind == kinds.SADDLE or (self.kind == kinds.TROUGHS and self._constant < 0)
-            return sorted(range(3), key=lambda k: (squares[k] == 0, (squares[k] > 0) != first_is_positive))
-        order = sorted(range(3), key=lambda k: (squares[k] == 0, squares[k] < 0, squares[k]))
+            return sorted(range(3), key=lambda k: (not squares[k], (squares[k] > 0) != first_is_positive))
+        order = sorted(range(3), key=lambda k: (not squares[k], squares[k] < 0, squares[k]))
         if self.kind in (kinds.ELLIPSOID, kinds.SPHERE) and same:
             a, b, c = (squares[k] for k in order)
             if b - a > c - b:  # the odd one stands first
@@ -170,7 +170,7 @@ class _Placed:
         return first, ex.cross(opening, first), opening
 
     def _measures(self, sizes: list[ex.Exact]) -> list[ex.Exact]:
-        root, kind = ex.context.sqrt, self.kind
+        root, kind = ex.sqrt, self.kind
         sizes = [s for s in sizes if s]
         if kind in (kinds.BOWL, kinds.SADDLE, kinds.TROUGH):
             gradient = self._solution[1]

@@ -1,67 +1,75 @@
-"""Arithmetic for baking motions into surfaces: 3000 bits, rounded to float64 once, at the end.
+"""Linear algebra in 3000 bits for baking motions into surfaces (see `number`); rounded to float64 once, at the end.
 
-All numbers a user writes are binary, so sums and products of a few of them are exact here; only square
-roots, sines and quotients are not, by a relative 2^-3000. A sum whose terms cancel down towards that
-level is zero in exact arithmetic and is made zero here (`dot`), so that two chains of motions
-that are equal on paper give equal numbers, and a turn by 90 degrees gives exact zeros and ones.
+Sums are settled: where terms cancel to what may be zero they are zero, and where the result may be a short binary
+number they are that number. So two chains of motions that are equal on paper give equal numbers, a matrix times its
+transpose is the identity where it is a turn, and a turn by 90 degrees gives exact zeros and ones.
 
 Between 1e-100 and 1e100 lie 665 binary places: sums of squares of such numbers, and sums of products of four,
-need more than 1330 and 2660 bits for what may be left of them. What cancels by 2^-2200 is nothing (`CANCELLED`).
+need more than 1330 and 2660 bits for what may be left of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from fractions import Fraction
-from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from mpmath import MPContext
+from .number import (
+    BITS,
+    ONE,
+    ZERO,
+    Writable,
+    cut,
+    exact,
+    fraction,
+    is_rounded,
+    power_of_two,
+    settled,
+    simplest_ratio,
+    sin_cos_degrees,
+    sqrt,
+    total,
+)
+from .number import Number as Exact
 
-Exact: TypeAlias = Any
-Number: TypeAlias = float | int | Fraction | Any
+__all__ = [
+    "BITS", "CANCELLED", "IDENTITY", "ONE", "ZERO", "Exact", "Row", "Rows", "Writable", "apply", "cancelling_sum",
+    "cross", "cut", "determinant", "dot", "exact", "exact_row", "fraction", "inverse", "is_rounded", "minus",
+    "multiply", "plus", "power_of_two", "rounded", "simplest_ratio", "sin_cos_degrees",
+    "sqrt", "total", "transpose", "unit",
+]  # fmt: skip
+
 Row: TypeAlias = tuple[Exact, Exact, Exact]
 Rows: TypeAlias = tuple[Row, Row, Row]
 
-context = MPContext()
-BITS, CANCELLED = 3000, 2200
-context.prec = BITS
+CANCELLED = 2200
+"""What eigenvectors have below 2^-2200 of their length is noise."""
 
-ZERO, ONE = context.mpf(0), context.mpf(1)
 IDENTITY: Rows = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
-def exact(value: Number) -> Exact:
-    """`value` as such a number; floats and integers exactly, fractions rounded there."""
-    if isinstance(value, Fraction):
-        return context.mpf(value.numerator) / value.denominator
-    return context.mpf(value)
-
-
-def exact_row(values: Iterable[Number]) -> Row:
+def exact_row(values: Iterable[Writable]) -> Row:
     x, y, z = values
     return exact(x), exact(y), exact(z)
 
 
 def dot(a: Sequence[Exact], b: Sequence[Exact], *more: Exact) -> Exact:
-    """a·b plus any further terms; zero where the terms cancel to nothing."""
-    terms = [x * y for x, y in zip(a, b, strict=True)]
+    """a·b plus any further terms, settled."""
+    terms = [x * y for x, y in zip(a, b, strict=True) if (x.mantissa or x.off) and (y.mantissa or y.off)]
     terms.extend(more)
-    return cancelling_sum(terms)
+    return settled(total(terms))
 
 
 def cancelling_sum(terms: Sequence[Exact]) -> Exact:
-    """The sum; zero where it is less than 2^-2200 of a term."""
-    total = context.fsum(terms)
-    if total and max(_places(term) for term in terms) - _places(total) > CANCELLED:
-        return ZERO
-    return total
+    """The sum, settled."""
+    return settled(total(terms))
 
 
-def _places(value: Exact) -> int:
-    """n with 2^(n - 1) <= |value| < 2^n; of zero less than that of any number."""
-    _, mantissa, exponent, bits = value._mpf_
-    return int(exponent + bits) if mantissa else -(1 << 40)
+def plus(a: Row, b: Row) -> Row:
+    return cancelling_sum((a[0], b[0])), cancelling_sum((a[1], b[1])), cancelling_sum((a[2], b[2]))
+
+
+def minus(a: Row, b: Row) -> Row:
+    return cancelling_sum((a[0], -b[0])), cancelling_sum((a[1], -b[1])), cancelling_sum((a[2], -b[2]))
 
 
 def cross(a: Row, b: Row) -> Row:
@@ -73,7 +81,7 @@ def cross(a: Row, b: Row) -> Row:
 
 
 def unit(a: Row) -> Row:
-    length = context.sqrt(dot(a, a))
+    length = sqrt(dot(a, a))
     return a[0] / length, a[1] / length, a[2] / length
 
 
@@ -113,18 +121,3 @@ def inverse(rows: Rows) -> Rows:
 def rounded(value: Exact) -> float:
     """The nearest float64."""
     return float(value)
-
-
-@lru_cache(maxsize=1024)
-def sin_cos_degrees(degrees: float) -> tuple[Exact, Exact]:
-    """Sine and cosine of an angle in degrees, exact at multiples of 90."""
-    angle = exact(degrees) % 360
-    rest = angle % 90
-    quarter = int(context.nint((angle - rest) / 90))
-    if rest:
-        c, s = context.cos_sin(context.radians(rest))
-    else:
-        s, c = ZERO, ONE
-    for _ in range(quarter):
-        s, c = c, -s
-    return s, c

@@ -1,20 +1,25 @@
 """Affine motions, remembered as the steps a user asked for and composed exactly.
 
 A `Motion` is a tuple of steps about the world's origin, applied first to last. Scene files show
-the steps; lowering asks once for the product, in 3000-bit arithmetic (`exact.py`).
+the steps; lowering asks once for the product, in 3000-bit arithmetic (`exact.py`). A motion that goes
+on from another goes on from its product too.
 """
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from . import exact as ex
 from .validate import LARGEST, matrix4, number, numbers, vector
 from .vector import FloatArray, Matrix4, Vector
+
+Affine: TypeAlias = tuple[ex.Rows, ex.Row]
+"""x ↦ rows x + shift"""
 
 
 @dataclass(frozen=True)
@@ -23,7 +28,7 @@ class Translate:
 
     offset: Vector
 
-    def affine(self) -> tuple[ex.Rows, ex.Row]:
+    def affine(self) -> Affine:
         return ex.IDENTITY, ex.exact_row(self.offset)
 
 
@@ -34,7 +39,7 @@ class Rotate:
     axis: Vector
     degrees: float
 
-    def affine(self) -> tuple[ex.Rows, ex.Row]:
+    def affine(self) -> Affine:
         x, y, z = ex.unit(ex.exact_row(self.axis))
         s, c = ex.sin_cos_degrees(self.degrees)
         k = 1 - c
@@ -52,7 +57,7 @@ class Scale:
 
     factors: Vector
 
-    def affine(self) -> tuple[ex.Rows, ex.Row]:
+    def affine(self) -> Affine:
         x, y, z = ex.exact_row(self.factors)
         rows = ((x, ex.ZERO, ex.ZERO), (ex.ZERO, y, ex.ZERO), (ex.ZERO, ex.ZERO, z))
         return rows, (ex.ZERO, ex.ZERO, ex.ZERO)
@@ -64,7 +69,7 @@ class Transform:
 
     matrix: Matrix4
 
-    def affine(self) -> tuple[ex.Rows, ex.Row]:
+    def affine(self) -> Affine:
         rows = tuple(ex.exact_row(row[:3]) for row in self.matrix[:3])
         return (rows[0], rows[1], rows[2]), ex.exact_row(row[3] for row in self.matrix[:3])
 
@@ -78,21 +83,20 @@ class Frame:
     """
 
     origin: Vector
-    axis: Vector
+    axis: Vector | ex.Row
     reference: Vector | None = None
 
-    def affine(self) -> tuple[ex.Rows, ex.Row]:
+    def affine(self) -> Affine:
         z = ex.unit(ex.exact_row(self.axis))
         origin = ex.exact_row(self.origin)
         if self.reference is None:
-            least = min(range(3), key=lambda i: abs(self.axis[i]))
+            axis = ex.exact_row(self.axis)
+            least = min(range(3), key=lambda i: abs(axis[i]))
             towards = ex.IDENTITY[least]
         else:
-            towards = tuple(
-                ex.dot((r, o), (ex.ONE, -ex.ONE)) for r, o in zip(ex.exact_row(self.reference), origin, strict=True)
-            )
+            towards = ex.minus(ex.exact_row(self.reference), origin)
         along = ex.dot(towards, z)
-        x = ex.unit(tuple(ex.dot((t, along), (ex.ONE, -a)) for t, a in zip(towards, z, strict=True)))
+        x = ex.unit(ex.minus(towards, (along * z[0], along * z[1], along * z[2])))
         return ex.transpose((x, ex.cross(z, x), z)), origin
 
 
@@ -109,7 +113,11 @@ class Motion:
         """The motion followed by `other`."""
         if not other.steps:
             return self
-        return Motion(self.steps + other.steps) if self.steps else other
+        if not self.steps:
+            return other
+        both = Motion(self.steps + other.steps)
+        both.__dict__["_parts"] = self, other
+        return both
 
     def translate(self, offset: Any) -> Motion:
         return self.then(Motion((Translate(vector("translate", "offset", offset)),)))
@@ -142,25 +150,15 @@ class Motion:
         return first.offset if isinstance(first, Translate) else None
 
     @cached_property
-    def affine(self) -> tuple[ex.Rows, ex.Row]:
+    def affine(self) -> Affine:
         """The product of all steps as (3 rows, translation), in 3000 bits."""
-        if len(self.steps) == 1:
-            return self.steps[0].affine()
-        rows, shift = ex.IDENTITY, (ex.ZERO, ex.ZERO, ex.ZERO)
-        for step in self.steps:
-            linear, (x, y, z) = step.affine()
-            if linear is not ex.IDENTITY:
-                rows = ex.multiply(linear, rows) if rows is not ex.IDENTITY else linear
-                shift = ex.apply(linear, shift)
-            shift = (
-                ex.cancelling_sum((shift[0], x)),
-                ex.cancelling_sum((shift[1], y)),
-                ex.cancelling_sum((shift[2], z)),
-            )
-        return rows, shift
+        parts: tuple[Motion, Motion] | None = self.__dict__.pop("_parts", None)
+        if parts is not None and "affine" in parts[0].__dict__:
+            return _product(parts[0].affine, parts[1].affine)
+        return functools.reduce(_product, (step.affine() for step in self.steps), _STILL)
 
     @cached_property
-    def inverse(self) -> tuple[ex.Rows, ex.Row]:
+    def inverse(self) -> Affine:
         """The inverse map as (3 rows, translation), in 3000 bits."""
         rows, shift = self.affine
         if rows is ex.IDENTITY:
@@ -196,6 +194,17 @@ class Motion:
 
 
 STILL = Motion()
+_STILL: Affine = (ex.IDENTITY, (ex.ZERO, ex.ZERO, ex.ZERO))
+
+
+def _product(first: Affine, then: Affine) -> Affine:
+    """One map after the other."""
+    rows, shift = first
+    linear, offset = then
+    if linear is not ex.IDENTITY:
+        rows = ex.multiply(linear, rows) if rows is not ex.IDENTITY else linear
+        shift = ex.apply(linear, shift)
+    return rows, ex.plus(shift, offset)
 
 
 def _translation(offset: Vector, sign: float) -> FloatArray:

@@ -94,7 +94,7 @@ def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:
 
 
 def _middle(points: Sequence[ex.Row]) -> ex.Row:
-    x, y, z = (ex.context.fsum(point[i] for point in points) / len(points) for i in range(3))
+    x, y, z = (ex.total(point[i] for point in points) / len(points) for i in range(3))
     return x, y, z
 
 

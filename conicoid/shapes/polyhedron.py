@@ -110,16 +110,14 @@ def _middle(low: float, high: float) -> float:
     return sum(end / len(ends) for end in ends)
 
 
-def _fractions(row: Iterable[ex.Number]) -> list[Fraction]:
+def _fractions(row: Iterable[ex.Writable]) -> list[Fraction]:
     """Floats as they are; 3000-bit numbers rounded so that equal ones on paper are equal here."""
     result = []
     for value in row:
         if isinstance(value, (float, int, Fraction)):
             result.append(Fraction(value))
         else:
-            with ex.context.workprec(_DIGITS):
-                sign, mantissa, exponent, _ = (+value)._mpf_
-            result.append((-1) ** sign * Fraction(int(mantissa)) * Fraction(2) ** exponent)
+            result.append(ex.fraction(ex.cut(value, _DIGITS)))
     return result
 
 

@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from . import exact as ex
 from .coefficients import Symmetric
+from .number import mp, of_mpmath
 from .rational import eliminated
 from .surface import UPRIGHT, QuadricSurface, Triples
 
@@ -17,7 +18,7 @@ _WEAK = Fraction(1, 1024)
 """Below this share of the largest eigenvalue an axis may keep its linear term."""
 _FAR = 1024
 """A center so many times farther than what lies near the origin is not moved to."""
-_NOISE = ex.context.ldexp(1, -ex.CANCELLED)
+_NOISE = ex.power_of_two(-ex.CANCELLED)
 
 
 def principal_quadric(matrix: Symmetric) -> QuadricSurface:
@@ -40,7 +41,7 @@ def principal_quadric(matrix: Symmetric) -> QuadricSurface:
     )
 
 
-def eigen(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Number], Triples]:
+def eigen(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Writable], Triples]:
     """Eigenvalues and unit eigenvectors (as rows); a diagonal matrix keeps its own, exact.
 
     `rank` is that of the second-order part where its entries are rounded; it is found where they are exact.
@@ -48,20 +49,19 @@ def eigen(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Number], 
     a = [list(row[:3]) for row in matrix[:3]]
     if not (a[0][1] or a[0][2] or a[1][2]):
         return [a[0][0], a[1][1], a[2][2]], UPRIGHT
-    context = ex.context
     entries = [abs(value) for row in a for value in row if value]
     # Small eigenvalues beside large ones need the more digits
     spread = (max(entries) / min(entries)).numerator.bit_length()
-    with context.workprec(context.prec + 4 * spread):
-        scale = context.mpf(max(entries).numerator) / max(entries).denominator
-        exact = context.matrix([[context.mpf(v.numerator) / v.denominator / scale for v in row] for row in a])
-        found, vectors = context.eigsy(exact)
+    scale, places = max(entries), ex.BITS + 4 * spread
+    with mp.workprec(places + 64):
+        scaled = [[v / scale for v in row] for row in a]
+        found, vectors = mp.eigsy(mp.matrix([[mp.mpf(v.numerator) / v.denominator for v in row] for row in scaled]))
         order = sorted(range(3), key=lambda k: max(range(3), key=lambda i: abs(vectors[i, k])))
         rank = len(eliminated(a, 3)[1]) if rank is None else rank
         vanishing = sorted(range(3), key=lambda k: abs(found[k]))[: 3 - rank]
-        values = [context.mpf(0) if k in vanishing else found[k] * scale for k in order]
-        rows = tuple(tuple(_quiet(vectors[i, k]) for i in range(3)) for k in order)
-    return [+value for value in values], tuple((+x, +y, +z) for x, y, z in rows)  # type: ignore[return-value]
+        values = [ex.ZERO if k in vanishing else of_mpmath(found[k], places) * scale for k in order]
+        rows = tuple(tuple(_quiet(of_mpmath(vectors[i, k], ex.BITS)) for i in range(3)) for k in order)
+    return values, rows  # type: ignore[return-value]
 
 
 def _quiet(entry: ex.Exact) -> ex.Exact:
@@ -93,7 +93,7 @@ def _anchor(
 
 def _vertex(s: ex.Exact, b: ex.Exact, constant: ex.Exact, largest: ex.Exact) -> ex.Exact:
     """Where to put the anchor on a weak axis, along which the quadric is s y² + 2 b y + constant."""
-    root = ex.context.sqrt
+    root = ex.sqrt
     discriminant = ex.cancelling_sum((b * b, -s * constant))
     near = ex.ZERO
     if discriminant >= 0:

@@ -59,7 +59,7 @@ def own_support(surface: QuadricSurface, direction: ex.Row) -> ex.Exact | float:
         return -math.inf
     if any(direction[i] for i in flat):
         return math.inf
-    return ex.cancelling_sum([ex.context.sqrt(-gamma * spread), *center])
+    return ex.cancelling_sum([ex.sqrt(-gamma * spread), *center])
 
 
 def _multiple(vector: list[ex.Exact], base: list[ex.Exact]) -> ex.Exact | None:

@@ -5,19 +5,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 FractionRow: TypeAlias = Sequence[Fraction]
 FractionMatrix: TypeAlias = Sequence[FractionRow]
-
-
-def fraction(value: Any) -> Fraction:
-    """A float, an integer, a fraction, or a number of any bits as the fraction that it is."""
-    if isinstance(value, (float, int, Fraction)):
-        return Fraction(value)
-    sign, mantissa, exponent, _ = value._mpf_
-    size = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
-    return -size if sign else size
 
 
 def dot(a: FractionRow, b: FractionRow) -> Fraction:

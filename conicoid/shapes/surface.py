@@ -103,12 +103,11 @@ Surface: TypeAlias = PlaneSurface | QuadricSurface
 
 
 def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:
-    return tuple(ex.dot(row, point, t) for row, t in zip(rows, shift, strict=True))
+    return ex.plus(ex.apply(rows, point), shift)
 
 
 def _named(kind: str, coefficients: Sequence[ex.Exact]) -> tuple[Key, int]:
     """Coefficients up to a factor: divided by the first nonzero one and rounded to 1500 bits."""
     lead = next((c for c in coefficients if c), ex.ONE)
-    with ex.context.workprec(_NAMED):
-        ratios = tuple((+(c / lead))._mpf_ for c in coefficients)
+    ratios = tuple(ex.cut(c / lead, _NAMED) for c in coefficients)
     return (kind, *ratios), 1 if lead > 0 else -1

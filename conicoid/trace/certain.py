@@ -18,7 +18,7 @@ from .hits import Found
 from .membership import locate_ranked, surfaces_near
 from .ranks import Ranks
 from .rays import Arguments, FloatArray
-from .settle import ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
+from .settle import doubt_before, ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
 from .threads import run_chunks
 
 if TYPE_CHECKING:
@@ -38,13 +38,13 @@ def _memory(geometry: Geometry) -> tuple[Geometry, Ranks]:
     ranks = Ranks(
         whole(surfaces), whole(surfaces), whole(2 * surfaces), whole(surfaces),
         np.zeros(most), np.zeros(most), np.zeros(most), whole(most), np.zeros(most), whole(most), np.zeros(most),
-        whole(polygons), np.zeros(2), np.zeros(2, np.int64),
+        whole(polygons), np.zeros(2, np.int64),
     )  # fmt: skip
     return Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks
 
 
 def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Found) -> None:
-    """Decide the first hits of doubtful rays, in place."""
+    """Decide the first hits of rays that may be doubtful, in place."""
     geometry, rest = scene.geometry, scene.rest
     which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
 
@@ -59,6 +59,17 @@ def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Fou
         for i in left:
             _rank_exactly(scene, ranks, arguments, i)
             ranked_first(geometry, stand, ranks, *arguments, i, *found)
+
+
+def doubted(scene: Prepared, arguments: Arguments, which: Any, found: Found) -> Any:
+    """Those of some settled rays that the fast formulas leave open up to their hits: the same by every route."""
+    some, doubts = which.astype(np.int32), np.zeros(len(which), np.int8)
+    run_chunks(
+        lambda a, b: doubt_before(scene.geometry, *arguments, some, a, b, found.t, found.entry, doubts),
+        len(some),
+        max(_CHUNK, len(some) // 64),
+    )
+    return which[doubts == 1]
 
 
 def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bool) -> list[FloatArray]:
@@ -110,7 +121,6 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -
     ranks.rank[: len(places)] = exact_ranks(places)
     told = [float(t) for t in places]
     ranks.high[: len(places)], ranks.t[: len(places)] = told, told
-    ranks.order[: len(places)] = np.argsort(ranks.rank[: len(places)], kind="stable")
     ranks.size[1] = len(places)
     for entry in entries[:count].tolist():
         if tables.entry_kind[entry] == POLYGON:

@@ -131,6 +131,7 @@ def sweep(
     while done < events and scratch.time[TIME * done] <= t_min:
         turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
         done += 1
+    unsure |= (done > 0) & (done < events) and _unsettled(geometry, scratch, done, nearness)
     inside = root_value(geometry, gates, program)
     started_inside = inside
     behind = done - 1

@@ -83,7 +83,9 @@ def _sort(level: Level, begin: int, end: int) -> None:
 
 
 @inline
-def _descend(geometry: Geometry, level: Level, beam: Floats, begin: int, count: int, other: int) -> tuple[int, int]:
+def _descend(
+    geometry: Geometry, level: Level, beam: Floats, start: int, begin: int, count: int, other: int
+) -> tuple[int, int]:
     """Replace the nodes of a level by their children that the beam meets, at level.found[other:], in order.
 
     Returns how many there are then, and how many nodes were replaced.
@@ -97,7 +99,7 @@ def _descend(geometry: Geometry, level: Level, beam: Floats, begin: int, count: 
             end += put_children(
                 geometry.floats, geometry.places[table.NODE_BOXES] + 48 * code,
                 geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code, 8 * code,
-                beam, 0, found, level.t, end,
+                beam, start, found, level.t, end,
             )  # fmt: skip
             nodes += 1
         else:
@@ -117,8 +119,8 @@ def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: floa
 
 
 @helper
-def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats, tree: int) -> None:
-    """What of a tree the beam (beam[0:]) meets."""
+def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats, start: int, tree: int) -> None:
+    """What of a tree a beam (from beam[start:]) meets."""
     roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
     count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
     items[ITEM_COUNT] = -1.0
@@ -129,7 +131,7 @@ def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats,
     while nodes > 0:
         if count <= _SORTED:
             _sort(level, here, here + count)
-        count, nodes = _descend(geometry, level, beam, here, count, other)
+        count, nodes = _descend(geometry, level, beam, start, here, count, other)
         here, other = other, here
     end = 0
     for k in range(here, here + count):
@@ -140,7 +142,7 @@ def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats,
         n -= first
         at = leaf_at(geometry, first)
         if code < 0 and box >= 0 and is_round(geometry, at, n) and end + here + count - k + 8 <= MOST_ITEMS:
-            end += put_balls(geometry.floats, at, n, code, beam, 0, items, end)
+            end += put_balls(geometry.floats, at, n, code, beam, start, items, end)
         else:
             _put(geometry, items, end, code, box, level.t[k])
             end += 1

@@ -27,7 +27,7 @@ def _alone(
     given = ray
     ray, scale = scaled_ray(given)
     count, first = collect(geometry, scratch, ray), used
-    rows, used, unsure = ray_rows(geometry, geometry, scratch, ray, ray, count, spans, rows, used)
+    rows, used, unsure = ray_rows(geometry, scratch, ray, count, spans, rows, used)
     scale_rows(rows, first, used, scale, given, spans)
     return rows, used, unsure
 

@@ -3,8 +3,7 @@
 A span:      t_enter, body, t_exit, enter clipped, exit clipped, surfaces of both ends (-1: none), off, off
 A crossing:  t, body, face, surface, side, entered, off
 
-`off` is by how much rounding may have moved an end. Where the ray is one of ranks (see ranks.py), its crossings
-are traced in `stand`, and t is a rank.
+`off` is by how much rounding may have moved an end. Where the ray is one of ranks (see ranks.py), t is a rank.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ from ..geometry.tables import Floats, Geometry, Ints, Ray, integer, whole
 from ..jit import allocator, helper, inline
 from .entries import crossed_face, entry_crossings, entry_nearness, is_solid
 from .events import crossing
-from .ranks import find_leaves, forget_leaves
 from .scratch import Scratch
 
 SPAN_COLUMNS, _SPAN_OFF = 9, 7
@@ -177,21 +175,18 @@ def scale_rows(rows: Floats, first: int, last: int, scale: float, given: Ray, sp
 
 @allocator
 def ray_rows(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, truth: Ray, ray: Ray, count: int, spans: bool,
-    rows: Floats, used: int,
-) -> tuple[Floats, int, bool]:  # fmt: skip
+    geometry: Geometry, scratch: Scratch, ray: Ray, count: int, spans: bool, rows: Floats, used: int
+) -> tuple[Floats, int, bool]:
     """Spans or crossings of entries scratch.found[:count] from rows[used] on: (rows, how many now, doubtful)."""
     first, doubtful = used, False
     for k in range(count):
         entry = scratch.found[k]
         if spans and not is_solid(geometry, entry):
             continue
-        find_leaves(geometry, scratch, entry, truth)
-        crossings, inside, unsure = entry_crossings(stand, scratch, entry, ray, 1 << 30)
+        crossings, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
         doubtful |= unsure
         if crossings > 0 or inside:
-            off = entry_nearness(geometry, entry, truth)[0]
+            off = entry_nearness(geometry, entry, ray)[0]
             rows = with_room(rows, used, crossings + 1)
             used = put_rows(geometry, scratch, entry, crossings, inside, ray, off, spans, rows, used)
-    forget_leaves(scratch)
     return rows, used, put_in_order(rows, first, used, spans) | doubtful

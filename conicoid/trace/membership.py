@@ -23,7 +23,8 @@ from ..geometry.vectors import dot
 from ..jit import helper, inline, kernel
 from .events import leaves_met
 from .kernels import collect
-from .ranks import Ranks, find_leaves, forget, forget_leaves, list_surfaces
+from .ranked import find_leaves, forget_leaves
+from .ranks import Ranks, forget, list_surfaces
 from .scratch import EVENT, LEAF, Scratch, new_scratch
 
 _ROUNDING = 2.0**-44

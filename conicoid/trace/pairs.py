@@ -17,6 +17,7 @@ from ..geometry.quadric import sphere_roots
 from ..geometry.tables import Floats, Geometry, whole
 from ..jit import allocator, helper, inline
 from .kernels import Hit
+from .lanes import at_start
 from .leaf import leaf_number
 from .simd import records_in_lanes
 
@@ -39,6 +40,7 @@ class Pairs(NamedTuple):
 
 @allocator
 def new_pairs() -> Pairs:
+    """Memory for one thread."""
     return Pairs(np.zeros(27 * MOST), np.zeros(MOST, np.int64))
 
 
@@ -47,10 +49,8 @@ def put_pair(pairs: Pairs, at: int, ray: int, geometry: Geometry, leaf: int, siz
     """Pair number `at`: a ray of a stream, and the ball that stands at a place of a leaf of some size."""
     lanes, i = pairs.lanes, np.uint64(at)
     pairs.rays[i] = ray
-    lanes[X + i], lanes[Y + i] = (
-        leaf_number(geometry, leaf, size, place, 0),
-        leaf_number(geometry, leaf, size, place, 1),
-    )
+    lanes[X + i] = leaf_number(geometry, leaf, size, place, 0)
+    lanes[Y + i] = leaf_number(geometry, leaf, size, place, 1)
     lanes[Z + i] = leaf_number(geometry, leaf, size, place, 2)
     lanes[RADIUS + i] = leaf_number(geometry, leaf, size, place, 3)
     lanes[SURFACE + i] = leaf_number(geometry, leaf, size, place, 5)
@@ -82,8 +82,8 @@ def _test_lane(lanes: Floats, i: Any) -> None:
     off, far = along((ox, oy, oz, dx, dy, dz, t_min, t_max, start), inverse, lengths)
     enters = crosses & (low > t_min) & (low < t_max) & ((low != 0.0) | (not starts))
     leaves = crosses & (high > t_min) & (high < t_max) & ((high != 0.0) | (not starts))
-    near = ((abs(low) <= off) & ((low != 0.0) | (not starts))) | ((abs(high) <= off) & ((high != 0.0) | (not starts)))
-    unsure |= (crosses & near & (t_min <= off)) | (far < 0.0)
+    near = (at_start(low, starts, off) | at_start(high, starts, off)) & (t_min <= off)
+    unsure |= (crosses & near) | (far < 0.0)
     lanes[T + i] = low if enters else (high if leaves else math.inf)
     lanes[ERROR + i] = off
     lanes[ENTERS + i] = 1.0 if enters else 0.0

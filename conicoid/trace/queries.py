@@ -17,7 +17,7 @@ from .array_kernels import (
     trace_occluded,
     trace_ordered,
 )
-from .certain import settle_bodies, settle_hits
+from .certain import doubted, settle_bodies, settle_hits
 from .hits import Found, Hits
 from .listed import listed
 from .membership import locate
@@ -111,6 +111,7 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     doubtful = np.flatnonzero(found.turn > DOUBTFUL // 2)
     if len(doubtful):
         settle_hits(scene, arguments, doubtful, found)
+        doubtful = doubted(scene, arguments, doubtful, found)
     return Hits(scene, rays, found, doubtful)
 
 

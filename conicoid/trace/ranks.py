@@ -23,7 +23,7 @@ from ..jit import helper, inline
 from .events import leaves_met
 from .kernels import collect
 from .loops import decide_loop
-from .scratch import KNOWN, Scratch
+from .scratch import Scratch
 
 ALONG = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 """Origin and direction of the ray that crosses at ranks."""
@@ -48,7 +48,6 @@ class Ranks(NamedTuple):
     order: Ints
     rank: Floats
     loops: Ints  # (polygons,) 1: the ray passes within the polygon's outline
-    ends: Floats  # (2,) ranks of the interval's ends
     size: Any  # (2,) int64: surfaces, crossings
 
 
@@ -215,27 +214,6 @@ def _number(ranks: Ranks) -> bool:
 
 
 @helper
-def tell(ranks: Ranks, t_min: float, t_max: float) -> None:
-    """Make what is told of crossings rise with their ranks, and find the ranks of the interval's ends.
-
-    An end at 0 is the origin itself. Others are compared with what is told.
-    """
-    before, low, high = -math.inf, -math.inf, math.inf
-    for k in range(ranks.size[1]):
-        this = ranks.order[k]
-        if this == 0:
-            continue
-        t, rank = max(before, ranks.t[this]), ranks.rank[this]
-        ranks.t[this], before = t, t
-        if t <= t_min:
-            low = rank
-        if t >= t_max and rank < high:
-            high = rank
-    ranks.ends[0] = 0.0 if t_min == 0.0 else low
-    ranks.ends[1] = 0.0 if t_max == 0.0 else high
-
-
-@helper
 def rank_ray(geometry: Geometry, rest: Rest, scratch: Scratch, ranks: Ranks, ray: Ray, inverse: float) -> int:
     """Ranks of all that the ray may cross: how many entries stand in scratch.found, -1 if something is open.
 
@@ -253,10 +231,7 @@ def rank_ray(geometry: Geometry, rest: Rest, scratch: Scratch, ranks: Ranks, ray
     if not certain:
         return -1
     _sort(ranks)
-    if not _number(ranks):
-        return -1
-    tell(ranks, ray[6], ray[7])
-    return count
+    return count if _number(ranks) else -1
 
 
 @inline
@@ -270,9 +245,9 @@ def _decide_outline(geometry: Geometry, rest: Rest, ranks: Ranks, entry: int, ra
 
 
 @inline
-def ray_of_ranks(ranks: Ranks, start: int) -> Ray:
-    """The ray that crosses at ranks, over the same interval."""
-    return 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, ranks.ends[0], ranks.ends[1], start
+def ray_of_ranks(start: int) -> Ray:
+    """The ray that crosses at ranks, all of it."""
+    return 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -math.inf, math.inf, start
 
 
 @inline
@@ -280,18 +255,3 @@ def t_of(ranks: Ranks, surface: int, rank: float) -> float:
     """Where the crossing of a surface at a rank is."""
     first = ranks.first[surface]
     return ranks.t[first] if ranks.rank[first] == rank else ranks.t[first + 1]
-
-
-@inline
-def find_leaves(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray) -> None:
-    """The leaves that the true ray may meet of an entry, for the kernels that trace ranks."""
-    program = entry_program(geometry, entry)
-    forget_leaves(scratch)
-    if program >= 0:
-        scratch.found_leaves[KNOWN] = leaves_met(geometry, scratch, program, ray)
-
-
-@inline
-def forget_leaves(scratch: Scratch) -> None:
-    """Undo `find_leaves`."""
-    scratch.found_leaves[KNOWN] = -1

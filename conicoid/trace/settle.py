@@ -4,64 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry import tables as table
 from ..geometry.decide import CROSSES, Rest
-from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, integer, whole
-from ..jit import helper, inline, kernel
+from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs
+from ..jit import inline, kernel
 from .array_kernels import put_hit
 from .bundle import load_ray
-from .entries import crossed_face, entry_crossings
-from .events import crossing, span_inverse
-from .kernels import Hit, collect, no_hit, scaled_ray
-from .lists import CROSSING_COLUMNS, SPAN_COLUMNS, ray_rows
-from .ranks import (
-    Ranks,
-    find_leaves,
-    forget,
-    forget_leaves,
-    list_surfaces,
-    rank_ray,
-    ray_of_ranks,
-    t_of,
-    tell,
-    tell_as_usual,
-)  # fmt: skip
+from .entries import entry_nearness
+from .events import span_inverse
+from .kernels import collect, first_crossing, scaled_ray
+from .lists import CROSSING_COLUMNS, SPAN_COLUMNS
+from .ranked import first_of_ranks, rows_of_ranks
+from .ranks import Ranks, forget, list_surfaces, rank_ray, tell_as_usual
 from .scratch import Scratch, new_scratch
 from .stand_ins import put_stand_ins
-
-
-@helper
-def _first(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> Hit:
-    """The first crossing of a ray whose ranks are known."""
-    best, along = no_hit(), ray_of_ranks(ranks, ray[8])
-    for k in range(count):
-        entry = scratch.found[k]
-        find_leaves(geometry, scratch, entry, ray)
-        crossings, _, _ = entry_crossings(stand, scratch, entry, along, 1)
-        t, place, sense, enters = crossing(scratch, 0)
-        body = integer(geometry, table.ENTRY_BODY, entry)
-        if crossings > 0 and (t < best[0] or (t == best[0] and body < best[1])):
-            best = t, body, whole(entry), place, sense, enters, 0.0, False
-    forget_leaves(scratch)
-    if best[2] < 0:
-        return best
-    surface = crossed_face(geometry, best[2], best[3], best[4])[0]
-    return t_of(ranks, surface, best[0]), best[1], best[2], best[3], best[4], best[5], 0.0, False
-
-
-@inline
-def _told(ranks: Ranks, surface: float, rank: float, end: float, scale: float) -> float:
-    """Where a row's rank is; of a clipped end, the end."""
-    return end if surface < 0.0 else t_of(ranks, int(surface), rank) * scale
-
-
-@helper
-def _in_t(ranks: Ranks, rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
-    """From ranks to t, of the length that the ray's direction had."""
-    for i in range(first, last):
-        rows[i, 0] = _told(ranks, rows[i, 5 if spans else 3], rows[i, 0], given[6], scale)
-        if spans:
-            rows[i, 2] = _told(ranks, rows[i, 6], rows[i, 2], given[7], scale)
 
 
 @kernel
@@ -79,10 +34,30 @@ def settle_first(
         still[k] = 1 if count < 0 else 0
         if count >= 0:
             put_stand_ins(geometry, stand, scratch, ranks, ray[8], count)
-            hit = _first(geometry, stand, scratch, ranks, ray, count)
+            hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
             hit = hit[0] * scale, hit[1], hit[2], hit[3], hit[4], hit[5], hit[6], hit[7]
             put_hit(hit, i, t, body, entry, place, turn)
         forget(ranks)
+
+
+@kernel
+def doubt_before(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, which: Ints,
+    begin: int, end: int, t: Floats, entry: Ints, doubts: Signs,
+) -> None:  # fmt: skip
+    """doubts[k] = 1 where the fast formulas leave open what ray which[k] meets up to its hit, or at all.
+
+    On their way to the hit different routes ask different bodies beyond it, which may be doubtful as well.
+    """
+    scratch = new_scratch(geometry)
+    for k in range(begin, end):
+        i = which[k]
+        ray, scale = scaled_ray(load_ray(origins, directions, t_min, t_max, starts, i))
+        ox, oy, oz, dx, dy, dz, low, high, start = ray
+        if entry[i] >= 0:
+            high = min(high, t[i] / scale + entry_nearness(geometry, entry[i], ray)[0])
+        ray = ox, oy, oz, dx, dy, dz, low, high, start
+        doubts[k] = 1 if first_crossing(geometry, scratch, ray, scratch.nothing, False)[7] else 0
 
 
 @kernel
@@ -100,21 +75,10 @@ def settle_rows(
         still[k] = 1 if count < 0 else 0
         if count >= 0:
             put_stand_ins(geometry, stand, scratch, ranks, ray[8], count)
-            rows, used = _rows(geometry, stand, scratch, ranks, ray, given, scale, count, spans, rows, used)
+            rows, used = rows_of_ranks(geometry, stand, scratch, ranks, ray, given, scale, count, spans, rows, used)
         counts[k] = used - first
         forget(ranks)
     return rows[:used].copy()
-
-
-@inline
-def _rows(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, given: Ray, scale: float,
-    count: int, spans: bool, rows: Floats, used: int,
-) -> tuple[Floats, int]:  # fmt: skip
-    first, along = used, ray_of_ranks(ranks, ray[8])
-    rows, used, _ = ray_rows(geometry, stand, scratch, ray, along, count, spans, rows, used)
-    _in_t(ranks, rows, first, used, given, scale, spans)
-    return rows, used
 
 
 @kernel
@@ -141,7 +105,6 @@ def _again(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, 
     for k in range(ranks.size[0]):
         if ranks.verdict[2 * ranks.surfaces[k]] == CROSSES:
             tell_as_usual(geometry, ranks, ranks.surfaces[k], ray, inverse)
-    tell(ranks, ray[6], ray[7])
     put_stand_ins(geometry, stand, scratch, ranks, ray[8], count)
     return count
 
@@ -155,7 +118,7 @@ def ranked_first(
     scratch = new_scratch(geometry)
     ray, scale = scaled_ray(load_ray(origins, directions, t_min, t_max, starts, i))
     count = _again(geometry, stand, scratch, ranks, ray)
-    hit = _first(geometry, stand, scratch, ranks, ray, count)
+    hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
     hit = hit[0] * scale, hit[1], hit[2], hit[3], hit[4], hit[5], hit[6], hit[7]
     put_hit(hit, i, t, body, entry, place, turn)
     forget(ranks)
@@ -172,6 +135,6 @@ def ranked_rows(
     given = load_ray(origins, directions, t_min, t_max, starts, i)
     ray, scale = scaled_ray(given)
     count = _again(geometry, stand, scratch, ranks, ray)
-    rows, used = _rows(geometry, stand, scratch, ranks, ray, given, scale, count, spans, rows, 0)
+    rows, used = rows_of_ranks(geometry, stand, scratch, ranks, ray, given, scale, count, spans, rows, 0)
     forget(ranks)
     return rows[:used].copy()

@@ -132,7 +132,7 @@ def open_tile(
     for quarter in range(_QUARTERS):
         _put_extremes(tile.extremes, 96 * quarter, origins, directions, number, quarter, width)
     shared = _put_beam(beams, _WHOLE, tile.extremes, 0, 96 * _QUARTERS)
-    find_frontier(geometry, tile.seen, tile.level, beams[_WHOLE:], scene_tree(geometry))
+    find_frontier(geometry, tile.seen, tile.level, beams, _WHOLE, scene_tree(geometry))
     if shared:
         put_origin(lanes, beams[_WHOLE + LOW_O] + 0.0, beams[_WHOLE + LOW_O + 1] + 0.0, beams[_WHOLE + LOW_O + 2] + 0.0)
     return shared

@@ -50,7 +50,7 @@ def put_children(
     typing_context: Any, boxes: Any, at: Any, codes: Any, first: Any, number: Any, beam: Any, start: Any,
     found: Any, t: Any, end: Any,
 ) -> Any:  # fmt: skip
-    """Put those of a node's children that a beam meets, where t > 0, behind found[:end]; returns how many.
+    """Put those of a node's children that a beam meets behind found[:end]; returns how many.
 
     The boxes are at boxes[at:], what they hold is told by codes[first:], 0 is nothing; see `found_item`. `number`
     is that of the first box.

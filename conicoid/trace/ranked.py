@@ -1,0 +1,123 @@
+"""A ray whose ranks are known (see ranks.py): which of a body's crossings lie within its interval, and where.
+
+The origin is the rank 0. Other ends of an interval are compared with the t that is told of a crossing, each body
+by itself, as the fast formulas do: so first hits, occlusion, spans and crossings agree on what an interval holds,
+whichever of them took the fast formulas. Of crossings that are told in another order than they come in, a later one
+is within the interval if the one before it is.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..geometry import tables as table
+from ..geometry.tables import Floats, Geometry, Ray, integer
+from ..jit import allocator, helper, inline
+from .entries import crossed_face, entry_crossings, is_solid
+from .events import crossing, leaves_met, put_crossing
+from .kernels import Hit, no_hit
+from .lists import put_in_order, put_rows, with_room
+from .ranks import Ranks, entry_program, ray_of_ranks, t_of
+from .scratch import KNOWN, Scratch
+
+
+@inline
+def find_leaves(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray) -> None:
+    """The leaves that the true ray may meet of an entry, for the kernels that trace ranks."""
+    program = entry_program(geometry, entry)
+    forget_leaves(scratch)
+    if program >= 0:
+        scratch.found_leaves[KNOWN] = leaves_met(geometry, scratch, program, ray)
+
+
+@inline
+def forget_leaves(scratch: Scratch) -> None:
+    """Undo `find_leaves`."""
+    scratch.found_leaves[KNOWN] = -1
+
+
+@inline
+def _told(geometry: Geometry, scratch: Scratch, ranks: Ranks, entry: int, n: int) -> tuple[float, float]:
+    """(rank, t) of crossing n of an entry."""
+    rank, place, sense, _ = crossing(scratch, n)
+    return rank, t_of(ranks, crossed_face(geometry, entry, place, sense)[0], rank)
+
+
+@helper
+def told_crossings(
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, entry: int, ray: Ray
+) -> tuple[int, bool]:
+    """(number of an entry's crossings in ]t_min, t_max[, inside just after t_min); they are in scratch, t is a rank."""
+    count, inside, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray[8]), 1 << 30)
+    first = 0
+    while first < count:
+        rank, t = _told(geometry, scratch, ranks, entry, first)
+        if rank > 0.0 if ray[6] == 0.0 else t > ray[6]:
+            break
+        inside = not inside
+        first += 1
+    for k in range(first, count):
+        rank, t = _told(geometry, scratch, ranks, entry, k)
+        if rank >= 0.0 if ray[7] == 0.0 else t >= ray[7]:
+            return k - first, inside
+        _, place, sense, enters = crossing(scratch, k)
+        put_crossing(scratch, k - first, rank, place, sense, 1 if enters else 0)
+    return count - first, inside
+
+
+@helper
+def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> Hit:
+    """The first crossing of the entries scratch.found[:count]."""
+    best = no_hit()
+    for k in range(count):
+        entry = scratch.found[k]
+        find_leaves(geometry, scratch, entry, ray)
+        crossings, _ = told_crossings(geometry, stand, scratch, ranks, entry, ray)
+        rank, place, sense, enters = crossing(scratch, 0)
+        body = integer(geometry, table.ENTRY_BODY, entry)
+        if crossings > 0 and (rank < best[0] or (rank == best[0] and body < best[1])):
+            best = rank, body, entry, place, sense, enters, 0.0, False
+    forget_leaves(scratch)
+    if best[2] < 0:
+        return best
+    surface = crossed_face(geometry, best[2], best[3], best[4])[0]
+    return t_of(ranks, surface, best[0]), best[1], best[2], best[3], best[4], best[5], 0.0, False
+
+
+@inline
+def _end(ranks: Ranks, surface: float, rank: float, end: float, scale: float, before: float) -> float:
+    """Where a row's rank is, not before what stands before it; of a clipped end, the end."""
+    return end if surface < 0.0 else max(before, t_of(ranks, int(surface), rank) * scale)
+
+
+@helper
+def _in_t(ranks: Ranks, rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
+    """From ranks to t, of the length that the ray's direction had."""
+    before = -math.inf
+    for i in range(first, last):
+        before = _end(ranks, rows[i, 5 if spans else 3], rows[i, 0], given[6], scale, before)
+        rows[i, 0] = before
+        if spans:
+            rows[i, 2] = _end(ranks, rows[i, 6], rows[i, 2], given[7], scale, before)
+
+
+@allocator
+def rows_of_ranks(
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, given: Ray, scale: float, count: int,
+    spans: bool, rows: Floats, used: int,
+) -> tuple[Floats, int]:  # fmt: skip
+    """Rows (see lists.py) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
+    first, along = used, ray_of_ranks(ray[8])
+    for k in range(count):
+        entry = scratch.found[k]
+        if spans and not is_solid(geometry, entry):
+            continue
+        find_leaves(geometry, scratch, entry, ray)
+        crossings, inside = told_crossings(geometry, stand, scratch, ranks, entry, ray)
+        if crossings > 0 or inside:
+            rows = with_room(rows, used, crossings + 1)
+            used = put_rows(geometry, scratch, entry, crossings, inside, along, 0.0, spans, rows, used)
+    forget_leaves(scratch)
+    put_in_order(rows, first, used, spans)
+    _in_t(ranks, rows, first, used, given, scale, spans)
+    return rows, used
