@@ -11,7 +11,7 @@ from ..geometry.tables import Floats, Geometry, Ints, Signs, whole
 from ..geometry.vectors import dot
 from ..jit import fma, inline, kernel
 from ..shapes.validate import LARGEST, SMALLEST
-from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
+from .bundle import ALONE, DEAD, coherent, fill_lanes, load_ray, packet_row
 from .entries import crossed_face
 from .kernels import Hit, first_crossing, from_center, no_hit, normal_at, scaled_ray, uv_at
 from .lanes import BEST, BODY, DOUBT, ENTRY, LANES, PLACE, SIZE, TURN, lane_hit, put_turns
@@ -90,7 +90,7 @@ def trace_first(
 ) -> None:  # fmt: skip
     """First hits of tiles begin..end. What is doubtful in a packet is asked again by itself."""
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
-    lanes, count, several = bundle.lanes, len(origins), len(origins) > LANES
+    lanes, count, several = bundle.lanes, len(origins), len(origins) > LANES and width != ALONE
     for tile in range(begin, end):
         shared = several and open_tile(geometry, memory, lanes, origins, directions, tile, width)
         for number in range(PACKETS):

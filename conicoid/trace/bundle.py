@@ -37,6 +37,9 @@ from .simd import FIRST, HIGH_O, LOW_O, extent, load_eight
 DEAD = -2
 """Start of a ray that does not exist: the continuation of a miss."""
 
+ALONE = -1
+"""In place of a picture's width: every ray is a packet of its own."""
+
 _SEVERAL = 4.0
 
 
@@ -61,6 +64,8 @@ def packets_across(width: int) -> int:
 @inline
 def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]:
     """(first ray, how many) of one of the eight rows of a packet, of a picture of some width or (0) of a list."""
+    if width == ALONE:
+        return packet, 1 if row == 0 else 0
     if width == 0:
         i = LANES * packet + 8 * row
         return i, max(0, min(8, count - i))

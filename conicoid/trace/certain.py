@@ -14,12 +14,16 @@ from ..exact.roots import ZERO, sign
 from ..geometry import tables as table
 from ..geometry.decide import CROSSES, MISSES, Rest
 from ..geometry.tables import POLYGON, Geometry, length
+from .array_kernels import trace_first
+from .bundle import ALONE
 from .hits import Found
 from .membership import locate_ranked, surfaces_near
 from .ranks import Ranks
 from .rays import Arguments, FloatArray
-from .settle import doubt_before, ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
-from .threads import run_chunks
+from .settle import limits_of_hits, ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
+from .stream import DOUBTFUL
+from .threads import chunk_size, run_chunks
+from .tile import tile_count
 
 if TYPE_CHECKING:
     from .queries import Prepared
@@ -62,14 +66,22 @@ def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Fou
 
 
 def doubted(scene: Prepared, arguments: Arguments, which: Any, found: Found) -> Any:
-    """Those of some settled rays that the fast formulas leave open up to their hits: the same by every route."""
-    some, doubts = which.astype(np.int32), np.zeros(len(which), np.int8)
+    """Those of some settled rays that the fast formulas leave open up to their hits, each asked alone.
+
+    On their way different routes ask different bodies beyond the hit, which may be doubtful as well.
+    """
+    origins, directions, t_min, t_max, starts = (part if len(part) == 1 else part[which] for part in arguments)
+    t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
+    limits_of_hits(scene.geometry, origins, directions, t_max, t, entry, limits)
+    again, tiles = Found.new(len(which)), tile_count(ALONE, len(which))
     run_chunks(
-        lambda a, b: doubt_before(scene.geometry, *arguments, some, a, b, found.t, found.entry, doubts),
-        len(some),
-        max(_CHUNK, len(some) // 64),
-    )
-    return which[doubts == 1]
+        lambda a, b: trace_first(
+            scene.geometry, origins, directions, t_min, limits, starts, ALONE, a, b, *again
+        ),
+        tiles,
+        chunk_size(tiles, _CHUNK),
+    )  # fmt: skip
+    return which[again.turn > DOUBTFUL // 2]
 
 
 def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bool) -> list[FloatArray]:

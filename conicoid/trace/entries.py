@@ -7,7 +7,16 @@ from ..geometry.cell import NO_PLACE, Spans, cell_spans, curved_roots, load_sphe
 from ..geometry.nearness import Nearness, along, beyond, lengths_of_ball, nearness_of
 from ..geometry.tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, Ray, integer, whole
 from ..jit import helper, inline
-from .events import at_start, counts_in, put_crossing, region_crossings, region_sides, span_inverse, surface_of
+from .events import (
+    at_start,
+    counts_in,
+    left_out,
+    put_crossing,
+    region_crossings,
+    region_sides,
+    span_inverse,
+    surface_of,
+)
 from .scratch import Scratch
 from .sheets import polygon_crossings, sheet_crossings
 
@@ -41,6 +50,7 @@ def crossings_of_spans(
         first, second = surface_of(geometry, a, t_in), surface_of(geometry, b, t_out)
         unsure |= at_start(t_in, first, ray, nearness) | at_start(t_out, second, ray, nearness)
         unsure |= beyond(t_in, nearness) | beyond(t_out, nearness)
+        inside ^= left_out(t_in, first, ray) ^ left_out(t_out, second, ray)
         count = _end(scratch, count, t_in, ray, first, a, 1)
         count = _end(scratch, count, t_out, ray, second, b, 0)
     return count, inside, unsure
@@ -65,8 +75,9 @@ def crossings_of_roots(
 ) -> tuple[int, bool, bool]:
     """`ball_crossings` from the roots of the ball."""
     unsure = at_start(low, surface, ray, nearness) | at_start(high, surface, ray, nearness)
+    inside = (low <= ray[6] < high) ^ left_out(low, surface, ray) ^ left_out(high, surface, ray)
     count = _end(scratch, 0, low, ray, surface, NO_PLACE, 1)
-    return _end(scratch, count, high, ray, surface, NO_PLACE, 0), low <= ray[6] < high, unsure
+    return _end(scratch, count, high, ray, surface, NO_PLACE, 0), inside, unsure
 
 
 @inline

@@ -151,7 +151,9 @@ def sweep(
         after = root_value(geometry, gates, program)
         if after != inside:
             inside = after
-            found += _report(geometry, scratch, first, done, ray[8], after, found)
+            reported = _report(geometry, scratch, first, done, ray[8], after, found)
+            found += reported
+            started_inside ^= reported == 0
     turn_back(geometry, scratch, program, done)
     return found, started_inside, unsure
 
@@ -247,6 +249,15 @@ def crossing(scratch: Scratch, n: int) -> tuple[float, int, int, bool]:
 def counts_in(t: float, surface: int, ray: Ray) -> bool:
     """Is a crossing within ]t_min, t_max[, and not the one that the ray starts on?"""
     return ray[6] < t < ray[7] and not (t == 0.0 and surface == ray[8])
+
+
+@inline
+def left_out(t: float, surface: int, ray: Ray) -> bool:
+    """Is a crossing the one that the ray starts on, and within an interval that begins before it?
+
+    Then a body counts before it as it does beyond, so that crossings and spans go together.
+    """
+    return ray[6] < t < ray[7] and t == 0.0 and surface == ray[8]
 
 
 @inline

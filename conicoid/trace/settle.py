@@ -11,7 +11,7 @@ from .array_kernels import put_hit
 from .bundle import load_ray
 from .entries import entry_nearness
 from .events import span_inverse
-from .kernels import collect, first_crossing, scaled_ray
+from .kernels import collect, scaled_ray
 from .lists import CROSSING_COLUMNS, SPAN_COLUMNS
 from .ranked import first_of_ranks, rows_of_ranks
 from .ranks import Ranks, forget, list_surfaces, rank_ray, tell_as_usual
@@ -41,23 +41,15 @@ def settle_first(
 
 
 @kernel
-def doubt_before(
-    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, which: Ints,
-    begin: int, end: int, t: Floats, entry: Ints, doubts: Signs,
-) -> None:  # fmt: skip
-    """doubts[k] = 1 where the fast formulas leave open what ray which[k] meets up to its hit, or at all.
-
-    On their way to the hit different routes ask different bodies beyond it, which may be doubtful as well.
-    """
-    scratch = new_scratch(geometry)
-    for k in range(begin, end):
-        i = which[k]
-        ray, scale = scaled_ray(load_ray(origins, directions, t_min, t_max, starts, i))
-        ox, oy, oz, dx, dy, dz, low, high, start = ray
-        if entry[i] >= 0:
-            high = min(high, t[i] / scale + entry_nearness(geometry, entry[i], ray)[0])
-        ray = ox, oy, oz, dx, dy, dz, low, high, start
-        doubts[k] = 1 if first_crossing(geometry, scratch, ray, scratch.nothing, False)[7] else 0
+def limits_of_hits(
+    geometry: Geometry, origins: Floats, directions: Floats, t_max: Floats, t: Floats, entry: Ints, limits: Floats
+) -> None:
+    """limits[k]: how far ray k has to be looked at for its hit: as far as another may be the first, or to its end."""
+    for k in range(len(limits)):
+        ray, scale = scaled_ray(load_ray(origins, directions, t_max, t_max, entry, k))
+        limits[k] = t_max[k if len(t_max) > 1 else 0]
+        if entry[k] >= 0:
+            limits[k] = min(limits[k], t[k] + entry_nearness(geometry, entry[k], ray)[0] * scale)
 
 
 @kernel

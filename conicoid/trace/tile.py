@@ -13,7 +13,7 @@ import numpy as np
 
 from ..geometry.tables import Floats, Geometry
 from ..jit import allocator, helper, inline
-from .bundle import packet_row, packets_across
+from .bundle import ALONE, packet_row, packets_across
 from .frontier import Level, find_frontier, narrow_frontier, new_frontier, new_level
 from .kernels import scene_tree
 from .lanes import LANES, put_origin
@@ -45,6 +45,8 @@ def new_tile() -> Tile:
 @inline
 def tile_count(width: int, count: int) -> int:
     """How many tiles `count` rays make, of a picture of some width or (0) of a list."""
+    if width == ALONE:
+        return -(-count // PACKETS)
     if width == 0:
         return -(-count // (PACKETS * LANES))
     across, down = packets_across(width), -(-count // (8 * width))
@@ -54,9 +56,9 @@ def tile_count(width: int, count: int) -> int:
 @inline
 def tile_packet(tile: int, k: int, width: int, count: int) -> int:
     """Packet k of a tile, quarter by quarter; -1 if there is none."""
-    if width == 0:
+    if width in (0, ALONE):
         packet = PACKETS * tile + k
-        return packet if LANES * packet < count else -1
+        return packet if packet * (LANES if width == 0 else 1) < count else -1
     across = packets_across(width)
     tiles = -(-across // _SIDE)
     x = _SIDE * (tile % tiles) + (k & 1) + 2 * (k >> 2 & 1)

@@ -1,0 +1,158 @@
+"""Numbers that bound their own error: against Arb's intervals of twice the digits, and the rules for what an interval leaves open."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+from fractions import Fraction
+
+import flint
+import pytest
+
+from conicoid.shapes import exact as ex
+from conicoid.shapes.number import BITS, Number, cut, exact, fraction, settled, simplest_ratio, sin_cos_degrees, sqrt
+
+ANGLES = [15, 16, 22.5, 45, 60, 75, 105, 120, 285, 0.1, 1e-3, 1e-80, 359.9, -7.25, 1e6 + 0.3]
+
+
+@pytest.fixture(autouse=True)
+def digits():
+    before, flint.ctx.prec = flint.ctx.prec, 2 * BITS
+    yield
+    flint.ctx.prec = before
+
+
+def ball(x: Fraction) -> flint.arb:
+    return flint.arb(flint.fmpz(x.numerator)) / flint.arb(flint.fmpz(x.denominator))
+
+
+def interval(n: Number) -> flint.arb:
+    return ball(Fraction(n.mantissa) * Fraction(2) ** n.exponent)
+
+
+def radius(n: Number) -> flint.arb:
+    return ball(Fraction(n.off) * Fraction(2) ** n.exponent)
+
+
+def holds(n: Number, true: flint.arb) -> bool:
+    return not abs(interval(n) - true) > radius(n)
+
+
+def sharp(n: Number, places: int = BITS - 64) -> bool:
+    """Is the error below 2^-places of the number?"""
+    return abs(n.mantissa) >> places >= n.off
+
+
+def sine(degrees: float) -> flint.arb:
+    return flint.arb.sin_pi(ball(Fraction(degrees) / 180))
+
+
+@pytest.mark.parametrize("degrees", ANGLES)
+def test_sines_and_cosines(degrees):
+    s, c = sin_cos_degrees(degrees)
+    assert holds(s, sine(degrees))
+    assert holds(c, flint.arb.cos_pi(ball(Fraction(degrees) / 180)))
+    assert sharp(s)
+    assert sharp(c)
+
+
+def test_sines_that_are_rational_are_exact():
+    found = {d: sin_cos_degrees(d) for d in range(-360, 361, 30)}
+    assert [(float(s), s.off) for s, _ in (found[d] for d in (0, 30, 90, 150, 210, 270))] == [
+        (0, 0), (0.5, 0), (1, 0), (0.5, 0), (-0.5, 0), (-1, 0),
+    ]  # fmt: skip
+    assert all((s.off == 0) == (d % 180 in (0, 30, 90, 150)) for d, (s, _) in found.items())
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_expressions_lie_within_their_bounds(seed):
+    """Sums, products, quotients and roots of sines and floats of any size; some cancel to nearly nothing."""
+    rng = random.Random(seed)
+    pool: list[tuple[Number, flint.arb]] = [(sin_cos_degrees(d)[0], sine(d)) for d in rng.sample(ANGLES, 4)]
+    for value in (rng.uniform(-9, 9), rng.random() * 1e-90, 3.0, 1e60):
+        pool.append((exact(value), ball(Fraction(value))))
+    for _ in range(60):
+        (a, x), (b, y) = rng.choice(pool), rng.choice(pool)
+        kind = rng.randrange(6)
+        if kind == 0:
+            new = a + b, x + y
+        elif kind == 1:
+            new = a - b, x - y
+        elif kind == 2:
+            new = a * b, x * y
+        elif kind == 3 and b:
+            new = a / b, x / y
+        elif kind == 4:
+            new = sqrt(abs(a)), abs(x).sqrt()
+        else:
+            near = a * (1 + exact(2.0**-rng.randrange(900)))
+            new = near - a, x * (1 + ball(fraction(near / a) - 1)) - x if a else x - x
+            if a:
+                continue
+        assert holds(*new)
+        if 1e-200 < abs(float(new[0])) < 1e200:
+            pool.append(new)
+
+
+def test_floats_sums_and_products_are_exact():
+    a, b = exact(0.1), exact(1e-90)
+    assert (a * b + a).off == 0
+    assert fraction(a * b + a) == Fraction(0.1) * Fraction(1e-90) + Fraction(0.1)
+    assert (exact(6.0) / 3.0).off == 0
+    assert sqrt(exact(2.25)) == 1.5
+    assert exact(Fraction(3, 8)).off == 0
+    assert exact(Fraction(1, 3)).off > 0
+
+
+def test_what_may_be_zero_or_short_is():
+    s, c = sin_cos_degrees(16)
+    assert settled(s * s + c * c) == 1
+    assert ex.dot((s, c), (c, -s)) == 0
+    assert settled(sqrt(2) * sqrt(2) - 2) == 0
+    assert settled(sqrt(3)).off > 0
+    # A hair from a short number, and known to be
+    hair = exact(2.0**-1000)
+    assert fraction(settled(1 + hair * hair)) == 1 + Fraction(2) ** -2000
+    assert fraction(settled(sqrt(1 + hair) - 1)) != 0
+
+
+def test_an_interval_that_is_too_wide_tells_nothing():
+    vague = Number(1 << 400, -400, 1)
+    assert settled(vague) is vague
+    assert simplest_ratio(vague, 1024) is None
+
+
+@pytest.mark.parametrize("ratio", [Fraction(1, 3), Fraction(-22, 7), Fraction(3**200, 7**180), Fraction(5, 3) / 2**700])
+def test_fractions_are_recognised(ratio):
+    root = sqrt(7)
+    blurred = exact(ratio) * root * root / 7
+    assert blurred.off > 0
+    assert simplest_ratio(blurred, 1024) == ratio
+
+
+def test_what_is_no_fraction_is_not():
+    for value in (sqrt(2), sin_cos_degrees(20)[0], sqrt(3) / 7, exact(Fraction(3**900, 7**800)) * sqrt(5) / sqrt(5)):
+        assert simplest_ratio(value, 1024) is None
+
+
+@pytest.mark.parametrize(("first", "second"), list(itertools.combinations((15, 33.25, 75, 105, 170.125), 2)))
+def test_turns_compose_exactly(first, second):
+    (s1, c1), (s2, c2) = sin_cos_degrees(first), sin_cos_degrees(second)
+    s, c = sin_cos_degrees(first + second)
+    assert not ex.dot((s1, c1), (c2, s2)) - s
+    assert not ex.dot((c1, -s1), (c2, s2)) - c
+
+
+def test_floats_are_the_nearest():
+    for value in (Fraction(1, 3), Fraction(10) ** 40 / 7, Fraction(1, 7 * 10**300)):
+        assert float(exact(value)) == float(value)
+    assert float(exact(2.0**1000) * exact(2.0**1000)) == math.inf
+    assert fraction(cut(exact(0b10111), 3)) == 0b11000
+
+
+def test_what_may_be_zero_does_not_divide():
+    with pytest.raises(ZeroDivisionError):
+        exact(1.0) / (sqrt(2) * sqrt(2) - 2)
+    with pytest.raises(ValueError, match="negative"):
+        sqrt(exact(-1.0))
