@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..exact.forms import Form, ball_form, form_of, line
+from ..exact.forms import line
 from ..exact.order import Place, exact_ranks, verdict
 from ..exact.outline import passes_within
 from ..exact.roots import ZERO, sign
@@ -16,6 +16,7 @@ from ..geometry.decide import CROSSES, MISSES, Rest
 from ..geometry.tables import POLYGON, Geometry, length
 from .array_kernels import trace_first
 from .bundle import ALONE
+from .forms import form
 from .hits import Found
 from .membership import locate_ranked, surfaces_near
 from .ranks import Ranks
@@ -147,17 +148,3 @@ def _scaled(direction: list[float]) -> list[float]:
         return direction
     scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
     return [d * scale for d in direction]
-
-
-def form(scene: Prepared, surface: int) -> Form:
-    """A surface of the scene's table, exactly."""
-    known = scene.forms.get(surface)
-    if known is None:
-        exact = scene.lowered.exact
-        if surface < len(exact):
-            known = form_of(exact[surface])
-        else:
-            x, y, z, r = scene.lowered.tables.spheres[scene.lowered.tables.surface_row[surface]].tolist()
-            known = ball_form((x, y, z), r)
-        scene.forms[surface] = known
-    return known

@@ -11,7 +11,8 @@ import numpy.typing as npt
 from ..shapes.validate import DOMAIN, outside_domain
 from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .bundle import DEAD
-from .errors import errors_of_points, errors_of_t
+from .errors import errors_of_points
+from .exact_errors import bounds_of_t
 from .rays import FloatArray, Rays, lines_of, points_array
 from .threads import run_chunks
 
@@ -123,10 +124,7 @@ class Hits:
     @cached_property
     def _errors(self) -> FloatArray:
         scene, found = self._scene, self._found
-        errors = np.empty(len(found.t))
-        arguments = (*lines_of(self.rays), np.zeros(0, np.int64), found.t, self._faces[0])
-        run_chunks(lambda a, b: errors_of_t(scene.geometry, scene.rest, *arguments, a, b, errors), len(errors), _CHUNK)
-        return errors
+        return bounds_of_t(scene, self.rays, np.zeros(0, np.int64), found.t, self._faces[0])
 
     @property
     def t_error(self) -> Any:

@@ -7,24 +7,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .errors import errors_of_t
+from .exact_errors import bounds_of_t
 from .list_kernels import put_crossings, put_spans
 from .listed import Listed
-from .rays import FloatArray, Rays, lines_of
-from .threads import run_chunks
+from .rays import FloatArray, Rays
 
 if TYPE_CHECKING:
     from .queries import Prepared
 
-_CHUNK = 16384
 _LARGEST = 4 << 30
 
 
 def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: Any) -> FloatArray:
     """The bounds on the crossings of rays with surfaces, rows offsets[i]:offsets[i + 1] of ray i."""
-    which, errors = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)), np.empty(len(t))
-    arguments = (scene.geometry, scene.rest, *lines_of(rays), which, t, surfaces)
-    run_chunks(lambda a, b: errors_of_t(*arguments, a, b, errors), len(t), _CHUNK)
+    which = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    errors = bounds_of_t(scene, rays, which, t, surfaces)
     errors.flags.writeable = False
     return errors
 
