@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -22,6 +23,8 @@ from .validate import numbers, vector, vectors
 from .vector import Box, Vector
 
 _DIGITS = 300
+_ROUNDED = 2.0**-52
+"""A direction's own rounding, and that of the sums it is in."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +63,14 @@ class Polyhedron(PrimitiveSolid):
         return Cell(tuple(Face(surface, i, plane_uv(surface)) for i, surface in enumerate(self.surfaces)))
 
     def support(self, direction: Vector) -> float:
+        """Of one axis exactly; of several raised by what the rounding of the direction may have cost."""
         normals = [[Fraction(c) for c in normal] for normal in self.normals]
-        return _up(half_spaces_support(normals, [Fraction(d) for d in self.offsets], [Fraction(u) for u in direction]))
+        found = half_spaces_support(normals, [Fraction(d) for d in self.offsets], [Fraction(u) for u in direction])
+        if sum(map(bool, direction)) < 2 or isinstance(found, float):
+            return _up(found)
+        reach = np.maximum(abs(self._own_bounds[0]), abs(self._own_bounds[1]))
+        terms = [abs(u) * r for u, r in zip(direction, reach.tolist(), strict=True) if u]
+        return _up(found) + _ROUNDED * math.fsum(terms)
 
     def bounds_under(self, outer: Motion) -> Box:
         """Unbounded ones are carried exactly, so that finite sides are found where a face turns to an axis."""
@@ -133,5 +142,8 @@ def _up(value: Fraction | float) -> float:
     """The least float64 that is not below a fraction."""
     if isinstance(value, float):
         return value
-    result = float(value)
+    try:
+        result = float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -sys.float_info.max
     return math.nextafter(result, math.inf) if Fraction(result) < value else result
