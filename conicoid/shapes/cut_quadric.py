@@ -37,6 +37,8 @@ _SLACK = 2.0**-46
 """More than the relative rounding of any chain of operations here."""
 _PARALLEL = 2.0**-49
 """Sines and determinants of unit normals below this are rounding."""
+_APART, _TOGETHER = 2.0**-36, 2.0**-40
+"""What is apart in the world by more than one of these and not by more than the other here is not told apart here."""
 _FAR = 2.0**18
 """No point so far out, in units of the linear term, constant and offsets, belongs to a solid that ends by the margin of
 `recession`, where the line it is on is so nearly along a ruling or an asymptote that rounding decides where it is."""
@@ -115,7 +117,24 @@ def _canonical(surface: QuadricSurface, anchor: ex.Row, planes: Sequence[PlaneSu
     scale = 2.0**exponent
     cut = _Cut(np.sign(squares), linear / scale, constant / scale**2, normals, offsets / scale, directions)
     numbers = (normals, offsets, linear, directions, np.array([constant / scale**2]))
-    return (cut if all(np.isfinite(values).all() for values in numbers) else None), scale
+    held = all(np.isfinite(values).all() for values in numbers)
+    return (cut if held and not _is_blurred(cut, planes) else None), scale
+
+
+def _is_blurred(cut: _Cut, planes: Sequence[PlaneSurface]) -> bool:
+    """Whether planes or axes that differ in the world are parallel here but for rounding, as across a needle.
+
+    Lines and corners that they have in common would be left out.
+    """
+    given = np.array([[float(c) for c in plane.normal] for plane in planes]).reshape(-1, 3)
+    there, here = (
+        unit_rows(np.concatenate(rows))[0] for rows in ((given, np.eye(3)), (cut.normals, cut.directions))
+    )
+    first, second = np.triu_indices(len(there), 1)
+    sines = [lengths(cross_rows(rows[first], rows[second])) for rows in (there, here)]
+    triples = np.array(list(itertools.combinations(range(len(there)), 3)))
+    volumes = [np.abs(np.linalg.det(rows[triples])) for rows in (there, here)]
+    return any(bool(((world > _APART) & (own <= _TOGETHER)).any()) for world, own in (sines, volumes))
 
 
 def _flat_stretch(
