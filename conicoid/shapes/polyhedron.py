@@ -22,7 +22,9 @@ from .surface import PlaneSurface
 from .validate import numbers, vector, vectors
 from .vector import Box, Vector
 
-_DIGITS = 300
+_DIGITS, _SAME = 1000, Fraction(1, 1 << 700)
+"""So many bits are kept of numbers of 3000, and what agrees to 700, more than lie between 1e-100 and 1e100, is equal."""
+_NOTHING = Fraction(0)
 _ROUNDED = 2.0**-52
 """A direction's own rounding, and that of the sums it is in."""
 
@@ -88,16 +90,21 @@ class Polyhedron(PrimitiveSolid):
 
 
 def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> Box:
-    """(low, high) of the points with every normal·x <= offset: rounded outward, infinite exactly where they are."""
-    rows = [_whole(_fractions((*plane.normal, plane.offset))) for plane in planes]
+    """(low, high) of the points with every normal·x <= offset: rounded outward, infinite exactly where they are.
+
+    An end that is a float on paper is that float, where normals and offsets come from motions in 3000 bits as well.
+    """
+    given = [_fractions((*plane.normal, plane.offset)) for plane in planes]
+    reach = max((abs(row[3]) / max(map(abs, row[:3])) for row in given), default=Fraction(0))
+    rows = [_whole(row) for row in given]
     normals, offsets = [row[:3] for row in rows], [row[3] for row in rows]
     low, high = np.empty(3), np.empty(3)
     if all(sum(map(bool, normal)) == 1 for normal in normals):
         return _box(normals, offsets)
     for i in range(3):
         up, down = ([Fraction(sign * int(i == j)) for j in range(3)] for sign in (1, -1))
-        high[i] = _up(half_spaces_support(normals, offsets, up))
-        low[i] = -_up(half_spaces_support(normals, offsets, down))
+        high[i] = _up(half_spaces_support(normals, offsets, up), reach)
+        low[i] = -_up(half_spaces_support(normals, offsets, down), reach)
     return low + 0.0, high
 
 
@@ -138,12 +145,16 @@ def _whole(row: list[Fraction]) -> list[Fraction]:
     return [value * factor for value in row]
 
 
-def _up(value: Fraction | float) -> float:
-    """The least float64 that is not below a fraction."""
+def _up(value: Fraction | float, reach: Fraction = _NOTHING) -> float:
+    """The least float64 that is not below a fraction, which is known to `_SAME` of `reach`."""
     if isinstance(value, float):
         return value
     try:
         result = float(value)
     except OverflowError:
         return math.inf if value > 0 else -sys.float_info.max
+    if abs(value - Fraction(result)) <= _SAME * reach:
+        return result
+    if abs(value) <= _SAME * reach:
+        return 0.0
     return math.nextafter(result, math.inf) if Fraction(result) < value else result

@@ -20,7 +20,7 @@ import conicoid as co
 
 NICE = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0)
 DIGITS = mpmath.MPContext()
-DIGITS.dps = 100
+DIGITS.dps = 120
 
 
 def form(xx: Any = 0, yy: Any = 0, zz: Any = 0, x: Any = 0, y: Any = 0, z: Any = 0, one: Any = 0) -> list[list[Fraction]]:
