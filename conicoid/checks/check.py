@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..geometry.tables import BALL
+from ..shapes.calm import calm
 from .aim import Targets, rays_through
 from .coincidence import NearPair, near_pairs
 from .conditioning import FEW, conditioning
@@ -25,6 +26,7 @@ _MOST_BALLS = 1000
 Progress = Callable[[int, int], Any]
 
 
+@calm
 def check(scene: Scene, rays: int = 200_000, seed: int = 0, progress: Progress | None = None) -> list[Finding]:
     """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits; worst first within each kind.
 

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from ..shapes.arrays import without_traces
+from ..shapes.calm import calm
 from ..shapes.validate import number, positive, vector
 from ..shapes.vector import FloatArray, Vector
 
@@ -88,6 +90,7 @@ CAMERAS: dict[str, type[AnyCamera]] = {"Camera": Camera, "OrthographicCamera": O
 """Scene-file name -> class."""
 
 
+@calm
 def basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(right, up, forward): unit vectors of the view."""
     forward = _unit(np.subtract(look_at, position))
@@ -95,6 +98,7 @@ def basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, Fl
     return right, np.cross(right, forward), forward
 
 
+@calm
 def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
     """Rays of the pixel centres of a picture."""
     from ..trace.rays import Rays
@@ -105,7 +109,7 @@ def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
     lens = camera.lens
     directions = lens[3] + u * lens[4] + v * lens[5]
     directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
-    return Rays(lens[0] + u * lens[1] + v * lens[2], directions)
+    return Rays(without_traces(lens[0] + u * lens[1] + v * lens[2]), without_traces(directions))
 
 
 def checked_size(width: int, height: int) -> tuple[int, int]:
@@ -116,6 +120,7 @@ def checked_size(width: int, height: int) -> tuple[int, int]:
     return int(width), int(height)
 
 
+@calm
 def _check(camera: AnyCamera) -> None:
     owner: str = type(camera).__name__
     position, look_at = vector(owner, "position", camera.position), vector(owner, "look_at", camera.look_at)

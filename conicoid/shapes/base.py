@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 import numpy as np
 
 from . import exact as ex
+from .calm import calm
 from .cells import PolygonSheet, SurfaceSheet, Tree
 from .motion import STILL, Motion
 from .planar import rounded_up
@@ -56,6 +57,7 @@ class Shape(ABC):
     def _placed(self) -> Motion:
         return self.placement.then(self.motion)
 
+    @calm
     def _moved(self, motion: Motion) -> Self:
         motion.check(type(self).__name__)
         return dataclasses.replace(self, motion=motion)
@@ -77,6 +79,7 @@ class Shape(ABC):
         return self._moved(self.motion.transform(matrix))
 
     @property
+    @calm
     def bounds(self) -> Box:
         """(low, high), two (3,) arrays: the tightest box, ±inf where unbounded; low > high if empty."""
         return self.bounds_under(STILL)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..shapes.arrays import without_traces
+from ..shapes.calm import calm
 from ..shapes.validate import DOMAIN, outside_domain
 from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .bundle import DEAD
@@ -163,11 +165,12 @@ class Hits:
         return result
 
     @cached_property
+    @calm
     def normal(self) -> FloatArray:
         normals, points = np.empty_like(self._points), self._points
         arguments = (self._scene.geometry, self._faces, points)
         run_chunks(lambda a, b: normals_of(*arguments, a, b, normals), len(normals), _CHUNK)
-        result: FloatArray = self._shaped(normals, 3)
+        result: FloatArray = self._shaped(without_traces(normals), 3)
         return result
 
     @cached_property
@@ -178,6 +181,7 @@ class Hits:
         result: FloatArray = self._shaped(uv, 2)
         return result
 
+    @calm
     def spawn(self, directions: Any) -> Rays:
         """Rays that start on the hits: no offset, the surface they start on is known and left out.
 
