@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .colormap import COLORMAPS, mapped
-from .shapes.arrays import real_array
+from .shapes.arrays import is_masked, real_array
 from .shapes.calm import calm
 from .shapes.color import srgb_decode
 from .shapes.validate import shown
@@ -34,12 +34,14 @@ class Image:
     def __init__(
         self, array: Any, *, colormap: str = "dusk", vmin: float | None = None, vmax: float | None = None
     ) -> None:
+        if is_masked(array):
+            raise ValueError("Image: array must hold real numbers without masked entries")
         try:
             values = np.array(array)
         except ValueError:
             raise ValueError(f"Image: array must have rows of equal length, got {shown(array)}") from None
-        if values.dtype.kind not in "fiub" or np.ma.is_masked(array):
-            raise ValueError(f"Image: array must hold real numbers, got {'masked ones' if np.ma.is_masked(array) else values.dtype}")
+        if values.dtype.kind not in "fiub":
+            raise ValueError(f"Image: array must hold real numbers, got {values.dtype}")
         if values.size == 0 or not (values.ndim == 2 or (values.ndim == 3 and values.shape[2] == 3)):
             raise ValueError(f"Image: array must have shape (height, width, 3) or (height, width), got {values.shape}")
         if not isinstance(colormap, str) or colormap not in COLORMAPS:

@@ -94,7 +94,9 @@ class Family:
         axis, across = self.sight.axis, [i for i in range(3) if i != self.sight.axis]
         start = np.zeros((len(places), 3))
         start[:, across] = places
-        ray, t, sign, cosine = _crossings(self.scene, _started(start @ self.box.axes.T + self.box.center), self.box.axes[:, axis])
+        ray, t, sign, cosine = _crossings(
+            self.scene, _started(start @ self.box.axes.T + self.box.center), self.box.axes[:, axis]
+        )
         self.sums.rays += len(places)
         if self.progress is not None:
             self.progress(min(self.sums.rays, self.last), self.total)

@@ -22,7 +22,8 @@ from .frames import FittedBox, fitted_box
 from .sample import sample
 
 FEWEST_RAYS = 60
-_PLAIN = 64
+_PLAIN, _LARGEST = 64, 332
+"""Binary places of usual sizes, and of the domain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,16 +80,15 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
         raise ValueError(f"measure: seed must be an integer >= 0, got {seed!r}")
     shape = _plain(shape)
     exponent = _exponent(fitted_box(shape))
-    # In two steps, as 2^332 is the largest power of two of the domain
-    for part in (exponent // 2, exponent - exponent // 2) if exponent else ():
-        shape = shape.scale(2.0**-part)
+    if exponent:
+        shape = shape.scale(2.0**-exponent)
     return _in_units(_measured(shape, int(rays), int(seed), progress), exponent)
 
 
 def _exponent(box: FittedBox) -> int:
     """The power of two to measure a shape in: 0, but for sizes whose tenth powers leave float64, and needles.
 
-    Values are sums of fifth powers of the size, and errors come from their squares. Rays start at numbers of the domain.
+    Values are sums of fifth powers of the size, and errors come from their squares. Rays start in the domain.
     """
     if box.is_empty or not box.half.any():
         return 0
@@ -96,7 +96,8 @@ def _exponent(box: FittedBox) -> int:
     largest, least = max(sizes), min(sizes)
     if abs(largest) < _PLAIN and least > -4 * _PLAIN:
         return 0
-    return largest if largest - least < 3 * _PLAIN else largest - _PLAIN
+    exponent = largest if largest - least < 3 * _PLAIN else largest - _PLAIN
+    return max(-_LARGEST, min(exponent, _LARGEST))
 
 
 def _in_units(measures: Measures, exponent: int) -> Measures:

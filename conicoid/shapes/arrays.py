@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .validate import LARGEST, SMALLEST, shown
+from .validate import LARGEST, SMALLEST, is_complex, shown
 from .vector import FloatArray
 
 _DEEPEST = 4
@@ -23,7 +23,7 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
     name = f"{owner}: {field}" if owner else field
     if isinstance(values, np.ndarray) and values.dtype == np.float64 and not isinstance(values, np.ma.MaskedArray):
         return values
-    if _is_masked(values):
+    if is_masked(values):
         raise ValueError(f"{name} must be {expected} without masked entries")
     try:
         with np.errstate(all="ignore"):
@@ -40,18 +40,18 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
 
 
 def _real(item: Any) -> float:
-    if item is None or isinstance(item, (str, bytes)) or np.iscomplexobj(item):
+    if item is None or isinstance(item, (str, bytes)) or is_complex(item):
         raise TypeError
     return float(item)
 
 
-def _is_masked(values: Any, depth: int = 0) -> bool:
+def is_masked(values: Any, depth: int = 0) -> bool:
     """Whether there are masked entries, also in lists, where NumPy takes them for NaN with a warning."""
     if isinstance(values, np.ma.MaskedArray):
         return bool(np.ma.getmaskarray(values).any())
     if depth == _DEEPEST or isinstance(values, (str, bytes, np.ndarray)) or not isinstance(values, Sequence):
         return False
-    return any(_is_masked(item, depth + 1) for item in values)
+    return any(is_masked(item, depth + 1) for item in values)
 
 
 def without_traces(vectors: FloatArray) -> FloatArray:
@@ -65,7 +65,6 @@ def without_traces(vectors: FloatArray) -> FloatArray:
     return np.where(trace, 0.0, vectors) if trace.any() else vectors
 
 
-def outside(points: FloatArray) -> FloatArray:
+def outside(points: FloatArray) -> Any:
     """Indices of those rows of points (n, 3) that are not finite or lie beyond the domain."""
-    result: FloatArray = np.flatnonzero(~(np.abs(points) <= LARGEST).all(axis=1))
-    return result
+    return np.flatnonzero(~(np.abs(points) <= LARGEST).all(axis=1))

@@ -12,9 +12,9 @@ A direction in which the solid cannot be shown to end stays infinite.
 Along axes without a square the unit is free: u = y / stretch holds for any stretch > 0, so the choice decides how well
 the floats are used, and never what is found. Good is the height at which planes cut the axis through the anchor; but
 what looks like a height may be what rounding left of none, as the side of a box that touches a vertex stands 1e-17, or
-one least float, beside it. So cuts below 2^-40 of the largest, more than `_SLACK` leaves, set no unit, nor do those across
-the blind side of a bowl. With H for the unit the extents of a solid of height h come out to 2^-46 sqrt(H / h) of themselves,
-so one that is in truth so low has bounds that hold and are a little loose.
+one least float, beside it. So cuts below 2^-40 of the largest, more than `_SLACK` leaves, set no unit, nor do those
+across the blind side of a bowl. With H for the unit the extents of a solid of height h come out to 2^-46 sqrt(H / h) of
+themselves, so one that is in truth so low has bounds that hold and are a little loose.
 """
 
 from __future__ import annotations
@@ -127,9 +127,7 @@ def _is_blurred(cut: _Cut, planes: Sequence[PlaneSurface]) -> bool:
     Lines and corners that they have in common would be left out.
     """
     given = np.array([[float(c) for c in plane.normal] for plane in planes]).reshape(-1, 3)
-    there, here = (
-        unit_rows(np.concatenate(rows))[0] for rows in ((given, np.eye(3)), (cut.normals, cut.directions))
-    )
+    there, here = (unit_rows(np.concatenate(rows))[0] for rows in ((given, np.eye(3)), (cut.normals, cut.directions)))
     first, second = np.triu_indices(len(there), 1)
     sines = [lengths(cross_rows(rows[first], rows[second])) for rows in (there, here)]
     triples = np.array(list(itertools.combinations(range(len(there)), 3)))

@@ -23,7 +23,7 @@ from .validate import numbers, vector, vectors
 from .vector import Box, Vector
 
 _DIGITS, _MORE, _SAME = 1000, Fraction(1, 1 << 900), Fraction(1, 1 << 700)
-"""So many bits are kept of numbers of 3000, and what agrees to 700, more than lie between 1e-100 and 1e100, is equal."""
+"""So many bits are kept of numbers of 3000. What agrees to 700 is equal: 665 lie between 1e-100 and 1e100."""
 _NOTHING = Fraction(0)
 _ROUNDED = 2.0**-52
 """A direction's own rounding, and that of the sums it is in."""
@@ -92,13 +92,15 @@ class Polyhedron(PrimitiveSolid):
 def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> Box:
     """(low, high) of the points with every normal·x <= offset: rounded outward, infinite exactly where they are.
 
-    Normals and offsets that motions carried are rounded, to `_DIGITS` bits. So that what is only an edge on paper is not
+    Normals and offsets that motions carried are rounded, to `_DIGITS` bits. So that what is but an edge on paper is not
     empty here, all offsets are then raised by more than that, and an end that is a float on paper is that float.
     """
     planes = list(planes)
     given = [_fractions((*plane.normal, plane.offset)) for plane in planes]
     reach = _NOTHING
-    if not all(isinstance(value, (float, int, Fraction)) for plane in planes for value in (*plane.normal, plane.offset)):
+    if not all(
+        isinstance(value, (float, int, Fraction)) for plane in planes for value in (*plane.normal, plane.offset)
+    ):
         reach = max(abs(row[3]) / max(map(abs, row[:3])) for row in given)
         for row in given:
             row[3] += _MORE * reach * max(map(abs, row[:3]))

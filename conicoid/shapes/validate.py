@@ -40,10 +40,15 @@ def shown(value: Any) -> str:
 
 
 def _is_number(value: Any) -> bool:
-    """Whether float() says what is meant: no text, truth value, complex number, masked entry or array of some length."""
+    """Whether float() says what is meant: no text, truth value, complex number, masked entry or array with axes."""
     if isinstance(value, (bool, np.bool_, str, bytes)) or value is None or isinstance(value, np.ma.MaskedArray):
         return False
-    return not (isinstance(value, np.ndarray) and value.ndim) and not np.iscomplexobj(value)
+    return not (isinstance(value, np.ndarray) and value.ndim) and not is_complex(value)
+
+
+def is_complex(value: Any) -> bool:
+    """Whether float() would drop an imaginary part, with a warning."""
+    return isinstance(value, complex) or getattr(getattr(value, "dtype", None), "kind", "") == "c"
 
 
 def number(owner: str, field: str, value: Any, *, finite: bool = True) -> float:

@@ -56,7 +56,7 @@ def error_of_t(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float)
 
 @inline
 def _error_of_large(value: float, slope: float, bend: float, t: float) -> float:
-    """The bound where squares of the coefficients are beyond float64: by their quotients, and b² - a c for the discriminant."""
+    """The bound where squares of the coefficients are beyond float64: from their quotients."""
     if not (value < math.inf and bend < math.inf and slope > 0.0):
         return math.inf
     apart = 1.0 - bend / slope * (value / slope) * _MORE

@@ -189,10 +189,11 @@ class Hits:
         Raises ValueError for a NaN, infinite or zero direction of a hit, with its index.
         """
         shape = (*self.rays.shape, 3)
+        given = points_array("spawn", "directions", directions)
         try:
-            wanted = np.broadcast_to(points_array("spawn", "directions", directions), shape)
+            wanted = np.broadcast_to(given, shape)
         except ValueError:
-            raise ValueError(f"spawn: directions must broadcast to {shape}, got {np.shape(directions)}") from None
+            raise ValueError(f"spawn: directions must broadcast to {shape}, got {given.shape}") from None
         d = np.array(wanted, order="C")
         hit = self._found.body >= 0
         flat = d.reshape(-1, 3)

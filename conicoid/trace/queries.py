@@ -183,9 +183,8 @@ def body_at(scene: Prepared, points: Any) -> Any:
     bad = outside(flat)
     if len(bad):
         where = [int(i) for i in np.unravel_index(bad[0], array.shape[:-1])] if array.ndim > 1 else ""
-        raise ValueError(
-            f"body_at: points{where} must be finite and of magnitude up to {LARGEST:g}, got {tuple(flat[bad[0]].tolist())}"
-        )
+        found = tuple(flat[bad[0]].tolist())
+        raise ValueError(f"body_at: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
     bodies, still = np.empty(len(flat), np.int32), np.empty(len(flat), np.int8)
     run_chunks(lambda a, b: locate(scene.geometry, scene.rest, flat, a, b, bodies, still), len(flat), _CHUNK)
     settle_bodies(scene, flat, np.flatnonzero(still), bodies)

@@ -23,7 +23,9 @@ DIGITS = mpmath.MPContext()
 DIGITS.dps = 120
 
 
-def form(xx: Any = 0, yy: Any = 0, zz: Any = 0, x: Any = 0, y: Any = 0, z: Any = 0, one: Any = 0) -> list[list[Fraction]]:
+def form(
+    xx: Any = 0, yy: Any = 0, zz: Any = 0, x: Any = 0, y: Any = 0, z: Any = 0, one: Any = 0
+) -> list[list[Fraction]]:
     """xx x² + yy y² + zz z² + x x + y y + z z + one as a symmetric matrix."""
     m = [[Fraction(0)] * 4 for _ in range(4)]
     for k, value in enumerate((xx, yy, zz, one)):
@@ -54,7 +56,9 @@ class Leaf:
     def holds(self, point: Sequence[float]) -> bool:
         """In rational arithmetic."""
         p = [*map(Fraction, point), Fraction(1)]
-        return all(sum(p[i] * m[i][j] * p[j] for i, j in itertools.product(range(4), repeat=2)) <= 0 for m in self.forms)
+        return all(
+            sum(p[i] * m[i][j] * p[j] for i, j in itertools.product(range(4), repeat=2)) <= 0 for m in self.forms
+        )
 
     def seems(self, points: np.ndarray) -> np.ndarray:
         """In floats, for many points."""
