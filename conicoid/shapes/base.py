@@ -103,7 +103,7 @@ class Primitive(Shape, abstract=True):
         """Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward.
 
         Where row e of L has one entry k alone, h(Lᵀ e) = |k| h(±e'), so only h itself and the end are rounded: what is
-        0 on paper is 0. In other rows that holds where h is 0 in floats, as `support` raises every sum of several terms.
+        0 on paper is 0. So it is in other rows where h is 0 in floats, as `support` raises every sum of several terms.
         """
         motion = self.under(outer)
         matrix, simple = motion.matrix, motion.is_identity or motion.shift is not None
