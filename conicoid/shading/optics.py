@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..shapes.arrays import real_array, without_traces
 from ..shapes.calm import calm
-from ..shapes.validate import DOMAIN, LARGEST, SMALLEST, outside_domain
+from ..shapes.validate import DOMAIN, outside_domain
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -24,8 +24,10 @@ def reflect(directions: Any, normals: Any) -> FloatArray:
     A miss's NaN normal (or direction) gives NaN.
     Raises ValueError for a wrong shape, and for zero or infinite vectors with the index of the first.
     """
-    d, n = _broadcast("reflect", _directions("reflect", directions), _normals("reflect", normals))
-    return without_traces(np.asarray(d - 2 * _dot(d, n) * n))
+    d, n = _broadcast("reflect", _vectors("reflect", "directions", directions), _normals("reflect", normals))
+    size = _size(d)
+    unit = d / size
+    return without_traces(np.asarray((unit - 2 * _dot(unit, n) * n) * size))
 
 
 @calm
@@ -39,10 +41,12 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
     Raises ValueError as `reflect` does, and for an eta that is not finite and > 0.
     """
     ratio = _ratio(eta)[..., None]
-    d, n, ratio = _broadcast("refract", _directions("refract", directions), _normals("refract", normals), ratio)
-    size = np.ldexp(1.0, np.frexp(np.abs(d).max(axis=-1, keepdims=True, initial=0.0))[1])
+    d, n, ratio = _broadcast(
+        "refract", _vectors("refract", "directions", directions), _normals("refract", normals), ratio
+    )
+    size = _size(d)
     length = size * np.sqrt(_dot(d / size, d / size))
-    unit = d / length
+    unit = d / size / (length / size)
     along = _dot(unit, n)
     square = (1 - ratio) * (1 + ratio) + (ratio * along) ** 2
     beyond = ratio * (unit - along * n) + np.copysign(np.sqrt(np.maximum(square, 0)), along) * n
@@ -75,10 +79,9 @@ def _vectors(owner: str, name: str, value: Any) -> FloatArray:
     return array
 
 
-def _directions(owner: str, value: Any) -> FloatArray:
-    array = _vectors(owner, "directions", value)
-    _refuse(owner, "directions", array, (outside_domain(array) & ~np.isnan(array)).any(axis=-1), DOMAIN)
-    return array
+def _size(d: FloatArray) -> FloatArray:
+    """The power of two next below the largest component: dividing by it rounds nothing and overflows nowhere."""
+    return np.ldexp(1.0, np.frexp(np.abs(d).max(axis=-1, keepdims=True, initial=0.0))[1] - 1)
 
 
 def _normals(owner: str, value: Any) -> FloatArray:
@@ -93,7 +96,7 @@ def _refuse(owner: str, name: str, array: FloatArray, bad: BoolArray, expected: 
 
 def _ratio(eta: Any) -> FloatArray:
     array = real_array("refract", "eta", eta)
-    bad = ~((array >= SMALLEST) & (array <= LARGEST))
-    if bad.any():
-        raise ValueError(f"refract: eta must be > 0, finite and of magnitude 1e-100 to 1e100, got {array[bad].flat[0]}")
+    for bad, expected in ((~(np.isfinite(array) & (array > 0)), "finite and > 0"), (outside_domain(array), DOMAIN)):
+        if bad.any():
+            raise ValueError(f"refract: eta must be {expected}, got {array[bad].flat[0]}")
     return array
