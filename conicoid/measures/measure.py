@@ -15,6 +15,7 @@ from ..shapes.calm import calm
 from ..shapes.region import Boolean, Complement, Union
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
+from ..shapes.validate import shown
 from ..shapes.vector import FloatArray
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums
 from .closed import Moments, closed_area, closed_moments
@@ -22,6 +23,7 @@ from .frames import FittedBox, fitted_box
 from .sample import sample
 
 FEWEST_RAYS = 60
+_MOST_RAYS = 10**12
 _PLAIN, _LARGEST = 64, 332
 """Binary places of usual sizes, and of the domain."""
 
@@ -74,10 +76,10 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
     shape = shape.shape if isinstance(shape, Body) else shape
     if not isinstance(shape, Shape):
         raise TypeError(f"measure: shape must be a shape or a Body, got {type(shape).__name__}")
-    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or rays < FEWEST_RAYS:
-        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, got {rays!r}")
+    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or not FEWEST_RAYS <= rays <= _MOST_RAYS:
+        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, got {shown(rays)}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise ValueError(f"measure: seed must be an integer >= 0, got {seed!r}")
+        raise ValueError(f"measure: seed must be an integer >= 0, got {shown(seed)}")
     shape = _plain(shape)
     exponent = _exponent(fitted_box(shape))
     if exponent:

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
-from ..shapes.validate import number, positive, vector
+from ..shapes.validate import number, positive, shown, vector
 from ..shapes.vector import FloatArray, Vector
 
 if TYPE_CHECKING:
@@ -115,8 +115,8 @@ def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
 def checked_size(width: int, height: int) -> tuple[int, int]:
     """Width and height as positive integers, or an error."""
     for name, value in (("width", width), ("height", height)):
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-            raise ValueError(f"picture: {name} must be a whole number of pixels >= 1, got {value!r}")
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 1 <= value < 1 << 31:
+            raise ValueError(f"picture: {name} must be a whole number of pixels >= 1, got {shown(value)}")
     return int(width), int(height)
 
 
