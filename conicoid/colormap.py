@@ -40,8 +40,9 @@ def mapped(values: FloatArray, name: str, low: float | None = None, high: float 
     low = low if low is not None else float(numbers[finite].min(initial=np.inf)) if finite.any() else 0.0
     high = high if high is not None else float(numbers[finite].max(initial=-np.inf)) if finite.any() else 1.0
     if not low <= high:
-        raise ValueError(f"Image: vmin must be <= vmax, got {low} and {high}")
-    share = np.where(finite, numbers - low, 0.0) / (high - low if high > low else 1.0)
+        raise ValueError(f"Image: vmin must be <= vmax, got {low:g} and {high:g}")
+    # Halves, as the difference of two numbers may be beyond float64
+    share = np.where(finite, numbers / 2 - low / 2, 0.0) / (high / 2 - low / 2 or 0.5)
     colors = _along(np.array(COLORMAPS[name]), np.clip(share, 0.0, 1.0))
     return np.where(finite[..., None], colors, _MISSING)
 

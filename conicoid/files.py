@@ -7,8 +7,10 @@ from collections.abc import Callable
 
 from .formats import scene_file
 from .scene import Scene
+from .shapes.calm import calm
 
 
+@calm
 def load(path: str | os.PathLike[str]) -> Scene:
     """The scene in a YAML or JSON file (docs/files.md). Nothing in a file is executed.
 
@@ -19,6 +21,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     return Scene(parts.bodies, parts.lights, parts.camera, parts.background)
 
 
+@calm
 def save(scene: Scene, path: str | os.PathLike[str]) -> None:
     """Write a scene file that loads as an equal scene: YAML, or JSON if `path` ends with .json.
 
@@ -28,6 +31,7 @@ def save(scene: Scene, path: str | os.PathLike[str]) -> None:
     scene_file.write(scene, path)
 
 
+@calm
 def load_openmc(
     path: str | os.PathLike[str],
     *,

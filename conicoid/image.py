@@ -10,7 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .colormap import COLORMAPS, mapped
+from .shapes.arrays import is_masked, real_array
+from .shapes.calm import calm
 from .shapes.color import srgb_decode
+from .shapes.validate import shown
 
 Pixels = npt.NDArray[np.float32]
 
@@ -27,16 +30,23 @@ class Image:
     Shows itself in a notebook. Raises ValueError for other shapes, for an unknown map and for vmin > vmax.
     """
 
+    @calm
     def __init__(
         self, array: Any, *, colormap: str = "dusk", vmin: float | None = None, vmax: float | None = None
     ) -> None:
-        values = np.array(array)
+        if is_masked(array):
+            raise ValueError("Image: array must hold real numbers without masked entries")
+        try:
+            values = np.array(array)
+        except ValueError:
+            raise ValueError(f"Image: array must have rows of equal length, got {shown(array)}") from None
         if values.dtype.kind not in "fiub":
             raise ValueError(f"Image: array must hold real numbers, got {values.dtype}")
         if values.size == 0 or not (values.ndim == 2 or (values.ndim == 3 and values.shape[2] == 3)):
             raise ValueError(f"Image: array must have shape (height, width, 3) or (height, width), got {values.shape}")
-        if colormap not in COLORMAPS:
-            raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {colormap!r}")
+        if not isinstance(colormap, str) or colormap not in COLORMAPS:
+            raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}")
+        vmin, vmax = (None if end is None else _real(name, end) for name, end in (("vmin", vmin), ("vmax", vmax)))
         self.values = values
         if values.ndim == 2:
             colors = mapped(values, colormap, vmin, vmax)
@@ -81,3 +91,11 @@ class Image:
 
     def __repr__(self) -> str:
         return f"<Image {self.width} x {self.height}>"
+
+
+def _real(field: str, value: Any) -> float:
+    """Any finite number, of any magnitude."""
+    found = real_array("Image", field, value, "a number")
+    if found.ndim or not np.isfinite(found):
+        raise ValueError(f"Image: {field} must be a finite number, got {shown(value)}")
+    return float(found)

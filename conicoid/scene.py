@@ -11,6 +11,7 @@ import numpy as np
 
 from .shapes.base import Shape
 from .shapes.body import Body
+from .shapes.calm import calm
 from .shapes.spheres import Spheres
 from .shapes.vector import Box
 
@@ -90,6 +91,7 @@ class Scene:
         return sum(len(body.shape) if isinstance(body.shape, Spheres) else 1 for body in self._bodies)
 
     @property
+    @calm
     def bounds(self) -> Box:
         """(low, high) around all bodies; ±inf where unbounded, (inf, -inf) for an empty scene."""
         from .shapes.boxes import around
@@ -97,6 +99,7 @@ class Scene:
         return around([body.shape.bounds for body in self._bodies])
 
     @property
+    @calm
     def prepared(self) -> Prepared:
         """The lowered scene with its tree, built on first use and shared by all threads."""
         with self._lock:
@@ -128,6 +131,7 @@ class Scene:
         """The material of each body id (None: the default)."""
         return [self._bodies[item].material for item in self.lowered.body_item.tolist()]
 
+    @calm
     def first_hit(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Hits:
         """The nearest crossing of each ray in the open interval ]t_min, t_max[.
 
@@ -141,34 +145,40 @@ class Scene:
             expect("rays", "streams", "points")
         return queries.first_hit(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
+    @calm
     def occluded(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Any:
         """bool (...): is there any crossing in ]t_min, t_max[?  Equals first_hit(...).t < inf."""
         from .trace import queries
 
         return queries.occluded(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
+    @calm
     def spans(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Spans:
         """Every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray."""
         from .trace import queries
 
         return queries.spans(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
+    @calm
     def crossings(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Crossings:
         """Every crossing of each ray with every body in ]t_min, t_max[, solids and sheets, sorted along the ray."""
         from .trace import queries
 
         return queries.crossings(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
+    @calm
     def contains(self, points: Any) -> Any:
         """bool (...): does any solid contain the point (..., 3)?  Leaves are closed, Booleans exact."""
         return np.asarray(self.body_at(points) >= 0)[()]
 
+    @calm
     def body_at(self, points: Any) -> Any:
         """int32 (...): the first listed body that contains the point (..., 3), or -1."""
         from .trace import queries
 
         return queries.body_at(self.prepared, points)
 
+    @calm
     def render(
         self,
         width: int = 640,
@@ -188,6 +198,7 @@ class Scene:
             render(self, width=width, height=height, samples=samples, integrator=integrator, seed=seed, **options)
         )
 
+    @calm
     def view(self, height: int = 480) -> Any:
         """A widget to walk around in the scene in a notebook, `height` pixels high.
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..geometry.tables import BALL
+from ..shapes.calm import calm
+from ..shapes.validate import shown
 from .aim import Targets, rays_through
 from .coincidence import NearPair, near_pairs
 from .conditioning import FEW, conditioning
@@ -21,10 +23,12 @@ if TYPE_CHECKING:
 _FOR_A_PAIR = 64
 _FOR_THE_UNSEEN = 256
 _MOST_BALLS = 1000
+_MOST_RAYS = 10**9
 
 Progress = Callable[[int, int], Any]
 
 
+@calm
 def check(scene: Scene, rays: int = 200_000, seed: int = 0, progress: Progress | None = None) -> list[Finding]:
     """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits; worst first within each kind.
 
@@ -32,8 +36,14 @@ def check(scene: Scene, rays: int = 200_000, seed: int = 0, progress: Progress |
     through surfaces that are nearly equal and bodies that none has met. What no ray has seen is not
     reported, but for surfaces and digits: those follow from the numbers that were written.
     """
-    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or rays < 1:
-        raise ValueError(f"check: rays must be an integer >= 1, got {rays!r}")
+    from ..scene import Scene
+
+    if not isinstance(scene, Scene):
+        raise TypeError(f"check: scene must be a Scene, got {type(scene).__name__}")
+    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or not 1 <= rays <= _MOST_RAYS:
+        raise ValueError(f"check: rays must be an integer >= 1, got {shown(rays)}")
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise ValueError(f"check: seed must be an integer >= 0, got {shown(seed)}")
     lowered = scene.lowered
     if lowered.body_count == 0:
         return []

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..shapes.validate import SMALLEST
 from ..shapes.vector import FloatArray
 from .frames import FittedBox
 from .hull import Rectangles, Sight
@@ -93,7 +94,9 @@ class Family:
         axis, across = self.sight.axis, [i for i in range(3) if i != self.sight.axis]
         start = np.zeros((len(places), 3))
         start[:, across] = places
-        ray, t, sign, cosine = _crossings(self.scene, start @ self.box.axes.T + self.box.center, self.box.axes[:, axis])
+        ray, t, sign, cosine = _crossings(
+            self.scene, _started(start @ self.box.axes.T + self.box.center), self.box.axes[:, axis]
+        )
         self.sums.rays += len(places)
         if self.progress is not None:
             self.progress(min(self.sums.rays, self.last), self.total)
@@ -109,6 +112,11 @@ class Family:
             result[:, 4 + k] = second if i == j == axis else powers[along] * start[:, fixed]
         result[:, AREA] = np.bincount(ray, cosine, len(places))
         return result
+
+
+def _started(points: FloatArray) -> FloatArray:
+    """Origins of the domain: less than 1e-100 is 0."""
+    return np.where(np.abs(points) < SMALLEST, 0.0, points)
 
 
 _CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])

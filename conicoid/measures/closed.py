@@ -32,22 +32,30 @@ _SIMILAR = 1e-14
 
 @dataclass(frozen=True)
 class Moments:
-    """Volume, centroid (3,), and the second moments about the centroid (3, 3): ∫ (x - c)(x - c)ᵀ dV."""
+    """Volume, centroid (3,), and the mean of (x - c)(x - c)ᵀ over it, (3, 3): squares of lengths stay in float64."""
 
     volume: float
     centroid: FloatArray
-    second: FloatArray
+    spread: FloatArray
+
+    @property
+    def second(self) -> FloatArray:
+        """The second moments about the centroid: ∫ (x - c)(x - c)ᵀ dV."""
+        return self.volume * self.spread
 
     def moved(self, matrix: FloatArray) -> Moments:
         """Carried by an affine (4, 4) matrix."""
         linear, factor = matrix[:3, :3], abs(float(np.linalg.det(matrix[:3, :3])))
-        second: FloatArray = factor * linear @ self.second @ linear.T
-        return Moments(self.volume * factor, linear @ self.centroid + matrix[:3, 3], (second + second.T) / 2)
+        spread: FloatArray = linear @ self.spread @ linear.T
+        return Moments(self.volume * factor, linear @ self.centroid + matrix[:3, 3], (spread + spread.T) / 2)
 
 
 def closed_moments(shape: Shape) -> Moments | None:
     """Moments in the world, where a closed form is known."""
-    own = own_moments(shape)
+    try:
+        own = own_moments(shape)
+    except OverflowError:  # squares of a needle's widths
+        return None
     return None if own is None else own.moved(shape.under().matrix)
 
 
@@ -61,7 +69,7 @@ def closed_area(shape: Shape) -> float | None:
         a, b, c = (np.array(p) for p in (shape.a, shape.b, shape.c))
         return _parallelogram(linear @ (b - a), linear @ (c - a)) / 2
     if isinstance(shape, Disc):
-        return math.pi * shape.radius**2 * _parallelogram(linear[:, 0], linear[:, 1])
+        return math.pi * _parallelogram(shape.radius * linear[:, 0], shape.radius * linear[:, 1])
     own, factor = own_area(shape), _similarity(linear)
     return None if own is None or factor is None else own * factor * factor
 
@@ -95,13 +103,13 @@ def own_area(shape: Any) -> float | None:
 def _(box: Box) -> Moments:
     edges, middle = np.subtract(box.high, box.low), np.array(box.low) / 2 + np.array(box.high) / 2
     volume = float(np.prod(edges))
-    return Moments(volume, middle, np.diag(volume * edges**2 / 12))
+    return Moments(volume, middle, np.diag(edges**2 / 12))
 
 
 @own_moments.register
 def _(sphere: Sphere) -> Moments:
     volume = 4 / 3 * math.pi * sphere.radius**3
-    return Moments(volume, np.zeros(3), volume * sphere.radius**2 / 5 * np.eye(3))
+    return Moments(volume, np.zeros(3), sphere.radius**2 / 5 * np.eye(3))
 
 
 @own_area.register
@@ -138,15 +146,15 @@ def _(cylinder: Cylinder) -> Moments:
     volume = r * r * turn / 2 * height
     x, y = (0.0, 0.0) if full else (math.sin(b) - math.sin(a), math.cos(a) - math.cos(b))
     centroid = np.array([2 * r / 3 * x / turn, 2 * r / 3 * y / turn, height / 2])
-    # ∫ x², ∫ y², ∫ x y about the axis, in units of r⁴ height / 8
+    # The means of x², y², x y about the axis, in units of r² / (4 turn)
     double, mixed = (
         (0.0, 0.0) if full else ((math.sin(2 * b) - math.sin(2 * a)) / 2, math.sin(b) ** 2 - math.sin(a) ** 2)
     )
-    second = np.zeros((3, 3))
-    second[:2, :2] = r**4 * height / 8 * np.array([[turn + double, mixed], [mixed, turn - double]])
-    second[:2, :2] -= volume * np.outer(centroid[:2], centroid[:2])
-    second[2, 2] = volume * height**2 / 12
-    return Moments(volume, centroid, second)
+    spread = np.zeros((3, 3))
+    spread[:2, :2] = r * r / (4 * turn) * np.array([[turn + double, mixed], [mixed, turn - double]])
+    spread[:2, :2] -= np.outer(centroid[:2], centroid[:2])
+    spread[2, 2] = height**2 / 12
+    return Moments(volume, centroid, spread)
 
 
 @own_area.register
@@ -172,10 +180,11 @@ def _sections(sx: float, sy: float, profile: tuple[float, float, float], heights
     volume = float(area.sum())
     if volume == 0:
         return Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
-    height = float(area @ z) / volume
-    across = float(area @ g) / 4
-    second = np.diag([across / sx, across / sy, float(area @ (z - height) ** 2)])
-    return Moments(volume, np.array([0.0, 0.0, height]), second)
+    share = area / volume
+    height = float(share @ z)
+    across = float(share @ g) / 4
+    spread = np.diag([across / sx, across / sy, float(share @ (z - height) ** 2)])
+    return Moments(volume, np.array([0.0, 0.0, height]), spread)
 
 
 def _quadrature(profile: tuple[float, float, float], heights: tuple[float, float]) -> tuple[FloatArray, FloatArray]:

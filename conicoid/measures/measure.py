@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..shapes.base import Shape
 from ..shapes.body import Body
+from ..shapes.calm import calm
 from ..shapes.region import Boolean, Complement, Union
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
+from ..shapes.validate import shown
 from ..shapes.vector import FloatArray
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums
 from .closed import Moments, closed_area, closed_moments
@@ -19,6 +23,9 @@ from .frames import FittedBox, fitted_box
 from .sample import sample
 
 FEWEST_RAYS = 60
+_MOST_RAYS = 10**12
+_PLAIN, _LARGEST = 64, 332
+"""Binary places of usual sizes, and of the domain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +60,7 @@ class Measures:
         )
 
 
+@calm
 def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress: Progress | None = None) -> Measures:
     """Volume, surface area, centroid and inertia of a bounded shape, with standard errors.
 
@@ -61,16 +69,58 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
     answers, for any number of threads. `progress(done, total)` is called now and then.
     Balls of a `Spheres` count as their union. An empty solid measures zero, and so does the volume of a sheet.
 
+    What is larger than float64 holds is inf, as the inertia of a ball of radius 1e90, and what is smaller 0.
+
     Raises ValueError for an unbounded shape, naming the axes, and for fewer than 60 rays.
     """
     shape = shape.shape if isinstance(shape, Body) else shape
     if not isinstance(shape, Shape):
         raise TypeError(f"measure: shape must be a shape or a Body, got {type(shape).__name__}")
-    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or rays < FEWEST_RAYS:
-        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, got {rays!r}")
+    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or not FEWEST_RAYS <= rays <= _MOST_RAYS:
+        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, got {shown(rays)}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise ValueError(f"measure: seed must be an integer >= 0, got {seed!r}")
+        raise ValueError(f"measure: seed must be an integer >= 0, got {shown(seed)}")
     shape = _plain(shape)
+    exponent = _exponent(fitted_box(shape))
+    if exponent:
+        shape = shape.scale(2.0**-exponent)
+    return _in_units(_measured(shape, int(rays), int(seed), progress), exponent)
+
+
+def _exponent(box: FittedBox) -> int:
+    """The power of two to measure a shape in: 0, but for sizes whose tenth powers leave float64, and needles.
+
+    Values are sums of fifth powers of the size, and errors come from their squares. Rays start in the domain.
+    """
+    if box.is_empty or not box.half.any():
+        return 0
+    sizes = [math.frexp(half)[1] for half in box.half.tolist() if half]
+    largest, least = max(sizes), min(sizes)
+    if abs(largest) < _PLAIN and least > -4 * _PLAIN:
+        return 0
+    exponent = largest if largest - least < 3 * _PLAIN else largest - _PLAIN
+    return max(-_LARGEST, min(exponent, _LARGEST))
+
+
+def _in_units(measures: Measures, exponent: int) -> Measures:
+    """From powers of two to units: exact, but for what is beyond float64, which is inf or 0."""
+    if not exponent:
+        return measures
+
+    def times(value: Any, power: int) -> Any:
+        # In steps that float64 holds: a zero stays zero
+        for _ in range(power):
+            value = np.ldexp(value, exponent)
+        return value
+
+    m = measures
+    return _measures(
+        times(m.volume, 3), times(m.area, 2), times(m.centroid, 1), times(m.inertia, 5), times(m.volume_error, 3),
+        times(m.area_error, 2), times(m.centroid_error, 1), times(m.inertia_error, 5), m.rays,
+    )  # fmt: skip
+
+
+def _measured(shape: Shape, rays: int, seed: int, progress: Progress | None) -> Measures:
     box = fitted_box(shape)
     nothing = Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
     if box.is_empty:
@@ -78,7 +128,7 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
     moments, area = nothing if shape.is_sheet else closed_moments(shape), closed_area(shape)
     if moments is not None and area is not None:
         return _closed(moments, area)
-    found = _sampled(sample(shape, box, int(rays), int(seed), progress), box)
+    found = _sampled(sample(shape, box, rays, seed, progress), box)
     return found if moments is None else _closed(moments, found.area, found.area_error, found.rays)
 
 

@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from ..shapes.validate import number, positive, vector
+from ..shapes.arrays import without_traces
+from ..shapes.calm import calm
+from ..shapes.validate import number, positive, shown, vector
 from ..shapes.vector import FloatArray, Vector
 
 if TYPE_CHECKING:
@@ -88,6 +90,7 @@ CAMERAS: dict[str, type[AnyCamera]] = {"Camera": Camera, "OrthographicCamera": O
 """Scene-file name -> class."""
 
 
+@calm
 def basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(right, up, forward): unit vectors of the view."""
     forward = _unit(np.subtract(look_at, position))
@@ -95,6 +98,7 @@ def basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, Fl
     return right, np.cross(right, forward), forward
 
 
+@calm
 def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
     """Rays of the pixel centres of a picture."""
     from ..trace.rays import Rays
@@ -105,17 +109,18 @@ def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
     lens = camera.lens
     directions = lens[3] + u * lens[4] + v * lens[5]
     directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
-    return Rays(lens[0] + u * lens[1] + v * lens[2], directions)
+    return Rays(without_traces(lens[0] + u * lens[1] + v * lens[2]), without_traces(directions))
 
 
 def checked_size(width: int, height: int) -> tuple[int, int]:
     """Width and height as positive integers, or an error."""
     for name, value in (("width", width), ("height", height)):
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-            raise ValueError(f"picture: {name} must be a whole number of pixels >= 1, got {value!r}")
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 1 <= value < 1 << 31:
+            raise ValueError(f"picture: {name} must be a whole number of pixels >= 1, got {shown(value)}")
     return int(width), int(height)
 
 
+@calm
 def _check(camera: AnyCamera) -> None:
     owner: str = type(camera).__name__
     position, look_at = vector(owner, "position", camera.position), vector(owner, "look_at", camera.look_at)

@@ -7,7 +7,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ..shapes.calm import calm
 from ..shapes.light import AmbientLight, DirectionalLight, Light
+from ..shapes.validate import LARGEST, SMALLEST
 from ..shapes.vector import Box, FloatArray, Vector
 from .camera import AnyCamera, Camera, basis
 
@@ -15,6 +17,7 @@ _TOWARDS = (-0.55, 1.0, -0.45)  # from the right, in front, above
 _MARGIN = 1.08
 
 
+@calm
 def extent(boxes: Iterable[Box]) -> Box:
     """The box around all finite bounds; unbounded axes are cut to the size of the rest, or to ±1."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -35,6 +38,7 @@ def extent(boxes: Iterable[Box]) -> Box:
     return low, high
 
 
+@calm
 def fitting_camera(low: FloatArray, high: FloatArray, aspect: float) -> Camera:
     """A camera that has a box in view, on a picture `aspect` times as wide as high.
 
@@ -49,9 +53,16 @@ def fitting_camera(low: FloatArray, high: FloatArray, aspect: float) -> Camera:
     for corner in np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T - center:
         for across, slope in ((right, half * aspect), (up, half)):
             distance = max(distance, _MARGIN * abs(float(across @ corner)) / slope - float(forward @ corner))
-    return Camera(_vector(center - distance * forward), _vector(center), field_of_view=30)
+    position = center - distance * forward
+    if not (np.abs([position, center]) <= LARGEST).all():
+        raise ValueError(
+            f"Scene: bounds must leave room for a camera within {LARGEST:g}, got {_vector(low)} to {_vector(high)}; "
+            "give the scene a camera"
+        )
+    return Camera(_placed(position), _placed(center), field_of_view=30)
 
 
+@calm
 def fitting_lights(camera: AnyCamera) -> tuple[Light, ...]:
     """A key light from above the camera's left shoulder, a weak one from its right, and ambient light."""
     right, up, forward = basis(camera.position, camera.look_at, camera.up)
@@ -61,6 +72,12 @@ def fitting_lights(camera: AnyCamera) -> tuple[Light, ...]:
         DirectionalLight(_vector(key), 0.75),
         DirectionalLight(_vector(fill), 0.15),
     )
+
+
+def _placed(point: FloatArray) -> Vector:
+    """A point of the domain: what is smaller goes to the nearer of 0 and the least number."""
+    least = np.where(2 * np.abs(point) < SMALLEST, 0.0, np.copysign(SMALLEST, point))
+    return _vector(np.where(np.abs(point) < SMALLEST, least, point))
 
 
 def _vector(v: FloatArray) -> Vector:

@@ -7,10 +7,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..shapes.arrays import real_array, without_traces
+from ..shapes.calm import calm
+from ..shapes.validate import DOMAIN, outside_domain
+
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
 
+@calm
 def reflect(directions: Any, normals: Any) -> FloatArray:
     """Mirrored directions d - 2 (d·n) n, as long as d.
 
@@ -19,10 +24,13 @@ def reflect(directions: Any, normals: Any) -> FloatArray:
     A miss's NaN normal (or direction) gives NaN.
     Raises ValueError for a wrong shape, and for zero or infinite vectors with the index of the first.
     """
-    d, n = np.broadcast_arrays(_vectors("directions", directions), _unit(_vectors("normals", normals)))
-    return np.asarray(d - 2 * _dot(d, n) * n)
+    d, n = _broadcast("reflect", _vectors("reflect", "directions", directions), _normals("reflect", normals))
+    size = _size(d)
+    unit = d / size
+    return without_traces(np.asarray((unit - 2 * _dot(unit, n) * n) * size))
 
 
+@calm
 def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolArray]:
     """(directions behind the surface, mask of total reflection) by Snell's law.
 
@@ -33,14 +41,17 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
     Raises ValueError as `reflect` does, and for an eta that is not finite and > 0.
     """
     ratio = _ratio(eta)[..., None]
-    d, n, _ = np.broadcast_arrays(_vectors("directions", directions), _unit(_vectors("normals", normals)), ratio)
-    length = np.sqrt(_dot(d, d))
-    unit = d / length
+    d, n, ratio = _broadcast(
+        "refract", _vectors("refract", "directions", directions), _normals("refract", normals), ratio
+    )
+    size = _size(d)
+    length = size * np.sqrt(_dot(d / size, d / size))
+    unit = d / size / (length / size)
     along = _dot(unit, n)
     square = (1 - ratio) * (1 + ratio) + (ratio * along) ** 2
     beyond = ratio * (unit - along * n) + np.copysign(np.sqrt(np.maximum(square, 0)), along) * n
     total = square < 0
-    return np.where(total, unit - 2 * along * n, beyond) * length, total[..., 0][()]
+    return without_traces(np.where(total, unit - 2 * along * n, beyond) * length), total[..., 0][()]
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -48,24 +59,44 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _unit(v: FloatArray) -> FloatArray:
-    scaled = v / np.abs(v).max(axis=-1, keepdims=True)
+    scaled = v / np.abs(v).max(axis=-1, keepdims=True, initial=0.0)
     return np.asarray(scaled / np.sqrt(_dot(scaled, scaled)))
 
 
-def _vectors(name: str, value: Any) -> FloatArray:
-    array = np.asarray(value, dtype=np.float64)
+def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:
+    try:
+        return np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = " and ".join(str(array.shape) for array in arrays)
+        raise ValueError(f"{owner}: directions and normals must broadcast together, got {shapes}") from None
+
+
+def _vectors(owner: str, name: str, value: Any) -> FloatArray:
+    array = real_array(owner, name, value, "an array of numbers (..., 3)")
     if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{name} must have shape (..., 3), got {array.shape}")
-    bad = np.isinf(array).any(axis=-1) | (array == 0).all(axis=-1)
-    if bad.any():
-        index = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise ValueError(f"{name}{list(index) if index else ''} must be finite and not zero, got {array[index]}")
+        raise ValueError(f"{owner}: {name} must have shape (..., 3), got {array.shape}")
+    _refuse(owner, name, array, np.isinf(array).any(axis=-1) | (array == 0).all(axis=-1), "finite and not zero")
     return array
 
 
-def _ratio(eta: Any) -> FloatArray:
-    array = np.asarray(eta, dtype=np.float64)
-    bad = ~(np.isfinite(array) & (array > 0))
+def _size(d: FloatArray) -> FloatArray:
+    """The power of two next below the largest component: dividing by it rounds nothing and overflows nowhere."""
+    return np.ldexp(1.0, np.frexp(np.abs(d).max(axis=-1, keepdims=True, initial=0.0))[1] - 1)
+
+
+def _normals(owner: str, value: Any) -> FloatArray:
+    return _unit(_vectors(owner, "normals", value))
+
+
+def _refuse(owner: str, name: str, array: FloatArray, bad: BoolArray, expected: str) -> None:
     if bad.any():
-        raise ValueError(f"eta must be finite and > 0, got {array[bad].flat[0]}")
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise ValueError(f"{owner}: {name}{list(index) if index else ''} must be {expected}, got {array[index]}")
+
+
+def _ratio(eta: Any) -> FloatArray:
+    array = real_array("refract", "eta", eta)
+    for bad, expected in ((~(np.isfinite(array) & (array > 0)), "finite and > 0"), (outside_domain(array), DOMAIN)):
+        if bad.any():
+            raise ValueError(f"refract: eta must be {expected}, got {array[bad].flat[0]}")
     return array

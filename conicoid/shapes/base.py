@@ -18,8 +18,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
 import numpy as np
 
+from . import exact as ex
+from .calm import calm
 from .cells import PolygonSheet, SurfaceSheet, Tree
 from .motion import STILL, Motion
+from .planar import rounded_up
 from .vector import Box, FloatArray, Vector
 
 if TYPE_CHECKING:
@@ -54,6 +57,7 @@ class Shape(ABC):
     def _placed(self) -> Motion:
         return self.placement.then(self.motion)
 
+    @calm
     def _moved(self, motion: Motion) -> Self:
         motion.check(type(self).__name__)
         return dataclasses.replace(self, motion=motion)
@@ -75,6 +79,7 @@ class Shape(ABC):
         return self._moved(self.motion.transform(matrix))
 
     @property
+    @calm
     def bounds(self) -> Box:
         """(low, high), two (3,) arrays: the tightest box, ±inf where unbounded; low > high if empty."""
         return self.bounds_under(STILL)
@@ -95,24 +100,62 @@ class Primitive(Shape, abstract=True):
         """sup of direction·p over the shape in its own frame; inf where unbounded, -inf if empty."""
 
     def bounds_under(self, outer: Motion) -> Box:
-        """Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward."""
-        matrix = self.under(outer).matrix
+        """Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward.
+
+        Where row e of L has one entry k alone, h(Lᵀ e) = |k| h(±e'), so only h itself and the end are rounded: what is
+        0 on paper is 0. So it is in other rows where h is 0 in floats, as `support` raises every sum of several terms.
+        """
+        motion = self.under(outer)
+        matrix, simple = motion.matrix, motion.is_identity or motion.shift is not None
         low, high = np.empty(3), np.empty(3)
         for i in range(3):
             row: FloatArray = matrix[i, :3] + 0.0
-            shift = float(matrix[i, 3])
-            plain = np.count_nonzero(row) == 1 and abs(row).max() == 1.0
-            high[i] = _outward(self.support((row[0], row[1], row[2])), shift, plain)
-            low[i] = 0.0 - _outward(self.support((-row[0], -row[1], -row[2])), -shift, plain)
-        return low, high
+            along = np.flatnonzero(row)
+            for sign, ends in ((1.0, high), (-1.0, low)):
+                if len(along) == 1 and not simple:
+                    k = int(along[0])
+                    unit = np.copysign(np.eye(3)[k], sign * row)
+                    ends[i] = _stretched(self.support(_direction(unit)), motion, i, k, sign)
+                    continue
+                reach, shift = self.support(_direction(sign * row)), sign * float(matrix[i, 3])
+                if reach == shift == 0 and _is_nothing(motion, i):
+                    ends[i] = 0.0
+                else:
+                    ends[i] = _outward(reach, shift, simple)
+        return 0.0 - low, high
 
 
-def _outward(reach: float, shift: float, plain: bool) -> float:
-    """An upper bound of reach + shift; where the axes are only exchanged, the nearest one."""
+_SAFE = 1e-150
+"""Products with a number of the domain do not underflow."""
+
+
+def _direction(row: FloatArray) -> Vector:
+    x, y, z = (row + 0.0).tolist()
+    return x, y, z
+
+
+def _is_nothing(motion: Motion, row: int) -> bool:
+    """Whether a row shifts by nothing on paper, and no product with it that is not 0 is 0 in floats."""
+    if motion.shift is not None:
+        return True
+    rows, shift = motion.affine
+    return not shift[row] and all(abs(entry) > _SAFE for entry in rows[row] if entry)
+
+
+def _stretched(reach: float, motion: Motion, row: int, column: int, sign: float) -> float:
+    """The least float64 not below |k| reach + sign·shift, k being the one entry of the motion's row."""
+    if not math.isfinite(reach):
+        return reach
+    rows, shift = motion.affine
+    return rounded_up(ex.cancelling_sum((abs(rows[row][column]) * ex.exact(reach), sign * shift[row])))
+
+
+def _outward(reach: float, shift: float, exact: bool) -> float:
+    """An upper bound of reach + shift; the nearest one if there is only a translation, whose floats are exact."""
     total = reach + shift
     if not math.isfinite(total):
         return total
-    if not plain:
+    if not exact:
         return float(np.nextafter(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)), math.inf))
     # Knuth's TwoSum: what the sum has lost
     part = total - reach

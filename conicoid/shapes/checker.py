@@ -42,7 +42,7 @@ class Checker:
 
 
 def _checked_scale(scale: Scale) -> Scale:
-    if not hasattr(scale, "__len__") or isinstance(scale, str):
+    if not hasattr(scale, "__len__") or isinstance(scale, str) or getattr(scale, "ndim", 1) == 0:
         return positive("Checker", "scale", scale)
     count = 2 if len(scale) == 2 else 3
     sides = tuple(

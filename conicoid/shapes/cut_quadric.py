@@ -8,6 +8,13 @@ first are points where a line common to two planes meets f = 0. What is not cut 
 All of that is done in floats, in coordinates in which f = Σ ±u_k² + 2 l·u - c (seed 001's congruence), anchored where
 the surface is. Every point carries a bound of its own rounding error, by which tests are relaxed and values raised.
 A direction in which the solid cannot be shown to end stays infinite.
+
+Along axes without a square the unit is free: u = y / stretch holds for any stretch > 0, so the choice decides how well
+the floats are used, and never what is found. Good is the height at which planes cut the axis through the anchor; but
+what looks like a height may be what rounding left of none, as the side of a box that touches a vertex stands 1e-17, or
+one least float, beside it. So cuts below 2^-40 of the largest, more than `_SLACK` leaves, set no unit, nor do those
+across the blind side of a bowl. With H for the unit the extents of a solid of height h come out to 2^-46 sqrt(H / h) of
+themselves, so one that is in truth so low has bounds that hold and are a little loose.
 """
 
 from __future__ import annotations
@@ -30,9 +37,17 @@ _SLACK = 2.0**-46
 """More than the relative rounding of any chain of operations here."""
 _PARALLEL = 2.0**-49
 """Sines and determinants of unit normals below this are rounding."""
+_APART, _TOGETHER = 2.0**-36, 2.0**-40
+"""What is apart in the world by more than one of these and not by more than the other here is not told apart here."""
 _FAR = 2.0**18
 """No point so far out, in units of the linear term, constant and offsets, belongs to a solid that ends by the margin of
 `recession`, where the line it is on is so nearly along a ruling or an asymptote that rounding decides where it is."""
+
+
+_WIDEST = 500
+"""Sizes beyond 2^±500 have no squares in float64."""
+_RESIDUE = 2.0**-40
+"""Cuts of this share of the largest may be none."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +111,28 @@ def _canonical(surface: QuadricSurface, anchor: ex.Row, planes: Sequence[PlaneSu
     offsets /= size_of_normals
     linear, constant = linear * stretch, float(surface.constant)
     size = max(math.sqrt(abs(constant)), float(np.abs(linear).max()), float(np.abs(offsets).max(initial=0.0)))
-    scale = 2.0 ** math.frexp(size)[1] if size and math.isfinite(size) else 1.0
+    exponent = math.frexp(size)[1] if math.isfinite(size) else _WIDEST
+    if abs(exponent) >= _WIDEST:
+        return None, 1.0
+    scale = 2.0**exponent
     cut = _Cut(np.sign(squares), linear / scale, constant / scale**2, normals, offsets / scale, directions)
     numbers = (normals, offsets, linear, directions, np.array([constant / scale**2]))
-    return (cut if all(np.isfinite(values).all() for values in numbers) else None), scale
+    held = all(np.isfinite(values).all() for values in numbers)
+    return (cut if held and not _is_blurred(cut, planes) else None), scale
+
+
+def _is_blurred(cut: _Cut, planes: Sequence[PlaneSurface]) -> bool:
+    """Whether planes or axes that differ in the world are parallel here but for rounding, as across a needle.
+
+    Lines and corners that they have in common would be left out.
+    """
+    given = np.array([[float(c) for c in plane.normal] for plane in planes]).reshape(-1, 3)
+    there, here = (unit_rows(np.concatenate(rows))[0] for rows in ((given, np.eye(3)), (cut.normals, cut.directions)))
+    first, second = np.triu_indices(len(there), 1)
+    sines = [lengths(cross_rows(rows[first], rows[second])) for rows in (there, here)]
+    triples = np.array(list(itertools.combinations(range(len(there)), 3)))
+    volumes = [np.abs(np.linalg.det(rows[triples])) for rows in (there, here)]
+    return any(bool(((world > _APART) & (own <= _TOGETHER)).any()) for world, own in (sines, volumes))
 
 
 def _flat_stretch(
@@ -110,11 +143,24 @@ def _flat_stretch(
     slope = float(np.abs(linear[flat]).max(initial=0.0))
     if not slope:
         return 1 / math.sqrt(np.abs(squares).max())
-    cuts = np.abs(offsets[:, None] / normals)[:, flat]
-    height = float(cuts[np.isfinite(cuts) & (cuts > 0)].min(initial=math.inf))
-    if math.isinf(height):
-        height = (abs(constant) or 1.0) / (2 * slope)
+    cuts = offsets[:, None] / normals
+    # As high as a paraboloid is where planes cut it across
+    across = (cuts**2 * np.abs(squares) / (2 * slope))[:, ~flat]
+    width = float(across[np.isfinite(across)].max(initial=0.0))
+    bowl = bool((squares >= 0).all())
+    sides = [
+        _finite(np.abs(cuts[sense * normals[:, k] > 0, k]))
+        for k, sense in itertools.product(np.flatnonzero(flat), (1.0, -1.0))
+        if not bowl or sense * linear[k] < 0
+    ]
+    least = _RESIDUE * max([width, *(float(side.max(initial=0.0)) for side in sides)])
+    heights = [float(side[side > least].min()) for side in sides if (side > least).any()]
+    height = max(heights) if heights else width or (abs(constant) or 1.0) / (2 * slope)
     return math.sqrt(height / (2 * slope))
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    return values[np.isfinite(values)]
 
 
 def _reaches(cut: _Cut) -> list[float]:

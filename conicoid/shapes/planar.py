@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
@@ -58,6 +59,8 @@ def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = T
 def rounded_up(value: ex.Exact) -> float:
     """The least float64 that is not below a 3000-bit number."""
     result = ex.rounded(value)
+    if math.isinf(result):
+        return result if result > 0 else -sys.float_info.max
     return math.nextafter(result, math.inf) if ex.exact(result) < value else result
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -21,7 +22,11 @@ from .surface import PlaneSurface
 from .validate import numbers, vector, vectors
 from .vector import Box, Vector
 
-_DIGITS = 300
+_DIGITS, _MORE, _SAME = 1000, Fraction(1, 1 << 900), Fraction(1, 1 << 700)
+"""So many bits are kept of numbers of 3000. What agrees to 700 is equal: 665 lie between 1e-100 and 1e100."""
+_NOTHING = Fraction(0)
+_ROUNDED = 2.0**-52
+"""A direction's own rounding, and that of the sums it is in."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +65,14 @@ class Polyhedron(PrimitiveSolid):
         return Cell(tuple(Face(surface, i, plane_uv(surface)) for i, surface in enumerate(self.surfaces)))
 
     def support(self, direction: Vector) -> float:
+        """Of one axis exactly; of several raised by what the rounding of the direction may have cost."""
         normals = [[Fraction(c) for c in normal] for normal in self.normals]
-        return _up(half_spaces_support(normals, [Fraction(d) for d in self.offsets], [Fraction(u) for u in direction]))
+        found = half_spaces_support(normals, [Fraction(d) for d in self.offsets], [Fraction(u) for u in direction])
+        if sum(map(bool, direction)) < 2 or isinstance(found, float):
+            return _up(found)
+        reach = np.maximum(abs(self._own_bounds[0]), abs(self._own_bounds[1]))
+        terms = [abs(u) * r for u, r in zip(direction, reach.tolist(), strict=True) if u]
+        return _up(found) + _ROUNDED * math.fsum(terms)
 
     def bounds_under(self, outer: Motion) -> Box:
         """Unbounded ones are carried exactly, so that finite sides are found where a face turns to an axis."""
@@ -79,16 +90,29 @@ class Polyhedron(PrimitiveSolid):
 
 
 def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> Box:
-    """(low, high) of the points with every normal·x <= offset: rounded outward, infinite exactly where they are."""
-    rows = [_whole(_fractions((*plane.normal, plane.offset))) for plane in planes]
+    """(low, high) of the points with every normal·x <= offset: rounded outward, infinite exactly where they are.
+
+    Normals and offsets that motions carried are rounded, to `_DIGITS` bits. So that what is but an edge on paper is not
+    empty here, all offsets are then raised by more than that, and an end that is a float on paper is that float.
+    """
+    planes = list(planes)
+    given = [_fractions((*plane.normal, plane.offset)) for plane in planes]
+    reach = _NOTHING
+    if not all(
+        isinstance(value, (float, int, Fraction)) for plane in planes for value in (*plane.normal, plane.offset)
+    ):
+        reach = max(abs(row[3]) / max(map(abs, row[:3])) for row in given)
+        for row in given:
+            row[3] += _MORE * reach * max(map(abs, row[:3]))
+    rows = [_whole(row) for row in given]
     normals, offsets = [row[:3] for row in rows], [row[3] for row in rows]
     low, high = np.empty(3), np.empty(3)
     if all(sum(map(bool, normal)) == 1 for normal in normals):
         return _box(normals, offsets)
     for i in range(3):
         up, down = ([Fraction(sign * int(i == j)) for j in range(3)] for sign in (1, -1))
-        high[i] = _up(half_spaces_support(normals, offsets, up))
-        low[i] = -_up(half_spaces_support(normals, offsets, down))
+        high[i] = _up(half_spaces_support(normals, offsets, up), reach)
+        low[i] = -_up(half_spaces_support(normals, offsets, down), reach)
     return low + 0.0, high
 
 
@@ -127,9 +151,16 @@ def _whole(row: list[Fraction]) -> list[Fraction]:
     return [value * factor for value in row]
 
 
-def _up(value: Fraction | float) -> float:
-    """The least float64 that is not below a fraction."""
+def _up(value: Fraction | float, reach: Fraction = _NOTHING) -> float:
+    """The least float64 that is not below a fraction, which is known to `_SAME` of `reach`."""
     if isinstance(value, float):
         return value
-    result = float(value)
+    try:
+        result = float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -sys.float_info.max
+    if abs(value - Fraction(result)) <= _SAME * reach:
+        return result
+    if abs(value) <= _SAME * reach:
+        return 0.0
     return math.nextafter(result, math.inf) if Fraction(result) < value else result

@@ -7,8 +7,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from .arrays import real_array
 from .base import Solid
 from .boxes import EVERYWHERE
+from .calm import calm
 from .motion import Motion
 from .validate import DOMAIN, outside_domain
 from .vector import Box, FloatArray
@@ -26,6 +28,7 @@ class Spheres(Solid):
     radii: Any
     combines: ClassVar[bool] = False
 
+    @calm
     def __post_init__(self) -> None:
         centers = _floats("centers", self.centers)
         if centers.size == 0:
@@ -91,7 +94,4 @@ class Spheres(Solid):
 
 
 def _floats(field: str, values: Any) -> FloatArray:
-    try:
-        return np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"Spheres: {field} must be an array of numbers, got {type(values).__name__}") from None
+    return np.array(real_array("Spheres", field, values))

@@ -25,14 +25,42 @@ def outside_domain(values: Any) -> Any:
     return (sizes != 0) & ~((sizes >= SMALLEST) & (sizes <= LARGEST))
 
 
+_LONGEST = 80
+
+
+def shown(value: Any) -> str:
+    """A value as a message tells it: of thousands of digits or entries the first."""
+    try:
+        text = repr(value)
+    except Exception:  # as of an integer with more digits than Python prints
+        text = ""
+    if not text or len(text) > _LONGEST:
+        return f"{text[:_LONGEST]}... of type {type(value).__name__}" if text else f"a {type(value).__name__}"
+    return text
+
+
+def _is_number(value: Any) -> bool:
+    """Whether float() says what is meant: no text, truth value, complex number, masked entry or array with axes."""
+    if isinstance(value, (bool, np.bool_, str, bytes)) or value is None or isinstance(value, np.ma.MaskedArray):
+        return False
+    return not (isinstance(value, np.ndarray) and value.ndim) and not is_complex(value)
+
+
+def is_complex(value: Any) -> bool:
+    """Whether float() would drop an imaginary part, with a warning."""
+    return isinstance(value, complex) or getattr(getattr(value, "dtype", None), "kind", "") == "c"
+
+
 def number(owner: str, field: str, value: Any, *, finite: bool = True) -> float:
     """`value` as a float; NaN is refused, infinity too unless `finite` is False."""
-    if isinstance(value, (bool, str, bytes)) or value is None:
-        raise ValueError(f"{owner}: {field} must be a number, got {value!r}")
+    if type(value) not in (float, int) and not _is_number(value):
+        raise ValueError(f"{owner}: {field} must be a number, got {shown(value)}")
     try:
         result = float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{owner}: {field} must be a number, got {value!r}") from None
+    except OverflowError:
+        raise ValueError(f"{owner}: {field} must be {DOMAIN}, got {shown(value)}") from None
+    except (TypeError, ValueError):
+        raise ValueError(f"{owner}: {field} must be a number, got {shown(value)}") from None
     if math.isnan(result) or (finite and math.isinf(result)):
         raise ValueError(f"{owner}: {field} must be {'finite' if finite else 'a number'}, got {result}")
     if result and not SMALLEST <= abs(result) <= LARGEST and not math.isinf(result):
@@ -59,7 +87,7 @@ def nonnegative(owner: str, field: str, value: Any) -> float:
 def flag(owner: str, field: str, value: Any) -> bool:
     """`value` as a bool; nothing else is taken for one."""
     if not isinstance(value, (bool, np.bool_)):
-        raise ValueError(f"{owner}: {field} must be true or false, got {value!r}")
+        raise ValueError(f"{owner}: {field} must be true or false, got {shown(value)}")
     return bool(value)
 
 
@@ -71,13 +99,20 @@ def vector(owner: str, field: str, value: Any, *, nonzero: bool = False) -> Vect
     return x, y, z
 
 
+def _items(value: Any) -> tuple[Any, ...] | None:
+    """What a list, tuple or array holds; None for a text and what cannot be gone through."""
+    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable) or getattr(value, "ndim", 1) == 0:
+        return None
+    return tuple(value)
+
+
 def numbers(owner: str, field: str, value: Any, count: int) -> tuple[float, ...]:
     """`value` as a tuple of `count` finite floats."""
-    if isinstance(value, (str, bytes)) or not isinstance(value, (Iterable, np.ndarray)):
-        raise ValueError(f"{owner}: {field} must be {count} numbers, got {value!r}")
-    items = tuple(value)
+    items = _items(value)
+    if items is None:
+        raise ValueError(f"{owner}: {field} must be {count} numbers, got {shown(value)}")
     if len(items) != count:
-        raise ValueError(f"{owner}: {field} must be {count} numbers, got {len(items)}: {value!r}")
+        raise ValueError(f"{owner}: {field} must be {count} numbers, got {len(items)}: {shown(value)}")
     return tuple(number(owner, f"{field}[{i}]", item) for i, item in enumerate(items))
 
 
@@ -85,11 +120,9 @@ def interval(owner: str, field: str, value: Any) -> tuple[float, float] | None:
     """None, or (low, high) with low < high; either end may be infinite."""
     if value is None:
         return None
-    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
-        raise ValueError(f"{owner}: {field} must be (low, high), got {value!r}")
-    ends = tuple(value)
-    if len(ends) != 2:
-        raise ValueError(f"{owner}: {field} must be (low, high), got {value!r}")
+    ends = _items(value)
+    if ends is None or len(ends) != 2:
+        raise ValueError(f"{owner}: {field} must be (low, high), got {shown(value)}")
     low = number(owner, f"{field}[0]", ends[0], finite=False)
     high = number(owner, f"{field}[1]", ends[1], finite=False)
     if not low < high or low == math.inf or high == -math.inf:
@@ -99,9 +132,10 @@ def interval(owner: str, field: str, value: Any) -> tuple[float, float] | None:
 
 def vectors(owner: str, field: str, value: Any, minimum: int) -> tuple[Vector, ...]:
     """`value` as a tuple of at least `minimum` points."""
-    if isinstance(value, (str, bytes)) or not isinstance(value, (Iterable, np.ndarray)):
-        raise ValueError(f"{owner}: {field} must be a list of points, got {value!r}")
-    points = tuple(vector(owner, f"{field}[{i}]", item) for i, item in enumerate(value))
+    items = _items(value)
+    if items is None:
+        raise ValueError(f"{owner}: {field} must be a list of points, got {shown(value)}")
+    points = tuple(vector(owner, f"{field}[{i}]", item) for i, item in enumerate(items))
     if len(points) < minimum:
         raise ValueError(f"{owner}: {field} must have at least {minimum} points, got {len(points)}")
     return points
@@ -109,9 +143,9 @@ def vectors(owner: str, field: str, value: Any, minimum: int) -> tuple[Vector, .
 
 def matrix4(owner: str, field: str, value: Any) -> Matrix4:
     """`value` as a 4 × 4 tuple of rows of finite floats."""
-    if isinstance(value, (str, bytes)) or not isinstance(value, (Iterable, np.ndarray)):
-        raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {value!r}")
-    rows = tuple(value)
+    rows = _items(value)
+    if rows is None:
+        raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {shown(value)}")
     if len(rows) != 4:
         raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {len(rows)} rows")
     return tuple(numbers(owner, f"{field}[{i}]", row, 4) for i, row in enumerate(rows))

@@ -47,9 +47,24 @@ def error_of_t(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float)
         # The other root must be far enough, of t's rounding too, that the one near t is the one that was meant
         if max(bound, abs(t) * 2.0**-50) * bend < 0.25 * math.sqrt(max(_least(discriminant), 0.0)):
             return bound
+    if not _most(discriminant) < math.inf or not slope * slope < math.inf:
+        return _error_of_large(_most(c), _least(b), _most(a), t)
     bend = _least(a)
     both = _most(b) + math.sqrt(max(discriminant[0], 0.0) + abs(discriminant[1]) + discriminant[2])
     return both / bend * _MORE if bend > 0.0 else math.inf
+
+
+@inline
+def _error_of_large(value: float, slope: float, bend: float, t: float) -> float:
+    """The bound where squares of the coefficients are beyond float64: from their quotients."""
+    if not (value < math.inf and bend < math.inf and slope > 0.0):
+        return math.inf
+    apart = 1.0 - bend / slope * (value / slope) * _MORE
+    if not apart > 0.0:
+        return math.inf
+    bound = value / slope / (1.0 + math.sqrt(apart)) * _MORE
+    near = max(bound, abs(t) * 2.0**-50) * (bend / slope) < 0.25 * math.sqrt(apart)
+    return bound if near else math.inf
 
 
 @kernel

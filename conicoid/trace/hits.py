@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..shapes.arrays import without_traces
+from ..shapes.calm import calm
 from ..shapes.validate import DOMAIN, outside_domain
 from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .bundle import DEAD
@@ -161,11 +163,12 @@ class Hits:
         return result
 
     @cached_property
+    @calm
     def normal(self) -> FloatArray:
         normals, points = np.empty_like(self._points), self._points
         arguments = (self._scene.geometry, self._faces, points)
         run_chunks(lambda a, b: normals_of(*arguments, a, b, normals), len(normals), _CHUNK)
-        result: FloatArray = self._shaped(normals, 3)
+        result: FloatArray = self._shaped(without_traces(normals), 3)
         return result
 
     @cached_property
@@ -176,6 +179,7 @@ class Hits:
         result: FloatArray = self._shaped(uv, 2)
         return result
 
+    @calm
     def spawn(self, directions: Any) -> Rays:
         """Rays that start on the hits: no offset, the surface they start on is known and left out.
 
@@ -183,10 +187,11 @@ class Hits:
         Raises ValueError for a NaN, infinite or zero direction of a hit, with its index.
         """
         shape = (*self.rays.shape, 3)
+        given = points_array("spawn", "directions", directions)
         try:
-            wanted = np.broadcast_to(points_array("spawn", "directions", directions), shape)
+            wanted = np.broadcast_to(given, shape)
         except ValueError:
-            raise ValueError(f"spawn: directions must broadcast to {shape}, got {np.shape(directions)}") from None
+            raise ValueError(f"spawn: directions must broadcast to {shape}, got {given.shape}") from None
         d = np.array(wanted, order="C")
         hit = self._found.body >= 0
         flat = d.reshape(-1, 3)

@@ -11,6 +11,8 @@ from ..exact.forms import Form
 from ..geometry.decide import Rest
 from ..geometry.tables import Geometry
 from ..lowering import Lowered
+from ..shapes.arrays import outside, real_array
+from ..shapes.validate import LARGEST, shown
 from .array_kernels import (
     coherent_packets,
     trace_first,
@@ -65,11 +67,12 @@ def as_rays(origins: Any, directions: Any) -> Rays:
 
 def _limits(rays: Rays, name: str, value: Any) -> FloatArray:
     """t_min or t_max as one value, or one for each ray."""
+    expected = f"a number or broadcast to {rays.shape}"
+    array = real_array("", name, value, expected)
     try:
-        array = np.asarray(value, dtype=np.float64)
         flat = array.reshape(1) if array.ndim == 0 else np.broadcast_to(array, rays.shape).reshape(-1)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} must be a number or broadcast to {rays.shape}, got {value!r}") from None
+    except ValueError:
+        raise ValueError(f"{name} must be {expected}, got {shown(value)}") from None
     if np.isnan(flat).any():
         raise ValueError(f"{name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(flat))[0])}")
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
@@ -178,6 +181,11 @@ def body_at(scene: Prepared, points: Any) -> Any:
     """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     array = points_array("body_at", "points", points)
     flat = np.ascontiguousarray(array.reshape(-1, 3))
+    bad = outside(flat)
+    if len(bad):
+        where = [int(i) for i in np.unravel_index(bad[0], array.shape[:-1])] if array.ndim > 1 else ""
+        found = tuple(flat[bad[0]].tolist())
+        raise ValueError(f"body_at: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
     bodies, still = np.empty(len(flat), np.int32), np.empty(len(flat), np.int8)
     run_chunks(lambda a, b: locate(scene.geometry, scene.rest, flat, a, b, bodies, still), len(flat), _CHUNK)
     settle_bodies(scene, flat, np.flatnonzero(still), bodies)

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..shapes.arrays import real_array
+from ..shapes.calm import calm
 from ..shapes.validate import DOMAIN
 
 FloatArray = npt.NDArray[np.float64]
@@ -24,12 +26,7 @@ _REASONS = {
 
 def points_array(owner: str, field: str, values: Any) -> FloatArray:
     """`values` as a float64 array (..., 3); a named ValueError otherwise."""
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(
-            f"{owner}: {field} must be an array of numbers (..., 3), got {type(values).__name__}"
-        ) from None
+    array = real_array(owner, field, values, "an array of numbers (..., 3)")
     if array.ndim == 1 and array.size == 0:
         array = array.reshape(0, 3)
     if array.ndim == 0 or array.shape[-1] != 3:
@@ -51,6 +48,7 @@ class Rays:
     directions: FloatArray
     _starts: npt.NDArray[np.int32]
 
+    @calm
     def __init__(self, origins: Any, directions: Any) -> None:
         from .array_kernels import first_invalid
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..shapes.arrays import real_array
+from ..shapes.calm import calm
 from .exact_errors import bounds_of_t
 from .list_kernels import put_crossings, put_spans
 from .listed import Listed
@@ -62,6 +64,7 @@ class Spans:
         length = scale * np.sqrt(((directions / scale[:, None]) ** 2).sum(axis=1))
         return ray, (self.t_exit - self.t_enter) * length[ray]
 
+    @calm
     def lengths(self) -> FloatArray:
         """True length of each ray inside each body, (t_exit - t_enter)·|direction|: (..., bodies).
 
@@ -79,9 +82,10 @@ class Spans:
             result += np.bincount(ray * bodies + self.body, chord, rays * bodies)
         return result.reshape((*self._rays.shape, bodies))
 
+    @calm
     def line_integral(self, values: Any) -> Any:
         """Sum over spans of values[body] × length: (...). `values` (bodies,); a zero stays zero on infinite spans."""
-        weights = np.asarray(values, dtype=np.float64)
+        weights = real_array("line_integral", "values", values)
         if weights.shape != (self._body_count,):
             raise ValueError(f"line_integral: values must have shape ({self._body_count},), got {weights.shape}")
         ray, chord = self._chords()

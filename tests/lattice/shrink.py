@@ -15,7 +15,13 @@ def simpler(item: Item) -> Iterator[Item]:
     """The item with a part of it left out."""
     if item.operands and item.kind != "ClippedSheet":
         for operand in item.operands:
-            yield replace(operand, steps=(*operand.steps, *item.steps), paper=None if operand.paper is None and item.paper is None else (*operand.exact_steps, *item.exact_steps))
+            yield replace(
+                operand,
+                steps=(*operand.steps, *item.steps),
+                paper=None
+                if operand.paper is None and item.paper is None
+                else (*operand.exact_steps, *item.exact_steps),
+            )
     if len(item.operands) > 2:
         for k in range(1, len(item.operands)):
             yield replace(item, operands=item.operands[:k] + item.operands[k + 1 :])

@@ -86,7 +86,7 @@ def test_random_expressions_lie_within_their_bounds(seed):
         elif kind == 4:
             new = sqrt(abs(a)), abs(x).sqrt()
         else:
-            near = a * (1 + exact(2.0**-rng.randrange(900)))
+            near = a * (1 + exact(2.0 ** -rng.randrange(900)))
             new = near - a, x * (1 + ball(fraction(near / a) - 1)) - x if a else x - x
             if a:
                 continue

@@ -1,0 +1,70 @@
+"""Turn what a caller passes into arrays of float64, or refuse it by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .validate import LARGEST, SMALLEST, is_complex, shown
+from .vector import FloatArray
+
+_DEEPEST = 4
+_BELOW_ROUNDING = 2.0**-60
+
+
+def real_array(owner: str, field: str, values: Any, expected: str = "an array of numbers") -> FloatArray:
+    """`values` as an array of float64, NaN and infinity among them; not a copy where it is one already.
+
+    Raises ValueError that names object and field for anything but real numbers: texts, None, complex numbers, masked
+    entries, numbers beyond float64, lists of uneven lengths.
+    """
+    name = f"{owner}: {field}" if owner else field
+    if isinstance(values, np.ndarray) and values.dtype == np.float64 and not isinstance(values, np.ma.MaskedArray):
+        return values
+    if is_masked(values):
+        raise ValueError(f"{name} must be {expected} without masked entries")
+    try:
+        with np.errstate(all="ignore"):
+            array = np.asarray(values)
+            if array.dtype == object:
+                # Fractions, decimals and large integers
+                array = np.array([_real(item) for item in array.ravel()]).reshape(array.shape)
+            if array.dtype.kind not in "fiub":
+                raise TypeError
+            return np.asarray(array, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        found = f"an array of {values.dtype}" if isinstance(values, np.ndarray) else shown(values)
+        raise ValueError(f"{name} must be {expected}, got {found}") from None
+
+
+def _real(item: Any) -> float:
+    if item is None or isinstance(item, (str, bytes)) or is_complex(item):
+        raise TypeError
+    return float(item)
+
+
+def is_masked(values: Any, depth: int = 0) -> bool:
+    """Whether there are masked entries, also in lists, where NumPy takes them for NaN with a warning."""
+    if isinstance(values, np.ma.MaskedArray):
+        return bool(np.ma.getmaskarray(values).any())
+    if depth == _DEEPEST or isinstance(values, (str, bytes, np.ndarray)) or not isinstance(values, Sequence):
+        return False
+    return any(is_masked(item, depth + 1) for item in values)
+
+
+def without_traces(vectors: FloatArray) -> FloatArray:
+    """Vectors (..., 3) that are rounded themselves, with 0 for components that are neither of the domain nor of weight.
+
+    What is below 1e-100 and 2^-60 of the largest component is less than the rounding of the vector's length.
+    """
+    sizes = np.abs(vectors)
+    with np.errstate(all="ignore"):
+        trace = (sizes < SMALLEST) & (sizes <= _BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
+    return np.where(trace, 0.0, vectors) if trace.any() else vectors
+
+
+def outside(points: FloatArray) -> Any:
+    """Indices of those rows of points (n, 3) that are not finite or lie beyond the domain."""
+    return np.flatnonzero(~(np.abs(points) <= LARGEST).all(axis=1))
