@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import signal
 import subprocess
 import sys
@@ -43,12 +42,11 @@ with user_mistakes():
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGXFSZ"), reason="a disk is made small by a limit of the process")
-@pytest.mark.parametrize("limit", [0, 5000])
 @pytest.mark.parametrize("name", WRITERS)
-def test_one_line_and_nothing_else(name, limit, tmp_path):
+def test_one_line_and_nothing_else(name, tmp_path):
     path = tmp_path / name
     path.write_bytes(b"old")
-    command = [sys.executable, "-c", CODE % WRITERS[name], str(path), str(limit)]
+    command = [sys.executable, "-c", CODE % WRITERS[name], str(path), "5000"]
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
     assert ran.returncode != 0
     (line,) = ran.stderr.splitlines()
@@ -81,4 +79,3 @@ def test_whatever_the_library_says_is_an_os_error(text, reason, tmp_path, monkey
 def test_where_there_is_room_it_is_written(tmp_path):
     co.Image(np.zeros((2, 2))).save(tmp_path / "x.exr")
     assert (tmp_path / "x.exr").read_bytes()[:4] == b"\x76\x2f\x31\x01"  # the format's magic number
-    assert resource.getrlimit(resource.RLIMIT_FSIZE)[0] != 0
