@@ -103,12 +103,13 @@ def view(
             raise ValueError("view: give either a scene file or --quadrics")
         from .viewer.quadrics import quadrics_scene
         from .viewer.server import serve
-        from .viewer.session import Session
+        from .viewer.session import Session, stamp_of
 
         if scene is None:
             session = Session(quadrics_scene(), "Nine quadrics", select=0)
         else:
-            session = Session(_load(scene, None), scene.stem, scene)
+            stamp = stamp_of(scene)
+            session = Session(_load(scene, None), scene.stem, scene, stamp=stamp)
         with compile_notes():
             session.scene()
         serve(session, port, browser, say)

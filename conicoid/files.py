@@ -25,7 +25,8 @@ def load(path: str | os.PathLike[str]) -> Scene:
 def save(scene: Scene, path: str | os.PathLike[str]) -> None:
     """Write a scene file that loads as an equal scene: YAML, or JSON if `path` ends with .json.
 
-    More than 100 balls of a `Spheres` go to a .npy file beside it. Files appear whole or not at all.
+    More than 100 balls of a `Spheres` go to a .npy file beside it, named by its content and never overwritten.
+    Files appear whole or not at all, the scene last.
     Raises OSError where they cannot be written, and ValueError for what a file cannot say.
     """
     scene_file.write(scene, path)

@@ -57,7 +57,10 @@ def summary(arrays: Arrays) -> str:
 
 def _flat(table: RayTable) -> tuple[Rays, Any, Any]:
     """One row of rays (N, 3) with their intervals (N,)."""
-    rays = Rays(table.origins, table.directions)
+    try:
+        rays = Rays(table.origins, table.directions)
+    except ValueError as error:
+        raise ValueError(f"{table.source}: {error}" if table.source else str(error)) from None
     shape = rays.shape
     try:
         t_min, t_max = (np.broadcast_to(t, shape).reshape(-1) for t in (table.t_min, table.t_max))

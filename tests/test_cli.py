@@ -150,7 +150,10 @@ def test_mistakes_in_the_options_of_render(scene, tmp_path, monkeypatch, argumen
 def test_mistakes_in_rays(scene, tmp_path, rays, output, phrase):
     if rays is not None:
         (tmp_path / "rays.csv").write_text(rays)
-    assert phrase in refused("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / output)
+    message = refused("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / output)
+    assert phrase in message
+    assert "rays.csv: " in message or output != "hits.npz"
+    assert len(message.splitlines()) == 1
     assert not (tmp_path / output).exists()
 
 

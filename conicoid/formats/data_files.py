@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
+import itertools
+import math
+import os
+import re
 from array import array
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any
 
 import numpy as np
 
 from ..shapes.vector import FloatArray
 from .atomic import replacing
+from .npy import Header, NotPlain, pieces, read_header, read_values
+from .regular import open_regular
 
 MAX_BYTES = 4 << 30
+LONGEST_LINE = 10_000
 
 
 def beside(folder: Path, name: str) -> Path:
     """The file `name` below `folder`; ValueError for an absolute path, a way out of it, or no file."""
     if PurePosixPath(name).is_absolute() or PureWindowsPath(name).drive or "\\" in name or "\0" in name:
         raise ValueError(f"must be a relative path with forward slashes, got {name!r}")
-    path = (folder / name).resolve()
+    try:
+        path = (folder / name).resolve()
+    except RuntimeError:
+        raise ValueError(f"must not lead in a circle of links, got {name!r}") from None
     if not path.is_relative_to(folder.resolve()):
         raise ValueError(f"must stay inside the scene's folder, got {name!r}")
     if not path.is_file():
@@ -32,33 +44,38 @@ def read_table(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
     A .csv file has `columns` numbers in each line, with a header line or without; empty lines and
     lines that begin with # do not count. `header` names the columns in messages.
     """
-    if path.stat().st_size > MAX_BYTES:
-        raise ValueError(f"{path.name} is larger than {MAX_BYTES >> 30} GiB")
     suffix = path.suffix.lower()
     if suffix not in (".npy", ".csv"):
         raise ValueError(f"{path.name} must be a .npy or .csv file")
-    table = load_array(path) if suffix == ".npy" else _read_csv(path, columns, header)
-    if table.ndim != 2 or table.shape[1] != columns or table.dtype.kind not in "fiu":
+    if path.stat().st_size > MAX_BYTES:
+        raise ValueError(f"{path.name} is larger than {MAX_BYTES >> 30} GiB")
+    if suffix == ".csv":
+        return _read_csv(path, columns, header)
+    found, table = read_array(path)
+    if table is None or table.ndim != 2 or table.shape[1] != columns:
         names = ", ".join(header)
-        raise ValueError(
-            f"{path.name} must hold numbers of shape (N, {columns}): {names}; got {table.dtype} {table.shape}"
-        )
-    return np.ascontiguousarray(table, dtype=np.float64)
+        raise ValueError(f"{path.name} must hold numbers of shape (N, {columns}): {names}; got {found}")
+    return np.ascontiguousarray(table)
 
 
-def load_array(path: Path) -> np.ndarray[Any, Any]:
-    """The array of a .npy file, memory-mapped, never unpickled; ValueError if it is none."""
-    try:
-        return np.asarray(np.load(path, mmap_mode="r", allow_pickle=False))
-    except (ValueError, EOFError, TypeError, SyntaxError, OverflowError, MemoryError) as error:
-        raise ValueError(f"{path.name} is not a .npy file of numbers ({str(error).splitlines()[0][:120]})") from None
+def read_array(path: Path) -> tuple[Header, FloatArray | None]:
+    """The header of a .npy file and its numbers as float64, None if they are none; ValueError if it is no such file."""
+    with open_regular(path) as file:
+        try:
+            header = read_header(file)
+            size = os.fstat(file.fileno()).st_size
+            return header, None if header.kind is None else read_values(file, header, header.kind, size)
+        except NotPlain as error:
+            raise ValueError(f"{path.name} is not a .npy file of numbers ({error})") from None
+        except ValueError as error:
+            raise ValueError(f"{path.name} {error}") from None
 
 
 def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
     values = array("d")
     try:
-        with path.open(encoding="utf-8-sig") as file:
-            for number, line in enumerate(file, start=1):
+        with io.TextIOWrapper(open_regular(path), encoding="utf-8-sig") as file:
+            for number, line in enumerate(_lines(path, file), start=1):
                 words = line.replace(",", " ").split()
                 if not words or words[0].startswith("#"):
                     continue
@@ -74,14 +91,69 @@ def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
     return np.array(values, dtype=np.float64).reshape(-1, columns)
 
 
+def _lines(path: Path, file: io.TextIOWrapper) -> Iterator[str]:
+    """The lines of a text, none of them longer than any line of numbers is."""
+    number = 0
+    while line := file.readline(LONGEST_LINE + 1):
+        number += 1
+        if len(line) > LONGEST_LINE:
+            raise ValueError(f"{path.name}:{number}: is longer than {LONGEST_LINE:,} characters")
+        yield line
+
+
 def _number(word: str) -> float | None:
+    """A number that float64 holds, infinities and NaN as they are written; None for anything else."""
     try:
-        return None if "_" in word else float(word)
+        value = None if "_" in word else float(word)
     except ValueError:
         return None
+    if value is not None and (value == 0 or math.isinf(value)):
+        digits = re.split("[eE]", word, maxsplit=1)[0]
+        if re.search("[1-9]", digits):
+            return None  # beyond the range of float64, or turned into 0
+    return value
 
 
 def save_array(path: Path, values: FloatArray) -> None:
     """Write a .npy file, whole or not at all."""
     with replacing(path) as partial, partial.open("wb") as file:
-        np.save(file, values, allow_pickle=False)
+        for piece in pieces(values):
+            file.write(piece)
+
+
+def array_name(folder: Path, stem: str, values: FloatArray) -> str:
+    """The name in `folder` of a .npy file that holds the values and only ever these: it carries their SHA-256.
+
+    Where a file of that name holds anything else, since somebody wrote into it, another name is found.
+    """
+    digest = content_digest(values)
+    for attempt in itertools.count(1):
+        name = f"{stem}-{digest[:32]}{f'-{attempt}' if attempt > 1 else ''}.npy"
+        if not os.path.lexists(folder / name) or _holds(folder / name, digest):
+            return name
+    raise AssertionError("unreachable")
+
+
+def keep_array(path: Path, values: FloatArray) -> None:
+    """Write a file whose name `array_name` gave, unless it is there already."""
+    if not os.path.lexists(path):
+        save_array(path, values)
+
+
+def content_digest(values: FloatArray) -> str:
+    """SHA-256 of the .npy file of an array, in hexadecimal digits."""
+    found = hashlib.sha256()
+    for piece in pieces(values):
+        found.update(piece)
+    return found.hexdigest()
+
+
+def _holds(path: Path, digest: str) -> bool:
+    """Whether a file, no link, has this content: somebody may have written into it."""
+    try:
+        if path.is_symlink():
+            return False
+        with open_regular(path) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest() == digest
+    except OSError:
+        return False

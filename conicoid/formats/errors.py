@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from os import PathLike, fspath
 
@@ -52,9 +52,27 @@ def _middle_cut(text: str, width: int) -> str:
     return text if len(text) <= width else f"{text[: width // 2 - 2]} ... {text[-width // 2 + 3 :]}"
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+COMPARISONS = 20_000
+"""Names that a typo is compared with, all typos of a file together: about a second."""
+
+
+class Suggestions:
+    """What the user of a file may have meant; after many typos no more is suggested, since only the first are read."""
+
+    def __init__(self) -> None:
+        self.left = COMPARISONS
+
+    def __call__(self, name: str, known: Collection[str]) -> str:
+        """A suggestion in brackets, or the list of what exists where that is short; empty otherwise."""
+        if len(known) > self.left:
+            return ""
+        self.left -= len(known)
+        return did_you_mean(name, known)
+
+
+def did_you_mean(name: str, known: Collection[str]) -> str:
     """A suggestion in brackets, or the list of what exists where that is short; empty otherwise."""
-    names = list(known)
+    names = [item for item in known if len(item) <= 100]
     folded = {item.casefold(): item for item in names}
     close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=0.6)
     if close:

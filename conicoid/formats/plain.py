@@ -14,9 +14,10 @@ from ..shapes.body import Body
 from ..shapes.material import Material
 from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
 from ..shapes.spheres import Spheres
+from .expansion import parts_of
 from .fields import fields_of
 from .kinds import Several
-from .shape_nodes import operand_field, parts_of
+from .shape_nodes import operand_field
 
 INLINE_SPHERES = 100
 LEVELS_INLINE = 20

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import math
 import os
-import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,10 +13,16 @@ import numpy as np
 
 from ..shapes.vector import FloatArray
 from .atomic import replacing
-from .data_files import load_array, read_table
+from .data_files import read_array, read_table
+from .errors import printable
+from .nodes import shortened
+from .npy import NotPlain
+from .npz import Archive
+from .regular import check_memory, open_regular
 
 COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
-MAX_BYTES = 64 << 30
+BYTES_OF_A_RAY = 300
+"""Its numbers and those of its hit, while they are put together."""
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 
 
@@ -28,6 +34,7 @@ class RayTable:
     directions: FloatArray
     t_min: Any = 0.0
     t_max: Any = float("inf")
+    source: str = ""
 
 
 def read_rays(path: str | os.PathLike[str]) -> RayTable:
@@ -36,42 +43,60 @@ def read_rays(path: str | os.PathLike[str]) -> RayTable:
     suffix = file.suffix.lower()
     if suffix not in (".npy", ".npz", ".csv"):
         raise ValueError(f"{file}: rays are read from .npy, .npz or .csv files")
-    if file.is_dir():
-        raise IsADirectoryError(21, "is a directory", str(file))
-    with file.open("rb"):
-        pass  # so that a missing file is an OSError in all cases
+    open_regular(file).close()
     try:
-        return _from_npz(file) if suffix == ".npz" else _from_columns(file, suffix)
+        table = _from_npz(file) if suffix == ".npz" else _from_columns(file, suffix)
+        _check_shapes(table)
     except ValueError as error:
         raise ValueError(f"{file}: {str(error).removeprefix(file.name).lstrip(': ')}") from None
+    return table
 
 
 def _from_columns(file: Path, suffix: str) -> RayTable:
-    table = load_array(file) if suffix == ".npy" else read_table(file, 6, COLUMNS)
-    if table.ndim == 0 or table.shape[-1] != 6 or table.dtype.kind not in "fiu":
-        raise ValueError(
-            f"rays must be numbers of shape (..., 6), {', '.join(COLUMNS)}; got {table.dtype} {table.shape}"
-        )
-    return RayTable(np.array(table[..., :3], np.float64), np.array(table[..., 3:], np.float64))
+    found, table = read_array(file) if suffix == ".npy" else ("", read_table(file, 6, COLUMNS))
+    if table is None or table.ndim == 0 or table.shape[-1] != 6:
+        raise ValueError(f"rays must be numbers of shape (..., 6), {', '.join(COLUMNS)}; got {found}")
+    return RayTable(table[..., :3], table[..., 3:], source=str(file))
 
 
 def _from_npz(file: Path) -> RayTable:
-    known = ("origins", "directions", "t_min", "t_max")
+    with open_regular(file) as opened:
+        try:
+            archive = Archive(opened, os.fstat(opened.fileno()).st_size)
+        except NotPlain as error:
+            raise ValueError(f"is not a .npz file ({error})") from None
+        if not {"origins", "directions"} <= set(archive.members):
+            names = shortened(printable(", ".join(archive.members)) or "nothing", 120)
+            raise ValueError(f"must hold the arrays origins and directions (and t_min, t_max), got {names}")
+        arrays: dict[str, Any] = dict(archive.arrays(("origins", "directions", "t_min", "t_max")))
+    return RayTable(**arrays, source=str(file))
+
+
+def _check_shapes(table: RayTable) -> None:
+    """ValueError for arrays that are not of rays, and for so many rays that their hits would fill any memory."""
+    origins, directions = table.origins.shape, table.directions.shape
+    for name, shape in (("origins", origins), ("directions", directions)):
+        if not shape or shape[-1] != 3:
+            raise ValueError(f"{name} must have shape (..., 3), got {shape}")
     try:
-        with zipfile.ZipFile(file) as archive:
-            if sum(item.file_size for item in archive.infolist()) > MAX_BYTES:
-                raise ValueError(f"holds more than {MAX_BYTES >> 30} GiB")
-        with np.load(file, allow_pickle=False) as arrays:
-            found = {name: arrays[name] for name in arrays.files if name in known}
-            names = ", ".join(arrays.files) or "nothing"
-    except (zipfile.BadZipFile, EOFError, KeyError, OSError, NotImplementedError) as error:
-        raise ValueError(f"is not a .npz file ({str(error)[:120]})") from None
-    if "origins" not in found or "directions" not in found:
-        raise ValueError(f"must hold the arrays origins and directions (and t_min, t_max), got {names}")
-    for name, array in found.items():
-        if array.dtype.kind not in "fiu":
-            raise ValueError(f"{name} must hold numbers, got {array.dtype}")
-    return RayTable(**{name: np.asarray(array, np.float64) for name, array in found.items()})
+        rays = np.broadcast_shapes(origins, directions)[:-1]
+    except ValueError:
+        raise ValueError(f"origins {origins} and directions {directions} do not broadcast together") from None
+    count = math.prod(rays)
+    try:
+        check_memory(count * BYTES_OF_A_RAY)
+    except ValueError as error:
+        raise ValueError(f"{count:,} rays with their hits: {error}") from None
+    for name, times in (("t_min", table.t_min), ("t_max", table.t_max)):
+        shape = np.shape(times)
+        try:
+            fits = np.broadcast_shapes(rays, shape) == rays
+        except ValueError:
+            fits = False
+        if not fits:
+            raise ValueError(f"t_min and t_max must broadcast to the rays' shape {rays}, got {name} of shape {shape}")
+        if np.isnan(times).any():
+            raise ValueError(f"{name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(times))[0])}")
 
 
 def write_hits(path: str | os.PathLike[str], arrays: Arrays) -> None:

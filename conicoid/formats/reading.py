@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
-from .errors import MOST, Problem, did_you_mean
+from .errors import MOST, Problem, Suggestions
 from .nodes import Node, Scalar, Table, is_null, shortened, shown
 
 Value = TypeVar("Value")
@@ -30,6 +30,7 @@ class Reader:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.problems: list[Problem] = []
+        self.did_you_mean = Suggestions()
         self.materials: dict[str, Any] = {}
         """The materials of the scene by name, BAD where one could not be read."""
         self.shape: Callable[[Node, str, type], Any] = _no_shape
@@ -45,9 +46,9 @@ class Reader:
         """Report that `what` must stand here, with what stands here instead."""
         return self.report(node, where, f"must be {what}, got {shown(node)}")
 
-    def unknown(self, node: Node, where: str, what: str, name: str, known: Iterable[str]) -> Bad:
+    def unknown(self, node: Node, where: str, what: str, name: str, known: Collection[str]) -> Bad:
         """Report a name that stands for nothing, with a suggestion."""
-        return self.report(node, where, f"unknown {what} {shortened(name)!r}{did_you_mean(name, known)}")
+        return self.report(node, where, f"unknown {what} {shortened(name)!r}{self.did_you_mean(name, known)}")
 
     def entries(
         self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = ()
@@ -66,7 +67,7 @@ class Reader:
                 found[name] = value
             else:
                 good = False
-                hint = did_you_mean(name, [other for other in names if other not in node.entries])
+                hint = self.did_you_mean(name, [other for other in names if other not in node.entries])
                 self.report(node.keys[name], where, f"unknown key {shortened(name)!r}{hint}")
         if missing := [name for name in required if name not in node.entries]:
             good = False

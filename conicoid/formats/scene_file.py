@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,16 +19,17 @@ from ..shapes.body import Body
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
 from . import yaml_parser
-from .atomic import write_text
-from .data_files import save_array
+from .atomic import real_path, write_text
+from .data_files import array_name, keep_array
 from .errors import Problem, SceneFileError
+from .expansion import PARTS, Allowance, expanded_parts, most_parts
 from .fields import MaterialKind
 from .kinds import Integer, Text
 from .nodes import Listing, Node, Scalar, Table, is_null, is_text, shortened
 from .plain import ShapeWriter, body_data
 from .reading import BAD, Bad, Reader, TooManyProblems
 from .scene_text import read_text
-from .sections import BODY, SECTIONS, VERSION, CameraKind, background_kind, light_kind, material_kind
+from .sections import BODY, SECTIONS, VERSION, BackgroundKind, CameraKind, light_kind, material_kind
 from .shape_nodes import ShapeReader
 from .yaml_parser import Unreadable, parse
 from .yaml_writer import dump, json_text
@@ -65,7 +67,7 @@ def read(path: str | os.PathLike[str]) -> Parts:
         raise SceneFileError(path, [error.problem]) from None
     if root is None or is_null(root):
         raise SceneFileError(path, [*problems, Problem(0, 0, "", "is empty, a scene file has at least `bodies`")])
-    reader = Reader(Path(path).parent)
+    reader = Reader(Path(path).resolve().parent)
     reader.problems.extend(problems)
     parts = Parts(())
     with contextlib.suppress(TooManyProblems):
@@ -81,6 +83,7 @@ class _SceneReader:
     def __init__(self, reader: Reader) -> None:
         self.reader = reader
         self.body_names: dict[str, int] = {}
+        self.unnamed: dict[int, Body] = {}
 
     def read(self, root: Node) -> Parts:
         if not isinstance(root, Table):
@@ -92,10 +95,10 @@ class _SceneReader:
         camera = CameraKind().read(given["camera"], self.reader, "camera") if "camera" in given else None
         lights = light_kind().read(given["lights"], self.reader, "lights") if "lights" in given else ()
         background = (
-            background_kind().read(given["background"], self.reader, "background") if "background" in given else None
+            BackgroundKind().read(given["background"], self.reader, "background") if "background" in given else None
         )
         self._read_materials(given.get("materials"))
-        shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"))
+        shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"), Allowance(root))
         shapes.read_named()
         bodies = self._bodies(given.get("bodies"), shapes)
         return Parts(bodies, () if lights is BAD else lights, camera, background)
@@ -127,8 +130,16 @@ class _SceneReader:
         if not isinstance(node, Listing):
             self.reader.expected(node, "bodies", "a list of bodies, each with a shape")
             return ()
-        bodies = [self._body(item, f"bodies[{i}]", shapes) for i, item in enumerate(node.items)]
-        return tuple(body for body in bodies if isinstance(body, Body))
+        bodies = []
+        for i, item in enumerate(node.items):
+            where = f"bodies[{i}]"
+            body = self.unnamed.get(id(item)) or self._body(item, where, shapes)
+            if isinstance(body, Body):
+                shapes.charge_body(item, where, body.shape)
+                bodies.append(body)
+                if body.name is None:
+                    self.unnamed[id(item)] = body  # an alias stands for the same body
+        return tuple(bodies)
 
     def _body(self, node: Node, where: str, shapes: ShapeReader) -> Body | Bad:
         name = node.entries.get("name") if isinstance(node, Table) else None
@@ -142,8 +153,6 @@ class _SceneReader:
         shape = shapes.moved(shapes.read(entries["shape"], where), entries.get("move"), where)
         material = self._material(entries["material"], f"{where}: material") if "material" in entries else None
         if any(isinstance(part, Bad) for part in (shape, material, named)):
-            return BAD
-        if isinstance(shapes.check_size(entries["shape"], where, shape), Bad):
             return BAD
         body: Body | Bad = self.reader.made(node, where, lambda: Body(shape, material, named))
         return body
@@ -164,26 +173,34 @@ class _SceneReader:
 def write(scene: SceneLike, path: str | os.PathLike[str]) -> None:
     """Write a scene so that reading gives an equal one: floats to the last bit, motions step by step.
 
-    More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after it. Files appear
-    whole or not at all. Raises OSError where they cannot be written, ValueError for what a file cannot say.
+    More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after it and after its content:
+    no file of balls is ever overwritten or removed, so that whatever refers to one keeps what it had. They are
+    written first and the scene last. Files appear whole or not at all. Raises OSError where they cannot be
+    written, ValueError for what a file cannot say.
     """
-    final = Path(path)
+    final = real_path(path)
+    stem = re.sub(r"[^\w.-]", "_", final.stem)[:40]
     bulk: dict[str, FloatArray] = {}
 
     def keep(spheres: Spheres) -> str:
-        name = f"{final.stem}-spheres-{len(bulk) + 1}.npy"
-        bulk[name] = np.column_stack((spheres.centers, spheres.radii))
+        table = np.column_stack((spheres.centers, spheres.radii))
+        name = array_name(final.parent, f"{stem}-spheres", table)
+        bulk[name] = table
         return name
 
     data = scene_data(scene, keep)
     count = _values(data)
+    parts, most = expanded_parts([body.shape for body in scene.bodies]), most_parts(count)
+    if parts > most:
+        found = f"a scene file of this size may have {most:,} {PARTS} this scene has {parts:,}"
+        raise ValueError(f"{final}: {found}")
     if count > yaml_parser.MAX_NODES:
         found = f"a scene file holds at most {yaml_parser.MAX_NODES:,} values, this scene takes {count:,}"
         raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
-    text = json_text(data) if final.suffix.lower() == ".json" else dump(data)
+    text = json_text(data) if Path(path).suffix.lower() == ".json" else dump(data)
     for name, table in bulk.items():
-        save_array(final.with_name(name), table)
-    write_text(final, text)
+        keep_array(final.with_name(name), table)
+    write_text(path, text)
 
 
 def _values(data: Any) -> int:

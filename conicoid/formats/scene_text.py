@@ -7,6 +7,7 @@ import stat
 from pathlib import Path
 
 from .errors import Problem, SceneFileError
+from .regular import open_regular
 
 MAX_BYTES = 32 << 20
 
@@ -37,7 +38,7 @@ def _read_bytes(path: Path) -> bytes:
         raise _NoText("is a directory, not a scene file")
     if not stat.S_ISREG(status.st_mode):
         raise _NoText("is not a regular file")
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         raw = file.read(min(status.st_size, MAX_BYTES) + 1)
     if len(raw) > MAX_BYTES:
         size, most = max(status.st_size, len(raw)) >> 20, MAX_BYTES >> 20

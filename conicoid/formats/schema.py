@@ -8,7 +8,7 @@ from ..shapes import REGISTRY, Shape, Sheet, Solid
 from ..shapes.spheres import Spheres
 from .fields import Arguments, tagged
 from .kinds import Fixed, Number, Schema, Several
-from .sections import VERSION, CameraKind, background_kind, light_kind, material_kind
+from .sections import VERSION, BackgroundKind, CameraKind, light_kind, material_kind
 from .shape_nodes import VECTOR, operand_field
 
 STEPS: dict[str, Schema] = {
@@ -34,7 +34,7 @@ def scene_schema() -> dict[str, Any]:
         "properties": {
             "conicoid": {"const": VERSION, "description": "Version of the format."},
             "camera": {"anyOf": [CameraKind().schema(), {"type": "null"}]},
-            "background": background_kind().schema(),
+            "background": BackgroundKind().schema(),
             "lights": {"anyOf": [light_kind().schema(), {"type": "null"}]},
             "materials": _by_name({"$ref": "#/$defs/material"}),
             "shapes": _by_name({"$ref": "#/$defs/shape"}),

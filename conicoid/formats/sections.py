@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..shapes.background import Background
+from ..shapes.background import Background, as_background
 from ..shapes.light import LIGHTS
 from .fields import Arguments, MaterialKind, Tagged, kind_of
 from .kinds import Kind, Schema, Several
 from .nodes import Node, Table
-from .reading import Reader
+from .reading import BAD, Reader
 
 VERSION = 1
 SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "bodies")
@@ -50,5 +50,20 @@ def material_kind() -> Tagged:
     return MaterialKind().written
 
 
-def background_kind() -> Kind:
-    return kind_of(Background | None)
+class BackgroundKind(Kind):
+    """A colour or a sky, checked as a scene checks it."""
+
+    def __init__(self) -> None:
+        self.written = kind_of(Background | None)
+        self.phrase = self.written.phrase
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        value = self.written.read(node, reader, where)
+        holder = Table(node.line, node.column, {where: node})
+        return BAD if value is BAD else reader.made(holder, "scene", lambda: as_background(value))
+
+    def schema(self) -> Schema:
+        return self.written.schema()
+
+    def fits(self, node: Node) -> bool:
+        return self.written.fits(node)

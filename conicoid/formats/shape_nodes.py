@@ -17,14 +17,14 @@ from ..shapes import REGISTRY, Shape
 from ..shapes.motion import STILL, Motion
 from ..shapes.spheres import Spheres
 from .data_files import beside, read_table
+from .expansion import MAX_PARTS, PARTS, Allowance, Sizes
 from .fields import Arguments, ShapeKind, fields_of
 from .kinds import Fixed, Kind, Number, OneOf, Several, Text
-from .nodes import Listing, Node, Scalar, Table, is_text
-from .reading import BAD, Bad, Reader
+from .nodes import Listing, Node, Scalar, Table, is_text, shortened
+from .reading import BAD, Bad, Reader, TooManyProblems
 
 MAX_LEVELS = 100
 MAX_STEPS = 1000
-MAX_PARTS = 1_000_000
 SPHERE_COLUMNS = ("x", "y", "z", "radius")
 
 VECTOR = Fixed(Number(), 3)
@@ -38,13 +38,16 @@ MOVES: dict[str, Kind] = {
 class ShapeReader:
     """Reads shapes of one scene; knows the named ones and how large each is, fully written out."""
 
-    def __init__(self, reader: Reader, named: dict[str, Node]) -> None:
+    def __init__(self, reader: Reader, named: dict[str, Node], allowance: Allowance) -> None:
         self.reader = reader
         self.named = named
         self.built: dict[str, Shape | Bad] = {}
         self.open: list[str] = []
         self.level = 0
-        self.sizes: dict[int, tuple[Shape, int]] = {}  # by id: the shape, kept alive, and its parts
+        self.allowance = allowance
+        self.size = Sizes()
+        self.read_nodes: dict[int, Any] = {}  # by id: what was read, for the aliases of the node
+        self.motions: dict[int, Motion | Bad] = {}
         reader.shape = self.read
 
     def read_named(self) -> None:
@@ -60,7 +63,10 @@ class ShapeReader:
             )
         self.level += 1
         try:
-            shape = self._reference(node, where) if is_text(node) else self._written(node, where)
+            if is_text(node):
+                shape = self._reference(node, where)
+            elif (shape := self.read_nodes.get(id(node))) is None:
+                shape = self.read_nodes[id(node)] = self._written(node, where)
         finally:
             self.level -= 1
         if shape is BAD or isinstance(shape, base):
@@ -70,22 +76,21 @@ class ShapeReader:
 
     def check_size(self, node: Node, where: str, shape: Shape) -> Shape | Bad:
         """Refuse what references would blow up to more primitives than any scene needs."""
-        if self._size(shape) > MAX_PARTS:
+        if self.size(shape) > MAX_PARTS:
             return self.reader.report(node, where, f"has more than {MAX_PARTS:,} parts, references written out")
         return shape
 
-    def _size(self, shape: Shape) -> int:
-        """How many primitives and Booleans a shape is made of, fully written out. No recursion."""
-        pending = [shape]
-        while pending:
-            top = pending[-1]
-            unknown = [part for part in parts_of(top) if id(part) not in self.sizes]
-            if unknown:
-                pending.extend(unknown)
-                continue
-            self.sizes[id(top)] = top, 1 + sum(self.sizes[id(part)][1] for part in parts_of(top))
-            pending.pop()
-        return self.sizes[id(shape)][1]
+    def charge_body(self, node: Node, where: str, shape: Shape) -> None:
+        """Count the parts of a body, and stop reading where the file has more than its length accounts for."""
+        self._charge(node, where, self.allowance.take(parts=1 + self.size(shape)))
+
+    def _charge(self, node: Node, where: str, borne: bool) -> None:
+        if not borne:
+            grown = (
+                f"here the file has grown to more than {self.allowance.most:,} {PARTS} which is too much for its length"
+            )
+            self.reader.report(node, where, grown)
+            raise TooManyProblems
 
     def _reference(self, node: Node, where: str) -> Any:
         name = node.text if isinstance(node, Scalar) else ""
@@ -167,7 +172,12 @@ class ShapeReader:
             return BAD
 
         def load() -> Spheres:
-            table = read_table(beside(self.reader.folder, name), 4, SPHERE_COLUMNS)
+            try:
+                table = read_table(beside(self.reader.folder, name), 4, SPHERE_COLUMNS)
+            except OSError as error:
+                raise ValueError(
+                    f"{shortened(name)!r} cannot be read: {(error.strerror or str(error)).lower()}"
+                ) from None
             return Spheres(table[:, :3], table[:, 3])
 
         return self.reader.made(node, f"{where}: file", load)
@@ -181,13 +191,20 @@ class ShapeReader:
             return self.reader.expected(moves, where, "a list of steps such as [{translate: [0, 0, 1]}]")
         if len(moves.items) > MAX_STEPS:
             return self.reader.report(moves, where, f"must have at most {MAX_STEPS} steps, got {len(moves.items)}")
-        motion: Any = STILL
-        for i, step in enumerate(moves.items):
-            moved = self._step(STILL if motion is BAD else motion, step, f"{where}[{i}]")
-            motion = BAD if motion is BAD else moved
-        if shape is BAD or motion is BAD:
+        if (motion := self.motions.get(id(moves))) is None:
+            motion = self.motions[id(moves)] = self._motion(moves, where)
+        if shape is BAD or isinstance(motion, Bad):
             return BAD
+        self._charge(moves, where, self.allowance.take(steps=len(shape.motion.steps) + len(motion.steps)))
         return self.reader.made(moves, where, lambda: moved_by(shape, motion))
+
+    def _motion(self, moves: Listing, where: str) -> Motion | Bad:
+        """All steps of a list, which an alias may stand for again."""
+        motion, good = STILL, True
+        for i, step in enumerate(moves.items):
+            moved = self._step(motion, step, f"{where}[{i}]")
+            motion, good = (motion, False) if isinstance(moved, Bad) else (moved, good)
+        return motion if good else BAD
 
     def _step(self, motion: Motion, step: Node, where: str) -> Any:
         """The motion followed by one more step."""
@@ -222,10 +239,3 @@ def operand_field(cls: type[Shape]) -> Kind | None:
     kinds = [field.kind for field in fields_of(cls).values()]
     inner = kinds[0].item if len(kinds) == 1 and isinstance(kinds[0], Several) else kinds[0] if kinds else None
     return kinds[0] if len(kinds) == 1 and isinstance(inner, ShapeKind) else None
-
-
-def parts_of(shape: Shape) -> list[Shape]:
-    """The shapes that a shape's fields hold."""
-    held = [getattr(shape, name) for name in fields_of(type(shape))]
-    flat = [item for value in held for item in (value if isinstance(value, tuple) else (value,))]
-    return [item for item in flat if isinstance(item, Shape)]

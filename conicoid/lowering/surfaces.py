@@ -276,7 +276,8 @@ def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second
     reach = max(reach, math.sqrt(np.abs(features[:, list(second_order)]).max())) if second_order else reach
     if reach > 0 and math.isfinite(reach):
         features[:, list(first_order)] /= reach
-        features[:, list(second_order)] /= reach * reach
+        features[:, list(second_order)] /= reach  # twice, as its square may be beyond float64
+        features[:, list(second_order)] /= reach
     return features
 
 

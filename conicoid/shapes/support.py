@@ -26,17 +26,13 @@ def elliptic_support(
     is an ellipse with support w sqrt(g), w = |(u_x width_x, u_y width_y)|, so the sup of u_z z + w sqrt(g(z))
     over one variable remains: at an end, a root of g, a stationary point, or at infinity.
     """
-    w, uz = math.hypot(direction[0] * width_x, direction[1] * width_y), direction[2]
+    w, uz = math.hypot(direction[0] * width_x, direction[1] * width_y), float(direction[2])
     g0, g1, g2 = (float(g) for g in profile)
     best = -math.inf
     for z in real_roots(g2, g1, g0):
         if low <= z <= high:
             best = max(best, uz * z)
-    # w² g'² = 4 u_z² g
-    stationary = real_roots(
-        4 * g2 * (w * w * g2 - uz * uz), 4 * g1 * (w * w * g2 - uz * uz), w * w * g1 * g1 - 4 * uz * uz * g0
-    )
-    for z in (low, high, *stationary):
+    for z in (low, high, *real_roots(*_stationary(w, uz, g0, g1, g2))):
         if math.isfinite(z) and low <= z <= high:
             g = _value(profile, z)
             if g >= 0:
@@ -45,6 +41,18 @@ def elliptic_support(
         if math.isinf(end):
             best = max(best, _far(w, sign * uz, g0, sign * g1, g2))
     return best
+
+
+def _stationary(w: Any, uz: Any, g0: Any, g1: Any, g2: Any) -> tuple[float, float, float]:
+    """Coefficients, highest power first, of w² g'² = 4 u_z² g; divided by the largest where they are beyond float64."""
+    steep = w * w * g2 - uz * uz
+    a, b, c = 4 * g2 * steep, 4 * g1 * steep, w * w * g1 * g1 - 4 * uz * uz * g0
+    if isinstance(a, Fraction):
+        largest = max(abs(a), abs(b), abs(c), Fraction(1))
+        return float(a / largest), float(b / largest), float(c / largest)
+    if math.isfinite(a) and math.isfinite(b) and math.isfinite(c):
+        return a, b, c
+    return _stationary(*map(Fraction, (w, uz, g0, g1, g2)))
 
 
 def sum_up(terms: Iterable[float]) -> float:

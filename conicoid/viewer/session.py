@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +16,27 @@ from .lowered_data import scene_data
 from .numbers import Step, numbers_of, with_number
 from .picks import pick
 
-Stamp = tuple[int, int, int]
+Stamp = tuple[int, int, int, int]
+_PAUSE, _SHARE = 2.0, 10.0
+"""A file that cannot be loaded is tried again after two seconds, or ten times as long as trying takes, even if it
+has not changed: what it refers to may have come."""
 
 
 class Session:
     """One scene, shared by all requests; every method may be called from any thread."""
 
-    def __init__(self, scene: Scene, title: str, path: Path | None = None, select: int | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        title: str,
+        path: Path | None = None,
+        select: int | None = None,
+        stamp: Stamp | None = None,
+    ) -> None:
         self._scene, self._title, self._path = scene, title, path
         self._select = select
-        self._stamp = _stamp(path)
+        self._stamp = stamp or stamp_of(path)  # of the file before the scene was read from it
+        self._again = math.inf
         self._version = 0
         self._trouble: str | None = None
         self._lock = threading.RLock()
@@ -76,25 +89,37 @@ class Session:
     def _refresh(self) -> None:
         if self._path is None:
             return
-        stamp = _stamp(self._path)
-        if stamp == self._stamp:
+        stamp, started = stamp_of(self._path), time.monotonic()
+        if stamp == self._stamp and (self._trouble is None or started < self._again):
             return
-        self._stamp = stamp
-        self._version += 1
+        trouble = self._load(self._path)
+        if stamp != self._stamp or trouble != self._trouble:
+            self._version += 1
+        self._stamp, self._trouble = stamp, trouble
+        now = time.monotonic()
+        self._again = now + max(_PAUSE, _SHARE * (now - started))
+
+    def _load(self, path: Path) -> str | None:
+        """Take the scene from the file, or say why that is impossible: nothing that goes wrong here is passed over."""
         try:
-            scene = load(self._path)
+            scene = load(path)
             scene_data(scene)
-            self._scene, self._trouble = scene, None
-        except OSError as error:
-            self._trouble = f"{self._path}: {(error.strerror or str(error)).lower()}"
         except ValueError as error:
-            self._trouble = str(error)
+            return str(error) or type(error).__name__
+        except OSError as error:
+            return f"{path}: {(error.strerror or str(error)).lower()}"
+        except MemoryError:
+            return f"{path}: there is not enough memory for this scene"
+        except Exception as error:
+            return f"{path}: cannot be shown: {type(error).__name__}: {error}"
+        self._scene = scene
+        return None
 
 
-def _stamp(path: Path | None) -> Stamp | None:
+def stamp_of(path: Path | None) -> Stamp | None:
     """What tells one state of a file from another; None where there is none."""
     try:
         found = path.stat() if path is not None else None
     except OSError:
         return None
-    return (found.st_mtime_ns, found.st_size, found.st_ino) if found else None
+    return (found.st_mtime_ns, found.st_ctime_ns, found.st_size, found.st_ino) if found else None

@@ -202,3 +202,12 @@ def test_bounds_scale_with_the_shape(scale: float) -> None:
     for scaled, plain in pairs:
         for end, expected in zip(scaled.rotate((1, 2, 3), 20).bounds, plain.rotate((1, 2, 3), 20).bounds, strict=True):
             np.testing.assert_allclose(end / k, expected, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("slope", [1e-90, 1e-60, 1.0, 1e80, 1e90])
+def test_bounds_at_the_edge_of_the_domain(slope: float) -> None:
+    """A double cone |(x, y)| <= slope |z| reaches as far as its wider end; slopes² are within float64, slopes⁴ are not."""
+    low, high = DoubleCone(slope, z_range=(-1, 2)).bounds
+    assert high.tolist() == pytest.approx([2 * slope, 2 * slope, 2], rel=1e-14)
+    assert low.tolist() == pytest.approx([-2 * slope, -2 * slope, -1], rel=1e-14)
+    assert np.isinf(DoubleCone(slope).bounds).all()

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.viewer.session import Session
+from conicoid.viewer.session import Session, stamp_of
 
 from .browser import served
 
@@ -157,6 +157,62 @@ def test_the_file_is_followed(tmp_path):
     assert "Spere" in changed["trouble"]
     co.save(co.Scene([co.Sphere(2)]), path)
     assert session.version()["trouble"] is None
+    assert session.scene()["item_count"] == 1
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ZeroDivisionError("float division by zero"),
+        MemoryError(),
+        RecursionError("deep"),
+        KeyError("x"),
+        AssertionError(),
+    ],
+)
+def test_whatever_goes_wrong_is_shown_until_it_is_mended(error, tmp_path, monkeypatch):
+    path = tmp_path / "scene.yaml"
+    co.save(SCENE, path)
+    session = Session(co.load(path), "scene", path)
+
+    def fail(path: object) -> None:
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr("conicoid.viewer.session.load", fail)
+        co.save(co.Scene([co.Sphere(2)]), path)
+        for _ in range(3):
+            changed = session.version()
+            assert changed["version"] == 1
+            assert changed["trouble"].startswith(f"{path}: ")
+        assert '"version": -1' in session.page() or '"version":-1' in session.page()
+    assert session.version()["trouble"] is not None, "an unchanged file is not tried at once"
+    session._again = 0.0
+    assert session.version() == {"version": 2, "trouble": None}
+    assert session.scene()["item_count"] == 1
+
+
+def test_what_a_scene_lacks_is_waited_for(tmp_path, monkeypatch):
+    """The scene itself does not change when the file of balls that it refers to comes at last."""
+    monkeypatch.setattr("conicoid.viewer.session._PAUSE", 0.0)
+    path = tmp_path / "scene.yaml"
+    co.save(SCENE, path)
+    session = Session(co.load(path), "scene", path)
+    path.write_text("bodies: [{shape: {Spheres: {file: balls.npy}}}]\n")
+    assert "balls.npy" in session.version()["trouble"]
+    np.save(tmp_path / "balls.npy", np.ones((3, 4)))
+    session._again = 0.0
+    assert session.version() == {"version": 2, "trouble": None}
+    assert session.scene()["item_count"] == 1
+
+
+def test_a_change_while_the_scene_is_first_read_is_seen(tmp_path):
+    path = tmp_path / "scene.yaml"
+    co.save(SCENE, path)
+    stamp, first = stamp_of(path), co.load(path)
+    co.save(co.Scene([co.Sphere(2)]), path)
+    session = Session(first, "scene", path, stamp=stamp)
+    assert session.version() == {"version": 1, "trouble": None}
     assert session.scene()["item_count"] == 1
 
 

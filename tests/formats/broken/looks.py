@@ -88,3 +88,16 @@ broken("background is a number", "background: 3\nbodies: []\n", 1, "background: 
 broken(
     "background is half a color", "background: [1, 1]\nbodies: []\n", 1, "background: must be 3 numbers", "got [1, 1]"
 )
+broken(
+    "background of less than no light",
+    "bodies: []\nbackground: [1,\n  -1, 0]\n",
+    3,
+    "scene: background[1] must be >= 0, got -1.0",
+)
+broken("background of no known color", "bodies: []\nbackground: redd\n", 2, "background must be", "got 'redd'")
+broken(
+    "sky of less than no light",
+    "bodies: []\nbackground: {Sky: {horizon: [1, 1, -0.5]}}\n",
+    2,
+    "Sky: horizon[2] must be >= 0, got -0.5",
+)

@@ -1,0 +1,95 @@
+"""What a scene file grows to when its references and aliases are written out, and how much of that is borne.
+
+Twenty lines of references that double make a million parts, each of which takes time to place. So the parts of a
+file are counted before anything is made of them, and may be many only where the file is long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..shapes import Shape
+from .fields import fields_of
+from .nodes import Listing, Node, Table
+
+FREE_PARTS, PARTS_PER_VALUE, MAX_PARTS = 1 << 15, 4, 1_000_000
+STEP_PARTS, STEP_COMPOSED = 2, 4
+"""Parts that take as long as a step of a part's motion, and as one that a motion is put together from."""
+PARTS = "parts and steps of motion, references written out,"
+
+
+class Allowance:
+    """How many parts all bodies of a file may have together, and how many steps its motions."""
+
+    def __init__(self, root: Node) -> None:
+        self.root = root
+        self.parts = self.steps = 0
+        self._most: int | None = None
+
+    def take(self, parts: int = 0, steps: int = 0) -> bool:
+        """Whether so many more parts, and steps to be composed, can be borne."""
+        self.parts += parts
+        self.steps += steps * STEP_COMPOSED
+        taken = max(self.parts, self.steps)
+        return taken <= FREE_PARTS or taken <= self.most
+
+    @property
+    def most(self) -> int:
+        if self._most is None:
+            self._most = most_parts(distinct_values(self.root))
+        return self._most
+
+
+def most_parts(values: int) -> int:
+    """How many parts a file of so many values may have."""
+    return min(MAX_PARTS, max(FREE_PARTS, PARTS_PER_VALUE * values))
+
+
+def distinct_values(root: Node) -> int:
+    """How many values stand in a file, keys among them, each alias counted with what it stands for: once."""
+    seen, pending, keys = {id(root)}, [root], 0
+    while pending:
+        node = pending.pop()
+        if isinstance(node, Table):
+            keys += len(node.keys)
+        below = node.items if isinstance(node, Listing) else node.entries.values() if isinstance(node, Table) else ()
+        for item in below:
+            if id(item) not in seen:
+                seen.add(id(item))
+                pending.append(item)
+    return len(seen) + keys
+
+
+class Sizes:
+    """How many parts shapes are made of, fully written out; a part that is shared is counted once for each use."""
+
+    def __init__(self) -> None:
+        self.known: dict[int, tuple[Shape, int]] = {}  # by id: the shape, kept alive, and its parts
+
+    def __call__(self, shape: Shape) -> int:
+        """Primitives, Booleans and, `STEP_PARTS` each, steps of motion. No recursion."""
+        pending = [shape]
+        while pending:
+            top = pending[-1]
+            parts = parts_of(top)
+            unknown = [part for part in parts if id(part) not in self.known]
+            if unknown:
+                pending.extend(unknown)
+                continue
+            below = sum(self.known[id(part)][1] for part in parts)
+            self.known[id(top)] = top, 1 + STEP_PARTS * len(top.motion.steps) + below
+            pending.pop()
+        return self.known[id(shape)][1]
+
+
+def expanded_parts(shapes: Iterable[Shape]) -> int:
+    """The parts of all shapes together, as `Allowance` counts those of bodies."""
+    size = Sizes()
+    return sum(1 + size(shape) for shape in shapes)
+
+
+def parts_of(shape: Shape) -> list[Shape]:
+    """The shapes that a shape's fields hold."""
+    held = [getattr(shape, name) for name in fields_of(type(shape))]
+    flat = [item for value in held for item in (value if isinstance(value, tuple) else (value,))]
+    return [item for item in flat if isinstance(item, Shape)]

@@ -1,0 +1,67 @@
+"""Runs cases in a process of its own, with limits of memory and time: python -m tests.formats.fuzzing.worker KIND FIRST COUNT FOLDER.
+
+Every failure is a line of JSON; the last line says how many cases were run, how many of them were accepted, and how much
+memory it took.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import json
+import resource
+import signal
+import sys
+import time
+import traceback
+import warnings
+from pathlib import Path
+from typing import Any
+
+from .ray_cases import ray_case
+from .scene_cases import mutated_case, schema_case
+
+SECONDS, BYTES = 10, 2 << 30
+"""Of one case at most, in the time of the processor, so that a busy machine makes no difference."""
+KINDS = {"mutated": mutated_case, "schema": schema_case, "rays": ray_case}
+
+
+class TooSlow(BaseException):
+    """Not an Exception: nobody may catch it."""
+
+
+def too_slow(*_: Any) -> None:
+    raise TooSlow
+
+
+def report(line: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(line) + "\n")
+    sys.stdout.flush()
+
+
+def main(kind: str, first: int, count: int, folder: Path) -> None:
+    faulthandler.enable()
+    warnings.simplefilter("error")
+    mapped = (
+        int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize() if sys.platform == "linux" else 0
+    )
+    if mapped:
+        resource.setrlimit(resource.RLIMIT_AS, (mapped + BYTES, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    signal.signal(signal.SIGPROF, too_slow)
+    accepted, slowest = 0, 0.0
+    for seed in range(first, first + count):
+        started = time.process_time()
+        try:
+            signal.setitimer(signal.ITIMER_PROF, SECONDS)
+            accepted += KINDS[kind](seed, folder)
+        except (Exception, TooSlow) as error:
+            signal.setitimer(signal.ITIMER_PROF, 0)
+            last = "".join(traceback.format_exception(error)[-6:])
+            report({"seed": seed, "error": f"{type(error).__name__}: {error}"[:500], "trace": last[-3000:]})
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        slowest = max(slowest, time.process_time() - started)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    report({"done": count, "accepted": accepted, "peak": peak, "slowest": slowest})
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))

@@ -1,0 +1,213 @@
+"""Whatever happens while a scene is saved, every scene that was there before loads as what it was."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import resource
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+CALLS = {"open", "write", "writelines", "fsync", "replace", "rename", "close", "flush", "truncate"}
+"""Functions through which anything reaches a disk."""
+
+
+def balls(seed: int, count: int = 150) -> co.Scene:
+    random = np.random.default_rng(seed)
+    return co.Scene([co.Spheres(random.normal(size=(count, 3)), random.uniform(0.1, 1, count)), co.Sphere(seed + 1)])
+
+
+OLD, BESIDE, NEW = balls(0), balls(1), balls(2)
+
+
+def prepared(folder: Path) -> Path:
+    """A folder with two scenes of one stem, both with files of balls; where a third one is going to be saved."""
+    folder.mkdir()
+    co.save(OLD, folder / "st.yaml")
+    co.save(BESIDE, folder / "st.json")
+    return folder / "st.yaml"
+
+
+def check(folder: Path, *, saved: bool | None) -> None:
+    """Nothing is lost; the saved scene is all there, or not there at all."""
+    assert co.load(folder / "st.json") == BESIDE
+    assert co.load(folder / "st.yaml") in ([NEW] if saved else [OLD] if saved is False else [OLD, NEW])
+
+
+def test_two_scenes_of_one_name(tmp_path):
+    co.save(OLD, tmp_path / "st.yaml")
+    co.save(BESIDE, tmp_path / "st.json")
+    assert co.load(tmp_path / "st.yaml") == OLD
+    assert co.load(tmp_path / "st.json") == BESIDE
+
+
+def test_saving_again_leaves_the_balls_of_copies(tmp_path):
+    path = prepared(tmp_path / "a")
+    (path.parent / "copy.yaml").write_bytes(path.read_bytes())
+    co.save(NEW, path)
+    check(path.parent, saved=True)
+    assert co.load(path.parent / "copy.yaml") == OLD
+    before = {file: file.stat().st_mtime_ns for file in path.parent.glob("*.npy")}
+    co.save(NEW, path)
+    assert {file: file.stat().st_mtime_ns for file in path.parent.glob("*.npy")} == before, "nothing to write again"
+
+
+def test_a_file_of_balls_is_named_by_what_it_holds(tmp_path):
+    path = prepared(tmp_path / "a")
+    for file in path.parent.glob("*.npy"):
+        assert file.name == f"st-spheres-{hashlib.sha256(file.read_bytes()).hexdigest()[:32]}.npy"
+        found = np.load(file, allow_pickle=False)
+        assert found.shape == (150, 4)
+        assert found.dtype == np.dtype("<f8")
+
+
+def test_a_file_that_somebody_wrote_into_is_not_overwritten(tmp_path):
+    path = prepared(tmp_path / "a")
+    co.save(NEW, tmp_path / "a" / "st.yaml")
+    names = {hashlib.sha256(file.read_bytes()).hexdigest(): file for file in path.parent.glob("*.npy")}
+    (file,) = (file for file in names.values() if file.name in path.read_text())
+    file.write_bytes(b"mine")
+    co.save(NEW, path)
+    assert co.load(path) == NEW
+    assert file.read_bytes() == b"mine"
+
+
+def test_the_same_balls_are_kept_once(tmp_path):
+    spheres = OLD.bodies[0].shape
+    co.save(co.Scene([spheres, spheres.translate((1, 0, 0))]), tmp_path / "twice.yaml")
+    assert len(list(tmp_path.glob("*.npy"))) == 1
+    assert co.load(tmp_path / "twice.yaml") == co.Scene([spheres, spheres.translate((1, 0, 0))])
+
+
+@pytest.mark.parametrize(
+    "stem", ["a\\b", "C:x", "x" * 240, "ü" * 110, "a b", "..", ".hidden", "a:b*c?", "-", os.fsdecode(b"\xff\xfe")]
+)
+def test_any_name_that_a_disk_takes(stem, tmp_path):
+    co.save(OLD, tmp_path / f"{stem}.yaml")
+    assert co.load(tmp_path / f"{stem}.yaml") == OLD
+
+
+def test_through_a_link(tmp_path):
+    path = prepared(tmp_path / "a")
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "link.yaml").symlink_to(path)
+    assert co.load(tmp_path / "b" / "link.yaml") == OLD
+    co.save(NEW, tmp_path / "b" / "link.yaml")
+    check(path.parent, saved=True)
+    assert co.load(tmp_path / "b" / "link.yaml") == NEW
+    (tmp_path / "round.yaml").symlink_to(tmp_path / "round.yaml")
+    with pytest.raises(OSError, match="round"):
+        co.save(NEW, tmp_path / "round.yaml")
+
+
+class At:
+    """Does something at the n-th call that touches a disk, by watching calls to built-in functions."""
+
+    def __init__(self, number: int, act: Callable[[], None]) -> None:
+        self.left, self.act, self.reached = number, act, False
+
+    def __enter__(self) -> At:
+        sys.setprofile(self.event)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        sys.setprofile(None)
+
+    def event(self, frame: Any, kind: str, function: Any) -> None:
+        if kind == "c_call" and getattr(function, "__name__", "") in CALLS:
+            self.left -= 1
+            if self.left < 0 and not self.reached:
+                self.reached = True
+                self.act()
+
+
+def full() -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def numbered() -> Iterator[int]:
+    """0, 1, 2, ... for as long as there is such a call."""
+    yield from range(200)
+    raise AssertionError("saving a scene takes no such number of calls")
+
+
+def test_a_full_disk_at_every_step(tmp_path):
+    steps = 0
+    for number in numbered():
+        path = prepared(tmp_path / f"{number}")
+        try:
+            with At(number, full) as at:
+                co.save(NEW, path)
+        except OSError as error:
+            assert error.errno == errno.ENOSPC
+            assert error.filename is not None
+            assert not [file for file in path.parent.iterdir() if file.name.startswith(".")], (
+                "a half-written file is left"
+            )
+        check(path.parent, saved=None)
+        steps += at.reached
+        if not at.reached:
+            check(path.parent, saved=True)
+            break
+    assert steps >= 8, "two files, each opened, written, brought to the disk and renamed"
+
+
+def in_child(act: Callable[[], None]) -> int:
+    """The status of a process that does it."""
+    child = os.fork()
+    if child == 0:
+        try:
+            act()
+        except OSError:
+            os._exit(3)
+        except BaseException:
+            os._exit(4)
+        os._exit(0)
+    return os.waitpid(child, 0)[1]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are ended by a signal")
+def test_killed_at_every_step(tmp_path):
+    steps = 0
+    for number in numbered():
+        path = prepared(tmp_path / f"{number}")
+
+        def act(number: int = number, path: Path = path) -> None:
+            with At(number, lambda: os.kill(os.getpid(), signal.SIGKILL)):
+                co.save(NEW, path)
+
+        status = in_child(act)
+        check(path.parent, saved=None if status else True)
+        if status == 0:
+            break
+        assert status == signal.SIGKILL
+        steps += 1
+    assert steps >= 8
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="limits are those of a process")
+def test_no_room_for_files_of_any_length(tmp_path):
+    """The operating system itself refuses to write on, within the balls, and at the last byte of the scene."""
+    path = prepared(tmp_path / "a")
+    sizes = sorted({file.stat().st_size for file in path.parent.iterdir()})
+    for number, limit in enumerate([0, 1, 100, 130, sizes[0] - 1, sizes[0], sizes[-1] - 1, sizes[-1]]):
+        path = prepared(tmp_path / f"{number}")
+
+        def act(limit: int = limit, path: Path = path) -> None:
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+            co.save(NEW, path)
+
+        status = in_child(act)
+        assert os.waitstatus_to_exitcode(status) == (0 if limit == sizes[-1] else 3)
+        check(path.parent, saved=limit == sizes[-1])
+        assert not [file for file in path.parent.iterdir() if file.name.startswith(".")]
