@@ -13,8 +13,8 @@ BYTES_PER_BODY = 16_000
 """Memory that a body takes in a scene that is made ready to trace, measured on assemblies of pins."""
 PLACES_FOR_A_BODY = 4
 """Places outside of lattices that are looked at, most of them in vain perhaps, for each body that is allowed."""
-STEPS_FOR_A_BODY, FEWEST_STEPS = 64, 200_000
-"""Comparisons of sides for each body that is allowed, of which a pin takes about 20; and at least so many."""
+STEPS_FOR_A_BODY, FEWEST_STEPS = 200, 50_000
+"""Comparisons of sides for each body that is allowed, and at least so many. A pin takes about 20, by hexagons 150."""
 
 
 def too_many(
@@ -54,7 +54,7 @@ def check_count(path: str | os.PathLike[str], geometry: Geometry, max_bodies: in
     if isinstance(most, Lattice):
         where = f"{most} of {most.size:,} elements"
     elif most is not None:
-        where = f"{most}, which is filled with {_written(geometry.count_in(most))}"
+        where = f"{most}, which is filled with {_written(geometry.count_in(most))} bodies"
     raise too_many(path, count, max_bodies, geometry.element if most is None else most.element, where)
 
 

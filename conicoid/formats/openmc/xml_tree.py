@@ -121,11 +121,11 @@ def _bytes(path: str | os.PathLike[str]) -> bytes:
     try:
         if "\0" in os.fspath(path):
             raise OSError(22, "a path cannot hold a zero character")
-        mode = Path(path).stat().st_mode
-        if not stat.S_ISREG(mode):
-            raise OSError(22, "is a directory" if stat.S_ISDIR(mode) else "is not a regular file")
+        found = Path(path).stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(22, "is a directory" if stat.S_ISDIR(found.st_mode) else "is not a regular file")
         with Path(path).open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
+            raw = file.read(min(found.st_size, MAX_BYTES) + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise SceneFileError(path, [Problem(0, 0, "", f"cannot be read: {reason}")]) from None

@@ -1,6 +1,6 @@
 """Reads spoilt files in a process of its own, whose memory and time are limited: `python -m ... first end folder`.
 
-Prints, as JSON, how many files were read and refused, and what went wrong with others.
+The memory is measured as Linux tells it. Prints, as JSON, how many files were read and refused, and what went wrong with others.
 """
 
 from __future__ import annotations
@@ -39,11 +39,33 @@ def in_a_child(first: int, end: int, folder: Path) -> dict[str, Any]:
     return found
 
 
+def limited(path: Path, room: int) -> str:
+    """The message with which a file is refused in a process that has so much memory beyond what an idle one takes."""
+    code = f"from {__name__} import *; limit({room}); refuse({str(path)!r})"
+    root = Path(__file__).resolve().parents[3]
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, timeout=600, check=False
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout
+
+
+def refuse(path: str) -> None:
+    """Say why a file is refused."""
+    try:
+        openmc.read(path)
+    except co.SceneFileError as error:
+        sys.stdout.write(str(error))
+
+
+def limit(room: int) -> None:
+    """Allow so much more memory than this process has now."""
+    most = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize() + room
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+
+
 def main(first: int, end: int, folder: Path) -> dict[str, Any]:
-    pages = int(Path("/proc/self/statm").read_text().split()[0]) if sys.platform == "linux" else 0
-    if pages:
-        most = pages * resource.getpagesize() + ROOM
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    limit(ROOM)
     signal.signal(signal.SIGPROF, _hang)
     read = refused = 0
     wrong: list[str] = []
@@ -91,4 +113,4 @@ def _hang(*_: object) -> None:
 
 
 if __name__ == "__main__":
-    print(json.dumps(main(int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]))))
+    sys.stdout.write(json.dumps(main(int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]))))
