@@ -37,7 +37,7 @@ class LeftOut:
             yield f"{geometry.cells[number]}: has no volume {where}, left out there"
         for number, empty in (+self.empty_elements).items():
             where = _where(empty, self.elements[number], "element")
-            yield f"{geometry.lattices[number]}: nothing {where} lies in the cell around it, left out"
+            yield f"{where} of {geometry.lattices[number]} nothing lies in the cell around it, left out"
 
 
 def _where(empty: int, seen: int, what: str) -> str:

@@ -106,7 +106,7 @@ def test_elements_beyond_the_cell_around_are_told(tmp_path: Path) -> None:
     )
     imported = openmc.read(put(text, tmp_path))
     assert [body.name for body in imported.bodies] == ["cell 1 @ cell 2, lattice 4 [0, 0]"]
-    assert "lattice 4 'grid': nothing in 8 of 9 elements lies in the cell around it, left out" in imported.notes
+    assert "in 8 of 9 elements of lattice 4 'grid' nothing lies in the cell around it, left out" in imported.notes
 
 
 def test_notes_of_a_kind_are_not_endless(tmp_path: Path) -> None:
