@@ -217,7 +217,7 @@ def import_(
 
         with refused_files(), Bar("expanding", "body") as bar:
             imported = openmc.read(geometry, void=void, max_bodies=max_bodies, progress=_counted(geometry, bar))
-        scene_file.write(imported, output)
+        scene_file.write(imported, output, imported.material_names)
         for line in (*imported.notes, *imported.legend):
             typer.echo(line)
         say(f"{output}: {len(imported.bodies):,} bodies")

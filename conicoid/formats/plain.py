@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import count
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -34,13 +35,21 @@ class ShapeWriter:
     Materials stand under names, equal ones once.
     """
 
-    def __init__(self, shapes: Iterable[Shape], keep_spheres: KeepSpheres, defaults: bool = False) -> None:
+    def __init__(
+        self,
+        shapes: Iterable[Shape],
+        keep_spheres: KeepSpheres,
+        defaults: bool = False,
+        material_names: Mapping[Material, str] | None = None,
+    ) -> None:
         self.keep_spheres = keep_spheres
         self.defaults = defaults  # are a shape's fields at their defaults written too?
         self.named: dict[str, Any] = {}
         self.names: dict[Identity, str] = {}
         self.materials: dict[str, Any] = {}
-        self.material_names: dict[str, str] = {}
+        self.material_names = {repr(material): name for material, name in (material_names or {}).items()}
+        taken = set(self.material_names.values())
+        self.letters = (name for name in map(_lettered, count()) if name not in taken)
         uses: Counter[Identity] = Counter()
         heights: dict[Identity, int] = {}
         for shape in list(parts_first(shapes, uses)):
@@ -86,7 +95,10 @@ class ShapeWriter:
 
     def material(self, material: Any) -> str:
         """The name under which a material stands."""
-        name = self.material_names.setdefault(repr(material), f"material {len(self.material_names) + 1}")
+        key = repr(material)
+        if key not in self.material_names:
+            self.material_names[key] = next(self.letters)
+        name = self.material_names[key]
         if name not in self.materials:
             self.materials[name] = {type(material).__name__: self.record(material)}
         return name
@@ -106,6 +118,15 @@ class ShapeWriter:
         if isinstance(value, (list, tuple)):
             return [self.value(item) for item in value]
         return value
+
+
+def _lettered(number: int) -> str:
+    """material A, material B, ... material Z, material AA: no number, which might be taken for an importer's."""
+    letters = ""
+    while number >= 0:
+        letters = chr(ord("A") + number % 26) + letters
+        number = number // 26 - 1
+    return f"material {letters}"
 
 
 def parts_first(shapes: Iterable[Shape], uses: Counter[Identity]) -> Iterator[Shape]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..shapes.body import Body
+from ..shapes.material import Material
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
 from . import yaml_parser
@@ -170,8 +171,10 @@ class _SceneReader:
         return None if is_null(node) else MaterialKind().read(node, self.reader, where)
 
 
-def write(scene: SceneLike, path: str | os.PathLike[str]) -> None:
+def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mapping[Material, str] | None = None) -> None:
     """Write a scene so that reading gives an equal one: floats to the last bit, motions step by step.
+
+    Materials stand under the names given for them, others under letters.
 
     More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after it and after its content:
     no file of balls is ever overwritten or removed, so that whatever refers to one keeps what it had. They are
@@ -188,7 +191,7 @@ def write(scene: SceneLike, path: str | os.PathLike[str]) -> None:
         bulk[name] = table
         return name
 
-    data = scene_data(scene, keep)
+    data = scene_data(scene, keep, material_names=material_names)
     count = _values(data)
     parts, most = expanded_parts([body.shape for body in scene.bodies]), most_parts(count)
     if parts > most:
@@ -210,9 +213,11 @@ def _values(data: Any) -> int:
     return 1 + sum(map(_values, data)) if isinstance(data, (list, tuple)) else 1
 
 
-def scene_data(scene: SceneLike, keep: Any, defaults: bool = False) -> dict[str, Any]:
+def scene_data(
+    scene: SceneLike, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None
+) -> dict[str, Any]:
     """The sections of a scene file, those that say nothing left out; with `defaults` not so a record's fields."""
-    writer = ShapeWriter([body.shape for body in scene.bodies], keep, defaults)
+    writer = ShapeWriter([body.shape for body in scene.bodies], keep, defaults, material_names)
     bodies = [body_data(body, writer) for body in scene.bodies]
     sections: dict[str, Any] = {"conicoid": VERSION}
     if scene.camera is not None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...shapes.motion import Motion
 from .extent import EVERYWHERE, End, Extent
-from .narrowing import Conjunction, Part
+from .narrowing import Conjunction, Part, cost
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +25,10 @@ class Context:
         before = dict(self.groups)
         narrowed = before.get(motion, Conjunction()).and_(parts, extent)
         return None if narrowed is None else Context(tuple((before | {motion: narrowed}).items()))
+
+    def cost(self, motion: Motion, parts: Iterable[Part]) -> int:
+        """How many sides and pairs of sides `and_` looks at, at most."""
+        return cost(dict(self.groups).get(motion, Conjunction()), parts)
 
     def extent_before(self, motion: Motion) -> Extent:
         """A box around everything, in the coordinates before a motion."""

@@ -4,37 +4,31 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from ...shapes.body import Body
 from ...shapes.material import Material, matte
-from ..errors import Problem, SceneFileError
+from ..errors import MOST, Problem, SceneFileError
+from . import limits
 from .context import Context
+from .extent import EVERYWHERE, Extent
 from .geometry import Cell, Geometry
 from .lattices import Index, Lattice
-from .narrowing import bound
+from .left_out import LeftOut
+from .narrowing import Part, bound
 from .palette import color_of
 from .placement import Placement
 from .region import halves
 from .solids import SolidMaker
 from .surfaces import Surface
 
-BYTES_PER_BODY = 16_000
-"""Memory that a body takes in a scene that is made ready to trace, measured on assemblies of pins."""
-TILES_FOR_A_BODY = 8
 VOID = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0)
 """Invisible: light goes straight through."""
 
 Path = tuple[str, ...]
 Progress = Callable[[int, int], None]
-
-
-def too_many(path: str | os.PathLike[str], count: str, number: int, max_bodies: int) -> SceneFileError:
-    """What refuses a geometry that would not fit."""
-    size = f"about {number * BYTES_PER_BODY / 1e9:,.3g} GB"
-    message = f"expands into {count} bodies, {size} in memory; the limit is {max_bodies:,} (max_bodies)"
-    return SceneFileError(path, [Problem(0, 0, "geometry", message)])
 
 
 @dataclass
@@ -48,31 +42,50 @@ class Expansion:
     progress: Progress | None = None
     bodies: list[Body] = field(default_factory=list)
     materials: Counter[int | None] = field(default_factory=Counter)
-    empty: int = 0  # places without volume
+    left_out: LeftOut = field(default_factory=LeftOut)
     open_lattices: set[int] = field(default_factory=set)  # without an outer universe, in cells that reach beyond
+    problems: dict[int, Problem] = field(default_factory=dict)  # the first of each cell
+    outside: int = 0  # places in elements outside of lattices
+    steps: int = 0
     maker: SolidMaker = field(default_factory=SolidMaker)
     looks: dict[int | None, Material] = field(default_factory=lambda: {None: VOID})
+    repeating: dict[int, bool] = field(default_factory=dict)
 
     def run(self) -> None:
-        """Raises SceneFileError where there are too many bodies, or a number leaves the range of float64."""
-        count = self.geometry.body_count
-        if count > self.max_bodies:
-            raise too_many(self.path, f"{count:,}", count, self.max_bodies)
+        """Raises SceneFileError where there are too many bodies, or numbers leave the range of float64."""
+        limits.check_count(self.path, self.geometry, self.max_bodies)
         if self.progress is not None:
-            self.progress(0, count)
+            self.progress(0, self.geometry.body_count)
         self._universe(self.geometry.root, Placement(), Context(), ())
+        if self.problems:
+            raise SceneFileError(self.path, self.problems.values())
 
     def _universe(self, number: int, place: Placement, context: Context, path: Path) -> None:
         surfaces = _Placed(self.geometry, place)
         for cell in self.geometry.universes[number]:
-            parts = () if cell.region is None else (bound(cell.region, surfaces),)
-            inner = context.and_(place.outer, parts)
-            if inner is None:
-                self.empty += 1
-            elif cell.fill is None:
-                self._body(cell, inner, path)
-            else:
-                self._filled(cell, place.inner(cell.translation, cell.rotation), inner, (*path, f"cell {cell.id}"))
+            with self._telling(cell, path):
+                self._cell(cell, place, context, path, surfaces)
+
+    def _cell(self, cell: Cell, place: Placement, context: Context, path: Path, surfaces: _Placed) -> None:
+        parts = () if cell.region is None else (bound(cell.region, surfaces),)
+        inner = self._narrowed(cell, context, place, parts)
+        self.left_out.visit(cell, inner is None)
+        if inner is None:
+            return
+        if cell.fill is None:
+            self._body(cell, inner, path)
+        else:
+            self._filled(cell, place.inner(cell.translation, cell.rotation), inner, (*path, f"cell {cell.id}"))
+
+    def _narrowed(
+        self, cell: Cell, context: Context, place: Placement, parts: Iterable[Part], extent: Extent = EVERYWHERE
+    ) -> Context | None:
+        """A context with further parts, the work being limited."""
+        further = tuple(parts)
+        self.steps += context.cost(place.outer, further)
+        if self.steps > limits.steps(self.max_bodies):
+            raise limits.too_long(self.path, cell, self.max_bodies)
+        return context.and_(place.outer, further, extent)
 
     def _filled(self, cell: Cell, place: Placement, context: Context, path: Path) -> None:
         """What fills a cell, within the cell."""
@@ -82,24 +95,32 @@ class Expansion:
             self._universe(cell.fill, place, context, path)
             return
         for index, universe in lattice.universes.items():
-            self.empty += not self._element(lattice, index, universe, place, context, path)
-        outside = context.and_(place.outer, [prism.placed(place).outside() for prism in lattice.hull])
+            is_there = self._element(cell, lattice, index, universe, place, context, path)
+            self.left_out.visit(lattice, not is_there)
+        outside = self._narrowed(cell, context, place, [prism.placed(place).outside() for prism in lattice.hull])
         if outside is None:
             return
         if lattice.outer is None:
             self.open_lattices.add(lattice.id)
-        elif _repeats(self.geometry, lattice.outer, lattice):
+        elif self._repeats(lattice, lattice.outer):
             center = lattice.center(next(iter(lattice.universes)))
             self._universe(lattice.outer, place.inner(center), outside, (*path, f"lattice {lattice.id} outer"))
         else:
             self._tiles(cell, lattice, lattice.outer, place, outside, path)
 
     def _element(
-        self, lattice: Lattice, index: Index, universe: int, place: Placement, context: Context, path: Path
+        self,
+        cell: Cell,
+        lattice: Lattice,
+        index: Index,
+        universe: int,
+        place: Placement,
+        context: Context,
+        path: Path,
     ) -> bool:
         """One element with its universe; false where nothing of it is in the context."""
         prism = lattice.prism(index).placed(place)
-        inner = context.and_(place.outer, prism.sides(), prism.extent)
+        inner = self._narrowed(cell, context, place, prism.sides(), prism.extent)
         if inner is not None:
             step = f"lattice {lattice.id} [{', '.join(map(str, index))}]"
             self._universe(universe, place.inner(lattice.center(index)), inner, (*path, step))
@@ -107,39 +128,62 @@ class Expansion:
 
     def _tiles(self, cell: Cell, lattice: Lattice, outer: int, place: Placement, context: Context, path: Path) -> None:
         """The outer universe, element by element, as far as the cell around the lattice reaches."""
-        indices = lattice.indices_around(context.extent_before(place.outer).placed(place.back))
-        if indices is None:
+        tiles = lattice.tiles_around(context.extent_before(place.outer).placed(place.back))
+        if tiles is None:
             message = (
                 "must be bounded on all sides by planes across the axes, spheres or cylinders, because the outer "
                 f"universe {outer} of {lattice} that fills it is repeated without end"
             )
-            raise self._wrong(cell, str(cell), message)
-        for count, index in enumerate(indices):
-            if count > TILES_FOR_A_BODY * self.max_bodies:
-                raise too_many(self.path, f"over {count:,}", count, self.max_bodies)
+            self._report(cell, str(cell), message)
+            return
+        count = max(tiles.count - lattice.size, 0) * self.geometry.count(outer)
+        self.outside += count
+        if self.outside > limits.PLACES_FOR_A_BODY * self.max_bodies:
+            where = f"{cell}, in which the outer universe {outer} of {lattice} is repeated"
+            raise limits.too_many(self.path, count, self.max_bodies, cell.element, where, "up to ")
+        for index in tiles.indices:
             if index not in lattice.universes:
-                self._element(lattice, index, outer, place, context, path)
+                self._element(cell, lattice, index, outer, place, context, path)
+
+    def _repeats(self, lattice: Lattice, outer: int) -> bool:
+        if lattice.id not in self.repeating:
+            self.repeating[lattice.id] = repeats(self.geometry, outer, lattice)
+        return self.repeating[lattice.id]
 
     def _body(self, cell: Cell, context: Context, path: Path) -> None:
         material = cell.materials[0]
         if material is None and not self.void:
             return
         if len(self.bodies) >= self.max_bodies:
-            raise too_many(self.path, f"more than {self.max_bodies:,}", self.max_bodies, self.max_bodies)
-        name = f"{cell} @ {', '.join(path)}" if path else str(cell)
-        try:
-            shape = self.maker.solid((motion, group.parts) for motion, group in context.groups)
-        except (OverflowError, ValueError) as error:
-            raise self._wrong(cell, name, f"cannot be expressed in double precision: {error}") from None
+            where = f"{cell} and the outer universes around it"
+            raise limits.too_many(self.path, len(self.bodies) + 1, self.max_bodies, cell.element, where, "at least ")
+        shape = self.maker.solid((motion, group.parts) for motion, group in context.groups)
         if material is not None and material not in self.looks:
             self.looks[material] = matte(color_of(material))
-        self.bodies.append(Body(shape, self.looks[material], name))
+        self.bodies.append(Body(shape, self.looks[material], _placed_name(cell, path)))
         self.materials[material] += 1
         if self.progress is not None and len(self.bodies) % 256 == 0:
             self.progress(len(self.bodies), self.geometry.body_count)
 
-    def _wrong(self, cell: Cell, where: str, message: str) -> SceneFileError:
-        return SceneFileError(self.path, [Problem(cell.element.line, cell.element.column, where, message)])
+    @contextmanager
+    def _telling(self, cell: Cell, path: Path) -> Iterator[None]:
+        """Keep what float64 cannot express of a cell, so that the others are looked at as well."""
+        try:
+            yield
+        except SceneFileError:
+            raise
+        except (OverflowError, ValueError) as error:
+            found = "a number is too large" if isinstance(error, OverflowError) else error
+            self._report(cell, _placed_name(cell, path), f"cannot be expressed in double precision: {found}")
+
+    def _report(self, cell: Cell, where: str, message: str) -> None:
+        self.problems.setdefault(cell.id, Problem(cell.element.line, cell.element.column, where, message))
+        if len(self.problems) >= MOST:
+            raise SceneFileError(self.path, self.problems.values())
+
+
+def _placed_name(cell: Cell, path: Path) -> str:
+    return f"{cell} @ {', '.join(path)}" if path else str(cell)
 
 
 class _Placed(dict[int, Surface]):
@@ -155,7 +199,7 @@ class _Placed(dict[int, Surface]):
         return self[number]
 
 
-def _repeats(geometry: Geometry, universe: int, lattice: Lattice) -> bool:
+def repeats(geometry: Geometry, universe: int, lattice: Lattice) -> bool:
     """Whether a universe surely looks the same after every step from element to element.
 
     It does if all surfaces in it do; then its place among the elements does not matter.

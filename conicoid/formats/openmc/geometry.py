@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 
 from .lattices import Lattice
 from .placement import STRAIGHT, Point, Rotation
 from .region import Region
-from .surface_kinds import NamedSurface, titled
+from .surface_kinds import NamedSurface
+from .values import titled
 from .xml_tree import Element
+
+Node = tuple[str, int]
+"""A universe or a lattice, by its number: ("universe", 3)."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,8 @@ class Geometry:
     lattices: dict[int, Lattice]
     materials: dict[int, str] | None  # names by number, None where there is no list of materials
     root: int
-    counts: dict[int, int]  # how many bodies a universe has, all that fill it expanded
+    counts: dict[Node, int]  # how many bodies a universe or a lattice has, all that fill it expanded
+    element: Element = field(repr=False, compare=False)
 
     def lattice_of(self, cell: Cell) -> Lattice | None:
         """The lattice that fills a cell; universes come first where both have the number (as in OpenMC)."""
@@ -55,18 +61,36 @@ class Geometry:
             return None
         return self.lattices[cell.fill]
 
+    def count(self, universe: int) -> int:
+        """How many bodies a universe has."""
+        return self.counts["universe", universe]
+
+    def count_in(self, cell: Cell) -> int:
+        """How many bodies a cell gives in one place."""
+        if cell.fill is None:
+            return 1
+        return self.counts["universe" if cell.fill in self.universes else "lattice", cell.fill]
+
     @property
     def body_count(self) -> int:
         """How many bodies there are at most, before those without volume are left out."""
-        return self.counts[self.root]
+        return self.count(self.root)
+
+    def where_most_are(self, limit: int) -> Cell | Lattice | None:
+        """What is filled so that there are more bodies than a limit, the innermost such; None if no filling does it."""
+        found: Cell | Lattice | None = None
+        universe = self.root
+        while self.count(universe) > limit:
+            cell = max(self.universes[universe], key=self.count_in)
+            lattice = self.lattice_of(cell)
+            if cell.fill is None:
+                break
+            found = cell if lattice is None else lattice
+            inside = [cell.fill] if lattice is None else fillings(lattice)
+            universe = max(inside, key=self.count)
+        return found
 
 
-def filled_by(cell: Cell, universes: dict[int, list[Cell]], lattices: dict[int, Lattice]) -> list[int]:
-    """The universes that a cell is filled with, one for each place where it stands."""
-    if cell.fill is None:
-        return []
-    if cell.fill in universes:
-        return [cell.fill]
-    lattice = lattices[cell.fill]
-    outer = [] if lattice.outer is None else [lattice.outer]
-    return [*lattice.universes.values(), *outer]
+def fillings(lattice: Lattice) -> Counter[int]:
+    """How often each universe stands in a lattice, the outer one counted once."""
+    return lattice.tally + Counter([] if lattice.outer is None else [lattice.outer])

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 from ...shapes.body import Body
+from ...shapes.material import Material
+from ..errors import SHOWN, printable
+from ..nodes import shortened
 from .expansion import Expansion, Progress
 from .geometry import Geometry
 from .palette import color_of
 from .reading import read_geometry
-from .values import listed
+from .values import listed, titled
 
 MAX_BODIES = 50_000
 
@@ -29,7 +33,8 @@ class LegendEntry:
 
     def __str__(self) -> str:
         number = "void" if self.material is None else f"material {self.material}"
-        return f"{self.color or 'invisible':<9}  {number:<14} {self.bodies:>9,} bodies  {self.name}".rstrip()
+        name = printable(shortened(self.name))
+        return f"{self.color or 'invisible':<9}  {number:<14} {self.bodies:>9,} bodies  {name}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,7 @@ class Imported:
     bodies: tuple[Body, ...]
     legend: tuple[LegendEntry, ...]
     notes: tuple[str, ...]
+    material_names: Mapping[Material, str] = field(default_factory=dict)  # as in the legend, for scene files
     lights: tuple[Any, ...] = ()
     camera: Any = None
     background: Any = None
@@ -58,7 +64,8 @@ def read(
     geometry = read_geometry(path)
     expansion = Expansion(path, geometry, max_bodies, void, progress)
     expansion.run()
-    return Imported(tuple(expansion.bodies), _legend(expansion), tuple(_notes(expansion)))
+    names = _material_names(expansion)
+    return Imported(tuple(expansion.bodies), _legend(expansion), tuple(_notes(expansion)), names)
 
 
 def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:
@@ -70,6 +77,16 @@ def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:
     return tuple(entries)
 
 
+def _material_names(expansion: Expansion) -> dict[Material, str]:
+    """What a scene file calls each material: material 2 'Zircaloy', as the legend does. Equal colours share a name."""
+    names = expansion.geometry.materials or {}
+    found: dict[Material, list[str]] = {}
+    for number in expansion.materials:
+        title = "void" if number is None else titled("material", number, names.get(number, ""))
+        found.setdefault(expansion.looks[number], []).append(title)
+    return {look: listed(titles) for look, titles in found.items()}
+
+
 def _notes(expansion: Expansion) -> Iterator[str]:
     geometry = expansion.geometry
     sizes = (
@@ -77,19 +94,37 @@ def _notes(expansion: Expansion) -> Iterator[str]:
         (geometry.universes, "universe"), (geometry.lattices, "lattice"),
     )  # fmt: skip
     yield ", ".join(_counted(len(items), what) for items, what in sizes)
-    without = f"; {_counted(expansion.empty, 'place')} without volume left out" if expansion.empty else ""
+    empty = expansion.left_out.places
+    without = f"; {_counted(empty, 'place')} without volume left out" if empty else ""
     yield _counted(len(expansion.bodies), "body") + without
+    yield from _first(expansion.left_out.notes(geometry))
     yield from _boundaries(geometry)
+    yield from _first(_cells(geometry))
+    yield from _first(
+        f"{geometry.lattices[number]}: the cell around it may reach beyond it, and there is no outer universe"
+        for number in sorted(expansion.open_lattices)
+    )
+    if geometry.materials is None:
+        yield "no list of materials: they are known by number only"
+
+
+def _cells(geometry: Geometry) -> Iterator[str]:
+    """What is not done as a cell says."""
     for cell in geometry.cells.values():
         if len(cell.materials) > 1:
             given = listed("void" if material is None else material for material in cell.materials)
             yield f"{cell}: has a material for each place ({given}); the first is taken for all"
         if cell.skew > 1e-9:
             yield f"{cell}: its rotation matrix is {cell.skew:.2g} away from a rotation; it is applied as it is"
-    for number in sorted(expansion.open_lattices):
-        yield f"{geometry.lattices[number]}: the cell around it may reach beyond it, and there is no outer universe"
-    if geometry.materials is None:
-        yield "no list of materials: they are known by number only"
+
+
+def _first(notes: Iterable[str]) -> Iterator[str]:
+    """The first few of many notes of a kind, and how many more there are."""
+    kept = list(islice(notes := iter(notes), SHOWN))
+    yield from kept
+    more = sum(1 for _ in notes)
+    if more:
+        yield f"... and {more:,} more like this"
 
 
 def _boundaries(geometry: Geometry) -> Iterator[str]:

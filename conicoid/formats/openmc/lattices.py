@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 
 from .extent import Extent
 from .narrowing import AnyOf, Side
 from .placement import Placement, Point
-from .surface_kinds import titled
 from .surfaces import FlatSurface
+from .values import titled
 from .xml_tree import Element
 
 Index = tuple[int, ...]
@@ -52,17 +54,44 @@ class Prism:
 
 
 @dataclass(frozen=True)
+class Tiles:
+    """Elements around a box: how many there are, known before any is listed, and their indices."""
+
+    count: int
+    indices: Iterator[Index]
+
+
+@dataclass(frozen=True)
 class Lattice(ABC):
-    """Universes on a grid; indices are OpenMC's, those of hexagonal lattices counted from the central element."""
+    """Universes on a grid; indices are OpenMC's, those of hexagonal lattices counted from the central element.
+
+    `listing` is the text that names the universes. There may be millions, so they are only counted (`tally`: how often
+    each occurs) until someone asks for `universes`.
+    """
 
     id: int
     name: str
     outer: int | None
-    universes: dict[Index, int]
+    tally: Counter[int] = field(repr=False)
+    listing: str = field(repr=False)
     element: Element = field(repr=False, compare=False)
 
     def __str__(self) -> str:
         return titled("lattice", self.id, self.name)
+
+    @property
+    def size(self) -> int:
+        """The number of elements."""
+        return self.tally.total()
+
+    @cached_property
+    def universes(self) -> dict[Index, int]:
+        """The universe of each element."""
+        return dict(zip(self.order(), map(int, self.listing.split()), strict=True))
+
+    @abstractmethod
+    def order(self) -> Iterable[Index]:
+        """The indices in the order in which a file lists the universes."""
 
     @abstractmethod
     def center(self, index: Index) -> Point:
@@ -83,8 +112,8 @@ class Lattice(ABC):
         """The ways from an element to its neighbours, as far as they are independent."""
 
     @abstractmethod
-    def indices_around(self, extent: Extent) -> Iterator[Index] | None:
-        """All indices of elements that reach into a box, and perhaps more; None where they have no end."""
+    def tiles_around(self, extent: Extent) -> Tiles | None:
+        """All elements that reach into a box, and perhaps more; None where they have no end."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +124,13 @@ class RectangularLattice(Lattice):
     lower_left: tuple[Fraction, ...]
     pitch: tuple[Fraction, ...]
 
+    def order(self) -> Iterable[Index]:
+        """Level by level from the bottom, row by row from the top."""
+        columns, rows, levels = (*self.shape, 1)[:3]
+        flat = len(self.shape) == 2
+        for k, j, i in product(range(levels), reversed(range(rows)), range(columns)):
+            yield (i, j) if flat else (i, j, k)
+
     def center(self, index: Index) -> Point:
         middle = [a + (i + HALF) * p for a, i, p in zip(self.lower_left, index, self.pitch, strict=True)]
         x, y, z = (*middle, ZERO)[:3]
@@ -103,7 +139,7 @@ class RectangularLattice(Lattice):
     def prism(self, index: Index) -> Prism:
         return self._box(index, tuple(i + 1 for i in index))
 
-    @property
+    @cached_property
     def hull(self) -> list[Prism]:
         return [self._box((0,) * len(self.shape), self.shape)]
 
@@ -121,14 +157,15 @@ class RectangularLattice(Lattice):
     def steps(self) -> list[Point]:
         return [_axis(axis, p) for axis, p in enumerate(self.pitch)]
 
-    def indices_around(self, extent: Extent) -> Iterator[Index] | None:
-        ranges = []
+    def tiles_around(self, extent: Extent) -> Tiles | None:
+        ends: list[tuple[int, int]] = []
         for axis, (a, p) in enumerate(zip(self.lower_left, self.pitch, strict=True)):
             low, high = extent.low[axis], extent.high[axis]
             if low is None or high is None:
                 return None
-            ranges.append(range(math.floor((low - a) / p), math.ceil((high - a) / p)))
-        return product(*ranges)
+            ends.append((math.floor((low - a) / p), math.ceil((high - a) / p)))
+        count = math.prod(max(end - first, 0) for first, end in ends)
+        return Tiles(count, _grid(ends))
 
 
 @dataclass(frozen=True)
@@ -148,6 +185,13 @@ class HexagonalLattice(Lattice):
     axial_pitch: Fraction | None
     levels: int
 
+    def order(self) -> Iterable[Index]:
+        """Level by level from the bottom, each as in `ring_order`."""
+        level = ring_order(self.rings, self.orientation)
+        if self.axial_pitch is None:
+            return level
+        return ((i, j, k) for k in range(self.levels) for i, j in level)
+
     def center(self, index: Index) -> Point:
         i, j = index[:2]
         x, y, z = self.middle
@@ -160,7 +204,7 @@ class HexagonalLattice(Lattice):
     def prism(self, index: Index) -> Prism:
         return self._column(index, self._levels(index[2], index[2] + 1) if index[2:] else None)
 
-    @property
+    @cached_property
     def hull(self) -> list[Prism]:
         """The hexagon through the centers of the outermost ring, which the elements cover, and that ring."""
         levels = None if self.axial_pitch is None else self._levels(0, self.levels)
@@ -226,30 +270,31 @@ class HexagonalLattice(Lattice):
             return [(long, half, ZERO), (ZERO, p, ZERO), *level]
         return [(p, ZERO, ZERO), (half, long, ZERO), *level]
 
-    def indices_around(self, extent: Extent) -> Iterator[Index] | None:
-        flat = [*extent.low[:2], *extent.high[:2]]
-        if None in flat or (self.axial_pitch is not None and (extent.low[2] is None or extent.high[2] is None)):
-            return None
-        return self._around(extent)
-
-    def _around(self, extent: Extent) -> Iterator[Index]:
+    def tiles_around(self, extent: Extent) -> Tiles | None:
         """Columns (or rows) of hexagons first, then along each; a neighbour more on every side."""
-        low, high = [float(v or 0) for v in extent.low], [float(v or 0) for v in extent.high]
         across, along = (0, 1) if self.orientation == "y" else (1, 0)
-        p, wide = float(self.pitch), float(LONG * self.pitch)
-        m = [float(value) for value in self.middle]
-        levels: list[Index] = [()]
+        low, high = (extent.low[across], extent.low[along]), (extent.high[across], extent.high[along])
+        if low[0] is None or low[1] is None or high[0] is None or high[1] is None:
+            return None
+        levels = 0, 1
         if self.axial_pitch is not None:
-            step, bottom = float(self.axial_pitch), m[2] - 0.5 * self.levels * float(self.axial_pitch)
-            first, last = math.floor((low[2] - bottom) / step) - 1, math.ceil((high[2] - bottom) / step) + 1
-            levels = [(k,) for k in range(first, last + 1)]
-        columns = range(
-            math.floor((low[across] - m[across]) / wide) - 1, math.ceil((high[across] - m[across]) / wide) + 2
-        )
-        for level, i in product(levels, columns):
-            first = math.floor((low[along] - m[along]) / p - 0.5 * i) - 1
-            last = math.ceil((high[along] - m[along]) / p - 0.5 * i) + 1
-            for j in range(first, last + 1):
+            if extent.low[2] is None or extent.high[2] is None:
+                return None
+            bottom, _ = self._levels(0, 0)
+            levels = _whole_steps(extent.low[2] - bottom, extent.high[2] - bottom, self.axial_pitch)
+        columns = _whole_steps(low[0] - self.middle[across], high[0] - self.middle[across], LONG * self.pitch)
+        first, last = low[1] - self.middle[along], high[1] - self.middle[along]
+        most = max(math.ceil((last - first) / self.pitch) + 4, 0)
+        count = max(levels[1] - levels[0], 0) * max(columns[1] - columns[0], 0) * most
+        return Tiles(count, self._around(levels, columns, first, last))
+
+    def _around(
+        self, levels: tuple[int, int], columns: tuple[int, int], first: Fraction, last: Fraction
+    ) -> Iterator[Index]:
+        for k, i in _grid([levels, columns]):
+            level = () if self.axial_pitch is None else (k,)
+            start, end = (math.floor(first / self.pitch - HALF * i) - 1, math.ceil(last / self.pitch - HALF * i) + 1)
+            for j in range(start, end + 1):
                 yield (i, j, *level) if self.orientation == "y" else (j, i, *level)
 
 
@@ -261,6 +306,21 @@ def ring_order(rings: int, orientation: str) -> list[tuple[int, int]]:
         # y = a + x/2, in halves of the pitch; x rises along a row
         return sorted(inside, key=lambda index: (-(2 * index[1] + index[0]), index[0]))
     return sorted(inside, key=lambda index: (-index[1], index[0]))
+
+
+def _whole_steps(low: Fraction, high: Fraction, step: Fraction) -> tuple[int, int]:
+    """The whole numbers of steps from low to high, and one more at each end: the first, and the one after the last."""
+    return math.floor(low / step) - 1, math.ceil(high / step) + 2
+
+
+def _grid(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
+    """All (i, j, ...) with each number from its first to before its end; nothing is written out in advance."""
+    if not ends:
+        yield ()
+        return
+    for i in range(*ends[0]):
+        for rest in _grid(ends[1:]):
+            yield (i, *rest)
 
 
 def _slab(normal: Point, low: Fraction, high: Fraction) -> list[Plane]:

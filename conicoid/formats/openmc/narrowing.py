@@ -16,14 +16,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import reduce
+from functools import cached_property, reduce
 from typing import TypeAlias
 
 from .extent import EVERYWHERE, Extent
+from .placement import Point
 from .region import Both, Half, Region
 from .surfaces import FlatSurface, RoundSurface, Surface
 
-MOST_PAIRS = 100_000
+MOST_PAIRS = 20_000
 """Pairs of parts that are compared with each other; beyond, superfluous ones just stay."""
 
 
@@ -66,7 +67,7 @@ def bound(region: Region, surfaces: Mapping[int, Surface]) -> Part:
     return kind(tuple(bound(part, surfaces) for part in region.parts))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Conjunction:
     """In every part; `extent` is a box around that."""
 
@@ -78,7 +79,7 @@ class Conjunction:
         sides, unions = _sorted((*self.parts, *parts))
         box = self.extent.common(extent)
         box = reduce(Extent.common, (side.surface.extent(side.positive) for side in sides), box)
-        if box.is_empty:
+        if box.is_empty or _excluded(sides):
             return None
         apart = _without_pairs(sides)
         kept = None if apart is None else _without_shown(_without_idle_planes(apart, unions, box), box)
@@ -92,6 +93,51 @@ class Conjunction:
         result = Conjunction((*kept, *still), box)
         opened = [part for part in branches if not isinstance(part, AnyOf)]
         return result.and_(opened) if opened else result
+
+    @cached_property
+    def size(self) -> int:
+        """How many sides it has."""
+        return sum(map(size_of, self.parts))
+
+    @cached_property
+    def rounds(self) -> int:
+        """How many of its parts are the insides of round solids, with which others are compared."""
+        return sum(map(_is_round, self.parts))
+
+
+def size_of(part: Part) -> int:
+    """How many sides a part has."""
+    return 1 if isinstance(part, Side) else sum(map(size_of, part.parts))
+
+
+def _is_round(part: Part) -> bool:
+    return isinstance(part, Side) and isinstance(part.surface, RoundSurface) and not part.positive
+
+
+def cost(before: Conjunction, parts: Iterable[Part]) -> int:
+    """How many sides and pairs of sides `before.and_(parts)` looks at, at most."""
+    size, rounds = before.size, before.rounds
+    for part in parts:
+        size += size_of(part)
+        rounds += sum(map(_is_round, part.parts)) if isinstance(part, AllOf) else _is_round(part)
+    return size + min(size * rounds, MOST_PAIRS)
+
+
+def _excluded(sides: list[Side]) -> bool:
+    """Whether two sides have no volume in common: the two of one surface, or those of parallel slanted planes."""
+    found: dict[Surface, bool] = {}
+    ends: dict[tuple[Point, bool], Fraction] = {}
+    for side in sides:
+        plane = side.surface
+        if found.setdefault(plane, side.positive) != side.positive:
+            return True
+        if isinstance(plane, FlatSurface) and plane.axis is None:
+            first = next(n for n in plane.normal if n)
+            x, y, z = (n / first for n in plane.normal)
+            normal, offset, above = (x, y, z), plane.offset / first, side.positive == (first > 0)
+            end = ends.setdefault((normal, above), offset)
+            ends[normal, above] = max(end, offset) if above else min(end, offset)
+    return any(above and low >= ends.get((normal, False), low + 1) for (normal, above), low in ends.items())
 
 
 def _sorted(parts: Iterable[Part]) -> tuple[list[Side], list[AnyOf]]:

@@ -3,32 +3,32 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 from typing import TypeVar
 
 from ..errors import MOST, Problem, SceneFileError
 from ..nodes import shortened
-from .geometry import Cell, Geometry, filled_by
+from . import counting
+from .cell_reading import read_cell
+from .geometry import Cell, Geometry, Node, fillings
 from .lattice_reading import read_hexagonal, read_rectangular
 from .lattices import Lattice
-from .placement import ORIGIN, STRAIGHT, Rotation, departure, rotation_by_angles, rotation_by_matrix
-from .region import halves, parse_region
-from .surface_kinds import NamedSurface, read_surface, titled
+from .region import LONGEST_REGION, MAX_HALF_SPACES, halves
+from .surface_kinds import NamedSurface, read_surface
 from .values import Mistake, Values, listed
 from .xml_tree import Element, read_xml
 
 MAX_NESTING = 100
 """Levels of universes within universes."""
 Item = TypeVar("Item", NamedSurface, Cell, Lattice)
+Materials = dict[int, str]
 
 
 def read_geometry(path: str | os.PathLike[str]) -> Geometry:
     """The geometry of a geometry.xml, with the materials.xml beside it if there is one, or of a model.xml.
 
-    Raises SceneFileError with every mistake found.
+    Raises SceneFileError with every mistake found, in both files.
     """
     root = read_xml(path)
     if root.tag == "model":
@@ -37,19 +37,50 @@ def read_geometry(path: str | os.PathLike[str]) -> Geometry:
             found = f"holds {len(parts)} <geometry> elements, a model has one"
             raise SceneFileError(path, [Problem(root.line, root.column, "model", found)])
         listing = root.all("materials")
-        materials = _materials(path, listing[0]) if listing else None
-        return _Reader(path, materials).read(parts[0])
+        materials, problems = _materials(listing[0]) if listing else (None, [])
+        return _Reader(path, None if problems else materials, problems).read(parts[0])
     if root.tag != "geometry":
         found = f"is <{shortened(root.tag)}>, not <geometry> or <model>"
         raise SceneFileError(path, [Problem(root.line, root.column, "root element", found)])
     beside = Path(path).with_name("materials.xml")
-    return _Reader(path, _materials(beside, read_xml(beside)) if beside.is_file() else None).read(root)
+    if not beside.is_file():
+        return _Reader(path, None, []).read(root)
+    wrong = None
+    try:
+        materials, problems = _materials(read_xml(beside))
+        if problems:
+            raise SceneFileError(beside, problems)
+    except SceneFileError as error:
+        materials, wrong = None, error
+    return _beside(path, root, materials, wrong)
 
 
-def _materials(path: str | os.PathLike[str], listing: Element) -> dict[int, str]:
-    """Number and name of each material."""
-    names: dict[int, str] = {}
-    problems = []
+def _beside(
+    path: str | os.PathLike[str], root: Element, materials: Materials | None, wrong: SceneFileError | None
+) -> Geometry:
+    """The geometry with the list of materials beside it; with None where the list is wrong, as it may lack some."""
+    try:
+        geometry = _Reader(path, materials, []).read(root)
+    except SceneFileError as error:
+        if wrong is None:
+            raise
+        others = [Problem(0, 0, _place(wrong, problem), problem.message) for problem in wrong.problems]
+        raise SceneFileError(path, [*others, *error.problems]) from None
+    if wrong is not None:
+        raise wrong
+    return geometry
+
+
+def _place(error: SceneFileError, problem: Problem) -> str:
+    """materials.xml:3:5: material"""
+    line = f":{problem.line}:{problem.column}" if problem.line else ""
+    return f"{Path(error.path).name}{line}" + (f": {problem.where}" if problem.where else "")
+
+
+def _materials(listing: Element) -> tuple[Materials, list[Problem]]:
+    """Number and name of each material, and what is wrong."""
+    names: Materials = {}
+    problems: list[Problem] = []
     for element in listing.all("material"):
         values = Values(element, "material")
         try:
@@ -58,131 +89,142 @@ def _materials(path: str | os.PathLike[str], listing: Element) -> dict[int, str]
                 raise values.mistake(f"id {number} is taken by another material")
             names[number] = values.text("name") or ""
         except Mistake as mistake:
-            problems.append(mistake.problem)
-    if problems:
-        raise SceneFileError(path, problems)
-    return names
+            problems.extend(mistake.problems)
+        if len(problems) >= MOST:
+            break
+    return names, problems
 
 
 class _Reader:
     """Reads one geometry element."""
 
-    def __init__(self, path: str | os.PathLike[str], materials: dict[int, str] | None) -> None:
+    def __init__(self, path: str | os.PathLike[str], materials: Materials | None, problems: list[Problem]) -> None:
         self.path = path
         self.materials = materials
-        self.problems: list[Problem] = []
+        self.problems = list(problems)
         self.universes: dict[int, list[Cell]] = {}
         self.surfaces: dict[int, NamedSurface] = {}
         self.lattices: dict[int, Lattice] = {}
+        self.half_spaces = 0
+        self.broken: dict[str, set[int]] = {"surface": set(), "universe": set(), "lattice": set()}
 
     def read(self, root: Element) -> Geometry:
         for element in root.all("dagmc_universe"):
             self._report(element, "dagmc_universe", "is a mesh from a CAD program, which Conicoid cannot express")
+            self._note_broken(element, "universe", "id")
         self.surfaces = self._each(root, "surface", read_surface)
-        cells = self._each(root, "cell", read_cell)
+        found = len(self.problems)
+        cells = self._each(root, "cell", self._cell)
         for cell in cells.values():
             self.universes.setdefault(cell.universe, []).append(cell)
         lattices = self._each(root, "lattice", read_rectangular)
         self.lattices = lattices | self._each(root, "hex_lattice", read_hexagonal, lattices)
-        self._raise()
+        whole = len(self.problems) == found and not self.broken["universe"]
         for cell in cells.values():
-            self._check_cell(cell)
+            whole = self._check_cell(cell) and whole
         for lattice in self.lattices.values():
-            self._check_lattice(lattice)
-        if not cells:
+            whole = self._check_lattice(lattice) and whole
+        if not root.all("cell") and not self.problems:
             self._report(root, "geometry", "holds no cells")
-        self._raise()
         counts = self._counts(root)
-        return Geometry(self.surfaces, cells, self.universes, self.lattices, self.materials, self._root(root), counts)
+        number = self._root(root, counts) if whole and cells else 0
+        self._raise()
+        return Geometry(self.surfaces, cells, self.universes, self.lattices, self.materials, number, counts, root)
+
+    def _cell(self, element: Element) -> Cell:
+        """A cell; what is known of a broken one is kept, so that nothing is said against those that refer to it."""
+        try:
+            cell = read_cell(element, min(LONGEST_REGION, MAX_HALF_SPACES - self.half_spaces))
+        except Mistake:
+            self._note_broken(element, "universe", "universe")
+            raise
+        self.half_spaces += 0 if cell.region is None else sum(1 for _ in halves(cell.region))
+        return cell
+
+    def _note_broken(self, element: Element, kind: str, name: str) -> None:
+        values = Values(element, kind)
+        number = values.attempt(lambda: values.optional_integer(name), 0)
+        self.broken[kind].add(number or 0)
 
     def _each(
         self, root: Element, tag: str, read: Callable[[Element], Item], others: dict[int, Item] | None = None
     ) -> dict[int, Item]:
         """All elements of a kind by their number; one number for each."""
         items: dict[int, Item] = {}
+        kind = tag.removeprefix("hex_")
         for element in root.all(tag):
             try:
                 item = read(element)
             except Mistake as mistake:
-                self._add(mistake.problem)
+                if kind in self.broken:
+                    self._note_broken(element, kind, "id")
+                for problem in mistake.problems:
+                    self._add(problem)
                 continue
             if item.id in items or item.id in (others or {}):
-                self._report(element, str(item), f"id {item.id} is taken by another {tag.removeprefix('hex_')}")
+                self._report(element, str(item), f"id {item.id} is taken by another {kind}")
             items[item.id] = item
         return items
 
-    def _check_cell(self, cell: Cell) -> None:
+    def _check_cell(self, cell: Cell) -> bool:
+        """Whether what fills it is there."""
         element = cell.element
         if cell.region is not None:
-            unknown = sorted({half.surface for half in halves(cell.region)} - set(self.surfaces))
+            found = {half.surface for half in halves(cell.region)}
+            unknown = sorted(found - self.surfaces.keys() - self.broken["surface"])
             if unknown:
                 plural = "s" if len(unknown) > 1 else ""
                 self._report(element, str(cell), f"region refers to unknown surface{plural} {listed(unknown)}")
-        if cell.fill is not None and cell.fill not in self.universes and cell.fill not in self.lattices:
+        is_there = cell.fill is None or self._is_fill(cell.fill)
+        if not is_there:
             self._report(element, str(cell), f"fill {cell.fill} is neither a universe nor a lattice")
         if self.materials is not None:
             for material in cell.materials:
                 if material is not None and material not in self.materials:
                     self._report(element, str(cell), f"material {material} is not in the list of materials")
                     break
+        return is_there
 
-    def _check_lattice(self, lattice: Lattice) -> None:
-        outer = () if lattice.outer is None else (lattice.outer,)
-        unknown = sorted({*lattice.universes.values(), *outer} - set(self.universes))
+    def _is_fill(self, number: int) -> bool:
+        return (
+            number in self.universes or number in self.lattices
+            or number in self.broken["universe"] or number in self.broken["lattice"]
+        )  # fmt: skip
+
+    def _check_lattice(self, lattice: Lattice) -> bool:
+        """Whether all universes in it are there."""
+        unknown = sorted(fillings(lattice).keys() - self.universes.keys() - self.broken["universe"])
         if unknown:
             plural = "s" if len(unknown) > 1 else ""
             self._report(lattice.element, str(lattice), f"refers to unknown universe{plural} {listed(unknown)}")
+        return not unknown
 
-    def _root(self, root: Element) -> int:
+    def _root(self, root: Element, counts: dict[Node, int]) -> int:
         """The universe that fills nothing (OpenMC, find_root_universe)."""
         used = {fill for cells in self.universes.values() for cell in cells if (fill := cell.fill) is not None}
         for lattice in self.lattices.values():
-            used |= {*lattice.universes.values()} | ({lattice.outer} if lattice.outer is not None else set())
+            used |= fillings(lattice).keys()
         free = sorted(set(self.universes) - used)
-        if len(free) != 1:
-            found = f"universes {listed(free)} fill nothing" if free else "every universe fills something"
-            self._report(root, "geometry", f"has no single root universe: {found}")
-            self._raise()
-        return free[0]
+        if len(free) == 1:
+            return free[0]
+        if free:
+            self._report(root, "geometry", f"has no single root universe: universes {listed(free)} fill nothing")
+        elif counts:  # else there is a circle, which is told
+            self._report(root, "geometry", "has no single root universe: every universe fills something")
+        return 0
 
-    def _counts(self, root: Element) -> dict[int, int]:
-        """How many bodies each universe has; innermost first, without recursion. Refuses circles."""
-        inside: dict[int, Counter[int]] = {}
-        users: dict[int, list[int]] = {}
-        for number, cells in self.universes.items():
-            fills = Counter(u for cell in cells for u in filled_by(cell, self.universes, self.lattices))
-            inside[number] = fills
-            for fill in fills:
-                users.setdefault(fill, []).append(number)
-        waiting = {number: len(fills) for number, fills in inside.items()}
-        ready = [number for number, count in waiting.items() if not count]
-        counts: dict[int, int] = {}
-        depth: dict[int, int] = {}
-        while ready:
-            number = ready.pop()
-            own = sum(cell.fill is None for cell in self.universes[number])
-            counts[number] = own + sum(times * counts[fill] for fill, times in inside[number].items())
-            depth[number] = 1 + max((depth[fill] for fill in inside[number]), default=0)
-            for user in users.get(number, ()):
-                waiting[user] -= 1
-                if not waiting[user]:
-                    ready.append(user)
-        if len(counts) < len(self.universes):
-            self._report(root, "geometry", f"has universes that contain themselves: {self._circle(inside, counts)}")
-        elif max(depth.values()) > MAX_NESTING:
+    def _counts(self, root: Element) -> dict[Node, int]:
+        """How many bodies each universe and each lattice has. Tells of circles and of too many levels."""
+        inside = counting.links(self.universes, self.lattices)
+        order = counting.in_order(inside)
+        circle = counting.circle(inside, order)
+        if circle:
+            self._report(root, "geometry", f"has universes that contain themselves: {circle}")
+            return {}
+        if counting.depth(inside, order) > MAX_NESTING:
             self._report(root, "geometry", f"nests universes deeper than {MAX_NESTING} levels")
-        self._raise()
-        return counts
-
-    @staticmethod
-    def _circle(inside: dict[int, Counter[int]], done: dict[int, int]) -> str:
-        """One way round: universe 1 → universe 2 → universe 1."""
-        number = min(set(inside) - set(done))
-        way: list[int] = []
-        while number not in way:
-            way.append(number)
-            number = min(fill for fill in inside[number] if fill not in done)
-        return " → ".join(f"universe {u}" for u in [*way[way.index(number) :], number][:20])
+            return {}
+        return counting.bodies(self.universes, inside, order)
 
     def _report(self, element: Element, where: str, message: str) -> None:
         self._add(Problem(element.line, element.column, where, message))
@@ -195,59 +237,3 @@ class _Reader:
     def _raise(self) -> None:
         if self.problems:
             raise SceneFileError(self.path, self.problems)
-
-
-def read_cell(element: Element) -> Cell:
-    """Raises Mistake."""
-    values = Values(element, "cell")
-    number = values.integer("id")
-    name = values.text("name") or ""
-    values.where = titled("cell", number, name)
-    if values.text("surfaces") is not None:
-        raise values.mistake("has `surfaces`, an old form: write `region`")
-    words, fill = values.words("material"), values.optional_integer("fill")
-    if (words is None) == (fill is None):
-        found = "neither" if fill is None else "both"
-        raise values.mistake(f"needs either a material or a fill, got {found}")
-    universe = values.optional_integer("universe") or 0
-    if fill is not None and fill == universe:
-        raise values.mistake(f"is filled with the universe {fill} that it is in")
-    region = values.text("region")
-    try:
-        parsed = parse_region(region) if region else None
-    except ValueError as error:
-        raise values.mistake(str(error)) from None
-    rotation, skew = _rotation(values, fill)
-    translation = values.numbers("translation", 3) if values.text("translation") is not None else ORIGIN
-    if fill is None and translation is not ORIGIN:
-        raise values.mistake("is translated, but not filled with a universe or lattice")
-    x, y, z = translation
-    materials = _material_numbers(values, words)
-    return Cell(number, name, universe, parsed, fill, materials, (x, y, z), rotation, skew, element)
-
-
-def _material_numbers(values: Values, words: list[str] | None) -> tuple[int | None, ...]:
-    if words is None:
-        return ()
-    if not words:
-        raise values.mistake("material must be an integer, 'void', or several of these, got nothing")
-    integer = values.integer_word
-    return tuple(None if word.lower() == "void" else integer("material", word) for word in words)
-
-
-def _rotation(values: Values, fill: int | None) -> tuple[Rotation, float]:
-    """By three angles or nine entries, row by row; and how far those are from a rotation."""
-    if values.text("rotation") is None:
-        return STRAIGHT, 0.0
-    if fill is None:
-        raise values.mistake("is rotated, but not filled with a universe or lattice")
-    numbers: tuple[Fraction, ...] = values.numbers("rotation", 3, 9)
-    if len(numbers) == 3:
-        x, y, z = numbers
-        return rotation_by_angles((x, y, z)), 0.0
-    a, b, c, d, e, f, g, h, i = numbers
-    rows = ((a, b, c), (d, e, f), (g, h, i))
-    rotation = rotation_by_matrix(rows)
-    if rotation is None:
-        raise values.mistake("rotation must be a matrix that can be inverted, its determinant is 0")
-    return rotation, departure(rows)

@@ -14,6 +14,10 @@ from typing import TypeAlias
 from ..nodes import shortened
 
 MAX_PARENTHESES = 30
+MAX_HALF_SPACES = 2_000_000
+"""In all regions of a file together."""
+LONGEST_REGION = 200_000
+"""Half-spaces in one region."""
 _TOKEN = re.compile(r"\s*(?:([-+]?)([0-9]{1,18})(?![0-9])|([()|&~]))")
 
 
@@ -42,9 +46,12 @@ class Either:
 Region: TypeAlias = Half | Both | Either
 
 
-def parse_region(text: str) -> Region:
-    """The region of an expression that is not blank. Raises ValueError saying what is wrong and where."""
-    return _Parser(text).whole()
+def parse_region(text: str, most: int = MAX_HALF_SPACES) -> Region:
+    """The region of an expression that is not blank, of at most so many half-spaces.
+
+    Raises ValueError saying what is wrong and where.
+    """
+    return _Parser(text, most).whole()
 
 
 def halves(region: Region) -> Iterator[Half]:
@@ -59,8 +66,11 @@ def halves(region: Region) -> Iterator[Half]:
 class _Parser:
     """Recursive descent, one method for each level of precedence; `inside` counts open parentheses."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, most: int) -> None:
         self.text = text
+        self.most = most
+        self.count = 0
+        self.known: dict[tuple[str, bool], Half] = {}
         self.at = 0
         self.inside = 0
         self.sign, self.digits, self.symbol = "", "", ""
@@ -92,7 +102,7 @@ class _Parser:
             negated = not negated
             self._advance()
         if self.digits:
-            half = Half(int(self.digits), (self.sign != "-") != negated)
+            half = self._half(self.digits, (self.sign != "-") != negated)
             self._advance()
             return half
         if self.symbol != "(":
@@ -108,6 +118,19 @@ class _Parser:
         self._advance()
         return region
 
+    def _half(self, digits: str, positive: bool) -> Half:
+        """One half-space, equal ones being one object."""
+        self.count += 1
+        if self.count > self.most:
+            raise ValueError(
+                f"region: has too many half-spaces: at most {LONGEST_REGION:,} stand in one region, "
+                f"and {MAX_HALF_SPACES:,} in those of a file together"
+            )
+        known = self.known.get((digits, positive))
+        if known is None:
+            known = self.known[digits, positive] = Half(int(digits), positive)
+        return known
+
     def _advance(self) -> None:
         """To the next token; none at the end."""
         found = _TOKEN.match(self.text, self.at)
@@ -122,7 +145,7 @@ class _Parser:
         self.at = found.end()
 
     def _wrong(self, what: str) -> ValueError:
-        before = " ".join(self.text[: self.at].split())
+        before = " ".join(self.text[max(self.at - 1000, 0) : self.at].split())
         place = f"after '{before if len(before) <= 40 else '...' + before[-37:]}'" if before else "at the beginning"
         return ValueError(f"region: {what} ({place})")
 

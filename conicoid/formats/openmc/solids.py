@@ -24,17 +24,25 @@ class SolidMaker:
 
     curved: dict[CurvedSurface, Solid] = field(default_factory=dict)
     convex: dict[tuple[HalfSpace, ...], Solid] = field(default_factory=dict)
+    checked: set[Motion] = field(default_factory=set)
 
     def solid(self, groups: Iterable[tuple[Motion, tuple[Part, ...]]]) -> Solid:
-        """In every part of every group, each group moved as a whole."""
+        """In every part of every group, each group moved as a whole. Raises ValueError for numbers out of range."""
         moved = []
         for motion, parts in groups:
             if parts:
                 whole = self.intersection(parts)
-                moved.append(whole if motion.is_identity else replace(whole, motion=whole.motion.then(motion)))
+                moved.append(whole if motion.is_identity else self._moved(whole, motion))
         if not moved:
             return ALL_OF_SPACE
         return moved[0] if len(moved) == 1 else Intersection(tuple(moved))
+
+    def _moved(self, whole: Solid, motion: Motion) -> Solid:
+        both = whole.motion.then(motion)
+        if both not in self.checked:
+            both.check("rotation and translation")
+            self.checked.add(both)
+        return replace(whole, motion=both)
 
     def intersection(self, parts: tuple[Part, ...]) -> Solid:
         planes: list[HalfSpace] = []

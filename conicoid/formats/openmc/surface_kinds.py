@@ -6,10 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ..nodes import shortened
 from .placement import ORIGIN
 from .surfaces import ConeSurface, FlatSurface, QuadricSurface, RoundSurface, Surface
-from .values import Values
+from .values import Values, shown, titled
 from .xml_tree import Element
 
 Coefficients = tuple[Fraction, ...]
@@ -33,32 +32,36 @@ class NamedSurface:
         return titled("surface", self.id, self.name)
 
 
-def titled(kind: str, number: int, name: str) -> str:
-    """surface 3 'top'"""
-    return f"{kind} {number} {shortened(name)!r}" if name else f"{kind} {number}"
-
-
 def read_surface(element: Element) -> NamedSurface:
     """Raises Mistake for what is wrong and for tori, which are no quadrics."""
     values = Values(element, "surface")
-    number = values.integer("id")
-    name = values.text("name") or ""
-    values.where = titled("surface", number, name)
+    number, name = values.title()
+    boundary = values.attempt(lambda: _boundary(values), "")
+    surface = values.attempt(lambda: _surface(values), None)
+    values.finish()
+    assert surface is not None
+    return NamedSurface(number, name, surface, boundary)
+
+
+def _boundary(values: Values) -> str:
+    boundary = (values.text("boundary") or "").lower()
+    if boundary not in BOUNDARIES:
+        known = ", ".join(sorted(set(BOUNDARIES.values())))
+        raise values.mistake(f"boundary must be one of {known}, got {shown(boundary)}")
+    return BOUNDARIES[boundary]
+
+
+def _surface(values: Values) -> Surface | None:
     kind = values.required("type").lower()
     if kind in TORI:
         raise values.mistake(f"is a torus ({kind}), which is no quadric: Conicoid cannot express it")
     if kind not in _KINDS:
-        raise values.mistake(f"type must be one of {', '.join(_KINDS)}, got {kind!r}")
-    boundary = (values.text("boundary") or "").lower()
-    if boundary not in BOUNDARIES:
-        known = ", ".join(sorted(set(BOUNDARIES.values())))
-        raise values.mistake(f"boundary must be one of {known}, got {boundary!r}")
+        raise values.mistake(f"type must be one of {', '.join(_KINDS)}, got {shown(kind)}")
     count, make = _KINDS[kind]
     try:
-        surface = make(values.numbers("coeffs", count))
+        return make(values.numbers("coeffs", count))
     except ValueError as error:
         raise values.mistake(str(error)) from None
-    return NamedSurface(number, name, surface, BOUNDARIES[boundary])
 
 
 def _plane(numbers: Coefficients) -> Surface:

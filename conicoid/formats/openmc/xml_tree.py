@@ -21,6 +21,7 @@ from ..errors import Problem, SceneFileError
 MAX_BYTES = 64 << 20
 MAX_DEPTH = 32
 MAX_ELEMENTS = 1_000_000
+MAX_ATTRIBUTES = 3_000_000
 
 
 @dataclass(slots=True, eq=False)
@@ -46,14 +47,18 @@ class Element:
 def read_xml(path: str | os.PathLike[str]) -> Element:
     """The root element of a file. Raises SceneFileError for anything that is no harmless XML of bearable size."""
     from defusedxml.common import DefusedXmlException, DTDForbidden
-    from defusedxml.sax import make_parser
+    from defusedxml.expatreader import create_parser
 
     builder = _Builder()
-    parser = make_parser()
-    parser.forbid_dtd = True
+    # All at once: an attribute of many megabytes that comes in small pieces is scanned anew with each
+    parser = create_parser(bufsize=MAX_BYTES + 1, forbid_dtd=True)
     parser.setContentHandler(builder)
+    raw = _bytes(path)
+    if raw.count(b"=") > MAX_ATTRIBUTES:
+        found = f"has more than {MAX_ATTRIBUTES:,} attributes (or '=' signs)"
+        raise SceneFileError(path, [Problem(0, 0, "", found)])
     source = InputSource(os.fspath(path))
-    source.setByteStream(io.BytesIO(_bytes(path)))
+    source.setByteStream(io.BytesIO(raw))
     try:
         parser.parse(source)
     except SAXParseException as error:
@@ -92,7 +97,7 @@ class _Builder(ContentHandler):
         self.locator = locator
 
     def startElement(self, name: str, attrs: Any) -> None:
-        element = Element(name, *self.place, dict(attrs.items()))
+        element = Element(name, *self.place, dict(attrs))
         self.count += 1
         if self.count > MAX_ELEMENTS:
             raise _TooMuch(f"has more than {MAX_ELEMENTS:,} elements")
@@ -116,11 +121,11 @@ def _bytes(path: str | os.PathLike[str]) -> bytes:
     try:
         if "\0" in os.fspath(path):
             raise OSError(22, "a path cannot hold a zero character")
-        mode = Path(path).stat().st_mode
-        if not stat.S_ISREG(mode):
-            raise OSError(22, "is a directory" if stat.S_ISDIR(mode) else "is not a regular file")
+        found = Path(path).stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(22, "is a directory" if stat.S_ISDIR(found.st_mode) else "is not a regular file")
         with Path(path).open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
+            raw = file.read(min(found.st_size, MAX_BYTES) + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise SceneFileError(path, [Problem(0, 0, "", f"cannot be read: {reason}")]) from None

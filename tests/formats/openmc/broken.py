@@ -88,7 +88,7 @@ CASES: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "no rings": (lattice(f"n_rings='0' {HEX} universes='1'", "hex_lattice"), 3, ("n_rings and n_axial must be > 0, got 0",)),
     "absurd rings": (lattice(f"n_rings='99999999999' {HEX} universes='1'", "hex_lattice"), 3, ("got 1",)),
     "orientation": (lattice(f"n_rings='1' {HEX} orientation='z' universes='1'", "hex_lattice"), 3, ("orientation must be x or y, got 'z'",)),
-    "levels": (lattice(f"n_rings='1' n_axial='1' {HEX} universes='1'", "hex_lattice"), 3, ("center must be 3 numbers, got 2",)),
+    "levels": (lattice("n_rings='1' n_axial='1' center='0 0' pitch='1 1' universes='1'", "hex_lattice"), 3, ("center must be 3 numbers, got 2",)),
     # Together
     "a circle": (geometry("<cell id='1' universe='1' fill='2'/>", "<cell id='2' universe='2' fill='3'/>", "<cell id='3' universe='3' fill='1'/>", "<cell id='4' fill='1'/>"), 1, ("universe 1 → universe 2 → universe 3 → universe 1",)),
     "two roots": (geometry("<cell id='1' universe='1' material='1'/>", "<cell id='2' universe='2' material='1'/>"), 1, ("no single root universe: universes 1, 2 fill nothing",)),

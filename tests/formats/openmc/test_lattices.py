@@ -91,7 +91,10 @@ def test_levels_rise() -> None:
 def test_a_point_is_in_the_element_with_the_nearest_center_and_in_no_other(lattice: Lattice) -> None:
     points = around(lattice, np.random.default_rng(1), 3000)
     extent = Extent(*(tuple(Fraction(v) for v in side) for side in (points.min(axis=0), points.max(axis=0))))  # type: ignore[arg-type]
-    indices = list(lattice.indices_around(extent) or ())
+    tiles = lattice.tiles_around(extent)
+    assert tiles is not None
+    indices = list(tiles.indices)
+    assert len(indices) <= tiles.count
     assert set(lattice.universes) <= set(indices)
     assert len(indices) == len(set(indices))
     centers = np.array([[float(c) for c in lattice.center(index)] for index in indices])
@@ -158,10 +161,9 @@ def test_neighbours_share_their_planes(lattice: Lattice) -> None:
 @pytest.mark.parametrize("lattice", LATTICES, ids=str)
 def test_steps_lead_to_neighbours(lattice: Lattice) -> None:
     first = lattice.center((0,) * len(next(iter(lattice.universes))))
-    near = {
-        lattice.center(index)
-        for index in lattice.indices_around(Extent(*[tuple(c + s for c in first) for s in (-3, 3)])) or ()
-    }  # type: ignore[arg-type]
+    tiles = lattice.tiles_around(Extent(*[tuple(c + s for c in first) for s in (-3, 3)]))  # type: ignore[arg-type]
+    assert tiles is not None
+    near = {lattice.center(index) for index in tiles.indices}
     for step in lattice.steps:
         assert tuple(a + b for a, b in zip(first, step, strict=True)) in near
 
@@ -169,6 +171,6 @@ def test_steps_lead_to_neighbours(lattice: Lattice) -> None:
 @pytest.mark.parametrize("lattice", LATTICES, ids=str)
 def test_no_end_of_elements_where_a_box_has_none(lattice: Lattice) -> None:
     zero, one = Fraction(0), Fraction(1)
-    assert lattice.indices_around(Extent((zero, None, zero), (one, one, one))) is None
+    assert lattice.tiles_around(Extent((zero, None, zero), (one, one, one))) is None
     flat = Extent((zero, zero, None), (one, one, None))
-    assert (lattice.indices_around(flat) is None) == (len(next(iter(lattice.universes))) == 3)
+    assert (lattice.tiles_around(flat) is None) == (len(next(iter(lattice.universes))) == 3)

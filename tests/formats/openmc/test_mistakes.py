@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,86 @@ def test_all_mistakes_are_listed_in_the_order_of_the_file(tmp_path: Path) -> Non
     assert [(problem.line, problem.where) for problem in refused(path).problems] == [
         (3, "surface 8"), (4, "surface 9"), (5, "cell 1"), (6, "cell 2"),
     ]  # fmt: skip
+
+
+def told(text: str, path: Path) -> list[tuple[int, str]]:
+    path.write_text(text, encoding="utf-8")
+    return [(problem.line, problem.message) for problem in refused(path).problems]
+
+
+def test_independent_mistakes_of_all_stages_are_told(tmp_path: Path) -> None:
+    """In elements, between them, and in the file as a whole; what follows from another mistake is not."""
+    text = geometry(
+        "<surface id='8' type='x-torus' coeffs='0 0 0 1 2 3'/>",
+        "<cell id='1' material='1' region='-1 8 77'/>",
+        "<cell id='2' universe='5' fill='6'/>",
+        "<cell id='3' universe='6' fill='5'/>",
+        "<lattice id='9' dimension='1 1' lower_left='0 0' pitch='1 1' universes='44'/>",
+        "<cell id='4' fill='33'/>",
+    )
+    assert told(text, tmp_path / "geometry.xml") == [
+        (1, "has universes that contain themselves: universe 5 → universe 6 → universe 5"),
+        (3, "is a torus (x-torus), which is no quadric: Conicoid cannot express it"),
+        (4, "region refers to unknown surface 77"),
+        (7, "refers to unknown universe 44"),
+        (8, "fill 33 is neither a universe nor a lattice"),
+    ]
+
+
+def test_several_mistakes_in_one_element_are_told(tmp_path: Path) -> None:
+    text = geometry(
+        "<surface id='8' type='plane' coeffs='0 0 0 1' boundary='sticky'/>",
+        "<cell id='1' material='x' universe='y' region='(1' rotation='1 2' fill='2' translation='a b c'/>",
+        "<lattice id='9' dimension='2 1' lower_left='0' pitch='1 0' universes='1' outer='z'/>",
+        "<hex_lattice id='10' n_rings='1' n_axial='1' center='0 0' pitch='1' orientation='z' universes='1 2'/>",
+    )
+    lines = [line for line, _ in told(text, tmp_path / "geometry.xml")]
+    assert [lines.count(line) for line in (3, 4, 5, 6)] == [2, 6, 4, 4]
+
+
+def test_mistakes_beside_a_broken_list_of_materials_are_told(tmp_path: Path) -> None:
+    (tmp_path / "materials.xml").write_text("<materials>\n<material/>\n<material id='x'/></materials>")
+    path = tmp_path / "geometry.xml"
+    path.write_text(geometry("<cell id='1' material='3' region='77'/>"))
+    assert str(refused(path)).splitlines() == [
+        f"{path}: materials.xml:2:1: material: needs the attribute or element 'id'",
+        f"{path}: materials.xml:3:1: material: id must be an integer, got 'x'",
+        f"{path}:3:1: cell 1: region refers to unknown surface 77",
+    ]
+    inside = geometry("<cell id='1' material='3' region='77'/>")
+    inside = f"<model>{inside}<materials>\n<material/></materials></model>"
+    assert [line for line, _ in told(inside, tmp_path / "model.xml")] == [3, 5]
+
+
+def test_all_that_floats_cannot_hold_is_told(tmp_path: Path) -> None:
+    """Each cell once, however often it stands."""
+    text = geometry(
+        "<surface id='3' type='x-plane' coeffs='1.5e308'/>",
+        "<cell id='1' universe='1' material='1' region='3'/>",
+        "<cell id='2' universe='1' material='1' region='-3'/>",
+        "<cell id='5' fill='1' region='-1'/>",
+        "<cell id='6' fill='1' region='1'/>",
+    )
+    assert [line for line, _ in told(text, tmp_path / "geometry.xml")] == [4, 5]
+
+
+ALONE = {
+    name: (content.split("\n")[2], phrases)
+    for name, (content, line, phrases) in CASES.items()
+    if line == 3 and name not in ("a number taken twice", "filled with itself")
+}
+
+
+@pytest.mark.parametrize("first", range(0, len(ALONE), 10))
+def test_ten_broken_elements_in_one_file_are_all_told(first: int, tmp_path: Path) -> None:
+    """Those of the mistakes above that are in one element, each under a number of its own."""
+    chosen = list(ALONE.values())[first : first + 10]
+    elements = [re.sub(r"id='[459]'", f"id='{100 + i}'", element) for i, (element, _) in enumerate(chosen)]
+    found = told(geometry(*elements, "<cell id='1' universe='1' material='1'/>"), tmp_path / "geometry.xml")
+    for i, (_, phrases) in enumerate(chosen):
+        messages = " ".join(message for line, message in found if line == 3 + i)
+        assert phrases[-1].rpartition(": ")[2] in messages
+    assert len(found) >= len(chosen)
 
 
 def test_materials_are_checked_where_there_is_a_list(tmp_path: Path) -> None:
