@@ -48,7 +48,12 @@ class _Child:
             [sys.executable, "-c", program],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8", **_APART,
         )  # fmt: skip
-        threading.Thread(target=self._listen, args=(others,), name="conicoid-ahead", daemon=True).start()
+        try:
+            threading.Thread(target=self._listen, args=(others,), name="conicoid-ahead", daemon=True).start()
+        except RuntimeError:  # the system gives no more threads
+            self.process.kill()
+            self.process.communicate()
+            raise
         self.give(job)
 
     def give(self, job: str) -> None:
@@ -151,7 +156,7 @@ class _Others:
         while not self.off and self.wanted and len(self.children) < self._allowed():
             try:
                 self.children.append(_Child(self, self.wanted.pop(0)))
-            except OSError:
+            except (OSError, RuntimeError):
                 self.off = True
 
 

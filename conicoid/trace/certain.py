@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from .membership import locate_ranked, surfaces_near
 from .ranks import Ranks
 from .rays import Arguments, FloatArray
 from .settle import ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
-from .threads import run_chunks
+from .threads import run_on
 
 if TYPE_CHECKING:
     from .queries import Prepared
@@ -43,22 +44,33 @@ def _memory(geometry: Geometry) -> tuple[Geometry, Ranks]:
     return Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks
 
 
+def _ask(scene: Prepared, kernel: Callable[..., Any], stand: Geometry, *arguments: Any) -> Any:
+    """What a kernel says of one ray or point, which ends early at Ctrl-C."""
+    found: list[Any] = []
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        found.append(kernel(geometry, stand._replace(places=geometry.places), *arguments))
+
+    run_on(scene.geometry, work, 1, 1, 1)
+    return found[0]
+
+
 def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Found) -> None:
     """Decide the first hits of doubtful rays, in place."""
     geometry, rest = scene.geometry, scene.rest
     which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
 
-    def work(begin: int, end: int) -> None:
+    def work(geometry: Geometry, begin: int, end: int) -> None:
         stand, ranks = _memory(geometry)
         settle_first(geometry, rest, stand, ranks, *arguments, which, begin, end, *found, still)
 
-    run_chunks(work, len(which), max(_CHUNK, len(which) // 64))
+    run_on(geometry, work, len(which), max(_CHUNK, len(which) // 64), len(which))
     left = which[still == 1].tolist()
     if left:
         stand, ranks = _memory(geometry)
         for i in left:
             _rank_exactly(scene, ranks, arguments, i)
-            ranked_first(geometry, stand, ranks, *arguments, i, *found)
+            _ask(scene, ranked_first, stand, ranks, *arguments, i, *found)
 
 
 def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bool) -> list[FloatArray]:
@@ -66,11 +78,18 @@ def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bo
     geometry, rest = scene.geometry, scene.rest
     which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
     counts, (stand, ranks) = np.zeros(len(doubtful), np.int32), _memory(geometry)
-    rows = settle_rows(geometry, rest, stand, ranks, *arguments, which, spans, counts, still)
-    parts = np.split(rows, np.cumsum(counts)[:-1])
+    found: list[FloatArray] = []
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        own = stand._replace(places=geometry.places)
+        found.append(settle_rows(geometry, rest, own, ranks, *arguments, which, spans, counts, still))
+
+    run_on(geometry, work, 1, 1, len(which))
+    parts = np.split(found[0], np.cumsum(counts)[:-1])
     for k in np.flatnonzero(still).tolist():
-        _rank_exactly(scene, ranks, arguments, int(which[k]))
-        parts[k] = ranked_rows(geometry, stand, ranks, *arguments, int(which[k]), spans)
+        i = int(which[k])
+        _rank_exactly(scene, ranks, arguments, i)
+        parts[k] = _ask(scene, ranked_rows, stand, ranks, *arguments, i, spans)
     return parts
 
 
@@ -85,7 +104,7 @@ def settle_bodies(scene: Prepared, points: FloatArray, doubtful: Any, bodies: An
         here = line((x, y, z), (0.0, 0.0, 0.0))
         for surface in ranks.surfaces[: surfaces_near(geometry, ranks, x, y, z)].tolist():
             ranks.verdict[surface] = sign(form(scene, surface).at(here))
-        bodies[i] = locate_ranked(geometry, stand, nothing, ranks, x, y, z)
+        bodies[i] = _ask(scene, locate_ranked, stand, nothing, ranks, x, y, z)
 
 
 def _pick(values: Any, i: int) -> float:
