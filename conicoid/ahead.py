@@ -12,6 +12,7 @@ import atexit
 import contextlib
 import multiprocessing
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -200,10 +201,26 @@ if hasattr(os, "register_at_fork"):
 
 @atexit.register
 def _end() -> None:
+    """The children are ended, and not left behind by one more Ctrl-C."""
     others = _others
-    others.stop()
-    for child in list(others.children):
-        child.process.wait()
+    with _deaf():
+        others.stop()
+        for child in list(others.children):
+            child.process.wait()
+
+
+@contextlib.contextmanager
+def _deaf() -> Iterator[None]:
+    """Within the block, which is over in a moment, Ctrl-C is not heard."""
+    usual = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(usual):
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
 
 
 def expect(*jobs: str) -> None:

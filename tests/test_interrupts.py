@@ -86,7 +86,7 @@ def _stopped_in_time(*names: str) -> None:
 
 def test_queries_of_dear_rays_stop_and_can_be_asked_again():
     """Each of the rays crosses six thousand surfaces of one body: many minutes, in chunks of many seconds."""
-    _stopped_in_time("one tile", "in order", "spans")
+    _stopped_in_time("one tile", "spans")
 
 
 @pytest.mark.deep
@@ -146,7 +146,7 @@ def test_what_was_being_compiled_can_be_asked_for_again(tmp_path, monkeypatch):
 
 def test_a_second_one_while_the_first_is_seen_to():
     work = "from conicoid.trace.threads import run_chunks\nimport hashlib, threading\n"
-    work += "def hang(a, b):\n    print('begun', flush=True)\n    hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)\n"
+    work += "def hang(a, b):\n    print('begun\\n', end='', flush=True)\n    hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)\n"
     with child(f"{work}run_chunks(hang, 8, 1)") as running:
         assert running.line() == "begun"
         for _ in range(3):
@@ -154,6 +154,17 @@ def test_a_second_one_while_the_first_is_seen_to():
             time.sleep(0.05)
         code, _, errors = running.end()
     assert code not in (0, 1)
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+
+
+def test_one_more_while_the_process_ends():
+    """While children that compile ahead are ended; the last line is that of the first Ctrl-C, and no other."""
+    program = "import os, signal\nfrom conicoid import ahead\nstop = ahead._Others.stop\n"
+    program += "def interrupted(self):\n    os.kill(os.getpid(), signal.SIGINT)\n    stop(self)\n"
+    program += "ahead._Others.stop = interrupted\nraise KeyboardInterrupt"
+    with child(program) as running:
+        _, _, errors = running.end()
+    assert errors.count("Traceback") == 1
     assert errors.splitlines()[-1] == "KeyboardInterrupt"
 
 
@@ -176,9 +187,9 @@ sys.meta_path.insert(0, Interrupting())
 """
 
 
-EARLY = ["typer", "conicoid.cli", "numpy", "conicoid.trace.kernels"]
+EARLY = ["typer", "numpy", "conicoid.trace.kernels"]
 LATE = [
-    "rich", "conicoid.files", "yaml", "conicoid.scene", "numba", "conicoid.jit", "llvmlite.binding",
+    "conicoid.cli", "rich", "conicoid.files", "yaml", "conicoid.scene", "numba", "conicoid.jit", "llvmlite.binding",
     "conicoid.render.tiles", "PIL",
 ]  # fmt: skip
 
@@ -209,11 +220,11 @@ setattr(importlib.import_module(module), name, hang)
 """
 PICTURE = ["-o", "x.png", "--width", 8, "--height", 8]
 PLACES = [
-    ("conicoid.lowering:lower", ["info", "scene.yaml"], 1),
     ("os:replace", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 1),
     ("conicoid.trace.threads:_together", ["render", "scene.yaml", *PICTURE], 4),
 ]
 FURTHER = [
+    ("conicoid.lowering:lower", ["info", "scene.yaml"], 1),
     ("conicoid.lowering:lower", ["render", "scene.yaml", *PICTURE], 1),
     ("conicoid.trace.threads:_together", ["render", "scene.yaml", *PICTURE], 1),
     ("os:replace", ["render", "scene.yaml", *PICTURE], 4),
