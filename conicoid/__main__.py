@@ -1,5 +1,70 @@
-"""``python -m conicoid`` is the command ``conicoid``."""
+"""The command ``conicoid``, also ``python -m conicoid``: what must be ready before anything large is imported."""
 
-from .cli import main
+from __future__ import annotations
 
-main()
+import os
+import signal
+import sys
+from typing import Any, NoReturn
+
+from .exit_codes import DONE, FAILED, INTERRUPTED
+from .streams import open_streams
+
+
+def main() -> NoReturn:
+    """Do what the command line says, and end with one of `exit_codes`."""
+    hears = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not in the background of a script
+    if hears:
+        signal.signal(signal.SIGINT, _end_now)
+    open_streams()
+    code = _command(hears)
+    if hears:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    code = _last_words(code)
+    if code == INTERRUPTED:
+        os._exit(code)  # what was begun in compiled code would go on until it is done, or be cut off
+    sys.exit(code)
+
+
+def _command(hears: bool) -> Any:
+    try:
+        from .cli import main as command
+
+        if hears:
+            signal.signal(signal.SIGINT, _interrupt)
+        command()
+    except SystemExit as end:
+        return end.code
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except (ImportError, MemoryError) as error:
+        sys.stderr.write(f"error: {error or 'not enough memory for this'}\n")
+        return FAILED
+    return DONE
+
+
+def _last_words(code: Any) -> Any:
+    """Results that are still to be written."""
+    try:
+        sys.stdout.flush()
+    except SystemExit as end:
+        return code or end.code
+    except OSError as error:
+        sys.stderr.write(f"error: {error.filename}: {(error.strerror or str(error)).lower()}\n")
+        return code or FAILED
+    return code
+
+
+def _interrupt(*_: object) -> None:
+    """Ctrl-C: the first is heard wherever the command is, a second ends it there."""
+    signal.signal(signal.SIGINT, _end_now)
+    raise KeyboardInterrupt
+
+
+def _end_now(*_: object) -> None:
+    """Nothing is done yet, or enough has been waited."""
+    os._exit(INTERRUPTED)
+
+
+if __name__ == "__main__":
+    main()

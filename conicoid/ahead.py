@@ -12,6 +12,7 @@ import atexit
 import contextlib
 import multiprocessing
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -48,7 +49,12 @@ class _Child:
             [sys.executable, "-c", program],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8", **_APART,
         )  # fmt: skip
-        threading.Thread(target=self._listen, args=(others,), name="conicoid-ahead", daemon=True).start()
+        try:
+            threading.Thread(target=self._listen, args=(others,), name="conicoid-ahead", daemon=True).start()
+        except RuntimeError:  # the system gives no more threads
+            self.process.kill()
+            self.process.communicate()
+            raise
         self.give(job)
 
     def give(self, job: str) -> None:
@@ -151,7 +157,7 @@ class _Others:
         while not self.off and self.wanted and len(self.children) < self._allowed():
             try:
                 self.children.append(_Child(self, self.wanted.pop(0)))
-            except OSError:
+            except (OSError, RuntimeError):
                 self.off = True
 
 
@@ -195,10 +201,26 @@ if hasattr(os, "register_at_fork"):
 
 @atexit.register
 def _end() -> None:
+    """The children are ended, and not left behind by one more Ctrl-C."""
     others = _others
-    others.stop()
-    for child in list(others.children):
-        child.process.wait()
+    with _deaf():
+        others.stop()
+        for child in list(others.children):
+            child.process.wait()
+
+
+@contextlib.contextmanager
+def _deaf() -> Iterator[None]:
+    """Within the block, which is over in a moment, Ctrl-C is not heard."""
+    usual = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(usual):
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
 
 
 def expect(*jobs: str) -> None:

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .terminal import MISTAKE, Bar, compile_notes, say, show_table, user_mistakes
+from .exit_codes import MISTAKE
+from .terminal import Bar, compile_notes, say, show_table, user_mistakes
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -24,7 +25,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Scene files, ray files and results are described in docs/files.md. Exit codes: 0 done, "
-    "2 a mistake in the input, 130 interrupted, 1 anything else.",
+    "2 a mistake in the input, 130 interrupted, 141 nobody reads the results, 1 anything else.",
 )
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
@@ -32,7 +33,7 @@ Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show
 
 
 def main() -> None:
-    """The entry point `conicoid`."""
+    """The commands; the entry point is in `__main__`."""
     with user_mistakes():
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
@@ -315,6 +316,8 @@ def _check_folder(output: Path) -> None:
     """Refuse an output that cannot be written before the work, not after it."""
     if output.is_dir():
         raise IsADirectoryError(21, "is a directory", str(output))
+    if output.exists() and not output.is_file():
+        raise OSError(22, "is not a regular file", str(output))
     if not output.parent.is_dir():
         raise FileNotFoundError(2, "no such folder", str(output.parent))
 

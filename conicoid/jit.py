@@ -80,6 +80,17 @@ def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
     return types.float64(types.boolean, types.float64, types.float64), code
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def look(typing_context: Any, array: Any, index: Any) -> Any:
+    """An element of an array of int64, read anew each time: another thread may have written it."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.load_atomic(builder.gep(data, [arguments[1]]), "monotonic", 8)
+
+    return types.int64(array, types.int64), code
+
+
 @functools.cache
 def source_hash() -> str:
     """A hash over every source file of the package and the compilers' versions."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import os
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -19,6 +20,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
 from . import ahead
+from .beside import beside
 from .jit_passes import passes, with_memory
 
 tell: Callable[[str, str], None] | None = None
@@ -117,6 +119,25 @@ class _KernelCompiler(_Compiler):
     library = _Program
 
 
+_held: list[bool] = []  # by whoever forks: the compiler's lock
+
+
+def _hold() -> None:
+    """A fork while another thread compiles would leave the child half a compiler."""
+    global_compiler_lock.acquire()
+    _held.append(True)
+
+
+def _let_go() -> None:
+    if _held:  # not after Ctrl-C in `_hold`
+        _held.pop()
+        global_compiler_lock.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_hold, after_in_parent=_let_go, after_in_child=_let_go)
+
+
 @contextlib.contextmanager
 def _rare_collections() -> Iterator[None]:
     """Collect garbage rarely: a compiler makes millions of objects, nearly all of which it keeps."""
@@ -156,6 +177,12 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         self._cache = _Cache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
+        """Numba's own, beside the main thread, which would not hear of Ctrl-C in LLVM. What is begun is also ended."""
+        if global_compiler_lock.is_locked():
+            return self._compile(signature)
+        return beside(lambda: self._compile(signature), "conicoid-compile")
+
+    def _compile(self, signature: Any) -> Any:
         with _rare_collections():
             return super().compile(signature)
 

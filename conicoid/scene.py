@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .forks import lock
 from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
@@ -46,7 +46,7 @@ class Scene:
         self._camera = camera
         self._background = as_background(background)
         self._prepared: Prepared | None = None
-        self._lock = threading.Lock()
+        self._lock = lock()
 
     @property
     def bodies(self) -> tuple[Body, ...]:

@@ -8,12 +8,13 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from .exit_codes import CLOSED, FAILED, INTERRUPTED, MISTAKE, code_of
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
     from rich.table import Table
 
-MISTAKE, INTERRUPTED = 2, 130
 PATIENCE = 1.0
 """Seconds before a progress bar appears."""
 
@@ -31,27 +32,36 @@ def say(message: str) -> None:
     sys.stderr.flush()
 
 
+def first_cause(error: BaseException) -> str:
+    """The first line of what went wrong first: packages wrap what their own libraries say in pages of advice."""
+    while isinstance(error.__cause__ or error.__context__, ImportError):
+        error = error.__cause__ or error.__context__ or error
+    return str(error).strip().partition("\n")[0]
+
+
 @contextlib.contextmanager
 def user_mistakes() -> Iterator[None]:
-    """Turn a refused input into its message and exit code 2, Ctrl-C into 130; bugs keep their traceback."""
+    """Turn what goes wrong into its message and one of `exit_codes`; bugs keep their traceback."""
     try:
         yield
     except KeyboardInterrupt:
         say("interrupted")
         raise SystemExit(INTERRUPTED) from None
     except BrokenPipeError:
-        sys.stderr.close()
-        raise SystemExit(1) from None
+        raise SystemExit(CLOSED) from None
     except OSError as error:
         name = f"{error.filename}: " if error.filename else ""
         say(f"error: {name}{(error.strerror or str(error)).lower()}")
-        raise SystemExit(MISTAKE) from None
+        raise SystemExit(code_of(error)) from None
     except ValueError as error:
         say(f"error: {error}")
         raise SystemExit(MISTAKE) from None
     except MemoryError:
         say("error: not enough memory for this")
-        raise SystemExit(1) from None
+        raise SystemExit(FAILED) from None
+    except ImportError as error:
+        say(f"error: {first_cause(error)}")
+        raise SystemExit(FAILED) from None
 
 
 @contextlib.contextmanager

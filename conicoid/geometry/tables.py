@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..jit import inline
+from ..jit import inline, look
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int32]
@@ -149,6 +149,10 @@ class Tables(NamedTuple):
 ) = range(52)
 LENGTHS = len(Tables._fields)
 """In `Geometry.places` a table's length stands so far behind where it begins."""
+HALT = 2 * LENGTHS
+"""In `Geometry.places`: not 0 if kernels are to end soon, with whatever they have by then."""
+STEPS = HALT + 1
+"""In `Geometry.places`: about how many steps one ray may take at most, if it meets all there is."""
 
 
 class Geometry(NamedTuple):
@@ -157,7 +161,7 @@ class Geometry(NamedTuple):
     Handing three arrays of one dimension from function to function costs little, forty would not.
     """
 
-    places: npt.NDArray[np.int64]  # [2 tables] where each table begins, then their lengths
+    places: npt.NDArray[np.int64]  # [2 tables + 2] where each table begins, then their lengths; HALT, STEPS
     integers: Ints
     floats: Floats
 
@@ -176,7 +180,8 @@ def _aligned(count: int) -> Floats:
 def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
     """Lay the tables end to end; those of the numbers `later` get room that the caller fills."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
-    places = np.zeros(2 * LENGTHS, np.int64)
+    places = np.zeros(2 * LENGTHS + 2, np.int64)
+    places[STEPS] = _steps(tables)
     ends = [0, 0]
     for k, table in enumerate(arrays):
         real = table.dtype == np.float64
@@ -191,6 +196,12 @@ def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
         if k not in later:
             _room(geometry, k, table)[...] = table
     return geometry
+
+
+def _steps(tables: Tables) -> int:
+    """Every entry and corner is met; and of a body every leaf, which may turn all gates."""
+    leaves, gates = (np.diff(first).astype(np.int64) for first in (tables.program_leaf, tables.program_gate))
+    return len(tables.entry_kind) + len(tables.vertices) + int(np.dot(leaves, gates))
 
 
 def shared(tables: Tables, geometry: Geometry) -> Tables:
@@ -209,6 +220,18 @@ def _room(geometry: Geometry, k: int, table: npt.NDArray[Any]) -> npt.NDArray[An
 def whole(x: float) -> Any:
     """A number as an int64: of a literal, or of a number of a thing that stands among floats."""
     return np.int64(x)
+
+
+@inline
+def halted(geometry: Geometry) -> bool:
+    """Is nobody waiting any more for what comes out?"""
+    return look(geometry.places, HALT) != 0
+
+
+@inline
+def halted_now_and_then(geometry: Geometry, k: int) -> bool:
+    """`halted`, looked at in some rounds of a loop, which k counts."""
+    return (k & 63) == 0 and halted(geometry)
 
 
 @inline

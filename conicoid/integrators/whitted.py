@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, whole
+from ..geometry.tables import Floats, Geometry, halted, whole
 from ..geometry.vectors import dot
 from ..jit import helper, inline
 from ..shading.background import background_color
@@ -175,7 +175,7 @@ def follow(
     """Linear rgb of what comes back along the rays on the stack, after at most `depth` turns."""
     materials = look.materials
     red, green, blue = 0.0, 0.0, 0.0
-    while size > 0:
+    while size > 0 and not halted(geometry):
         size -= 1
         floats = stack.floats[size]
         ox, oy, oz, dx, dy, dz = floats[0], floats[1], floats[2], floats[3], floats[4], floats[5]

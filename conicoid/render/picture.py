@@ -11,6 +11,7 @@ from .camera import Camera, OrthographicCamera, checked_size
 from .fit import extent, fitting_camera, fitting_lights
 
 if TYPE_CHECKING:
+    from ..geometry.tables import Geometry
     from ..trace.threads import Progress
     from .tiles import Film
 
@@ -42,27 +43,27 @@ def render(
     depth = _whole("depth", depth, 0, 10_000)
     seed = _whole("seed", seed, 0, 2**63 - 1)
 
-    from ..trace.threads import run_chunks
+    from ..trace.threads import run_on
     from . import tiles
 
     camera = scene.camera or fitting_camera(*extent(body.shape.bounds for body in scene.bodies), width / height)
     if not isinstance(camera, Camera | OrthographicCamera):
         raise TypeError(f"render: camera must be a Camera or an OrthographicCamera, got {type(camera).__name__}")
-    geometry, lens = scene.geometry, camera.lens
+    lens = camera.lens
     film = np.zeros((height, width, 3), dtype=np.float32)
     count = -(-width // tiles.SIDE) * -(-height // tiles.SIDE)
     if integrator == "normals":
 
-        def work(begin: int, end: int) -> None:
+        def work(geometry: Geometry, begin: int, end: int) -> None:
             tiles.normals_tiles(geometry, lens, film, samples, seed, begin, end)
 
     else:
         look = _look(scene, camera)
 
-        def work(begin: int, end: int) -> None:
+        def work(geometry: Geometry, begin: int, end: int) -> None:
             tiles.whitted_tiles(geometry, lens, film, samples, seed, look, depth, begin, end)
 
-    run_chunks(work, count, 1, progress)
+    run_on(scene.geometry, work, count, 1, width * height * samples, progress)
     return film
 
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.tables import Floats, Geometry
+from ..geometry.tables import Floats, Geometry, halted
 from ..geometry.vectors import normalized
 from ..integrators.normals import normals_wave
 from ..integrators.stack import NO_SURFACE, new_stack
@@ -93,6 +93,8 @@ def normals_tiles(geometry: Geometry, lens: Floats, film: Film, samples: int, se
             for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
                 colors[:] = 0.0
                 for sample in range(samples):
+                    if halted(geometry):
+                        break
                     count = camera_rays(lens, packet.lanes, film, left, top, sample, samples, seed)
                     normals_wave(geometry, scratch, packet, colors, count)
                 expose(film, colors, left, top, samples)
@@ -111,6 +113,8 @@ def whitted_tiles(
             for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
                 wave.colors[:] = 0.0
                 for sample in range(samples):
+                    if halted(geometry):
+                        break
                     count = camera_rays(lens, wave.seen.lanes, film, left, top, sample, samples, seed)
                     begin_wave(geometry, scratch, wave, look.materials, count)
                     whitted_wave(geometry, scratch, stack, wave, look, depth, count)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, Ints, Signs, whole
+from ..geometry.tables import Floats, Geometry, Ints, Signs, halted, whole
 from ..geometry.vectors import dot
 from ..jit import fma, inline, kernel
 from ..shapes.validate import LARGEST, SMALLEST
@@ -98,7 +98,7 @@ def trace_first(
                 open_quarter(memory, number >> 2, bundle.items)
             ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
             packet = tile_packet(tile, number, width, count)
-            if packet < 0:
+            if packet < 0 or halted(geometry):
                 continue
             for row in range(8):
                 ask_for_hits(packet_row(packet, row, width, count)[0], t, body, entry, place)
@@ -119,7 +119,7 @@ def trace_first(
                         continue
                     hit = no_hit()
                     ray = load_ray(origins, directions, t_min, t_max, starts, i)
-                    if ray[8] != DEAD:
+                    if ray[8] != DEAD and not halted(geometry):
                         hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
                     put_hit(hit, i, t, body, entry, place, turn)
 
@@ -139,7 +139,7 @@ def trace_occluded(
                 open_quarter(memory, number >> 2, bundle.items)
             ask_for_packet(origins, directions, tile_packet(tile + 1, number, width, count), width)
             packet = tile_packet(tile, number, width, count)
-            if packet < 0:
+            if packet < 0 or halted(geometry):
                 continue
             fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, shared)
             together = coherent(geometry, lanes, 8)
@@ -154,7 +154,7 @@ def trace_occluded(
                         continue
                     hit = no_hit()
                     ray = load_ray(origins, directions, t_min, t_max, starts, i)
-                    if ray[8] != DEAD:
+                    if ray[8] != DEAD and not halted(geometry):
                         hit = first_crossing(geometry, scratch, ray, scratch.nothing, True)
                     result[i] = (1 if hit[1] >= 0 else 0) + (DOUBTFUL if hit[7] else 0)
 
@@ -169,7 +169,7 @@ def trace_ordered(
     scratch, stream, mine = new_scratch(geometry), new_stream(geometry, size), np.empty(size, np.int32)
     for number in range(begin, end):
         k, last = size * number, min(size * number + size, len(order))
-        while k < last:
+        while k < last and not halted(geometry):
             count, octant = 0, -1
             while k < last:
                 i = order[k]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from .ranks import Ranks
 from .rays import Arguments, FloatArray
 from .settle import limits_of_hits, ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
 from .stream import DOUBTFUL
-from .threads import chunk_size, run_chunks
+from .threads import chunk_size, run_on
 from .tile import tile_count
 
 if TYPE_CHECKING:
@@ -48,22 +49,33 @@ def _memory(geometry: Geometry) -> tuple[Geometry, Ranks]:
     return Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks
 
 
+def _ask(scene: Prepared, kernel: Callable[..., Any], stand: Geometry, *arguments: Any) -> Any:
+    """What a kernel says of one ray or point, which ends early at Ctrl-C."""
+    found: list[Any] = []
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        found.append(kernel(geometry, stand._replace(places=geometry.places), *arguments))
+
+    run_on(scene.geometry, work, 1, 1, 1)
+    return found[0]
+
+
 def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Found) -> None:
     """Decide the first hits of rays that may be doubtful, in place."""
     geometry, rest = scene.geometry, scene.rest
     which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
 
-    def work(begin: int, end: int) -> None:
+    def work(geometry: Geometry, begin: int, end: int) -> None:
         stand, ranks = _memory(geometry)
         settle_first(geometry, rest, stand, ranks, *arguments, which, begin, end, *found, still)
 
-    run_chunks(work, len(which), max(_CHUNK, len(which) // 64))
+    run_on(geometry, work, len(which), max(_CHUNK, len(which) // 64), len(which))
     left = which[still == 1].tolist()
     if left:
         stand, ranks = _memory(geometry)
         for i in left:
             _rank_exactly(scene, ranks, arguments, i)
-            ranked_first(geometry, stand, ranks, *arguments, i, *found)
+            _ask(scene, ranked_first, stand, ranks, *arguments, i, *found)
 
 
 def doubted(scene: Prepared, arguments: Arguments, which: Any, found: Found) -> Any:
@@ -75,12 +87,14 @@ def doubted(scene: Prepared, arguments: Arguments, which: Any, found: Found) -> 
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
     limits_of_hits(scene.geometry, origins, directions, t_max, t, entry, limits)
     again, tiles = Found.new(len(which)), tile_count(ALONE, len(which))
-    run_chunks(
-        lambda a, b: trace_first(
-            scene.geometry, origins, directions, t_min, limits, starts, ALONE, a, b, *again
+    run_on(
+        scene.geometry,
+        lambda geometry, a, b: trace_first(
+            geometry, origins, directions, t_min, limits, starts, ALONE, a, b, *again
         ),
         tiles,
         chunk_size(tiles, _CHUNK),
+        len(which),
     )  # fmt: skip
     return which[again.turn > DOUBTFUL // 2]
 
@@ -90,11 +104,18 @@ def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bo
     geometry, rest = scene.geometry, scene.rest
     which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
     counts, (stand, ranks) = np.zeros(len(doubtful), np.int32), _memory(geometry)
-    rows = settle_rows(geometry, rest, stand, ranks, *arguments, which, spans, counts, still)
-    parts = np.split(rows, np.cumsum(counts)[:-1])
+    found: list[FloatArray] = []
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        own = stand._replace(places=geometry.places)
+        found.append(settle_rows(geometry, rest, own, ranks, *arguments, which, spans, counts, still))
+
+    run_on(geometry, work, 1, 1, len(which))
+    parts = np.split(found[0], np.cumsum(counts)[:-1])
     for k in np.flatnonzero(still).tolist():
-        _rank_exactly(scene, ranks, arguments, int(which[k]))
-        parts[k] = ranked_rows(geometry, stand, ranks, *arguments, int(which[k]), spans)
+        i = int(which[k])
+        _rank_exactly(scene, ranks, arguments, i)
+        parts[k] = _ask(scene, ranked_rows, stand, ranks, *arguments, i, spans)
     return parts
 
 
@@ -109,7 +130,7 @@ def settle_bodies(scene: Prepared, points: FloatArray, doubtful: Any, bodies: An
         here = line((x, y, z), (0.0, 0.0, 0.0))
         for surface in ranks.surfaces[: surfaces_near(geometry, ranks, x, y, z)].tolist():
             ranks.verdict[surface] = sign(form(scene, surface).at(here))
-        bodies[i] = locate_ranked(geometry, stand, nothing, ranks, x, y, z)
+        bodies[i] = _ask(scene, locate_ranked, stand, nothing, ranks, x, y, z)
 
 
 def _pick(values: Any, i: int) -> float:

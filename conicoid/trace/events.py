@@ -11,7 +11,7 @@ from ..geometry import tables as table
 from ..geometry.cell import cell_spans, place_face
 from ..geometry.nearness import Nearness, beyond, near, nearness_of
 from ..geometry.program import root_value, turn_leaf
-from ..geometry.tables import Geometry, Ray, integer, whole
+from ..geometry.tables import Geometry, Ray, halted, halted_now_and_then, integer, whole
 from ..jit import helper, inline
 from .scratch import (
     CROSS_ENTERS,
@@ -56,6 +56,8 @@ def leaves_met(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> 
 def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tuple[int, bool]:
     """Put the span ends of all leaves that the ray can meet into scratch, sorted: (their number, are they doubtful)."""
     count, doubtful = 0, False
+    if halted(geometry):
+        return count, doubtful
     inverse = span_inverse(ray)
     for k in range(leaves_met(geometry, scratch, program, ray)):
         leaf = scratch.found_leaves[k]
@@ -128,7 +130,7 @@ def sweep(
     t_min, t_max = ray[6], ray[7]
     gates, event, unsure = scratch.counts, scratch.event, False
     done, found = 0, 0
-    while done < events and scratch.time[TIME * done] <= t_min:
+    while done < events and scratch.time[TIME * done] <= t_min and not halted_now_and_then(geometry, done):
         turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
         done += 1
     unsure |= (done > 0) & (done < events) and _unsettled(geometry, scratch, done, nearness)
@@ -138,13 +140,13 @@ def sweep(
     while behind >= 0 and abs(scratch.time[TIME * behind]) <= nearness[0]:
         unsure |= _at_start(geometry, scratch, behind, ray, nearness)
         behind -= 1
-    while done < events and found < limit:
+    while done < events and found < limit and not halted_now_and_then(geometry, done):
         t = scratch.time[TIME * done]
         unsure |= _at_start(geometry, scratch, done, ray, nearness) | beyond(t, nearness)
         if not t < t_max:
             break
         first = done
-        while done < events and scratch.time[TIME * done] == t:
+        while done < events and scratch.time[TIME * done] == t and not halted_now_and_then(geometry, done):
             turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
             done += 1
             unsure |= done < events and _unsettled(geometry, scratch, done, nearness)
@@ -173,6 +175,8 @@ def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> 
             scratch.counts[gate] = integer(geometry, table.GATE_START, gate)
         return
     for i in range(done - 1, -1, -1):
+        if halted_now_and_then(geometry, i):
+            return
         at = EVENT * i
         turn_leaf(geometry, scratch.counts, scratch.event[at + LEAF], scratch.event[at + ON] == 0)
 
@@ -182,11 +186,11 @@ def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t
     """(inside just before t, inside just after t) of a region."""
     events, _ = gather(geometry, scratch, program, ray)
     event, done = scratch.event, 0
-    while done < events and scratch.time[TIME * done] < t:
+    while done < events and scratch.time[TIME * done] < t and not halted_now_and_then(geometry, done):
         turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
         done += 1
     before = root_value(geometry, scratch.counts, program)
-    while done < events and scratch.time[TIME * done] <= t:
+    while done < events and scratch.time[TIME * done] <= t and not halted_now_and_then(geometry, done):
         turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
         done += 1
     after = root_value(geometry, scratch.counts, program)
@@ -218,6 +222,8 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
     events, unsure = gather(geometry, scratch, program, ray)
     for sweep in range(2):
         for i in range(events):
+            if halted_now_and_then(geometry, i):
+                break
             enters, end = scratch.event[EVENT * i + ON] == 1, scratch.time[TIME * i]
             unsure |= near(end, t, nearness)
             if end < t or (enters and end == t):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs
+from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, halted
 from ..jit import allocator, kernel
 from .bundle import DEAD, coherent, fill_lanes, load_ray, packet_row
 from .kernels import collect, scaled_ray
@@ -22,7 +22,7 @@ def _alone(
     geometry: Geometry, scratch: Scratch, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int, bool]:
     """The rows of a ray by itself, from rows[used] on: (rows, how many now, doubtful)."""
-    if ray[8] == DEAD or not ray[6] < ray[7]:
+    if ray[8] == DEAD or not ray[6] < ray[7] or halted(geometry):
         return rows, used, False
     given = ray
     ray, scale = scaled_ray(given)
@@ -46,6 +46,8 @@ def trace_rows(
     rows, found, used = np.empty((64 * (end - begin), columns)), np.empty((256, columns + 1)), 0
     lanes = bundle.lanes
     for packet in range(begin, end):
+        if halted(geometry):
+            break
         fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, False)
         together = coherent(geometry, lanes, 8)
         if together:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..geometry.tables import Geometry
 from .certain import settled_rows
 from .list_kernels import trace_rows
 from .rays import Arguments, FloatArray
-from .threads import chunk_size, run_chunks
+from .threads import chunk_size, run_chunks, run_on
 
 if TYPE_CHECKING:
     from .queries import Prepared
@@ -56,11 +57,11 @@ def listed(scene: Prepared, arguments: Arguments, width: int, packets: int, span
     counts, doubts = np.zeros(count, np.int32), np.zeros(count, np.int8)
     offsets, pieces = np.zeros(count + 1, np.int64), []
 
-    def work(begin: int, end: int) -> None:
-        rows = trace_rows(scene.geometry, *arguments, width, spans, begin, end, counts, doubts)
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        rows = trace_rows(geometry, *arguments, width, spans, begin, end, counts, doubts)
         pieces.append(_Piece(rows, counts, offsets, width, begin, end))
 
-    run_chunks(work, packets, chunk_size(packets, _PACKETS))
+    run_on(scene.geometry, work, packets, chunk_size(packets, _PACKETS), count)
     doubtful = np.flatnonzero(doubts)
     if not len(doubtful):
         np.cumsum(counts, out=offsets[1:])

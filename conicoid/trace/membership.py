@@ -103,6 +103,8 @@ def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x:
         return 0
     held, certain = 0, True
     for k in range(leaves_met(geometry, scratch, index, point_ray(x, y, z))):
+        if table.halted_now_and_then(geometry, k):
+            break
         leaf = scratch.found_leaves[k]
         holds = cell_holds(geometry, rest, integer(geometry, table.LEAF_CELL, leaf), x, y, z)
         certain &= holds != OPEN
@@ -112,6 +114,8 @@ def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x:
             held += 1
     inside = root_value(geometry, scratch.counts, index)
     for k in range(held):
+        if table.halted_now_and_then(geometry, k):
+            break
         turn_leaf(geometry, scratch.counts, scratch.event[EVENT * k + LEAF], False)
     return (INSIDE if inside else 0) if certain else OPEN
 
@@ -128,7 +132,7 @@ def locate(geometry: Geometry, rest: Rest, points: Floats, begin: int, end: int,
     for i in range(begin, end):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         bodies[i], still[i] = -1, 0
-        if not _is_point(x, y, z):
+        if not _is_point(x, y, z) or table.halted(geometry):
             continue
         for k in range(collect(geometry, scratch, point_ray(x, y, z))):
             holds = entry_holds(geometry, rest, scratch, scratch.found[k], x, y, z)

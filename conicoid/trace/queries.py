@@ -28,7 +28,7 @@ from .rays import Arguments, FloatArray, Rays, points_array
 from .scan_lines import row_length
 from .spans import Crossings, Spans
 from .stream import DOUBTFUL
-from .threads import chunk_size, run_chunks
+from .threads import chunk_size, run_on
 from .tile import tile_count
 from .tree import with_trees
 
@@ -106,10 +106,12 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     if not _in_order(scene, arguments, width, packets):
         _trace_streams(scene, arguments, False, found)
     else:
-        run_chunks(
-            lambda a, b: trace_first(scene.geometry, *arguments, width, a, b, *found),
+        run_on(
+            scene.geometry,
+            lambda geometry, a, b: trace_first(geometry, *arguments, width, a, b, *found),
             tiles,
             chunk_size(tiles, _TILES),
+            len(arguments[0]),
         )
     doubtful = np.flatnonzero(found.turn > DOUBTFUL // 2)
     if len(doubtful):
@@ -122,10 +124,12 @@ def _trace_streams(scene: Prepared, arguments: Arguments, any_hit: bool, found: 
     """First hits, or any, of rays in no order: sorted, and in streams."""
     order = ray_order(scene.geometry, arguments[0], arguments[1])
     streams = -(-len(order) // _STREAM)
-    run_chunks(
-        lambda a, b: trace_ordered(scene.geometry, *arguments, order, _STREAM, any_hit, a, b, *found),
+    run_on(
+        scene.geometry,
+        lambda geometry, a, b: trace_ordered(geometry, *arguments, order, _STREAM, any_hit, a, b, *found),
         streams,
         chunk_size(streams, 8),
+        len(order),
     )
 
 
@@ -144,10 +148,12 @@ def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     tiles = tile_count(width, len(arguments[0]))
     if _in_order(scene, arguments, width, packets):
         result: Any = np.zeros(len(arguments[0]), np.int8)
-        run_chunks(
-            lambda a, b: trace_occluded(scene.geometry, *arguments, width, a, b, result),
+        run_on(
+            scene.geometry,
+            lambda geometry, a, b: trace_occluded(geometry, *arguments, width, a, b, result),
             tiles,
             chunk_size(tiles, _TILES),
+            len(arguments[0]),
         )
         doubtful = np.flatnonzero(result >= DOUBTFUL)
     else:
@@ -187,6 +193,12 @@ def body_at(scene: Prepared, points: Any) -> Any:
         found = tuple(flat[bad[0]].tolist())
         raise ValueError(f"body_at: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
     bodies, still = np.empty(len(flat), np.int32), np.empty(len(flat), np.int8)
-    run_chunks(lambda a, b: locate(scene.geometry, scene.rest, flat, a, b, bodies, still), len(flat), _CHUNK)
+    run_on(
+        scene.geometry,
+        lambda geometry, a, b: locate(geometry, scene.rest, flat, a, b, bodies, still),
+        len(flat),
+        _CHUNK,
+        len(flat),
+    )
     settle_bodies(scene, flat, np.flatnonzero(still), bodies)
     return bodies.reshape(array.shape[:-1])[()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.decide import CROSSES, Rest
-from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs
+from ..geometry.tables import Floats, Geometry, Ints, Ray, Signs, halted
 from ..jit import inline, kernel
 from .array_kernels import put_hit
 from .bundle import load_ray
@@ -28,6 +28,8 @@ def settle_first(
     """First hits of rays which[begin:end]; still[k] = 1 where it takes exact arithmetic to decide one."""
     scratch = new_scratch(geometry)
     for k in range(begin, end):
+        if halted(geometry):
+            break
         i = which[k]
         ray, scale = scaled_ray(load_ray(origins, directions, t_min, t_max, starts, i))
         count = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray))
@@ -61,6 +63,8 @@ def settle_rows(
     scratch, used = new_scratch(geometry), 0
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     for k in range(len(which)):
+        if halted(geometry):
+            break
         given = load_ray(origins, directions, t_min, t_max, starts, which[k])
         ray, scale = scaled_ray(given)
         count, first = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray)), used

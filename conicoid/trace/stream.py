@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry import tables as table
-from ..geometry.tables import BALL, Floats, Geometry, Ints, Ray, Signs, integer, whole
+from ..geometry.tables import BALL, Floats, Geometry, Ints, Ray, Signs, halted, integer, whole
 from ..jit import allocator, helper, inline
 from .kernels import Hit, meet, nearer, scene_tree, within
 from .leaf import leaf_at, leaf_ball, leaf_item, leaf_number, leaf_range
@@ -240,7 +240,7 @@ def trace_stream(
         stack[4 * top], stack[4 * top + 1] = integer(geometry, table.ROOTS, k), 0
         stack[4 * top + 2], stack[4 * top + 3] = count, (count + 7) & -8
         top += 1
-    while top > 0:
+    while top > 0 and not halted(geometry):
         top -= 1
         code, begin, its, room = stack[4 * top], stack[4 * top + 1], stack[4 * top + 2], stack[4 * top + 3]
         if code >= 0:

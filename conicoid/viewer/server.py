@@ -28,6 +28,7 @@ class Server(ThreadingHTTPServer):
     """Listens on 127.0.0.1. Requests must name that host, come from the page itself, and know the secret path."""
 
     daemon_threads = True
+    request_queue_size = 128  # a page that is opened in many windows at once
 
     def __init__(self, session: Session, port: int = 0) -> None:
         self.session = session
@@ -40,6 +41,13 @@ class Server(ThreadingHTTPServer):
     def url(self) -> str:
         """Where the page is."""
         return f"http://127.0.0.1:{self.server_port}/{self.token}/"
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """In a thread of its own, or in this one, if the system gives no more."""
+        try:
+            super().process_request(request, client_address)
+        except RuntimeError:
+            self.process_request_thread(request, client_address)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A page that is closed or loaded again while it waits is no news."""

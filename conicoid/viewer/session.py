@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from pathlib import Path
 from typing import Any
 
 from ..files import load
+from ..forks import nested_lock
 from ..formats.errors import SceneFileError
 from ..scene import Scene
 from .html import page, preview_of
@@ -39,7 +39,7 @@ class Session:
         self._again = math.inf
         self._version = 0
         self._trouble: str | None = None
-        self._lock = threading.RLock()
+        self._lock = nested_lock()
 
     def page(self) -> str:
         """The page as it is now."""

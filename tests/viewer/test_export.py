@@ -27,6 +27,16 @@ def test_the_barrel_is_small_and_alone(tmp_path):
     assert "connect-src 'none'" in text
 
 
+def test_the_policy_of_a_page_leaves_nothing_open(tmp_path):
+    """What `default-src` does not stand for must be named: where forms go and what links are relative to."""
+    served, alone = (page(co.Scene([co.Sphere()]), "x", "", more) for more in ({"version": 0}, None))
+    for text, connect in ((served, "'self'"), (alone, "'none'")):
+        (policy,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
+        rules = dict(rule.split(maxsplit=1) for rule in policy.split("; "))
+        assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == "'none'"
+        assert rules["connect-src"] == connect
+
+
 @needs_browser
 def test_the_page_asks_for_nothing(browser, tmp_path):
     with opened(browser, co.load(BARREL), tmp_path, NARROW) as shown:

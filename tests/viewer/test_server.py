@@ -10,6 +10,7 @@ import socket
 import struct
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.viewer.server import Server
 from conicoid.viewer.session import Session, stamp_of
 
 from .browser import served
@@ -214,6 +216,31 @@ def test_a_change_while_the_scene_is_first_read_is_seen(tmp_path):
     session = Session(first, "scene", path, stamp=stamp)
     assert session.version() == {"version": 1, "trouble": None}
     assert session.scene()["item_count"] == 1
+
+
+def test_many_clients_at_once_are_all_answered():
+    """They come while the server is busy with something else; none is turned away."""
+    with Server(Session(SCENE, "two")) as server:
+        links = [socket.create_connection(("127.0.0.1", server.server_port), timeout=5) for _ in range(64)]
+        request = (
+            f"GET /{server.token}/version HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\nConnection: close\r\n\r\n"
+        )
+        for link in links:
+            link.sendall(request.encode())
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        for link in links:
+            link.settimeout(120)
+            with link, link.makefile("rb") as answer:
+                assert answer.read().startswith(b"HTTP/1.1 200 ")
+        server.shutdown()
+
+
+def test_requests_are_answered_where_there_are_no_more_threads(server, monkeypatch):
+    def refuse(self):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    assert ask(server, "GET", "version")[0] == 200
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a signal")

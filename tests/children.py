@@ -1,0 +1,66 @@
+"""Processes that tests start, send Ctrl-C and wait for."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+BOUND = 10.0
+"""Seconds within which Ctrl-C must be over: what it is sent into would take minutes."""
+COMMAND = "from conicoid.__main__ import main; main()"
+needs_signals = pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a signal")
+
+
+class Child:
+    """A Python program that tells by lines on stdout how far it is."""
+
+    def __init__(self, program: str, *arguments: object, **options: Any) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", program, *map(str, arguments)],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)}, preexec_fn=_hear_control_c, **options,
+        )  # fmt: skip
+
+    def line(self, bound: float = 300.0) -> str:
+        """The next line; the process is ended, and there is none, if it does not come in time."""
+        timer = threading.Timer(bound, self.process.kill)
+        timer.start()
+        try:
+            return self.process.stdout.readline().strip()
+        finally:
+            timer.cancel()
+
+    def interrupt(self) -> None:
+        """Ctrl-C"""
+        self.process.send_signal(signal.SIGINT)
+
+    def end(self, bound: float = BOUND) -> tuple[int, str, str]:
+        """(exit code, the rest of stdout, stderr); fails if it does not end in time."""
+        out, err = self.process.communicate(timeout=bound)
+        return self.process.returncode, out, err
+
+
+@contextmanager
+def child(program: str, *arguments: object, **options: Any) -> Iterator[Child]:
+    """A process that ends with the block."""
+    running = Child(program, *arguments, **options)
+    try:
+        yield running
+    finally:
+        running.process.kill()
+        running.process.communicate()
+
+
+def _hear_control_c() -> None:
+    """A shell makes what it runs in the background deaf to it, and that is handed down."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)

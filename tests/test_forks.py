@@ -1,0 +1,109 @@
+"""A fork while another thread is at work: the child can do all that the parent can."""
+
+from __future__ import annotations
+
+import gc
+import os
+import threading
+import weakref
+
+import pytest
+
+from conicoid import forks
+
+from .children import child
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks")
+
+PREPARING = """
+import os, threading
+import conicoid as co
+from conicoid import lowering
+
+begun, go_on, lower = threading.Event(), threading.Event(), lowering.lower
+scene = co.Scene([co.Sphere(1)])
+parent = os.getpid()
+
+def slow(bodies):
+    if os.getpid() == parent:
+        begun.set()
+        go_on.wait()
+    return lower(bodies)
+
+lowering.lower = slow
+threading.Thread(target=lambda: scene.prepared).start()
+begun.wait()
+forked = os.fork()
+if forked == 0:
+    print(scene.lowered.body_count, flush=True)
+    os._exit(0)
+go_on.set()
+print(os.waitpid(forked, 0)[1])
+"""
+
+COMPILING = """
+import os, threading, time
+import conicoid as co
+from conicoid import jit_functions
+
+begun, forking = threading.Event(), threading.Event()
+finalize = jit_functions._Program.finalize
+parent = os.getpid()
+
+def slow(self):
+    if os.getpid() == parent and not begun.is_set():
+        begun.set()
+        forking.wait()
+        time.sleep(0.3)
+    finalize(self)
+
+jit_functions._Program.finalize = slow
+rays = lambda: co.Rays([(0.0, 0.0, 5.0)] * 2, (0.0, 0.0, -1.0))
+threading.Thread(target=rays).start()
+begun.wait()
+forking.set()
+forked = os.fork()
+if forked == 0:
+    print(len(rays().origins), flush=True)
+    os._exit(0)
+print(os.waitpid(forked, 0)[1])
+"""
+
+
+@pytest.mark.parametrize(("program", "said"), [(PREPARING, "1"), (COMPILING, "2")], ids=["preparing", "compiling"])
+def test_a_child_of_a_busy_process_works(program, said, tmp_path, monkeypatch):
+    if program == COMPILING:
+        monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
+    with child(program) as running:
+        assert running.line(120) == said
+        code, rest, errors = running.end(60)
+    assert (code, rest) == (0, "0\n")
+    assert "Traceback" not in errors
+
+
+def test_locks_are_open_in_a_child():
+    for made in (forks.lock(), forks.nested_lock()):
+        taken, end = threading.Event(), threading.Event()
+
+        def hold(made=made, taken=taken, end=end):
+            with made:
+                taken.set()
+                end.wait()
+
+        holder = threading.Thread(target=hold)
+        holder.start()
+        taken.wait()
+        assert not made.acquire(blocking=False)
+        end.set()
+        holder.join()
+        assert made.acquire(blocking=False)
+        made._at_fork_reinit()  # what happens in a child
+        assert made.acquire(blocking=False)
+
+
+def test_locks_are_not_kept():
+    made = forks.lock()
+    gone = weakref.ref(made)
+    del made
+    gc.collect()
+    assert gone() is None

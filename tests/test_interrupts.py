@@ -1,0 +1,260 @@
+"""Ctrl-C, wherever it comes: in kernels, in the compiler, in imports, in commands, and twice."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from .children import BOUND, COMMAND, child, needs_signals
+from .command_line import written
+
+pytestmark = needs_signals
+
+NESTED = """
+import sys, threading
+import numpy as np
+import conicoid as co
+
+def nested(count):
+    body = co.Sphere(1)
+    for k in range(count):
+        body = co.Sphere(1 + (k + 1) / count) - body
+    return body
+
+COUNT = 3000
+shape = nested(COUNT)
+scene = co.Scene([shape])
+
+def rays(count, random=False):
+    steps = np.linspace(0.1, 0.9, count)
+    origins = np.stack([steps, 0.3 * steps, np.full(count, 5.0)], axis=1)
+    directions = np.tile((0.0, 0.0, -1.0), (count, 1))
+    if random:
+        directions = np.random.default_rng(0).normal(size=(count, 3))
+        origins = -5 * directions + 0.1
+    return origins, directions
+
+def touching(count):
+    # along a tangent of a shell: doubtful
+    radii = 1 + np.arange(1, count + 1) % COUNT / COUNT
+    return np.stack([radii, 0 * radii, 0 * radii + 5], axis=1), (0.0, 0.0, -1.0)
+
+def hits(found):
+    return found.t, found.surface
+
+ASKS = {
+    "one tile": lambda n: hits(scene.first_hit(*rays(min(n, 1000)))),
+    "in order": lambda n: hits(scene.first_hit(*rays(n))),
+    "in no order": lambda n: hits(scene.first_hit(*rays(n, random=n > 4))),
+    "doubtful": lambda n: hits(scene.first_hit(*touching(n))),
+    "occluded": lambda n: (scene.occluded(*rays(n)),),
+    "spans": lambda n: (scene.spans(*rays(n)).t_enter,),
+    "doubtful spans": lambda n: (scene.spans(*touching(n)).t_enter,),
+    "crossings": lambda n: (scene.crossings(*rays(n)).t,),
+    "contains": lambda n: (scene.contains(rays(n)[0] * (1, 1, 0.1)),),
+    "render": lambda n: (scene.render(n, 2, samples=1).pixels,),
+    "measure": lambda n: (0,) if n < 5 else co.measure(shape, n),
+    "check": lambda n: (0,) if n < 5 else co.check(scene, n),
+    "lower": lambda n: (0,) if n < 5 else co.Scene([nested(n)]).prepared,
+    "build": lambda n: (0,) if n < 5 else co.Scene([co.Spheres(np.random.default_rng(0).random((10 * n, 3)), 1e-3)]).prepared,
+}
+"""
+
+ASKED = f"""{NESTED}
+for name in sys.argv[1:]:
+    before = ASKS[name](4)
+    print(name, flush=True)
+    try:
+        ASKS[name](100_000)
+        threading.Event().wait()  # on a machine that is done already
+    except KeyboardInterrupt:
+        print("stopped", flush=True)
+    assert all(map(np.array_equal, ASKS[name](4), before)), name
+"""
+
+
+def _stopped_in_time(*names: str) -> None:
+    with child(ASKED, *names) as running:
+        for name in names:
+            assert running.line() == name, running.end()
+            time.sleep(0.3)
+            running.interrupt()
+            assert running.line(BOUND) == "stopped", name
+        assert running.end(300) == (0, "", "")
+
+
+def test_queries_of_dear_rays_stop_and_can_be_asked_again():
+    """Each of the rays crosses six thousand surfaces of one body: many minutes, in chunks of many seconds."""
+    _stopped_in_time("one tile", "spans")
+
+
+@pytest.mark.deep
+def test_whatever_takes_long_stops_and_can_be_asked_again():
+    _stopped_in_time(
+        "one tile", "in order", "in no order", "doubtful", "occluded", "spans", "doubtful spans", "crossings",
+        "contains", "render", "measure", "check", "lower", "build",
+    )  # fmt: skip
+
+
+# In the compiler ------------------------------------------------------------------------------------
+
+# What stands for LLVM at work: it lets other threads run, and hears of nothing
+COMPILING = """
+import hashlib, threading
+import numpy as np
+import conicoid as co
+from conicoid import jit_functions
+
+go_on = threading.Event()
+finalize = jit_functions._Program.finalize
+
+def slow(self):
+    print("begun", flush=True)
+    while not go_on.is_set():
+        hashlib.pbkdf2_hmac("sha256", b"", b"", {rounds})
+    finalize(self)
+
+jit_functions._Program.finalize = slow
+"""
+UNTIL_TOLD, FOR_EVER = COMPILING.format(rounds=10**5), COMPILING.format(rounds=2**31 - 1)
+RAYS = "co.Rays([(0.0, 0.0, 5.0)] * 2, (0.0, 0.0, -1.0))"
+IN_A_CREW = f"from conicoid.trace.threads import run_chunks; run_chunks(lambda a, b: {RAYS}, 4, 1)"
+
+
+@pytest.mark.parametrize("call", [RAYS, IN_A_CREW])
+def test_the_compiler_is_not_waited_for(call, tmp_path, monkeypatch):
+    monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
+    with child(f"{FOR_EVER}\n{call}") as running:
+        assert running.line() == "begun"
+        running.interrupt()
+        code, _, errors = running.end()
+    assert code not in (0, 1)
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+
+
+def test_what_was_being_compiled_can_be_asked_for_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
+    again = f"except KeyboardInterrupt:\n    print('stopped', flush=True)\ngo_on.set()\nprint(len({RAYS}.origins))"
+    with child(f"{UNTIL_TOLD}\ntry:\n    {RAYS}\n{again}") as running:
+        assert running.line() == "begun"
+        running.interrupt()
+        assert running.line(BOUND) == "stopped"
+        code, rest, errors = running.end(120)
+    assert (code, rest.split()[-1], errors) == (0, "2", "")
+
+
+def test_a_second_one_while_the_first_is_seen_to():
+    work = "from conicoid.trace.threads import run_chunks\nimport hashlib, threading\n"
+    work += "def hang(a, b):\n    print('begun\\n', end='', flush=True)\n    hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)\n"
+    with child(f"{work}run_chunks(hang, 8, 1)") as running:
+        assert running.line() == "begun"
+        for _ in range(3):
+            running.interrupt()
+            time.sleep(0.05)
+        code, _, errors = running.end()
+    assert code not in (0, 1)
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+
+
+def test_one_more_while_the_process_ends():
+    """While children that compile ahead are ended; the last line is that of the first Ctrl-C, and no other."""
+    program = "import os, signal\nfrom conicoid import ahead\nstop = ahead._Others.stop\n"
+    program += "def interrupted(self):\n    os.kill(os.getpid(), signal.SIGINT)\n    stop(self)\n"
+    program += "ahead._Others.stop = interrupted\nraise KeyboardInterrupt"
+    with child(program) as running:
+        _, _, errors = running.end()
+    assert errors.count("Traceback") == 1
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+
+
+# The command ----------------------------------------------------------------------------------------
+
+WHEN_IMPORTED = f"""
+import os, signal, sys
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == sys.argv[0]:
+            sys.meta_path.remove(self)
+            os.kill(os.getpid(), signal.SIGINT)
+            for _ in range(1000):
+                pass
+
+sys.argv = sys.argv[1:]
+sys.meta_path.insert(0, Interrupting())
+{COMMAND}
+"""
+
+
+EARLY = ["typer", "numpy", "conicoid.trace.kernels"]
+LATE = [
+    "conicoid.cli", "rich", "conicoid.files", "yaml", "conicoid.scene", "numba", "conicoid.jit", "llvmlite.binding",
+    "conicoid.render.tiles", "PIL",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("module", [*EARLY, *(pytest.param(name, marks=pytest.mark.deep) for name in LATE)])
+def test_while_something_is_imported(module, tmp_path):
+    scene = written(tmp_path)
+    options = ["-o", tmp_path / "x.png", "--width", 8, "--height", 8]
+    with child(WHEN_IMPORTED, module, "render", scene, *options) as running:
+        code, out, errors = running.end(300)
+    assert (code, out) == (130, "")
+    assert errors in ("", "interrupted\n")
+    assert not list(tmp_path.glob("*x*.png"))
+
+
+# A place where a command is, which is made to last
+HANGING = f"""
+import importlib, signal, sys, threading
+module, _, name = sys.argv[1].partition(":")
+sys.argv = sys.argv[1:]
+
+def hang(*_, **__):
+    print("begun", flush=True)
+    threading.Event().wait()
+
+setattr(importlib.import_module(module), name, hang)
+{COMMAND}
+"""
+PICTURE = ["-o", "x.png", "--width", 8, "--height", 8]
+PLACES = [
+    ("os:replace", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 1),
+    ("conicoid.trace.threads:_together", ["render", "scene.yaml", *PICTURE], 4),
+]
+FURTHER = [
+    ("conicoid.lowering:lower", ["info", "scene.yaml"], 1),
+    ("conicoid.lowering:lower", ["render", "scene.yaml", *PICTURE], 1),
+    ("conicoid.trace.threads:_together", ["render", "scene.yaml", *PICTURE], 1),
+    ("os:replace", ["render", "scene.yaml", *PICTURE], 4),
+    ("conicoid.formats.scene_file:read", ["info", "scene.yaml"], 4),
+    ("conicoid.checks.check:check", ["info", "scene.yaml", "--check"], 1),
+    ("conicoid.formats.ray_file:read_rays", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 4),
+    ("conicoid.formats.openmc:read", ["import", "geometry.xml", "-o", "x.yaml"], 1),
+    ("conicoid.viewer.html:page", ["export", "scene.yaml", "x.html"], 1),
+    ("conicoid.formats.schema:scene_schema", ["schema"], 4),
+    ("conicoid.bench.command:measure", ["bench"], 1),
+    ("conicoid.lowering:lower", ["view", "scene.yaml", "--no-browser"], 1),
+]
+
+
+@pytest.mark.parametrize(
+    ("place", "arguments", "times"), [*PLACES, *(pytest.param(*case, marks=pytest.mark.deep) for case in FURTHER)]
+)
+def test_in_a_command(place, arguments, times, tmp_path):
+    written(tmp_path)
+    (tmp_path / "rays.csv").write_text("0,0,5,0,0,-1\n")
+    with child(HANGING, place, *arguments, cwd=tmp_path) as running:
+        while (line := running.line()) != "begun":
+            assert line or running.process.poll() is None
+        for _ in range(times):
+            running.interrupt()
+            time.sleep(0.02)
+        code, _, errors = running.end()
+    assert code == 130
+    assert "Traceback" not in errors
+    assert "Exception" not in errors
+    if times == 1:
+        assert errors.endswith("interrupted\n")
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["rays.csv", "scene.yaml"]
