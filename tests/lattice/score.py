@@ -1,0 +1,49 @@
+"""What was asked and what was wrong, with messages that reproduce it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from .items import Item
+
+SHOWN = 3
+
+
+@dataclass
+class Score:
+    """`wrong` counts by sort of failure; `messages` has the first few of each."""
+
+    rays: int = 0
+    asked: int = 0
+    rows: int = 0
+    doubtful: int = 0
+    wrong: dict[str, int] = field(default_factory=dict)
+    messages: dict[str, list[str]] = field(default_factory=dict)
+
+    def fail(self, what: str, message: str, count: int = 1) -> None:
+        self.wrong[what] = self.wrong.get(what, 0) + count
+        shown = self.messages.setdefault(what, [])
+        if len(shown) < SHOWN:
+            shown.append(message)
+
+    def add(self, other: Score) -> None:
+        for name in ("rays", "asked", "rows", "doubtful"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        for what, count in other.wrong.items():
+            self.wrong[what] = self.wrong.get(what, 0) + count
+            shown = self.messages.setdefault(what, [])
+            shown += other.messages[what][: SHOWN - len(shown)]
+
+    def check(self) -> None:
+        text = "\n\n".join(f"{what}: {m}" for what, shown in self.messages.items() for m in shown)
+        assert not self.wrong, f"{self.wrong} of {self.rays} rays\n\n{text}"
+
+
+def scene_text(items: Sequence[Item]) -> str:
+    return f"scene = co.Scene([{', '.join(map(repr, items))}])"
+
+
+def vector_text(v: Any) -> str:
+    return "(" + ", ".join(repr(float(x)).removesuffix(".0") for x in v) + ")"
