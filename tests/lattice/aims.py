@@ -62,6 +62,21 @@ def lattice_rays(r: Random, items: Sequence[Item], count: int) -> tuple[Array, A
     return np.where(r.random((count, 1)) < 0.55, aimed, origins), d
 
 
+def picture(r: Random, items: Sequence[Item], side: int) -> tuple[Array, Array]:
+    """side² rays of a camera: parallel ones on a lattice, or from one point through a lattice; row by row."""
+    u, v = np.meshgrid(np.arange(side) - side // 2, np.arange(side) - side // 2)
+    along = int(r.integers(3))
+    across, up = (np.eye(3)[(along + k) % 3] for k in (1, 2))
+    step = float(r.choice([0.25, 0.5, 0.125]))
+    lattice = (u.ravel()[:, None] * across + v.ravel()[:, None] * up) * step
+    near = places(items)
+    target = near[int(r.integers(len(near)))]
+    depth = np.eye(3)[along] * float(r.choice([-4.0, 4.0]))
+    if r.random() < 0.5:
+        return target - depth + lattice, np.broadcast_to(depth / 4, lattice.shape).copy()
+    return np.broadcast_to(target - depth, lattice.shape).copy(), depth + lattice
+
+
 def nudged(r: Random, origins: Array, d: Array) -> tuple[Array, Array]:
     """The same, one number of each ray a little off."""
     origins, d = origins.copy(), d.copy()

@@ -128,7 +128,7 @@ def combined(coefficients: dict[int, Array], values: Array, top: int) -> Column:
     """Of K (forms, m) for each s and values (m, rays), K values: (forms, rays). No |value| is above `top`."""
     most = max((int(abs(k).max()) for k in coefficients.values() if k.size), default=0)
     limit = most * top * values.shape[0]
-    small = limit < SMALL
+    small = max(limit, most, top) < SMALL
     parts = {}
     for s, k in coefficients.items():
         if small:

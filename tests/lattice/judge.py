@@ -13,7 +13,7 @@ from .items import Item
 from .lines import Table
 from .score import SHOWN, Score, scene_text, vector_text
 from .shapes import bodies
-from .trace import Crossings, Trace, body_at
+from .trace import Crossings, Trace, body_at, surfaces_by_face
 
 LOOSE = 2.0**-24
 """A bound of an error may be so much of |t| and of the ray's way to what it meets, no more: what is told is a place."""
@@ -27,6 +27,7 @@ class Judge:
         self.scene = library.Scene([item.shape(library) for item in items])
         self.table = Table(bodies(items))
         self.solid = np.array([body.sheet is None for body in self.table.bodies], bool)
+        self.faces = surfaces_by_face(self.table)
         self.score = Score()
 
     def asked(self, origins: Array, directions: Array, rays: Any = None, start: Array | None = None) -> Asked:
@@ -53,6 +54,7 @@ class Asked:
         self.exact = self._ahead(trace.crossings) if self.spawned else trace.crossings
         self.score.rays += trace.lines.count
         self.score.rows += len(self.exact.ray)
+        self.score.asked += 4 * trace.lines.count
         self.told = judge.scene.crossings(*self.rays, **({} if self.spawned else {"t_min": -np.inf}))
         self.near, self.near_error = trace.near(self.exact.slope, self.exact.surface, self.exact.ray)
 

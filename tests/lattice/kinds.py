@@ -153,6 +153,16 @@ def shared(r: Random) -> list[Item]:
     return [item.moved(*steps) for item in items]
 
 
+def half_spaces(r: Random) -> Item:
+    """A Boolean of half-spaces through one point."""
+    items = []
+    for _ in range(r.integers(2, 5)):
+        normal = point(r)
+        normal = normal if any(normal) else (1.0, 0.0, 0.0)
+        items.append(Item("HalfSpace", {"normal": normal, "offset": sum(normal)}))
+    return joined(r, items)
+
+
 def fan(r: Random, count: int) -> list[Item]:
     """Half-spaces, cones and wedges through one point."""
     apex = point(r, 1)
@@ -233,6 +243,7 @@ SCENES: dict[str, Callable[[Random], list[Item]]] = {
     **{kind: (lambda r, kind=kind: [single(r, kind)]) for kind in sorted(PLAIN)},
     "Boolean": lambda r: [boolean(r)],
     "Fan": lambda r: [joined(r, fan(r, int(r.integers(2, 5)))) for _ in range(r.integers(1, 3))],
+    "Planes": lambda r: [half_spaces(r) for _ in range(r.integers(1, 4))],
     "Complement": lambda r: [complement(part(r))],
     "Shared": lambda r: [joined(r, shared(r))],
     "Siblings": shared,

@@ -58,14 +58,20 @@ class Trace:
         order = self.order
         own = np.flatnonzero(order.surface[ray] == surface)
         if not len(own):
+            if self.table.flat[surface]:  # it runs along the plane that it starts on: within it
+                before[surface, ray] = self.table.side[surface] > 0
             return
-        k = own[0]
-        if len(own) == 2:
-            p, q = (abs(self.lines.ball(int(order.slope[ray, j]), surface, ray, 400)) for j in own)
-            assert p < q or p > q, "two roots equally far from the origin"
-            k = own[0] if p < q else own[1]
+        if len(own) == 2 and self.lines.signs[1][surface, ray] == 0:  # a tangent: both roots are equally near
+            order.surface[ray, own] = order.slope[ray, own] = -1
+            return
+        k = own[0] if len(own) == 1 else own[self._nearest(ray, surface, own)]
         before[surface, ray] = not before[surface, ray]
         order.surface[ray, k] = order.slope[ray, k] = -1
+
+    def _nearest(self, ray: int, surface: int, own: Array) -> int:
+        p, q = (abs(self.lines.ball(int(self.order.slope[ray, k]), surface, ray, 400)) for k in own)
+        assert p < q or p > q, "two roots equally far from the origin"
+        return 0 if p < q else 1
 
     def _states(self, before: Array) -> Array:
         """(surfaces, rays, groups + 1): negative in each gap between groups."""

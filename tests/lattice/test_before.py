@@ -1,0 +1,104 @@
+"""Rays that were once answered wrongly, as they were found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+from .intervals import Interval
+from .items import Item, difference, union
+from .judge import Judge
+
+INF = float("inf")
+ABOUT_Z = ("rotate", (0.0, 0.0, 1.0), 15.0)
+CONE = Item("Cone", {"start": (0.0, 0.0, -1.0), "end": (0.0, 0.0, 1.0), "start_radius": 2.0, "end_radius": 1.0})
+TUBE = Item("Cylinder", {"start": (0.0, 0.0, -1.0), "end": (0.0, 0.0, 1.0), "radius": 1.0})
+WEDGE = Item("Cylinder", {**TUBE.parameters, "start_angle": 0.0, "end_angle": 120.0, "reference": (1.0, 0.0, 0.0)})
+ROUND = (
+    TUBE,
+    Item("Ellipsoid", {"radii": (1.0, 1.0, 0.5)}),
+    Item("DoubleCone", {"slope": 1.0}),
+    Item("EllipticParaboloid", {"A": 1.0, "E": 1.0}),
+    Item("OneSheetHyperboloid", {"A": 1.0, "E": 1.0, "H": 1.0}),
+    WEDGE,
+    difference(TUBE, Item("Box", {"low": (0.0, 0.0, 0.0), "high": (2.0, 2.0, 2.0)})),
+)
+
+
+def asked(items, origin, direction):
+    judge = Judge(co, items)
+    return judge, judge.asked(np.array([origin], float), np.array([direction], float))
+
+
+def check(items, origin, direction) -> Any:
+    judge, one = asked(items, origin, direction)
+    good = one.lists()
+    one.first(good)
+    one.spans(good)
+    judge.score.check()
+    return one
+
+
+@pytest.mark.parametrize("degrees", [0, 15, 16, 30, 45, 75, 105, 165])
+def test_a_cone_is_met_through_its_rim(degrees):
+    found = co.Scene([co.Cone((0, 0, -1), (0, 0, 1), 2, 1).rotate((0, 0, 1), degrees)]).crossings((2, 3, 3), (-2, -2, -2), t_min=-9)
+    assert np.allclose(found.t, [1, 13 / 7], rtol=1e-15)
+    assert found.entering.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("degrees", [15.0, 105.0])
+@pytest.mark.parametrize("item", ROUND, ids=lambda item: item.kind)
+def test_touching_what_is_turned_about_its_own_axis(item, degrees):
+    """The ray (5, -1, 0) -> (-1, 0, 0) and others like it touch the shape or run along it."""
+    turned = item.moved(("rotate", (0.0, 0.0, 1.0), degrees))
+    for height in (0.0, 0.5, 1.0, -1.0):
+        for x, y in ((-1.0, 0.0), (0.0, -1.0), (-1.0, -1.0), (2.0, -1.0)):
+            for side in (1.0, -1.0):
+                away = np.array([-y, x, 0.0]) * side
+                check([turned], np.array([0.0, 0.0, height]) + away - 5 * np.array([x, y, 0.0]), (x, y, 0.0))
+
+
+@pytest.mark.parametrize("degrees", [*range(1, 180, 13), 15, 105, 0.5, 33.3, 1e-3])
+def test_any_turn_about_the_own_axis_leaves_a_cylinder_as_it_is(degrees):
+    """Rulings and tangents at lattice points: those of the cylinder that is not turned."""
+    turned = TUBE.moved(("rotate", (0.0, 0.0, 1.0), float(degrees)), paper=())
+    for origin, direction in (((5, -1, 0), (-1, 0, 0)), ((1, 0, 5), (0, 0, -1)), ((5, -1, 1), (-1, 0, 0)), ((-1, 1, -3), (1, -1, 1)), ((3, 4, -3), (-1, -1, 1))):
+        check([turned], origin, direction)
+
+
+@pytest.mark.parametrize(
+    ("item", "origin", "direction"),
+    [
+        (Item("DoubleCone", {"slope": 2.0, "z_range": (-1.0, 2.0)}, (("scale", 2.0), ABOUT_Z)), (4, -4, 0), (-1, -1, -1)),
+        (Item("DoubleCone", {"slope": 2.0, "z_range": (-1.0, 2.0)}, (("scale", 2.0), ABOUT_Z)), (-4, -2, -4), (0, -1, -1)),
+        (Item("EllipticParaboloid", {"A": 1.0, "E": 1.0, "z_range": (1.0, INF)}, (ABOUT_Z, ("scale", (1.0, 2.0, 1.0)))), (1, -1.5, 1.5), (0, 3, -1)),
+        (Item("OneSheetHyperboloid", {"A": 1.0, "E": 1.0, "H": 4.0}, (("rotate", (0.0, 0.0, 1.0), -75.0),)), (-2, 0, 1), (-2, 0, 1)),
+        (Item("CylinderPatch", {"start": (0.0, 0.0, 0.0), "end": (0.0, 0.0, 1.0), "radius": 1.25, "start_angle": 0.0, "end_angle": 300.0, "reference": (0.0, -3.0, -3.0)}, (("rotate", (0.0, 0.0, 1.0), -75.0),)), (2, -2, 1), (-1, 1, 0)),
+    ],
+    ids=["apex", "cap", "bound", "asymptote", "patch"],
+)  # fmt: skip
+def test_what_is_rational_on_paper(item, origin, direction):
+    check([item], origin, direction)
+
+
+def half_space(normal, offset) -> Item:
+    return Item("HalfSpace", {"normal": normal, "offset": offset})
+
+
+def test_an_interval_of_a_few_floats_about_a_crossing():
+    """Planes that meet there: hit and occluded are one answer."""
+    items = [half_space((2.0, -2.0, -2.0), -4.0), union(half_space((2.0, 2.0, -1.0), -2.0), half_space((-1.0, 2.0, 0.0), 0.0))]
+    judge, one = asked(items, (5, -3, 7), (-5, 3, -5))
+    good = one.lists()
+    one.first(good)
+    floats = [1.0]
+    for _ in range(3):
+        floats = [np.nextafter(floats[0], 0), *floats, np.nextafter(floats[-1], 2)]
+    for i, low in enumerate(floats):
+        for high in floats[i:]:
+            Interval(one, good, np.array([low]), np.array([high])).judge()
+    judge.score.check()
