@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .columns import Array
-from .judge import Asked, _rows
+from .judge import Asked, rows_of, falls
 from .kinds import Random
 
 IN, OUT, EDGE = 1, -1, 0
@@ -75,11 +75,10 @@ class Interval:
         rows = listed.offsets[:-1][both]
         for name in ("t", "t_error", "body", "face", "surface", "entering"):
             self.fail(f"{name} of the first crossing is not that of first_hit", both[getattr(listed, name)[rows] != getattr(first, name)[both]])
-        ray = _rows(listed.offsets)
+        ray = rows_of(listed.offsets)
         beyond = (listed.t <= self.low[ray]) & (self.low[ray] != 0) | (listed.t >= self.high[ray]) & (self.high[ray] != 0)
         self.fail("a crossing is not within", ray[beyond])
-        falls = np.flatnonzero((np.diff(listed.t) < 0) & (np.diff(ray) == 0))
-        self.fail("order of t", ray[falls])
+        self.fail("order of t", falls(listed.t, ray))
 
     def status(self) -> Array:
         """Of each row of the whole line's list: IN, OUT, or at an EDGE where its exact place and what is told leave it open."""
@@ -87,7 +86,7 @@ class Interval:
         exact, told = a.exact, a.told
         aligned = np.flatnonzero(self.good[exact.ray])
         t, error = np.zeros(len(exact.ray)), np.zeros(len(exact.ray))
-        mine = self.good[_rows(told.offsets)]
+        mine = self.good[rows_of(told.offsets)]
         t[aligned], error[aligned] = told.t[mine], told.t_error[mine]
         self.t = t
         slack = 4 * error + 8 * np.spacing(np.abs(t))
@@ -115,7 +114,7 @@ class Interval:
         """What must be in the list is, in order, and nothing that must not."""
         exact, status = self.asked.exact, self.status()
         self.rows_status = status
-        listed = _rows(self.listed.offsets)
+        listed = rows_of(self.listed.offsets)
         open_ = np.zeros(self.asked.count, bool)
         open_[exact.ray[status == EDGE]] = True
         plain = self.good & ~open_
@@ -150,7 +149,7 @@ class Interval:
     def _spans(self) -> None:
         """Ends within the interval are the crossings listed for it, others are its own ends and flagged."""
         spans, listed, solid = self.spans, self.listed, self.asked.judge.solid
-        ray, rows = _rows(spans.offsets), _rows(listed.offsets)
+        ray, rows = rows_of(spans.offsets), rows_of(listed.offsets)
         low, high = self.low[ray], self.high[ray]
         self.fail("a clipped end of a span is not that of the interval", ray[(spans.enter_clipped & (spans.t_enter != low)) | (spans.exit_clipped & (spans.t_exit != high))])
         with np.errstate(invalid="ignore"):
