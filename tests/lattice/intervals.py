@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .columns import Array
-from .judge import Asked, rows_of, falls
+from .judge import Asked, falls, rows_of
 from .kinds import Random
 
 IN, OUT, EDGE = 1, -1, 0
@@ -48,11 +48,20 @@ class Interval:
         asked.score.asked += 4 * asked.count
 
     def fail(self, what: str, rays: Array) -> None:
-        rays = np.unique(rays)
-        if len(rays):
-            i = int(rays[0])
-            query = f"t_min={float(self.low[i])!r}, t_max={float(self.high[i])!r}: first_hit {float(self.first.t[i])!r}, occluded {bool(self.hidden[i])}, crossings {self._list(i)}"
-            self.asked.fail(f"interval, {what}", rays, query)
+        self.asked.fail(f"interval, {what}", rays, self._told)
+
+    def _told(self, i: int) -> str:
+        limits = f"t_min={float(self.low[i])!r}, t_max={float(self.high[i])!r}"
+        spans = self.spans
+        rows = range(int(spans.offsets[i]), int(spans.offsets[i + 1]))
+        stretches = [
+            tuple(
+                getattr(spans, name)[k].item()
+                for name in ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped")
+            )
+            for k in rows
+        ]
+        return f"{limits}: first_hit {float(self.first.t[i])!r}, occluded {bool(self.hidden[i])}, crossings {self._list(i)}, spans {stretches}"
 
     def _list(self, i: int) -> list[tuple[Any, ...]]:
         rows = slice(int(self.listed.offsets[i]), int(self.listed.offsets[i + 1]))
@@ -74,9 +83,14 @@ class Interval:
         both = np.flatnonzero(some & hit)
         rows = listed.offsets[:-1][both]
         for name in ("t", "t_error", "body", "face", "surface", "entering"):
-            self.fail(f"{name} of the first crossing is not that of first_hit", both[getattr(listed, name)[rows] != getattr(first, name)[both]])
+            self.fail(
+                f"{name} of the first crossing is not that of first_hit",
+                both[getattr(listed, name)[rows] != getattr(first, name)[both]],
+            )
         ray = rows_of(listed.offsets)
-        beyond = (listed.t <= self.low[ray]) & (self.low[ray] != 0) | (listed.t >= self.high[ray]) & (self.high[ray] != 0)
+        beyond = (listed.t <= self.low[ray]) & (self.low[ray] != 0) | (listed.t >= self.high[ray]) & (
+            self.high[ray] != 0
+        )
         self.fail("a crossing is not within", ray[beyond])
         self.fail("order of t", falls(listed.t, ray))
 
@@ -127,7 +141,9 @@ class Interval:
         for name in ("body", "entering", "face"):
             wrong = getattr(exact, name)[expected] != getattr(self.listed, name)[told]
             self.fail(f"{name} of crossings", exact.ray[expected][wrong])
-        self.asked.places("interval, crossings", exact.ray[expected], expected, self.listed.t[told], self.listed.t_error[told])
+        self.asked.places(
+            "interval, crossings", exact.ray[expected], expected, self.listed.t[told], self.listed.t_error[told]
+        )
         for ray in np.flatnonzero(open_ & self.good).tolist():
             if not self._fits(ray, status):
                 self.fail("crossings at its ends", np.array([ray]))
@@ -151,7 +167,10 @@ class Interval:
         spans, listed, solid = self.spans, self.listed, self.asked.judge.solid
         ray, rows = rows_of(spans.offsets), rows_of(listed.offsets)
         low, high = self.low[ray], self.high[ray]
-        self.fail("a clipped end of a span is not that of the interval", ray[(spans.enter_clipped & (spans.t_enter != low)) | (spans.exit_clipped & (spans.t_exit != high))])
+        self.fail(
+            "a clipped end of a span is not that of the interval",
+            ray[(spans.enter_clipped & (spans.t_enter != low)) | (spans.exit_clipped & (spans.t_exit != high))],
+        )
         with np.errstate(invalid="ignore"):
             wrong = ~(spans.t_enter <= spans.t_exit) & (low < high)
         self.fail("a span ends before it begins", ray[wrong])

@@ -30,7 +30,9 @@ class Item:
 
     def moved(self, *steps: Step, paper: tuple[Step, ...] | None = None) -> Item:
         """Moved by some steps more, which are `paper` on paper."""
-        known = None if self.paper is None and paper is None else (*self.exact_steps, *(steps if paper is None else paper))
+        known = (
+            None if self.paper is None and paper is None else (*self.exact_steps, *(steps if paper is None else paper))
+        )
         return replace(self, steps=(*self.steps, *steps), paper=known)
 
     def shape(self, library: Any) -> Any:
@@ -53,7 +55,13 @@ class Item:
         if self.kind == "ClippedSheet":
             return first - others[0] if self.parameters.get("keep") == "outside" else first & others[0]
         for other in others:
-            first = first | other if self.kind == "Union" else first & other if self.kind == "Intersection" else first - other
+            first = (
+                first | other
+                if self.kind == "Union"
+                else first & other
+                if self.kind == "Intersection"
+                else first - other
+            )
         return first
 
     def __repr__(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,9 +40,14 @@ class Judge:
         expected, told = body_at(self.table, points), self.scene.body_at(points)
         inside = self.scene.contains(points)
         for i in np.flatnonzero(expected != told):
-            self.score.fail("body_at", f"{scene_text(self.items)}\n  scene.body_at({vector_text(points[i])}) is {told[i]}, exactly {expected[i]}")
+            self.score.fail(
+                "body_at",
+                f"{scene_text(self.items)}\n  scene.body_at({vector_text(points[i])}) is {told[i]}, exactly {expected[i]}",
+            )
         for i in np.flatnonzero(inside != (expected >= 0)):
-            self.score.fail("contains", f"{scene_text(self.items)}\n  scene.contains({vector_text(points[i])}) is {inside[i]}")
+            self.score.fail(
+                "contains", f"{scene_text(self.items)}\n  scene.contains({vector_text(points[i])}) is {inside[i]}"
+            )
 
 
 class Asked:
@@ -75,7 +80,12 @@ class Asked:
         """A scene, a ray and what is exact of it, as a user would type it."""
         rows = range(int(self.exact.offsets[ray]), int(self.exact.offsets[ray + 1]))
         exact = [
-            (float(f"{self.near[k]:.17g}"), "in" if self.exact.entering[k] else "out", f"body {self.exact.body[k]}", f"face {self.exact.face[k]}")
+            (
+                float(f"{self.near[k]:.17g}"),
+                "in" if self.exact.entering[k] else "out",
+                f"body {self.exact.body[k]}",
+                f"face {self.exact.face[k]}",
+            )
             for k in rows
         ]
         spawned = " (spawned, without the root of its start)" if self.spawned else ""
@@ -84,14 +94,14 @@ class Asked:
             f"\n  {query}\n  exact crossings: {exact}"
         )
 
-    def fail(self, what: str, rays: Array, query: str = "") -> None:
+    def fail(self, what: str, rays: Array, query: str | Callable[[int], str] = "") -> None:
         """Count rays as wrong, show the first few."""
         rays = np.unique(rays)
         if not len(rays):
             return
         name = f"spawned {what}" if self.spawned else what
         for ray in rays[:SHOWN].tolist():
-            self.score.fail(name, self.where(ray, query or what), 0)
+            self.score.fail(name, self.where(ray, query(ray) if callable(query) else query or what), 0)
         self.score.wrong[name] = self.score.wrong.get(name, 0) + len(rays)
 
     def lists(self) -> Array:
@@ -118,7 +128,9 @@ class Asked:
             number: dict[int, int] = {}
             for a, b, ray in zip(here.tolist(), there.tolist(), rays.tolist(), strict=True):
                 if number.setdefault(a, b) != b:
-                    self.fail("crossings: surface", np.array([ray]), f"surfaces {b} and {number[a]} are one, or {a} is two")
+                    self.fail(
+                        "crossings: surface", np.array([ray]), f"surfaces {b} and {number[a]} are one, or {a} is two"
+                    )
                     return
 
     def places(self, what: str, rays: Array, rows: Array, t: Array, error: Array) -> None:
@@ -129,12 +141,16 @@ class Asked:
         reach = np.abs(self.origins[rays]).max(axis=1) + 16
         size = np.abs(t) + reach / np.abs(self.directions[rays]).max(axis=1)
         loose = (error > LOOSE * size) & (np.abs(t) < FAR * reach)
-        self.fail(f"{what}: t_error is as large as a length", rays[loose], f"t {t[loose][:1]}, t_error {error[loose][:1]}")
+        self.fail(
+            f"{what}: t_error is as large as a length", rays[loose], f"t {t[loose][:1]}, t_error {error[loose][:1]}"
+        )
         with np.errstate(all="ignore"):
             clear = np.abs(t - self.near[rows]) + self.near_error[rows] <= error
         for i in np.flatnonzero(~clear).tolist():
             if not self._within(int(rows[i]), float(t[i]), float(error[i])):
-                self.fail(f"{what}: t is further off than t_error", rays[i : i + 1], f"t = {t[i]!r}, t_error = {error[i]!r}")
+                self.fail(
+                    f"{what}: t is further off than t_error", rays[i : i + 1], f"t = {t[i]!r}, t_error = {error[i]!r}"
+                )
 
     def _within(self, row: int, t: float, error: float) -> bool:
         e = self.exact
@@ -203,7 +219,10 @@ class Asked:
             inside = self.exact.inside[number] & good
             expected = (crossings + inside + 1) // 2
             wrong |= (np.bincount(ray[told], minlength=self.count) != expected) & good
-            for clipped, t, starts in ((spans.enter_clipped, spans.t_enter, True), (spans.exit_clipped, spans.t_exit, False)):
+            for clipped, t, starts in (
+                (spans.enter_clipped, spans.t_enter, True),
+                (spans.exit_clipped, spans.t_exit, False),
+            ):
                 ends = told & ~clipped
                 counts = np.bincount(ray[ends], minlength=self.count)
                 entered = mine & (self.exact.entering == starts)
@@ -219,7 +238,9 @@ class Asked:
         """Ends of spans are the exact crossings of their bodies, in order."""
         for name, entering in (("enter", True), ("exit", False)):
             t, error, clipped = (getattr(spans, part) for part in (f"t_{name}", f"t_{name}_error", f"{name}_clipped"))
-            rows = np.flatnonzero(good[self.exact.ray] & self.judge.solid[self.exact.body] & (self.exact.entering == entering))
+            rows = np.flatnonzero(
+                good[self.exact.ray] & self.judge.solid[self.exact.body] & (self.exact.entering == entering)
+            )
             ends = np.flatnonzero(good[ray] & ~clipped)
             rows = rows[np.lexsort((rows, self.exact.body[rows], self.exact.ray[rows]))]
             ends = ends[np.lexsort((t[ends], spans.body[ends], ray[ends]))]

@@ -13,7 +13,19 @@ from .items import SHEETS, Item, Step, clipped, complement, difference, intersec
 
 Random = np.random.Generator
 ANGLES = (15, 30, 45, 60, 75, 90, 105, 120, 165, 180, -15, -75, 270, 345)
-AXES = ((0, 0, 1), (0, 0, 1), (1, 0, 0), (0, 1, 0), (1, 1, 0), (1, -1, 0), (1, 1, 1), (1, 2, 2), (0, 1, -1), (2, 0, 1), (1, 2, 3))
+AXES = (
+    (0, 0, 1),
+    (0, 0, 1),
+    (1, 0, 0),
+    (0, 1, 0),
+    (1, 1, 0),
+    (1, -1, 0),
+    (1, 1, 1),
+    (1, 2, 2),
+    (0, 1, -1),
+    (2, 0, 1),
+    (1, 2, 3),
+)
 SOLIDS = tuple(sorted(set(PLAIN) - set(SHEETS) - {"Spheres"}))
 FLAT = ("Plane", "Disc", "Triangle", "Polygon", "CylinderPatch")
 PARTS = ("Sphere", "Ellipsoid", "Box", "Box", "Cylinder", "Cylinder", "Cone", "Polyhedron", "HalfSpace", "DoubleCone", "EllipticParaboloid", "OneSheetHyperboloid")  # fmt: skip
@@ -43,12 +55,17 @@ def shear(r: Random) -> Step:
     rows = np.eye(4)
     i, j = r.choice(3, 2, replace=False)
     rows[i, j] = pick(r, (1.0, -1.0, 0.5, 2.0))
-    rows[: 3, 3] = r.integers(-1, 2, 3)
+    rows[:3, 3] = r.integers(-1, 2, 3)
     return ("transform", tuple(tuple(row) for row in rows.tolist()))
 
 
 def stretch(r: Random) -> Step:
-    return ("scale", pick(r, ((1.0, -1.0, 1.0), (-1.0, 1.0, 1.0), (2.0, 1.0, 0.5), (1.0, 2.0, 1.0), (1.0, 3.0, -1.0), -1.0, 2.0, 0.5)))
+    return (
+        "scale",
+        pick(
+            r, ((1.0, -1.0, 1.0), (-1.0, 1.0, 1.0), (2.0, 1.0, 0.5), (1.0, 2.0, 1.0), (1.0, 3.0, -1.0), -1.0, 2.0, 0.5)
+        ),
+    )
 
 
 def whole_motion(r: Random) -> tuple[Step, ...]:
@@ -143,7 +160,11 @@ def shared(r: Random) -> list[Item]:
     others = [turned_in_place(r, first)]
     shift = pick(r, ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 0.0)))
     others.append(first.moved(("translate", shift)))
-    others.append(first.moved(pick(r, (("scale", (-1.0, 1.0, 1.0)), ("scale", (1.0, 1.0, -1.0)), ("rotate", (0.0, 0.0, 1.0), 90.0)))))
+    others.append(
+        first.moved(
+            pick(r, (("scale", (-1.0, 1.0, 1.0)), ("scale", (1.0, 1.0, -1.0)), ("rotate", (0.0, 0.0, 1.0), 90.0)))
+        )
+    )
     others.append(plain(r, str(pick(r, PARTS))))
     others.append(plain(r, "HalfSpace"))
     items = [first, *(pick(r, others) for _ in range(r.integers(1, 3)))]
@@ -179,7 +200,9 @@ def fan(r: Random, count: int) -> list[Item]:
             items.append(Item("DoubleCone", {"slope": float(pick(r, (0.5, 1, 2)))}).moved(("translate", apex)))
         else:
             end = tuple(a + n for a, n in zip(apex, normal, strict=True))
-            items.append(Item("Cone", {"start": apex, "end": end, "start_radius": 0.0, "end_radius": float(pick(r, (1, 2)))}))
+            items.append(
+                Item("Cone", {"start": apex, "end": end, "start_radius": 0.0, "end_radius": float(pick(r, (1, 2)))})
+            )
     return items
 
 
@@ -225,7 +248,9 @@ def abutting(r: Random) -> list[Item]:
     ]
     chosen = [items[i] for i in r.permutation(len(items))[: int(r.integers(2, 6))]]
     steps = motion(r)
-    return [item.moved(*(spelled(r, steps)), paper=steps) if r.random() < 0.3 else item.moved(*steps) for item in chosen]
+    return [
+        item.moved(*(spelled(r, steps)), paper=steps) if r.random() < 0.3 else item.moved(*steps) for item in chosen
+    ]
 
 
 def mixed(r: Random) -> list[Item]:
@@ -251,7 +276,3 @@ SCENES: dict[str, Callable[[Random], list[Item]]] = {
     "Abutting": abutting,
     "Mixed": mixed,
 }  # fmt: skip
-
-
-def steps_of(item: Item) -> tuple[Step, ...]:
-    return item.exact_steps

@@ -50,7 +50,6 @@ class Table:
         self.forms.append(form)
         return len(self.forms) - 1, 1
 
-
     @cached_property
     def twins(self) -> list[list[int]]:
         """For each surface those that are the same set of points, itself among them."""
@@ -190,7 +189,9 @@ class Lines:
     @cached_property
     def units(self) -> Array:
         """V / W as floats: powers of two, so exact unless it overflows."""
-        return np.array([math.ldexp(1.0, int(v).bit_length() - int(w).bit_length()) for v, w in zip(self.v, self.w, strict=True)])
+        return np.array(
+            [math.ldexp(1.0, int(v).bit_length() - int(w).bit_length()) for v, w in zip(self.v, self.w, strict=True)]
+        )
 
 
 def _part(error: Any, value: Any) -> Any:

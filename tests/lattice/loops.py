@@ -24,7 +24,9 @@ def in_loop(loop: tuple[Row, ...], lines: Lines) -> Array:
     """(rays,) Vertices seen along the ray, (u, v) = (d_z X - d_x Z, d_z Y - d_y Z) with z the longest axis of the direction
     (ties: z before x before y); an edge counts from its lower end inclusive, where u > 0."""
     size = np.abs(lines.directions)
-    longest = np.where((size[:, 2] >= size[:, 0]) & (size[:, 2] >= size[:, 1]), 2, np.where(size[:, 0] >= size[:, 1], 0, 1))
+    longest = np.where(
+        (size[:, 2] >= size[:, 0]) & (size[:, 2] >= size[:, 1]), 2, np.where(size[:, 0] >= size[:, 1], 0, 1)
+    )
     found = np.zeros(lines.count, bool)
     points, common = whole_points(loop)
     for axis, view in ((0, (1, 2, 0)), (1, (2, 0, 1)), (2, (0, 1, 2))):
@@ -34,7 +36,9 @@ def in_loop(loop: tuple[Row, ...], lines: Lines) -> Array:
     return found
 
 
-def _within(points: list[list[dict[int, int]]], common: int, lines: Lines, rays: Array, view: tuple[int, int, int]) -> Array:
+def _within(
+    points: list[list[dict[int, int]]], common: int, lines: Lines, rays: Array, view: tuple[int, int, int]
+) -> Array:
     o, d, w = lines.o[rays].T, lines.d[rays].T, lines.w[rays]
     iu, iv, iw = view
     seen = []

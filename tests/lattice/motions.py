@@ -81,7 +81,9 @@ def rotation(axis: Row, degrees: Any) -> Affine:
     wedge = ((ZERO, -z, y), (z, ZERO, -x), (-y, x, ZERO))
     return Affine(
         tuple(
-            tuple((c if i == j else ZERO) + (1 - c) * axis[i] * axis[j] * (1 / square) + s * wedge[i][j] for j in range(3))
+            tuple(
+                (c if i == j else ZERO) + (1 - c) * axis[i] * axis[j] * (1 / square) + s * wedge[i][j] for j in range(3)
+            )
             for i in range(3)
         )
     )

@@ -37,13 +37,15 @@ def equal_pairs(lines: Lines, ray: Array, one: tuple[Array, Array], two: tuple[A
     (s1, f1), (s2, f2) = one, two
     a1, b1, c1 = (x[f1, ray] for x in (lines.a, lines.b, lines.c))
     a2, b2, c2 = (x[f2, ray] for x in (lines.a, lines.b, lines.c))
-    m, n, l = a1 * b2 - a2 * b1, a1 * c2 - a2 * c1, b1 * c2 - b2 * c1
-    no_m, shared = m.zero, (n * n - m * l).zero
-    signs_a, signs_b, _ = lines.signs
+    m, n, k = a1 * b2 - a2 * b1, a1 * c2 - a2 * c1, b1 * c2 - b2 * c1
+    no_m, shared = m.zero, (n * n - m * k).zero
+    signs_a = lines.signs[0]
     planes = (signs_a[f1, ray] == 0) & (signs_a[f2, ray] == 0)
     alike = signs_a[f1, ray] * signs_a[f2, ray] * _signed(s1) == _signed(s2)
     return np.where(
-        planes, l.zero, np.where(no_m, n.zero & alike, shared & _at_common(a1, b1, m, n, s1) & _at_common(a2, b2, m, n, s2))
+        planes,
+        k.zero,
+        np.where(no_m, n.zero & alike, shared & _at_common(a1, b1, m, n, s1) & _at_common(a2, b2, m, n, s2)),
     )
 
 

@@ -10,7 +10,20 @@ from .columns import Array
 from .judge import Asked
 from .kinds import Random
 
-FIELDS = ("t", "t_error", "point", "point_error", "body", "face", "surface", "entering", "normal", "local_point", "uv", "doubtful")
+FIELDS = (
+    "t",
+    "t_error",
+    "point",
+    "point_error",
+    "body",
+    "face",
+    "surface",
+    "entering",
+    "normal",
+    "local_point",
+    "uv",
+    "doubtful",
+)
 COLUMNS = ("t", "t_error", "body", "face", "surface", "entering")
 STREAM = 33 * 64
 """Enough packets for the rays to be sorted and traced in streams."""

@@ -141,13 +141,17 @@ def _around(forms: Sequence[Form], axis: plain.Axis, start_angle: Any, end_angle
     return "all", (("cell", tuple(forms)), ("any", tuple(("cell", (wall,)) for wall in walls)))
 
 
-def _cylinder(start: Any, end: Any, radius: Any, start_angle: Any = 0, end_angle: Any = 360, reference: Any = None) -> Formula:
+def _cylinder(
+    start: Any, end: Any, radius: Any, start_angle: Any = 0, end_angle: Any = 360, reference: Any = None
+) -> Formula:
     axis = plain.Axis(start, end, reference)
     forms = [_taken(f) for f in (plain.cylinder_side(axis, radius), *axis.caps())]
     return _around(forms, axis, start_angle, end_angle)
 
 
-def _patch(start: Any, end: Any, radius: Any, start_angle: Any = 0, end_angle: Any = 360, reference: Any = None) -> Sheet:
+def _patch(
+    start: Any, end: Any, radius: Any, start_angle: Any = 0, end_angle: Any = 360, reference: Any = None
+) -> Sheet:
     axis = plain.Axis(start, end, reference)
     clip = _around([_taken(f) for f in axis.caps()], axis, start_angle, end_angle)
     return Sheet(_taken(plain.cylinder_side(axis, radius)), clip)

@@ -59,7 +59,9 @@ def bounced(r: Random, judge: Judge, hits: Any) -> Any:
     d = np.where(r.random((len(hits), 1)) < 0.2, co.reflect(hits.rays.directions, hits.normal), d)
     d = np.where(np.abs(d) < 1e-90, 0.0, d)
     d = np.where(d.any(axis=1, keepdims=True), d, 1.0)
-    start = np.array([judge.faces[b].get(f, -1) for b, f in zip(hits.body.tolist(), hits.face.tolist(), strict=True)], int)
+    start = np.array(
+        [judge.faces[b].get(f, -1) for b, f in zip(hits.body.tolist(), hits.face.tolist(), strict=True)], int
+    )
     rays = hits.spawn(d)
     asked = judge.asked(rays.origins, rays.directions, rays, start)
     _ask(r, asked, None)

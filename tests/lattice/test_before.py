@@ -45,7 +45,9 @@ def check(items, origin, direction) -> Any:
 
 @pytest.mark.parametrize("degrees", [0, 15, 16, 30, 45, 75, 105, 165])
 def test_a_cone_is_met_through_its_rim(degrees):
-    found = co.Scene([co.Cone((0, 0, -1), (0, 0, 1), 2, 1).rotate((0, 0, 1), degrees)]).crossings((2, 3, 3), (-2, -2, -2), t_min=-9)
+    found = co.Scene([co.Cone((0, 0, -1), (0, 0, 1), 2, 1).rotate((0, 0, 1), degrees)]).crossings(
+        (2, 3, 3), (-2, -2, -2), t_min=-9
+    )
     assert np.allclose(found.t, [1, 13 / 7], rtol=1e-15)
     assert found.entering.tolist() == [True, False]
 
@@ -66,7 +68,13 @@ def test_touching_what_is_turned_about_its_own_axis(item, degrees):
 def test_any_turn_about_the_own_axis_leaves_a_cylinder_as_it_is(degrees):
     """Rulings and tangents at lattice points: those of the cylinder that is not turned."""
     turned = TUBE.moved(("rotate", (0.0, 0.0, 1.0), float(degrees)), paper=())
-    for origin, direction in (((5, -1, 0), (-1, 0, 0)), ((1, 0, 5), (0, 0, -1)), ((5, -1, 1), (-1, 0, 0)), ((-1, 1, -3), (1, -1, 1)), ((3, 4, -3), (-1, -1, 1))):
+    for origin, direction in (
+        ((5, -1, 0), (-1, 0, 0)),
+        ((1, 0, 5), (0, 0, -1)),
+        ((5, -1, 1), (-1, 0, 0)),
+        ((-1, 1, -3), (1, -1, 1)),
+        ((3, 4, -3), (-1, -1, 1)),
+    ):
         check([turned], origin, direction)
 
 
@@ -91,7 +99,10 @@ def half_space(normal, offset) -> Item:
 
 def test_an_interval_of_a_few_floats_about_a_crossing():
     """Planes that meet there: hit and occluded are one answer."""
-    items = [half_space((2.0, -2.0, -2.0), -4.0), union(half_space((2.0, 2.0, -1.0), -2.0), half_space((-1.0, 2.0, 0.0), 0.0))]
+    items = [
+        half_space((2.0, -2.0, -2.0), -4.0),
+        union(half_space((2.0, 2.0, -1.0), -2.0), half_space((-1.0, 2.0, 0.0), 0.0)),
+    ]
     judge, one = asked(items, (5, -3, 7), (-5, 3, -5))
     good = one.lists()
     one.first(good)

@@ -88,12 +88,25 @@ def test_a_turn_about_the_own_axis_changes_nothing():
 def test_known_answers():
     box = Item("Box", {"low": (-1, -1, -1), "high": (1, 1, 1)})
     turned = box.moved(("rotate", (0, 0, 1), 45))
-    assert found(turned, (-3, 0, 0), (1, 0, 0)) == [(pytest.approx(3 - 2**0.5), True, 0), (pytest.approx(3 + 2**0.5), False, 1)]
+    assert found(turned, (-3, 0, 0), (1, 0, 0)) == [
+        (pytest.approx(3 - 2**0.5), True, 0),
+        (pytest.approx(3 + 2**0.5), False, 1),
+    ]
     assert found(box, (-2, 0, 0), (1, 1, 0)) == []  # through an edge
-    assert found(box, (1, 0, -5), (0, 0, 1)) == [(4, True, 4), (6, False, 5)]  # within x = 1, as if that stood further out
+    assert found(box, (1, 0, -5), (0, 0, 1)) == [
+        (4, True, 4),
+        (6, False, 5),
+    ]  # within x = 1, as if that stood further out
     assert found(box, (-1, 0, -5), (0, 0, 1)) == []
     assert found(Item("Sphere", {"radius": 5, "center": (0, 0, 0)}), (5, -9, 0), (0, 1, 0)) == []
-    wedge = {"start": (0, 0, 0), "end": (0, 0, 1), "radius": 2, "start_angle": 15, "end_angle": 75, "reference": (1, 0, 0)}
+    wedge = {
+        "start": (0, 0, 0),
+        "end": (0, 0, 1),
+        "radius": 2,
+        "start_angle": 15,
+        "end_angle": 75,
+        "reference": (1, 0, 0),
+    }
     # the diagonal of the wedge, from the axis on, and its walls from beside
     assert found(Item("Cylinder", wedge), (0, 0, 0.5), (1, 1, 0)) == [(0, True, 3), (pytest.approx(2**0.5), False, 0)]
 
@@ -108,7 +121,9 @@ def test_roots_that_agree_to_many_digits_are_told_apart():
         if size:
             assert compare(both.lines, 0, (0, 0), (0, 1)) == 1
             assert compare(both.lines, 0, (1, 0), (1, 1)) == -1
-    joined = Item("Quadric", {"coefficients": {"xx": 1, "yy": 1, "zz": 1, "z": -1, "constant": -1}})  # in common where z = 0 or 1
+    joined = Item(
+        "Quadric", {"coefficients": {"xx": 1, "yy": 1, "zz": 1, "z": -1, "constant": -1}}
+    )  # in common where z = 0 or 1
     both = Trace(Table(bodies([joined, tube])), np.array([[-5.0, 0, 1]]), np.array([[1.0, 0, 0]]))
     assert both.order.group[0].tolist() == [0, 0, 1, 1]
 
@@ -131,7 +146,11 @@ def test_the_other_oracle_agrees(kind):
         for i in range(len(origins)):
             rows = range(int(c.offsets[i]), int(c.offsets[i + 1]))
             other = crossings(shape, ExactRay(origins[i], directions[i]))
-            assert [(bool(c.entering[k]), int(c.face[k])) for k in rows] == [(x.entering, x.face) for x in other], (item, origins[i], directions[i])
+            assert [(bool(c.entering[k]), int(c.face[k])) for k in rows] == [(x.entering, x.face) for x in other], (
+                item,
+                origins[i],
+                directions[i],
+            )
             for k, x in zip(rows, other, strict=True):
                 ball = mine.ball(int(c.slope[k]), int(c.surface[k]), i)
                 assert abs(float(ball.mid()) - as_pair(x.root)[0]) <= 1e-12 * (1 + abs(as_pair(x.root)[0]))
