@@ -264,6 +264,62 @@ def mixed(r: Random) -> list[Item]:
     return [*items, again]
 
 
+CUBE = tuple(tuple(float(sign * (i == j)) for j in range(3)) for i in range(3) for sign in (-1, 1))
+
+
+def in_other_words(r: Random) -> list[Item]:
+    """One solid in several ways of saying it, perhaps a neighbour of it, each moved by steps that are equal on paper."""
+    solids: tuple[tuple[Item, ...], ...] = (
+        (
+            Item("Sphere", {"radius": 1.0, "center": (0.0, 0.0, 0.0)}),
+            Item("Ellipsoid", {"radii": (2.0, 2.0, 2.0), "center": (0.0, 0.0, 0.0)}).moved(("scale", 0.5)),
+            Item("Quadric", {"coefficients": {"xx": 3.0, "yy": 3.0, "zz": 3.0, "constant": -3.0}}),
+            complement(Item("Quadric", {"coefficients": {"xx": -1.0, "yy": -1.0, "zz": -1.0, "constant": 1.0}})),
+        ),
+        (
+            Item("Box", {"low": (-1.0, -1.0, -1.0), "high": (1.0, 1.0, 1.0)}),
+            Item("Polyhedron", {"normals": list(CUBE), "offsets": [1.0] * 6}),
+            intersection(*(Item("HalfSpace", {"normal": tuple(2 * c for c in n), "offset": 2.0}) for n in CUBE)),
+            Item("Box", {"low": (0.0, 0.0, 0.0), "high": (1.0, 2.0, 0.5)}).moved(("scale", (2.0, 1.0, 4.0)), ("translate", (-1.0, -1.0, -1.0))),
+        ),
+        (
+            Item("Cylinder", {"start": (0.0, 0.0, -1.0), "end": (0.0, 0.0, 1.0), "radius": 1.0}),
+            Item("EllipticCylinder", {"A": 1.0, "E": 1.0, "z_range": (-1.0, 1.0)}),
+            Item("Cone", {"start": (0.0, 0.0, 1.0), "end": (0.0, 0.0, -1.0), "start_radius": 1.0, "end_radius": 1.0}),
+            intersection(
+                Item("Quadric", {"coefficients": {"xx": 2.0, "yy": 2.0, "constant": -2.0}}),
+                Item("Box", {"low": (-1.0, -1.0, -1.0), "high": (1.0, 1.0, 1.0)}),
+            ),
+        ),
+        (
+            Item("DoubleCone", {"slope": 2.0, "z_range": (-1.0, 1.0)}),
+            Item("EllipticCone", {"A": 1.0, "E": 1.0, "H": 4.0, "z_range": (-1.0, 1.0)}),
+            union(
+                Item("Cone", {"start": (0.0, 0.0, 0.0), "end": (0.0, 0.0, 1.0), "start_radius": 0.0, "end_radius": 2.0}),
+                Item("Cone", {"start": (0.0, 0.0, -1.0), "end": (0.0, 0.0, 0.0), "start_radius": 2.0, "end_radius": 0.0}),
+            ),
+        ),
+    )  # fmt: skip
+    family, steps = pick(r, solids), motion(r)
+    items = [pick(r, family) for _ in range(r.integers(2, 4))]
+    moved = [item.moved(*spelled(r, steps), paper=steps) if r.random() < 0.6 else item.moved(*steps) for item in items]
+    if r.random() < 0.4:
+        moved.append(moved[0].moved(("translate", point(r, 1))))
+    return moved if r.random() < 0.5 else [joined(r, moved)]
+
+
+def decimal(r: Random) -> list[Item]:
+    """Shapes moved by decimals, which are no short binary fractions: their products take whole numbers of any length."""
+    shift = tuple(float(c) / 10 for c in r.integers(-9, 10, 3))
+    steps: tuple[Step, ...] = (
+        ("translate", shift),
+        pick(r, (("scale", 0.1), ("scale", (0.3, 1.0, -0.7)), ("scale", 3.0))),
+    )
+    item = plain(r, str(pick(r, (*PARTS, "Disc", "Polygon", "CylinderPatch"))))
+    moved = item.moved(*steps, *((turn(r),) if r.random() < 0.5 else ()))
+    return [moved, moved.moved(("translate", tuple(-c for c in shift)))]
+
+
 SCENES: dict[str, Callable[[Random], list[Item]]] = {
     **{kind: (lambda r, kind=kind: [single(r, kind)]) for kind in sorted(PLAIN)},
     "Boolean": lambda r: [boolean(r)],
@@ -273,6 +329,8 @@ SCENES: dict[str, Callable[[Random], list[Item]]] = {
     "Shared": lambda r: [joined(r, shared(r))],
     "Siblings": shared,
     "ClippedSheet": lambda r: [cut_sheet(r)],
+    "InOtherWords": in_other_words,
+    "Decimal": decimal,
     "Abutting": abutting,
     "Mixed": mixed,
 }  # fmt: skip
