@@ -8,8 +8,8 @@ from .kinds import SCENES
 from .suite import score
 
 SAMPLE = 60
-DEEP = 36
-"""Scenes of each kind, of some 900 rays each."""
+DEEP = 44
+"""Scenes of each kind, of some 750 rays each."""
 
 
 @pytest.mark.parametrize("kind", SCENES)
