@@ -106,6 +106,7 @@ class Interval:
         slack = 4 * error + 8 * np.spacing(np.abs(t))
         low, high = self.low[exact.ray], self.high[exact.ray]
         sign = a.trace.sign_of(exact.slope, exact.surface, exact.ray)
+        slack = np.minimum(slack, 1e300)  # where the bound is none, that is told elsewhere
         above = np.where(t > low + slack, IN, np.where(t < low - slack, OUT, EDGE))
         below = np.where(t < high - slack, IN, np.where(t > high + slack, OUT, EDGE))
         alone = self._alone(t, slack)
