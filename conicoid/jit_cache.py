@@ -54,8 +54,8 @@ class KernelCache(caching.NullCache):  # type: ignore[misc]
             found = self._loaded(file, target) or self._from_others(file, target)
         if found is None:
             address_space.require(address_space.TO_COMPILE, f"to compile the kernel {name}")
-            if tell is not None:
-                tell("begin", name)
+        if tell is not None:
+            tell("begin" if found is None else "made", name)
         return found
 
     def save_overload(self, signature: Any, data: Any) -> None:

@@ -21,16 +21,19 @@ _log = logging.getLogger("conicoid")
 @functools.cache
 def say_once(message: str) -> None:
     """A line on stderr, unless the program has a log of its own."""
-    _log.warning("%s", message)
+    _log.warning("%s", "".join(letter if letter.isprintable() else "?" for letter in message))
 
 
 def hash_of_sources() -> str:
-    """A hash over every source file of the package and the compilers' versions; empty where there are no files."""
+    """A hash over every source file of the package and the compilers' versions; empty where they cannot be read."""
     digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
     paths = sorted(PACKAGE.rglob("*.py"))
-    for path in paths:
-        digest.update(path.relative_to(PACKAGE).as_posix().encode())
-        digest.update(path.read_bytes())
+    try:
+        for path in paths:
+            digest.update(path.relative_to(PACKAGE).as_posix().encode())
+            digest.update(path.read_bytes())
+    except OSError:
+        return ""
     return digest.hexdigest()[:20] if paths else ""
 
 

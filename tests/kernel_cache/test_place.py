@@ -237,6 +237,39 @@ def test_beside_others_folders_in_one_that_is_everybodys(tmp_path):
     assert outcome.value == LOADED
 
 
+def edited_meanwhile() -> object:
+    """The sources are no longer those that were read."""
+    from conicoid.kernel_cache import place
+
+    place.source_hash()
+    place.hash_of_sources = lambda: "0" * 20
+    return used()
+
+
+def test_what_is_compiled_while_sources_change_is_not_kept(tmp_path):
+    outcome = apart(tmp_path / "kernels", edited_meanwhile)
+    assert outcome.quiet, outcome
+    assert outcome.value == COMPILED
+    assert not list(tmp_path.rglob("*.nbc"))
+
+
+def without_sources(some: str) -> object:
+    """As in an archive, or while the package is being replaced."""
+    from conicoid.kernel_cache import place
+
+    type(place.PACKAGE).rglob = lambda *_: iter([place.PACKAGE / "gone.py"] if some else [])
+    place.source_hash.cache_clear()
+    return [place.source_hash(), *used()]
+
+
+@pytest.mark.parametrize("some", ["", "some"])
+def test_without_sources_nothing_is_kept(tmp_path, some):
+    outcome = apart(tmp_path / "kernels", without_sources, some)
+    assert outcome.quiet, outcome
+    assert outcome.value == ["", *COMPILED]
+    assert not (tmp_path / "kernels").exists()
+
+
 def test_no_old_code_after_an_edit(tmp_path):
     """Of a function that a kernel calls, in another file; with a folder for kernels and without one."""
     shutil.copytree(PACKAGE, tmp_path / "conicoid", ignore=shutil.ignore_patterns("__pycache__"))
