@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import pickle
 import random
 import shutil
 import signal
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from ..command_line import written
 from .tiny import COMPILED, LOADED, apart, kept, posix_only, used
 
 Damage = Callable[[bytes, random.Random], bytes]
@@ -210,3 +213,26 @@ def test_a_whole_file_that_cannot_be_loaded_is_compiled_again(tmp_path):
     assert outcome.quiet, outcome
     assert outcome.value == COMPILED
     assert apart(tmp_path / "kernels").value == LOADED
+
+
+@pytest.mark.deep
+def test_a_picture_with_all_kernels_damaged(tmp_path):
+    """The whole engine: said to be compiled, compiled, and then there; the same picture each time."""
+    folder, rng = tmp_path / "kernels", random.Random(20261123)
+    render = [sys.executable, "-m", "conicoid", "render", str(written(tmp_path)), "--width", "8", "--height", "8", "-o"]
+    pictures, said = [], []
+    for turn in range(3):
+        if turn == 1:
+            files = sorted(folder.rglob("*.nbc"))
+            for path, damage in zip(files, itertools.cycle(DAMAGES.values()), strict=False):
+                path.write_bytes(damage(path.read_bytes(), rng))
+        picture = tmp_path / f"{turn}.png"
+        environment = os.environ | {"CONICOID_CACHE_DIR": str(folder)}
+        run = subprocess.run([*render, str(picture)], env=environment, capture_output=True, text=True)
+        assert run.returncode == 0, run.stderr
+        said.append([line for line in run.stderr.splitlines() if not line.startswith(str(picture))])
+        pictures.append(picture.read_bytes())
+    assert len(files) > 5
+    assert pictures[0] == pictures[1] == pictures[2]
+    assert [len(lines) for lines in said] == [1, 1, 0], said
+    assert all("compiling kernels" in line for lines in said for line in lines)
