@@ -5,6 +5,7 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.14 pyth
 
 VENV := .venv
 BIN := $(VENV)/bin
+PYTEST := $(BIN)/python -m pytest --numprocesses=auto --maxprocesses=4 --dist=worksteal
 READY := $(VENV)/.ready
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
@@ -25,10 +26,10 @@ demo: $(READY)
 	@echo "The pictures are in $(CURDIR)/out"
 
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 deep: $(READY)
-	$(BIN)/python -m pytest -m "deep or not deep"
+	$(PYTEST) -m "deep or not deep"
 
 check: $(READY)
 	$(BIN)/ruff format --check

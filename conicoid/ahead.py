@@ -16,6 +16,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -139,8 +140,17 @@ class _Others:
             self.off = self.off or child.process.returncode != 0
             self.changed.notify_all()
 
+    def poll(self, done: Callable[[], bool], limit: float) -> None:
+        deadline = time.monotonic() + limit
+        with self.changed:
+            self.interrupted = False
+            while not done() and time.monotonic() < deadline:
+                self.changed.wait(0.05)
+                if self.interrupted:
+                    raise KeyboardInterrupt
+
     def stop(self) -> None:
-        """End the children; whoever waits for one is interrupted."""
+        """End the children; whoever waits is interrupted."""
         with self.changed:
             self.wanted, self.interrupted = [], True
             for child in self.children:
@@ -235,6 +245,20 @@ def obtained(kernel: str, cache: str) -> bool:
     Raises KeyboardInterrupt if `stop` is called meanwhile.
     """
     return _others.obtained(kernel, cache)
+
+
+def poll(done: Callable[[], bool], limit: float) -> None:
+    """Ask every so often until `done` says so, for some seconds at most.
+
+    Raises KeyboardInterrupt if `stop` is called meanwhile.
+    """
+    _others.poll(done, limit)
+
+
+def begun(kernel: str) -> None:
+    """Tell listeners that another process, which is no child of this one, is compiling a kernel."""
+    for listener in list(_others.listeners):
+        listener(kernel)
 
 
 def stop() -> None:

@@ -12,7 +12,7 @@ import sys
 import threading
 from collections.abc import Callable, Mapping
 
-from . import ahead, jit_functions
+from . import ahead, jit_cache
 
 
 def picture() -> None:
@@ -69,7 +69,7 @@ def _read(jobs: queue.SimpleQueue[str]) -> None:
 def main(calls: Mapping[str, Callable[[], object]] = CALLS) -> None:
     """Do the jobs that come in by stdin."""
     ahead.alone()
-    jit_functions.tell = tell
+    jit_cache.tell = tell
     jobs: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(jobs,), daemon=True).start()
     while True:

@@ -1,40 +1,30 @@
-"""The two decorators that every compiled function uses, and the cache of compiled kernels.
+"""The decorators that every compiled function uses.
 
 `kernel` marks entry points called from Python: they release the interpreter lock and are cached on
 disk. `inline` marks the small functions inside them, which are merged into their callers, so that
 loops over lanes vectorise. Neither ever uses fastmath: infinities, NaN and error-free
 transformations must keep their IEEE meaning.
-
-Numba stamps a cached function with its own file only and would serve stale code after an edit of
-a file it calls into. Here the cache is a directory named by a hash over all sources of the
-package, found by a locator that answers for files of this package and for no others.
 """
 
 from __future__ import annotations
 
 import contextlib
-import functools
-import hashlib
-import os
-import shutil
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import llvmlite
-import numba
-import platformdirs
+from .address_space import TO_START, require
+
+require(TO_START, "the compiler")
+
+# isort: split
 from numba import types
-from numba.core import caching, event
+from numba.core import event
 from numba.extending import intrinsic
 
 from .ahead import on_begin
 from .jit_functions import Inner, Kernel
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-_PACKAGE = Path(__file__).resolve().parent
-_KEPT = 4  # caches of earlier sources that are not removed
 
 
 def kernel(function: Function) -> Function:
@@ -89,63 +79,6 @@ def look(typing_context: Any, array: Any, index: Any) -> Any:
         return builder.load_atomic(builder.gep(data, [arguments[1]]), "monotonic", 8)
 
     return types.int64(array, types.int64), code
-
-
-@functools.cache
-def source_hash() -> str:
-    """A hash over every source file of the package and the compilers' versions."""
-    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
-    for path in sorted(_PACKAGE.rglob("*.py")):
-        digest.update(path.relative_to(_PACKAGE).as_posix().encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:20]
-
-
-def cache_directory() -> Path:
-    """Where kernels are cached: CONICOID_CACHE_DIR, or the user's cache folder."""
-    chosen = os.environ.get("CONICOID_CACHE_DIR")
-    return Path(chosen) if chosen else Path(platformdirs.user_cache_dir("conicoid", appauthor=False))
-
-
-class _Locator(caching._CacheLocator):  # type: ignore[misc]
-    """Puts the compiled functions of this package, and of no other, into its own cache."""
-
-    def __init__(self, function: Any, file: Path) -> None:
-        self._name = "-".join(file.relative_to(_PACKAGE).with_suffix("").parts)
-        self._line = function.__code__.co_firstlineno
-
-    def get_cache_path(self) -> str:
-        return str(cache_directory() / source_hash() / self._name)
-
-    def get_source_stamp(self) -> str:
-        return source_hash()
-
-    def get_disambiguator(self) -> str:
-        return str(self._line)
-
-    @classmethod
-    def from_function(cls, py_func: Any, py_file: str) -> _Locator | None:
-        file = Path(py_file).resolve()
-        if not file.is_relative_to(_PACKAGE):
-            return None
-        locator = cls(py_func, file)
-        try:
-            locator.ensure_cache_path()
-        except OSError:
-            return None
-        return locator
-
-
-caching.CacheImpl._locator_classes.insert(0, _Locator)
-
-
-def remove_old_caches() -> None:
-    """Remove the caches of all but the most recent few versions of the sources."""
-    with contextlib.suppress(OSError):
-        folders = [path for path in cache_directory().iterdir() if path.is_dir() and path.name != source_hash()]
-        folders.sort(key=lambda path: path.stat().st_mtime, reverse=True)
-        for path in folders[_KEPT:]:
-            shutil.rmtree(path, ignore_errors=True)
 
 
 class _Listener(event.Listener):  # type: ignore[misc]

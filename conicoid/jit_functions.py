@@ -11,20 +11,17 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from numba import types
-from numba.core import caching, codegen, compiler, event, sigutils
+from numba.core import codegen, compiler, event, sigutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
-from . import ahead
 from .beside import beside
+from .jit_cache import KernelCache
 from .jit_passes import passes, with_memory
-
-tell: Callable[[str, str], None] | None = None
-"""Called as tell("begin" or "made", kernel), in a process that compiles for another."""
 
 
 class _Nowhere:
@@ -150,31 +147,13 @@ def _rare_collections() -> Iterator[None]:
             gc.set_threshold(*usual)
 
 
-class _Cache(caching.FunctionCache):  # type: ignore[misc]
-    """Numba's cache on disk of one kernel, which other processes may be about to fill."""
-
-    def load_overload(self, signature: Any, target: Any) -> Any:
-        name = self._py_func.__name__
-        found = super().load_overload(signature, target)
-        if found is None and ahead.obtained(name, self.cache_path):
-            found = super().load_overload(signature, target)
-        if found is None and tell is not None:
-            tell("begin", name)
-        return found
-
-    def save_overload(self, signature: Any, data: Any) -> None:
-        super().save_overload(signature, data)
-        if tell is not None:
-            tell("made", self._py_func.__name__)
-
-
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """Numba's dispatcher of a function that Python calls, cached on disk."""
 
     def __init__(self, function: Any, **options: Any) -> None:
         options |= dict(nopython=True, boundscheck=None, no_cfunc_wrapper=True)
         super().__init__(function, targetoptions=options, pipeline_class=_KernelCompiler)
-        self._cache = _Cache(self.py_func)
+        self._cache = KernelCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         """Numba's own, beside the main thread, which would not hear of Ctrl-C in LLVM. What is begun is also ended."""
@@ -183,7 +162,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         return beside(lambda: self._compile(signature), "conicoid-compile")
 
     def _compile(self, signature: Any) -> Any:
-        with _rare_collections():
+        with _rare_collections(), self._cache.until_saved():
             return super().compile(signature)
 
 

@@ -56,8 +56,8 @@ def user_mistakes() -> Iterator[None]:
     except ValueError as error:
         say(f"error: {error}")
         raise SystemExit(MISTAKE) from None
-    except MemoryError:
-        say("error: not enough memory for this")
+    except MemoryError as error:
+        say(": ".join(filter(None, ("error: not enough memory for this", str(error)))))
         raise SystemExit(FAILED) from None
     except ImportError as error:
         say(f"error: {first_cause(error)}")

@@ -1,0 +1,115 @@
+"""A kernel's versions on disk, in place of Numba's cache, whose own places are never used for this package.
+
+Numba stamps a function with its own file only and would serve stale code after an edit of a file that it calls into.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import pickle
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from numba.core import caching, config
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
+
+from . import address_space, ahead
+from .kernel_cache import files, place
+from .kernel_cache.turn import Turn
+
+tell: Callable[[str, str], None] | None = None
+"""Called as tell("begin" or "made", kernel), in a process that compiles for another."""
+
+PATIENCE = 120.0
+"""Seconds to wait for another process that compiles the same kernel; then it is compiled here too."""
+
+_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
+
+
+class KernelCache(caching.NullCache):  # type: ignore[misc]
+    """What Numba's dispatcher asks for a compiled version and gives a new one. Of functions elsewhere it keeps none."""
+
+    def __init__(self, function: Any) -> None:
+        self._function = function
+        self._turn: Turn | None = None
+        home = Path(function.__code__.co_filename).resolve()
+        self._kept = home.is_relative_to(place.PACKAGE) and function.__closure__ is None and bool(place.source_hash())
+
+    @property
+    def cache_path(self) -> str | None:
+        folder = place.kernels()
+        return str(folder) if self._kept and folder else None
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """A version from the disk, made by this process, or by another that is waited for; None: compile it."""
+        target.refresh()
+        name = self._function.__name__
+        found = None
+        if self._kept:
+            file = self._file(signature, target.codegen())
+            found = self._loaded(file, target) or self._from_others(file, target)
+        if found is None:
+            address_space.require(address_space.TO_COMPILE, f"to compile the kernel {name}")
+        if tell is not None:
+            tell("begin" if found is None else "made", name)
+        return found
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Keep what was compiled, if that can be done."""
+        if not self._kept or data.library.has_dynamic_globals:
+            return
+        written = files.write(self._file(signature, data.codegen), dumps(data._reduce()))
+        if tell is not None:
+            if not written:
+                raise OSError("nobody else can get what is compiled here")
+            tell("made", self._function.__name__)
+
+    @contextlib.contextmanager
+    def until_saved(self) -> Iterator[None]:
+        """Within the block other processes leave the kernel that is compiled to this one."""
+        try:
+            yield
+        finally:
+            turn, self._turn = self._turn, None
+            if turn is not None:
+                turn.end()
+
+    def _file(self, signature: Any, codegen: Any) -> str:
+        """The name says all that a version depends on, besides the sources, which the folder says."""
+        code = self._function.__code__
+        settings = [str(getattr(config, name, None)) for name in _SETTINGS]
+        about = (str(signature), codegen.magic_tuple(), sys.implementation.cache_tag, settings, code.co_code)
+        place_of_it = f"{self._function.__module__}.{self._function.__qualname__}:{code.co_firstlineno}"
+        number = hashlib.sha256(f"{place_of_it} {about!r}".encode()).hexdigest()[:24]
+        return f"{self._function.__name__}-{number}.nbc"
+
+    def _loaded(self, file: str, target: Any) -> Any:
+        data = files.read(file)
+        if data is None:
+            return None
+        address_space.require(address_space.TO_LOAD, f"to load the kernel {self._function.__name__}")
+        try:
+            return CompileResult._rebuild(target, *pickle.loads(data))
+        except MemoryError:
+            raise
+        except Exception:  # whole, but of no use here
+            files.drop(file)
+            return None
+
+    def _from_others(self, file: str, target: Any) -> Any:
+        """What children of this process or other processes are making; else it is this one's turn."""
+        name = self._function.__name__
+        folder = files.prepare()
+        found = self._loaded(file, target) if ahead.obtained(name, str(folder or "")) else None
+        if found is not None or folder is None:
+            return found
+        turn = self._turn = Turn(folder / f"{file}.lock")
+        if turn.taken():
+            return self._loaded(file, target)  # it may have been made since
+        ahead.begun(name)
+        ahead.poll(lambda: turn.taken(), PATIENCE)
+        return self._loaded(file, target)
