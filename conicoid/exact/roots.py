@@ -113,9 +113,12 @@ class Root:
         slope = b if self.of.a == 0 else max(abs(at.low + b), 1)
         return (value << (bits + less)) // slope + 1
 
-    @property
+    @cached_property
     def ends(self) -> tuple[float, float]:
         """Floats below and above."""
+        if self.name is not None and len(self.name) == 2:
+            nearest = float(self)
+            return nextafter(nearest, -inf), nextafter(nearest, inf)
         return self.within(_FIRST).ends
 
     @cached_property
@@ -124,16 +127,20 @@ class Root:
         q = self.of
         if q.rounded:
             return None
-        root = isqrt(q.discriminant) if q.a else 0
-        if root * root == q.discriminant or q.a == 0:
-            above, below = (self.side * root - q.b, q.a) if q.a else (-q.c, 2 * q.b)
-            common = gcd(above, below)
-            return above // common, below // common
-        common = gcd(q.a, 2 * q.b, q.c)
-        return q.a // common, 2 * q.b // common, q.c // common, self.side
+        above, below = -q.c, 2 * q.b
+        if q.a:
+            root = isqrt(q.discriminant)
+            if root * root != q.discriminant:
+                common = gcd(q.a, 2 * q.b, q.c)
+                return q.a // common, 2 * q.b // common, q.c // common, self.side
+            above, below = self.side * root - q.b, q.a
+        common = gcd(above, below)
+        return above // common, below // common
 
     def __float__(self) -> float:
         """The nearest float64."""
+        if self.name is not None and len(self.name) == 2:
+            return _quotient(*self.name)
         bits = 64
         while True:
             at = self._as_written(bits)

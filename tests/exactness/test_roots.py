@@ -10,6 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from conicoid.exact import order
 from conicoid.exact.roots import Quadratic, Root, compare, number, roots
 
 BITS = 3000
@@ -89,3 +90,21 @@ def test_a_root_at_the_origin_is_zero_exactly() -> None:
         assert {float(low), float(high)} == {0.0, -2 * q.b / q.a}
     (line,) = roots(Quadratic(0, ROOT_2, 0, (0, 2, 0)))
     assert compare(line, zero) == 0
+
+
+def test_hundreds_of_surfaces_through_one_point_are_one_place(monkeypatch) -> None:
+    """(t - 1) (k t - k - 3): all share the root 1, the others, 1 + 3 / k, differ; and ±√2 of every multiple are two."""
+    calls: list[int] = []
+    monkeypatch.setattr(order, "compare", lambda x, y: calls.append(1) or compare(x, y))
+    places = [order.ZERO]
+    for k in range(1, 201):
+        places += roots(Quadratic(2 * k, -(2 * k + 3), 2 * (k + 3)))
+        places += roots(Quadratic(k, 0, -2 * k))
+    ranks = order.exact_ranks(places)
+    # -√2 < 0 < 1 < 1 + 3/200 < ... < 1 + 3/8 < √2 < 1 + 3/7 < ... < 4
+    one, others, below, above = ranks[1::4], ranks[2::4], ranks[3::4], ranks[4::4]
+    assert set(one) == {1.0}
+    assert set(below) == {-1.0}
+    assert others == [202.0 - k + (k <= 7) for k in range(1, 201)]
+    assert set(above) == {195.0}
+    assert len(calls) < 800
