@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -147,6 +148,10 @@ def _rare_collections() -> Iterator[None]:
             gc.set_threshold(*usual)
 
 
+def _is_being_imported(module: str) -> bool:
+    return bool(getattr(getattr(sys.modules.get(module), "__spec__", None), "_initializing", False))
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """Numba's dispatcher of a function that Python calls, cached on disk."""
 
@@ -156,8 +161,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         self._cache = KernelCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
-        """Numba's own, beside the main thread, which would not hear of Ctrl-C in LLVM. What is begun is also ended."""
-        if global_compiler_lock.is_locked():
+        """Numba's own, beside the main thread, which would not hear of Ctrl-C in LLVM. What is begun is also ended.
+
+        Not while the kernel's module is being imported: Numba imports it too, and another thread would wait for that.
+        """
+        if global_compiler_lock.is_locked() or _is_being_imported(self.py_func.__module__):
             return self._compile(signature)
         return beside(lambda: self._compile(signature), "conicoid-compile")
 

@@ -40,7 +40,8 @@ def test_little_room_is_an_error_of_one_line(tmp_path, room, complete):
 
 def test_enough_room(tmp_path):
     assert apart(tmp_path / "kernels", with_room_for, 1000).value == COMPILED
-    assert apart(tmp_path / "kernels", with_room_for, 300).value == LOADED
+    # What the thread that loads it reserves for itself, comes on top of the 256 MiB
+    assert apart(tmp_path / "kernels", with_room_for, 500).value == LOADED
 
 
 def rendered(folder: Path, mebibytes: int) -> subprocess.CompletedProcess[str]:
