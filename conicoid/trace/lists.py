@@ -17,8 +17,8 @@ from .entries import crossed_face, entry_crossings, entry_nearness, is_solid
 from .events import crossing
 from .scratch import Scratch
 
-SPAN_COLUMNS, _SPAN_OFF = 9, 7
-CROSSING_COLUMNS, _CROSSING_OFF = 7, 6
+SPAN_COLUMNS, SPAN_OFF = 9, 7
+CROSSING_COLUMNS, CROSSING_OFF = 7, 6
 _FEW = 12
 
 
@@ -159,7 +159,7 @@ def put_in_order(rows: Floats, first: int, last: int, spans: bool) -> bool:
         _insert_rows(rows, first, last, 2 if spans else 3)
     else:
         _sort_many_rows(rows, first, last, 2 if spans else 3)
-    return _unsettled(rows, first, last, 5 if spans else 3, _SPAN_OFF if spans else _CROSSING_OFF)
+    return _unsettled(rows, first, last, 5 if spans else 3, SPAN_OFF if spans else CROSSING_OFF)
 
 
 @helper

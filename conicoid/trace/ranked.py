@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..geometry import tables as table
 from ..geometry.tables import Floats, Geometry, Ray, integer
 from ..jit import allocator, helper, inline
 from .entries import crossed_face, entry_crossings, is_solid
 from .events import crossing, leaves_met, put_crossing
 from .kernels import Hit, no_hit
-from .lists import put_in_order, put_rows, with_room
+from .lists import CROSSING_OFF, SPAN_OFF, put_in_order, put_rows, with_room
 from .ranks import Ranks, entry_program, ray_of_ranks, t_of
-from .scratch import KNOWN, Scratch
+from .scratch import KNOWN, TIME, Scratch
 
 
 @inline
@@ -47,7 +49,10 @@ def _told(geometry: Geometry, scratch: Scratch, ranks: Ranks, entry: int, n: int
 def told_crossings(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, entry: int, ray: Ray
 ) -> tuple[int, bool]:
-    """(number of an entry's crossings in ]t_min, t_max[, inside just after t_min); they are in scratch, t is a rank."""
+    """(number of an entry's crossings in ]t_min, t_max[, inside just after t_min); they are in scratch, t is a rank.
+
+    What the fast formulas say of where each is, is in scratch.time[TIME * n].
+    """
     count, inside, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray[8]), 1 << 30)
     first = 0
     while first < count:
@@ -62,43 +67,78 @@ def told_crossings(
             return k - first, inside
         _, place, sense, enters = crossing(scratch, k)
         put_crossing(scratch, k - first, rank, place, sense, 1 if enters else 0)
+        scratch.time[TIME * (k - first)] = t
     return count - first, inside
 
 
 @helper
 def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> Hit:
-    """The first crossing of the entries scratch.found[:count]."""
-    best = no_hit()
+    """The first crossing of the entries scratch.found[:count]; t is the latest that is said of any at its rank."""
+    best, latest = no_hit(), -math.inf
     for k in range(count):
         entry = scratch.found[k]
         find_leaves(geometry, scratch, entry, ray)
         crossings, _ = told_crossings(geometry, stand, scratch, ranks, entry, ray)
         rank, place, sense, enters = crossing(scratch, 0)
         body = integer(geometry, table.ENTRY_BODY, entry)
-        if crossings > 0 and (rank < best[0] or (rank == best[0] and body < best[1])):
-            best = rank, body, entry, place, sense, enters, 0.0, False
+        if crossings > 0 and rank <= best[0]:
+            latest = max(latest if rank == best[0] else -math.inf, scratch.time[0])
+            if rank < best[0] or body < best[1]:
+                best = rank, body, entry, place, sense, enters, 0.0, False
     forget_leaves(scratch)
     if best[2] < 0:
         return best
-    surface = crossed_face(geometry, best[2], best[3], best[4])[0]
-    return t_of(ranks, surface, best[0]), best[1], best[2], best[3], best[4], best[5], 0.0, False
-
-
-@inline
-def _end(ranks: Ranks, surface: float, rank: float, end: float, scale: float, before: float) -> float:
-    """Where a row's rank is, not before what stands before it; of a clipped end, the end."""
-    return end if surface < 0.0 else max(before, t_of(ranks, int(surface), rank) * scale)
+    return latest, best[1], best[2], best[3], best[4], best[5], 0.0, False
 
 
 @helper
-def _in_t(ranks: Ranks, rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
-    """From ranks to t, of the length that the ray's direction had."""
-    before = -math.inf
+def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, rows: Floats, used: int) -> int:
+    """Where an entry's crossings are reported, into the last columns of its rows; returns how many rows there are."""
+    for c in range(crossings):
+        t = scratch.time[TIME * c]
+        if not spans:
+            rows[used + c, CROSSING_OFF] = t
+        else:
+            rows[used, SPAN_OFF + 1 if inside else SPAN_OFF] = t
+            used += 1 if inside else 0
+            inside = not inside
+    return used + (crossings if not spans else (1 if inside else 0))
+
+
+@inline
+def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, float]:
+    """(is it a crossing, its rank, what is said of where) of row i's first end, or of a span's last."""
+    if not spans:
+        return not last, rows[i, 0], rows[i, CROSSING_OFF]
+    return rows[i, 4 if last else 3] == 0.0, rows[i, 2 if last else 0], rows[i, SPAN_OFF + 1 if last else SPAN_OFF]
+
+
+@allocator
+def _in_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
+    """From ranks to t, of the length that the ray's direction had; clipped ends to those of the interval.
+
+    What has one rank has one t, whatever body it belongs to, and t rises with the ranks: it is the latest so far.
+    """
+    low, high = math.inf, -math.inf
     for i in range(first, last):
-        before = _end(ranks, rows[i, 5 if spans else 3], rows[i, 0], given[6], scale, before)
-        rows[i, 0] = before
+        for end in range(2):
+            crosses, rank, _ = _end(rows, i, spans, end == 1)
+            if crosses:
+                low, high = min(low, rank), max(high, rank)
+    latest = np.full(int(high - low) + 1 if low <= high else 0, -math.inf)
+    for i in range(first, last):
+        for end in range(2):
+            crosses, rank, t = _end(rows, i, spans, end == 1)
+            if crosses:
+                latest[int(rank - low)] = max(latest[int(rank - low)], t * scale)
+    for k in range(1, len(latest)):
+        latest[k] = max(latest[k], latest[k - 1])
+    for i in range(first, last):
+        crosses, rank, _ = _end(rows, i, spans, True)
         if spans:
-            rows[i, 2] = _end(ranks, rows[i, 6], rows[i, 2], given[7], scale, before)
+            rows[i, 2] = latest[int(rank - low)] if crosses else given[7]
+        crosses, rank, _ = _end(rows, i, spans, False)
+        rows[i, 0] = latest[int(rank - low)] if crosses else given[6]
 
 
 @allocator
@@ -116,8 +156,9 @@ def rows_of_ranks(
         crossings, inside = told_crossings(geometry, stand, scratch, ranks, entry, ray)
         if crossings > 0 or inside:
             rows = with_room(rows, used, crossings + 1)
-            used = put_rows(geometry, scratch, entry, crossings, inside, along, 0.0, spans, rows, used)
+            put_rows(geometry, scratch, entry, crossings, inside, along, 0.0, spans, rows, used)
+            used = _put_places(scratch, crossings, inside, spans, rows, used)
     forget_leaves(scratch)
     put_in_order(rows, first, used, spans)
-    _in_t(ranks, rows, first, used, given, scale, spans)
+    _in_t(rows, first, used, given, scale, spans)
     return rows, used
