@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .formats.errors import printable
-from .shapes.labels import counted
 from .shapes.quadric import Quadric
 from .terminal import with_bytes
 
@@ -30,7 +29,7 @@ def listing(scene: Scene) -> list[str]:
         if isinstance(body.shape, Quadric):
             lines.append(f"{'':>9}  {body.shape.classification}")
     if len(scene.bodies) > LISTED:
-        lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more")
+        lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more entries")
     return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
 
 
@@ -39,17 +38,12 @@ def totals(scene: Scene) -> list[str]:
     from .geometry.tables import SURFACE_KIND, length
 
     return [
-        f"bodies    {scene.body_count:,}{_entries(scene)}",
+        f"bodies    {scene.body_count:,}",
         f"lights    {len(scene.lights):,}",
         f"surfaces  {int(length(scene.geometry, SURFACE_KIND)):,}",
         f"bounds    {_box(*scene.bounds)}",
         f"memory    {_memory(scene.memory)}",
     ]
-
-
-def _entries(scene: Scene) -> str:
-    """How many entries list them, where these are not as many."""
-    return "" if len(scene.bodies) == scene.body_count else f" in {counted(len(scene.bodies), 'entry', 'entries')}"
 
 
 def findings(found: list[Finding]) -> list[str]:

@@ -61,7 +61,7 @@ class Answer:
     def detached(self) -> Self:
         """The same without the scene, which then need not be kept: all fields are worked out, and stay.
 
-        Pickles are like that. Rays spawned from them still know their surface, by name of the scene's surfaces.
+        Pickles are like that. Rays spawned from them still know their surface, in any scene with the same surfaces.
         """
         result = object.__new__(type(self))
         result.__setstate__(self.__getstate__())
