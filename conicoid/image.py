@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .colormap import COLORMAPS, mapped
 from .shapes.arrays import is_masked, real_array
 from .shapes.calm import calm
+from .shapes.carried import restore
 from .shapes.color import srgb_decode
 from .shapes.validate import shown
 
@@ -55,6 +56,9 @@ class Image:
         self.pixels: Pixels = np.asarray(colors, dtype=np.float32)
         self.values.setflags(write=False)
         self.pixels.setflags(write=False)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        restore(self, state)
 
     @property
     def width(self) -> int:

@@ -29,7 +29,7 @@ def listing(scene: Scene) -> list[str]:
         if isinstance(body.shape, Quadric):
             lines.append(f"{'':>9}  {body.shape.classification}")
     if len(scene.bodies) > LISTED:
-        lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more")
+        lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more entries")
     return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -12,7 +14,8 @@ from .forks import lock
 from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
-from .shapes.spheres import Spheres
+from .shapes.labels import counted, first_numbers, one_ball
+from .shapes.validate import shown
 from .shapes.vector import Box
 
 if TYPE_CHECKING:
@@ -50,6 +53,7 @@ class Scene:
 
     @property
     def bodies(self) -> tuple[Body, ...]:
+        """The entries as listed. A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here."""
         return self._bodies
 
     @property
@@ -64,15 +68,43 @@ class Scene:
     def background(self) -> Any:
         return self._background
 
-    def __getitem__(self, name: str | int) -> Body:
-        """The body of a name, or the entry of an index."""
+    def body(self, number: Any) -> Body:
+        """The body of a number, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
+
+        It has its entry's material and name. Raises IndexError for numbers that there are not, -1, a miss, among them,
+        and TypeError for what is no integer.
+        """
+        try:
+            index = None if isinstance(number, bool) else operator.index(number)
+        except TypeError:
+            index = None
+        if index is None:
+            raise TypeError(
+                f"body: number must be one integer, got {shown(number)}; hits.name and hits.material take all at once"
+            )
+        if not 0 <= index < self.body_count:
+            miss = "; -1 stands for a miss" if index == -1 else ""
+            raise IndexError(f"body: number must be at least 0 and below {self.body_count}, got {index}{miss}")
+        entry = int(np.searchsorted(self._firsts, index, side="right")) - 1
+        return one_ball(self._bodies[entry], index - int(self._firsts[entry]))
+
+    @overload
+    def __getitem__(self, name: str | int | np.integer[Any]) -> Body: ...
+
+    @overload
+    def __getitem__(self, name: slice) -> tuple[Body, ...]: ...
+
+    def __getitem__(self, name: Any) -> Any:
+        """The entry of a name, the body of a number, or the bodies of a slice of numbers."""
         if isinstance(name, str):
             for body in self._bodies:
                 if body.name == name:
                     return body
             known = ", ".join(repr(body.name) for body in self._bodies if body.name) or "none has a name"
             raise KeyError(f"no body named {name!r}; named bodies: {known}")
-        return self._bodies[name]
+        if isinstance(name, slice):
+            return tuple(self.body(number) for number in range(*name.indices(self.body_count)))
+        return self.body(name)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
@@ -83,12 +115,29 @@ class Scene:
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        return f"Scene({len(self._bodies)} bodies, {len(self._lights)} lights)"
+        bodies, lights = counted(self.body_count, "body", "bodies"), counted(len(self._lights), "light", "lights")
+        entries = (
+            "" if len(self._bodies) == self.body_count else f" in {counted(len(self._bodies), 'entry', 'entries')}"
+        )
+        return f"Scene({bodies}{entries}, {lights})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self._bodies, self._lights, self._camera, self._background)
+
+    def __copy__(self) -> Scene:
+        made = _again(type(self), self._bodies, self._lights, self._camera, self._background)
+        made._prepared = self._prepared
+        return made
+
+    @cached_property
+    def _firsts(self) -> Any:
+        """The first body number of each entry, and last how many there are."""
+        return first_numbers(self._bodies)
 
     @property
     def body_count(self) -> int:
         """How many body ids there are: one for each entry, N for a `Spheres` of N balls."""
-        return sum(len(body.shape) if isinstance(body.shape, Spheres) else 1 for body in self._bodies)
+        return int(self._firsts[-1])
 
     @property
     @calm
@@ -107,7 +156,7 @@ class Scene:
                 from .lowering import lower
                 from .trace.queries import Prepared
 
-                self._prepared = Prepared.of(lower(self._bodies))
+                self._prepared = Prepared.of(lower(self._bodies), self._bodies)
             return self._prepared
 
     @property
@@ -217,6 +266,13 @@ class Scene:
 
             picture = self.render(480, 360, samples=1)._repr_png_()
             return {"image/png": b64encode(picture).decode(), "text/plain": repr(self)}
+
+
+def _again(kind: type[Scene], *parts: Any) -> Scene:
+    """A scene of the same parts, for pickle and copy: what is prepared, and the lock of that, stay behind."""
+    made = kind.__new__(kind)
+    Scene.__init__(made, *parts)
+    return made
 
 
 def _as_body(index: int, item: Any) -> Body:

@@ -20,6 +20,7 @@ import numpy as np
 
 from . import exact as ex
 from .calm import calm
+from .carried import restore, said
 from .cells import PolygonSheet, SurfaceSheet, Tree
 from .motion import STILL, Motion
 from .planar import rounded_up
@@ -43,6 +44,12 @@ class Shape(ABC):
         cls.abstract = abstract
         if not abstract:
             REGISTRY[cls.__name__] = cls
+
+    def __getstate__(self) -> dict[str, Any]:
+        return said(self)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        restore(self, state)
 
     @property
     def placement(self) -> Motion:

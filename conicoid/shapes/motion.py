@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from . import exact as ex
+from .carried import said
 from .validate import LARGEST, matrix4, number, numbers, vector
 from .vector import FloatArray, Matrix4, Vector
 
@@ -108,6 +109,9 @@ class Motion:
     """A chain of steps, first to last. Immutable; `then` and the four verbs give new ones."""
 
     steps: tuple[Step, ...] = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in said(self).items() if name != "_parts"}
 
     def then(self, other: Motion) -> Motion:
         """The motion followed by `other`."""

@@ -33,6 +33,9 @@ class Boolean(Solid, abstract=True):
     def __hash__(self) -> int:
         return hash(tuple(_spelled(self)))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (list(_spelled(self)),)
+
     def __repr__(self) -> str:
         shown = ", ".join(
             f"{type(part).__name__}(...)" if isinstance(part, Boolean) else repr(part) for part in self.operands[:8]
@@ -122,6 +125,24 @@ def _spelled(solid: Solid) -> Iterator[Any]:
             pending.extend(reversed(node.operands))
         else:
             yield node
+
+
+def _rebuilt(spelled: Sequence[Any]) -> Solid:
+    """The tree of a flat sequence, for pickle and copy: from its end, as operands come before their parents."""
+    done: list[Solid] = []
+    for part in reversed(spelled):
+        if isinstance(part, Solid):
+            done.append(part)
+            continue
+        kind, motion, count, material = part
+        operands = tuple(done.pop() for _ in range(count))
+        if issubclass(kind, (Union, Intersection, Difference)):
+            done.append(kind(operands, motion=motion))
+        elif issubclass(kind, Painted):
+            done.append(kind(operands[0], material, motion=motion))
+        else:
+            done.append(kind(operands[0], motion=motion))
+    return done[0]
 
 
 @dataclass(frozen=True, slots=True)

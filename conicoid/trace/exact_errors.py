@@ -29,7 +29,7 @@ _CHUNK = 16384
 
 def bounds_of_t(scene: Prepared, rays: Rays, which: Any, t: FloatArray, surfaces: Any) -> FloatArray:
     """A bound on the error of each t, of a crossing of ray which[k] (k, if empty) with surfaces[k]; 0 for none (-1)."""
-    lines, starts = lines_of(rays), rays._starts.reshape(-1)
+    lines, starts = lines_of(rays), rays._starts_in(scene)
     errors, arguments = np.empty(len(t)), (scene.geometry, scene.rest, *lines, which, t, surfaces)
     run_chunks(lambda a, b: errors_of_t(*arguments, a, b, errors), len(t), _CHUNK)
     large = np.flatnonzero(~(errors <= _MUCH * np.abs(t)) & (surfaces >= 0))

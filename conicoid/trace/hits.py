@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
 from ..shapes.validate import DOMAIN, outside_domain
+from .answer import NO_SCENE, Answer
 from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .bundle import DEAD
 from .errors import errors_of_points
@@ -57,7 +58,7 @@ class Found(NamedTuple):
         return cls(_room(count, np.float64, 0), body, entry, place, _room(count, np.int8, 1))
 
 
-class Hits:
+class Hits(Answer):
     """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
 
     t         float64 (...), in units of the direction's length; inf for a miss
@@ -68,7 +69,12 @@ class Hits:
     point_error   float64 (...): so is the point, in length; NaN for a miss
     point, local_point, normal   float64 (..., 3); NaN for a miss; the normal is unit and outward
     uv        float64 (..., 2); NaN for a miss
+    name, material   objects (...): what the body is called and made of; None for a miss
+
+    Pickled, or `detached`, hits keep all these fields and leave the scene behind.
     """
+
+    _views = ("t", "body", "surface", "face", "entering", "doubtful")
 
     def __init__(self, scene: Prepared, rays: Rays, found: Found, doubtful: Any = ()) -> None:
         self._scene, self.rays = scene, rays
@@ -208,7 +214,7 @@ class Hits:
                 f"spawn: direction must be {DOMAIN} in every component, got {tuple(flat[bad[0]].tolist())} at {where}"
             )
         starts = np.where(hit, self._faces[0], DEAD).astype(np.int32)
-        return Rays._spawned(self._points.reshape(shape).copy(), d, starts)
+        return Rays._spawned(self._points.reshape(shape).copy(), d, starts, self._home)
 
     def __len__(self) -> int:
         return len(self.rays)
@@ -218,7 +224,18 @@ class Hits:
         rows = np.arange(len(self._found.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()
-        return Hits(self._scene, self.rays[index], Found(*(array[flat] for array in self._found)), doubtful)
+        picked = Hits(self._scene, self.rays[index], Found(*(array[flat] for array in self._found)), doubtful)
+        if self._scene is NO_SCENE:
+            self._hand_on(picked, index, flat)
+        return picked
+
+    def _hand_on(self, picked: Hits, index: Any, flat: Any) -> None:
+        """What only the scene could work out again."""
+        rows = {"_points": self._points[flat], "_errors": self._errors[flat], "_faces": self._faces[:, flat]}
+        fields = (name for name in vars(self) if not name.startswith("_") and name not in (*self._views, "rays"))
+        shaped = {name: np.array(getattr(self, name)[index]) for name in fields}
+        picked.__setstate__({**rows, **{name: value[()] for name, value in shaped.items()}, **vars(picked)})
+        vars(picked).update(_home=self._home, _labels=self._labels)
 
     def __repr__(self) -> str:
         found = int((self._found.body >= 0).sum())

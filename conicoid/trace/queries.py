@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -12,6 +15,8 @@ from ..geometry.decide import Rest
 from ..geometry.tables import Geometry
 from ..lowering import Lowered
 from ..shapes.arrays import outside, real_array
+from ..shapes.body import Body
+from ..shapes.labels import NOBODY, Labels
 from ..shapes.validate import LARGEST, shown
 from .array_kernels import (
     coherent_packets,
@@ -47,11 +52,24 @@ class Prepared:
     rest: Rest
     forms: dict[int, Form] = field(default_factory=dict, repr=False, compare=False)  # surfaces in exact arithmetic
 
+    labels: Labels = NOBODY
+
     @classmethod
-    def of(cls, lowered: Lowered) -> Prepared:
+    def of(cls, lowered: Lowered, bodies: Sequence[Body] = ()) -> Prepared:
         geometry, rest = with_trees(lowered), lowered.rest
         flat = Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())
-        return cls(lowered.sharing(geometry), geometry, flat)
+        return cls(lowered.sharing(geometry), geometry, flat, labels=Labels.of(bodies))
+
+    @cached_property
+    def key(self) -> bytes:
+        """Whose the numbers of surfaces are: scenes with one key have the same surfaces by the same numbers."""
+        tables, rest = self.lowered.tables, self.lowered.rest
+        surfaces = (tables.surface_kind, tables.surface_row, tables.planes, tables.spheres, tables.quadrics)
+        digest = blake2b(digest_size=16)
+        for array in (*surfaces, rest.planes, rest.spheres, rest.quadrics):
+            digest.update(str(array.shape).encode())
+            digest.update(np.ascontiguousarray(array).data.cast("B") if array.size else b"")
+        return digest.digest()
 
 
 def as_rays(origins: Any, directions: Any) -> Rays:
@@ -78,13 +96,13 @@ def _limits(rays: Rays, name: str, value: Any) -> FloatArray:
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
 
 
-def _arguments(rays: Rays, t_min: Any, t_max: Any) -> Arguments:
+def _arguments(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Arguments:
     return (
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),
         _limits(rays, "t_min", t_min),
         _limits(rays, "t_max", t_max),
-        rays._starts if rays._starts.size else np.array([-1], np.int32),
+        rays._starts_in(scene),
     )
 
 
@@ -99,7 +117,7 @@ def _packets(rays: Rays) -> tuple[int, int]:
 
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     """The nearest crossing of each ray in ]t_min, t_max[."""
-    arguments = _arguments(rays, t_min, t_max)
+    arguments = _arguments(scene, rays, t_min, t_max)
     found = Found.new(len(arguments[0]))
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arguments[0]))
@@ -143,7 +161,7 @@ def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -
 
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     """Is there any crossing in ]t_min, t_max[?  bool of the rays' shape."""
-    arguments = _arguments(rays, t_min, t_max)
+    arguments = _arguments(scene, rays, t_min, t_max)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arguments[0]))
     if _in_order(scene, arguments, width, packets):
@@ -175,12 +193,12 @@ def _settled(scene: Prepared, arguments: Arguments, which: Any) -> Any:
 
 def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
-    return Spans(scene, rays, listed(scene, _arguments(rays, t_min, t_max), *_packets(rays), True))
+    return Spans(scene, rays, listed(scene, _arguments(scene, rays, t_min, t_max), *_packets(rays), True))
 
 
 def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Every crossing of each ray with every body in ]t_min, t_max[, sheets too."""
-    return Crossings(scene, rays, listed(scene, _arguments(rays, t_min, t_max), *_packets(rays), False))
+    return Crossings(scene, rays, listed(scene, _arguments(scene, rays, t_min, t_max), *_packets(rays), False))
 
 
 def body_at(scene: Prepared, points: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,9 @@ import numpy.typing as npt
 from ..shapes.arrays import real_array
 from ..shapes.calm import calm
 from ..shapes.validate import DOMAIN
+
+if TYPE_CHECKING:
+    from .queries import Prepared
 
 FloatArray = npt.NDArray[np.float64]
 Arguments = tuple[Any, Any, Any, Any, Any]  # of kernels: origins, directions, limits, where rays start
@@ -40,13 +43,17 @@ class Rays:
     Directions need not be unit; t is in units of their length. Unpacks to (origins, directions);
     the surfaces that spawned rays start on are then lost.
 
+    Spawned rays know the surface that they start on, by its number, and whose number that is: asked of a scene with
+    other surfaces they are plain rays, with the same origins and directions.
+
     Raises ValueError for NaN, infinite or zero input, with the index of the first such ray.
     """
 
-    __slots__ = ("_starts", "directions", "origins")
+    __slots__ = ("_home", "_starts", "directions", "origins")
     origins: FloatArray
     directions: FloatArray
-    _starts: npt.NDArray[np.int32]
+    _starts: npt.NDArray[np.int32]  # numbers of surfaces, -1 for none, DEAD; one for all rays or one for each
+    _home: bytes | None  # `Prepared.key` of the scene whose surfaces they are
 
     @calm
     def __init__(self, origins: Any, directions: Any) -> None:
@@ -66,22 +73,39 @@ class Rays:
             raise ValueError(f"Rays: {_REASONS[reason]}, got {tuple(value.tolist())} for ray{place or ''}")
         self._keep(o, d, np.array([-1], np.int32))
 
-    def _keep(self, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32]) -> None:
+    def _keep(
+        self, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32], home: bytes | None = None
+    ) -> None:
         for array in (origins, directions, starts):
             array.flags.writeable = False
         object.__setattr__(self, "origins", origins)
         object.__setattr__(self, "directions", directions)
         object.__setattr__(self, "_starts", starts)
+        object.__setattr__(self, "_home", home)
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"Rays are read-only: {name} cannot be set")
 
     @classmethod
-    def _spawned(cls, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32]) -> Rays:
-        """Rays that start on surfaces (ids, or DEAD), without checking them again."""
+    def _spawned(
+        cls, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32], home: bytes | None = None
+    ) -> Rays:
+        """Rays that start on surfaces (ids, or DEAD) of the scene of a key, without checking them again."""
         rays = object.__new__(cls)
-        rays._keep(origins, directions, starts)
+        rays._keep(origins, directions, starts, home)
         return rays
+
+    def _starts_in(self, scene: Prepared) -> npt.NDArray[np.int32]:
+        """The surfaces of a scene that the rays start on. In one with other surfaces: none, and misses stay misses."""
+        starts = self._starts
+        if not starts.size:
+            return np.array([-1], np.int32)
+        if (len(starts) == 1 and starts[0] < 0) or (self._home is not None and self._home == scene.key):
+            return starts
+        return np.minimum(starts, np.int32(-1))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self)._spawned, (self.origins, self.directions, self._starts, self._home)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -103,7 +127,13 @@ class Rays:
         o, d = self.origins[index], self.directions[index]
         if o.shape[-1:] != (3,):
             raise IndexError(f"Rays: index {index!r} must select whole rays")
-        return Rays._spawned(np.array(o), np.array(d), np.ascontiguousarray(starts.ravel(), dtype=np.int32))
+        return Rays._spawned(np.array(o), np.array(d), np.ascontiguousarray(starts.ravel(), dtype=np.int32), self._home)
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+        from .answer import boxed
+
+        del copy
+        return boxed(self, dtype)
 
     def __repr__(self) -> str:
         return f"Rays(shape={self.shape})"

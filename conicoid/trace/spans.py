@@ -9,6 +9,7 @@ import numpy as np
 
 from ..shapes.arrays import real_array
 from ..shapes.calm import calm
+from .answer import Answer
 from .exact_errors import bounds_of_t
 from .list_kernels import put_crossings, put_spans
 from .listed import Listed
@@ -28,13 +29,16 @@ def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: 
     return errors
 
 
-class Spans:
+class Spans(Answer):
     """Stretches of rays inside solids. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
 
     t_enter, t_exit   float64, in units of the direction's length
     body              int32
     enter_clipped, exit_clipped   bool: the end is the interval's (or infinity), not a wall
     t_enter_error, t_exit_error   float64: each end is at most so far from the exact one; 0 where it is clipped
+    name, material    objects: what the body is called and made of
+
+    Pickled, or `detached`, spans keep all these fields and leave the scene behind.
     """
 
     def __init__(self, scene: Prepared, rays: Rays, listed: Listed) -> None:
@@ -98,13 +102,16 @@ class Spans:
         return f"Spans(shape={self._rays.shape}, {len(self.body)} spans)"
 
 
-class Crossings:
+class Crossings(Answer):
     """Every crossing of rays with bodies. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t.
 
     t                    float64, in units of the direction's length
     body, face, surface  int32
     entering             bool: against the outward normal
     t_error              float64: t is at most so far from the exact crossing
+    name, material       objects: what the body is called and made of
+
+    Pickled, or `detached`, crossings keep all these fields and leave the scene behind.
     """
 
     def __init__(self, scene: Prepared, rays: Rays, listed: Listed) -> None:

@@ -1,0 +1,24 @@
+"""How immutable things travel by pickle and copy: what was said of them goes along, what was worked out does not."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+
+def said(thing: Any) -> dict[str, Any]:
+    """The attributes of an object without what its cached properties hold."""
+    kind = type(thing)
+    return {
+        name: value for name, value in vars(thing).items() if not isinstance(getattr(kind, name, None), cached_property)
+    }
+
+
+def restore(thing: Any, state: dict[str, Any]) -> None:
+    """Give an object its attributes back; arrays are read-only, which pickles do not keep."""
+    for value in state.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    vars(thing).update(state)

@@ -1,0 +1,97 @@
+"""Names and materials by body number: a number for each entry of a scene's list, one for each ball of a `Spheres`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .body import Body
+from .carried import said
+from .sphere import Sphere
+from .spheres import Spheres
+
+
+def numbers_of(body: Body) -> int:
+    """How many body numbers an entry takes."""
+    return len(body.shape) if isinstance(body.shape, Spheres) else 1
+
+
+def counted(count: int, one: str, many: str) -> str:
+    """A number with its noun."""
+    return f"{count:,} {one if count == 1 else many}"
+
+
+def first_numbers(bodies: Iterable[Body]) -> npt.NDArray[np.int64]:
+    """The first body number of each entry, and last how many there are."""
+    return np.cumsum([0, *map(numbers_of, bodies)], dtype=np.int64)
+
+
+def one_ball(body: Body, index: int) -> Body:
+    """One ball of an entry of `Spheres` as a body, with the entry's material and name; any other entry itself."""
+    shape = body.shape
+    if not isinstance(shape, Spheres):
+        return body
+    ball = Sphere(float(shape.radii[index]), tuple(shape.centers[index].tolist()), motion=shape.motion)
+    return Body(ball, body.material, body.name)
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What bodies are called and made of. Entry k has the numbers from firsts[k] on, up to the next entry's."""
+
+    firsts: npt.NDArray[np.int64]
+    names: tuple[str | None, ...]
+    materials: tuple[Any, ...]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return said(self)
+
+    @classmethod
+    def of(cls, bodies: Sequence[Body]) -> Labels:
+        """Of all entries of a scene."""
+        firsts = first_numbers(bodies)[:-1]
+        return cls(firsts, tuple(body.name for body in bodies), tuple(body.material for body in bodies))
+
+    def of_only(self, numbers: Any) -> Labels:
+        """Of those entries alone that some numbers belong to."""
+        rows = np.unique(self._rows(np.unique(numbers)))
+        rows = rows[rows >= 0].tolist()
+        return Labels(
+            self.firsts[rows], tuple(self.names[row] for row in rows), tuple(self.materials[row] for row in rows)
+        )
+
+    def _rows(self, numbers: Any) -> Any:
+        """The entry of each number, -1 for -1."""
+        return np.where(numbers < 0, -1, np.searchsorted(self.firsts, numbers, side="right") - 1)
+
+    def names_of(self, numbers: Any) -> Any:
+        """Objects of the numbers' shape: the name, or None for a body without and for -1."""
+        return self._names[self._rows(numbers)]
+
+    def materials_of(self, numbers: Any) -> Any:
+        """Objects of the numbers' shape: the material, or None for a body without and for -1."""
+        return self._materials[self._rows(numbers)]
+
+    @cached_property
+    def _names(self) -> Any:
+        return _table(self.names)
+
+    @cached_property
+    def _materials(self) -> Any:
+        return _table(self.materials)
+
+
+def _table(values: Sequence[Any]) -> Any:
+    """An array of objects, None in its last row."""
+    table = np.empty(len(values) + 1, object)
+    for row, value in enumerate(values):
+        table[row] = value
+    return table
+
+
+NOBODY = Labels.of(())

@@ -1,0 +1,121 @@
+"""One numbering: what `hits.body`, `body_at`, spans and lengths tell is what names, materials and bodies are found by."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.report import listing, totals
+
+RED, GREEN = co.matte("red"), co.matte("green")
+CENTERS = [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (6.0, 0.0, 0.0)]
+SCENE = co.Scene(
+    [
+        co.Spheres(np.zeros((0, 3)), 1),
+        co.Body(co.Sphere(1, (-3, 0, 0)), GREEN, "first"),
+        co.Body(co.Spheres(CENTERS, [1, 0.5, 0.25]), RED, "balls"),
+        co.Body(co.Box((8, -1, -1), (9, 1, 1)), name="box"),
+    ]
+)
+NAMES = ["first", "balls", "balls", "balls", "box", None]
+MATERIALS = [GREEN, RED, RED, RED, None, None]
+ORIGINS = np.array([(-3, 0, 5), *(np.array(CENTERS) + (0, 0, 5)), (8.5, 0, 5), (20, 0, 5)])
+DOWN = (0, 0, -1)
+
+
+def test_names_and_materials_are_those_of_the_body_that_was_hit():
+    hits = SCENE.first_hit(ORIGINS, DOWN)
+    assert hits.body.tolist() == [0, 1, 2, 3, 4, -1]
+    assert hits.name.tolist() == NAMES
+    assert hits.material.tolist() == MATERIALS
+    square = SCENE.first_hit(ORIGINS.reshape(2, 3, 3), DOWN)
+    assert square.name.shape == square.material.shape == (2, 3)
+    assert square.name.ravel().tolist() == NAMES
+
+
+def test_one_hit_has_one_name():
+    for origin, name, material in zip(ORIGINS, NAMES, MATERIALS, strict=True):
+        hit = SCENE.first_hit(origin, DOWN)
+        assert hit.name == name
+        assert hit.material == material
+
+
+def test_no_hits_have_no_names():
+    none = co.Scene([]).first_hit(np.zeros((0, 3)), DOWN)
+    assert none.name.shape == none.material.shape == (0,)
+    assert co.Scene([]).first_hit((0, 0, 0), DOWN).name is None
+
+
+def test_spans_and_crossings_say_the_same_names():
+    origin, along = (-9, 0, 0), (1, 0, 0)
+    assert SCENE.spans(origin, along).name.tolist() == NAMES[:-1]
+    assert SCENE.spans(origin, along).material.tolist() == MATERIALS[:-1]
+    assert SCENE.crossings(origin, along).name.tolist() == [name for name in NAMES[:-1] for _ in range(2)]
+
+
+def test_bodies_by_number():
+    for number, (name, material) in enumerate(zip(NAMES[:-1], MATERIALS[:-1], strict=True)):
+        for body in (SCENE.body(number), SCENE[number], SCENE.body(np.int32(number))):
+            assert (body.name, body.material) == (name, material)
+    assert SCENE.body(SCENE.body_at((6, 0, 0.2))).shape == co.Sphere(0.25, (6, 0, 0))
+    assert [body.name for body in SCENE[1:]] == NAMES[1:-1]
+    assert [body.name for body in SCENE] == NAMES[:-1]
+
+
+def test_a_ball_of_moved_balls_is_where_it_was_hit():
+    moved = co.Scene([co.Spheres(CENTERS, [1, 0.5, 0.25]).rotate((1, 2, 3), 40).scale((1, 2, 3)).translate((1, 1, 1))])
+    for number in range(3):
+        low, high = moved.body(number).shape.bounds
+        middle = (low + high) / 2
+        assert moved.body_at(middle) == number
+        alone = co.Scene([moved.body(number)])
+        hit, same = moved.first_hit(middle, (1, 2, 3)), alone.first_hit(middle, (1, 2, 3))
+        assert hit.body == number
+        assert abs(hit.t - same.t) <= 4 * (hit.t_error + same.t_error) + 1e-14
+
+
+@pytest.mark.parametrize("number", [-1, -2, 5, 10**30, np.int32(-1)])
+def test_numbers_that_there_are_not(number):
+    with pytest.raises(IndexError, match=r"body: number must be at least 0 and below 5"):
+        SCENE.body(number)
+    with pytest.raises(IndexError, match=r"body: number must be at least 0 and below 5"):
+        SCENE[number]
+
+
+@pytest.mark.parametrize("number", [1.0, None, True, np.array([1, 2]), [1]])
+def test_what_is_no_number(number):
+    with pytest.raises(TypeError, match="body: number must be one integer, got"):
+        SCENE.body(number)
+
+
+def test_a_miss_is_told_as_one():
+    with pytest.raises(IndexError, match="-1 stands for a miss"):
+        SCENE.body(SCENE.first_hit((20, 0, 5), DOWN).body)
+
+
+def test_all_count_alike():
+    assert SCENE.body_count == 5
+    assert SCENE.spans((-9, 0, 0), (1, 0, 0)).lengths().tolist() == [2.0, 2.0, 1.0, 0.5, 1.0]
+    assert repr(SCENE) == "Scene(5 bodies in 4 entries, 0 lights)"
+    assert repr(co.Scene([co.Sphere()])) == "Scene(1 body, 0 lights)"
+    assert totals(SCENE)[0] == "bodies    5"
+    assert [line.split()[0] for line in listing(SCENE)[1:]] == ["none", "0", "1-3", "4"]
+    with pytest.raises(ValueError, match=r"\(5,\)"):
+        SCENE.spans((-9, 0, 0), (1, 0, 0)).line_integral([1, 2, 3, 4])
+
+
+def test_every_hit_of_a_random_mixture_is_named_rightly():
+    """Entries of one and of many balls in any order; who is hit is known from where it is."""
+    random = np.random.default_rng(5)
+    for _ in range(10):
+        sizes = random.integers(0, 5, 6)
+        at, entries, owners = 0, [], []
+        for k, size in enumerate(sizes.tolist()):
+            centers = [(3.0 * (at + j), 0.0, 0.0) for j in range(max(size, 1))]
+            shape = co.Sphere(1, centers[0]) if size == 0 else co.Spheres(centers, 1)
+            entries.append(co.Body(shape, name=f"entry {k}"))
+            owners += [f"entry {k}"] * len(centers)
+            at += len(centers)
+        hits = co.Scene(entries).first_hit([(3.0 * i, 0.0, 5.0) for i in range(at)], DOWN)
+        assert hits.name.tolist() == owners
