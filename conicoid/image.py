@@ -13,6 +13,7 @@ from .colormap import COLORMAPS, mapped
 from .shapes.arrays import is_masked, real_array
 from .shapes.calm import calm
 from .shapes.color import srgb_decode
+from .shapes.validate import path as checked_path
 from .shapes.validate import shown
 
 Pixels = npt.NDArray[np.float32]
@@ -72,6 +73,7 @@ class Image:
         The file is replaced only when it is complete. Raises ValueError for any other suffix,
         FileNotFoundError if the folder does not exist.
         """
+        path = checked_path("Image", path)
         suffix = Path(path).suffix.lower()
         if suffix == ".png":
             from .formats.png import write_png
@@ -82,7 +84,7 @@ class Image:
 
             write_exr(path, self.pixels if self.values.ndim == 3 else self.values)
         else:
-            raise ValueError(f"Image: pictures are saved as .png or .exr, got {os.fspath(path)!r}")
+            raise ValueError(f"Image: pictures are saved as .png or .exr, got {shown(os.fspath(path))}")
 
     def _repr_png_(self) -> bytes:
         from .formats.png import png_bytes

@@ -13,6 +13,7 @@ from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
 from .shapes.spheres import Spheres
+from .shapes.validate import what
 from .shapes.vector import Box
 
 if TYPE_CHECKING:
@@ -27,23 +28,29 @@ if TYPE_CHECKING:
 class Scene:
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
-    `items` are shapes or `Body`s. The scene is immutable; its arrays are built when first asked for.
+    `items` are shapes or `Body`s; one of these alone is a scene too, and one light is `lights`.
+    The scene is immutable; its arrays are built when first asked for.
     Every query takes origins and directions (..., 3), or a `Rays` alone, and keeps the leading shape.
     """
 
     def __init__(
-        self, items: Iterable[Shape | Body] = (), lights: Iterable[Any] = (), camera: Any = None, background: Any = None
+        self,
+        items: Shape | Body | Iterable[Shape | Body] = (),
+        lights: Any = (),
+        camera: Any = None,
+        background: Any = None,
     ) -> None:
+        from .scene_parts import as_bodies, as_camera
         from .shapes.background import as_background
         from .shapes.light import as_lights
 
-        self._bodies = tuple(_as_body(i, item) for i, item in enumerate(items))
+        self._bodies = as_bodies(items)
         names: dict[str, int] = {}
         for i, body in enumerate(self._bodies):
             if body.name is not None and names.setdefault(body.name, i) != i:
                 raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {body.name!r}")
         self._lights = as_lights(lights)
-        self._camera = camera
+        self._camera = as_camera(camera)
         self._background = as_background(background)
         self._prepared: Prepared | None = None
         self._lock = lock()
@@ -219,9 +226,10 @@ class Scene:
             return {"image/png": b64encode(picture).decode(), "text/plain": repr(self)}
 
 
-def _as_body(index: int, item: Any) -> Body:
-    if isinstance(item, Body):
-        return item
-    if isinstance(item, Shape):
-        return Body(item)
-    raise TypeError(f"Scene: items[{index}] must be a shape or a Body, got {type(item).__name__}")
+def as_scene(owner: str, scene: Any) -> Scene:
+    """A scene, or that of one shape or body; a TypeError otherwise."""
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, (Shape, Body)):
+        return Scene(scene)
+    raise TypeError(f"{owner}: scene must be a Scene, a shape or a Body, got {what(scene)}")

@@ -57,7 +57,8 @@ class Ellipsoid(EllipticSolid):
         cls, A: float, E: float, H: float, center: Any = (0.0, 0.0, 0.0), z_range: Any = None
     ) -> Ellipsoid:
         """A x² + E y² + H z² <= 1 with A, E, H > 0; they are kept as they are."""
-        return cls(center=center, z_range=z_range, coefficients=(A, E, H))
+        given = (positive("Ellipsoid", "A", A), positive("Ellipsoid", "E", E), positive("Ellipsoid", "H", H))
+        return cls(center=center, z_range=z_range, coefficients=given)
 
     @property
     def placement(self) -> Motion:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 from .color import Amount, checked_amount
-from .validate import number, vector
+from .validate import number, shown, vector, what
 from .vector import Vector
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]
@@ -82,12 +82,16 @@ LIGHTS: dict[str, type[Light]] = {kind.__name__: kind for kind in get_args(Light
 """Scene-file name -> class."""
 
 
-def as_lights(lights: Iterable[Any]) -> tuple[Light, ...]:
-    """Lights as a tuple, checked."""
+def as_lights(lights: Any) -> tuple[Light, ...]:
+    """Lights as a tuple, checked; one light stands for a list of it."""
+    if isinstance(lights, get_args(Light)):
+        return (lights,)
+    if isinstance(lights, (str, bytes, dict)) or not isinstance(lights, Iterable):
+        raise TypeError(f"Scene: lights must be a list of {', '.join(LIGHTS)}, or one of them, got {what(lights)}")
     items = tuple(lights)
     for i, light in enumerate(items):
         if not isinstance(light, get_args(Light)):
-            raise TypeError(f"Scene: lights[{i}] must be one of {', '.join(LIGHTS)}, got {type(light).__name__}")
+            raise TypeError(f"Scene: lights[{i}] must be one of {', '.join(LIGHTS)}, got {what(light)}")
     return items
 
 
@@ -99,8 +103,8 @@ def _check(light: Light, *fields: str) -> None:
         if field == "intensity":
             value = checked_amount(owner, field, value, most=float("inf"))
         elif field == "falloff":
-            if value not in get_args(Falloff):
-                raise ValueError(f"{owner}: falloff must be 'none' or 'inverse_square', got {value!r}")
+            if not isinstance(value, str) or value not in get_args(Falloff):
+                raise ValueError(f"{owner}: falloff must be 'none' or 'inverse_square', got {shown(value)}")
         else:
             value = vector(owner, field, value, nonzero=field == "direction")
         object.__setattr__(light, field, value)

@@ -19,6 +19,7 @@ from typing import Any
 from .. import ahead
 from ..beside import PATIENCE, is_main, started, wait_for
 from ..geometry.tables import HALT, STEPS, Geometry
+from ..shapes.validate import shown
 
 Progress = Callable[[int, int], None]
 """Called now and then as progress(done, count)."""
@@ -28,6 +29,8 @@ _AT_ONCE = 1 << 24
 _SHORT, _LONG = 0.01, 0.04
 """Seconds between which chunks are to take, where how many rays they have does not tell."""
 _FIRST = 8  # the first chunk is so many times smaller than the largest
+
+_MOST = 1 << 16
 
 _chosen: list[int] = []
 
@@ -46,8 +49,8 @@ def thread_count() -> int:
 
 def set_threads(count: int | None) -> None:
     """Use `count` threads from now on; None returns to the default."""
-    if count is not None and (not isinstance(count, int) or count < 1):
-        raise ValueError(f"set_threads: count must be an integer >= 1 or None, got {count!r}")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST):
+        raise ValueError(f"set_threads: count must be an integer from 1 to {_MOST} or None, got {shown(count)}")
     _chosen[:] = [] if count is None else [count]
 
 
