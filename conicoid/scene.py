@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import os
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
 from .shapes.spheres import Spheres
+from .shapes.validate import path as checked_path
 from .shapes.validate import what
 from .shapes.vector import Box
 
@@ -193,17 +195,26 @@ class Scene:
         samples: int = 4,
         integrator: str = "whitted",
         seed: int = 0,
-        **options: Any,
+        *,
+        depth: int = 10,
+        progress: Callable[[int, int], Any] | None = None,
     ) -> Image:
-        """A picture. `samples` per pixel (1: pixel centers); a camera and light that fit, where none is given."""
+        """A picture. `samples` per pixel (1: pixel centers); a camera and light that fit, where none is given.
+
+        `depth`: how often a ray is reflected or refracted at most. `progress(done, count)` is called now and then.
+        """
         from .ahead import expect
         from .image import Image
         from .render import render
 
         expect("picture", "rays", "streams", "points")
-        return Image(
-            render(self, width=width, height=height, samples=samples, integrator=integrator, seed=seed, **options)
-        )
+        return Image(render(self, width, height, samples, integrator, seed, depth, progress))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a scene file that `co.load` reads as an equal scene; `co.save` says more."""
+        from .formats import scene_file
+
+        scene_file.write(self, checked_path("save", path))
 
     @calm
     def view(self, height: int = 480) -> Any:

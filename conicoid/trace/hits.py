@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -62,6 +63,7 @@ class Hits:
 
     t         float64 (...), in units of the direction's length; inf for a miss
     body, face, surface   int32 (...), -1 for a miss
+    hit       bool (...): whether the ray hit anything; `if hits:` asks it of a single ray
     entering  bool (...): normal·direction < 0; False for a miss
     doubtful  bool (...): the ray took more than the fast formulas
     t_error   float64 (...): t is at most so far from the exact crossing; 0 for a miss
@@ -86,6 +88,11 @@ class Hits:
     @cached_property
     def body(self) -> Any:
         return self._shaped(self._found.body)
+
+    @property
+    def hit(self) -> Any:
+        """bool (...): did the ray hit anything?"""
+        return self._shaped(self._found.body >= 0)
 
     @cached_property
     def _faces(self) -> Any:
@@ -212,6 +219,17 @@ class Hits:
 
     def __len__(self) -> int:
         return len(self.rays)
+
+    def __bool__(self) -> bool:
+        count = len(self._found.body)
+        if count != 1:
+            raise ValueError(
+                f"Hits: the truth value of {count} hits is ambiguous; use hits.hit.any() or hits.hit.all()"
+            )
+        return bool(self._found.body[0] >= 0)
+
+    def __iter__(self) -> Iterator[Hits]:
+        return (self[i] for i in range(len(self)))
 
     def __getitem__(self, index: Any) -> Hits:
         """The hits that an index or mask over the rays' shape selects."""
