@@ -12,7 +12,7 @@ from .elliptic import EllipticSolid, Profile
 from .motion import Motion, Translate
 from .support import elliptic_support, inverse_root
 from .validate import interval, positive, vector
-from .vector import Interval, Vector
+from .vector import Interval, Vector, VectorLike
 
 _DEFAULT_RADII: Vector = (1.0, 2.0, 3.0)
 
@@ -30,8 +30,8 @@ class Ellipsoid(EllipticSolid):
     (ALLIPS, ALLOID).
     """
 
-    radii: Vector = _DEFAULT_RADII
-    center: Vector = (0.0, 0.0, 0.0)
+    radii: VectorLike = _DEFAULT_RADII
+    center: VectorLike = (0.0, 0.0, 0.0)
     z_range: Interval | None = None
     coefficients: Vector | None = field(default=None, kw_only=True)
 

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 from .color import Amount, checked_amount
 from .validate import number, shown, vector, what
-from .vector import Vector
+from .vector import VectorLike
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]
 """none: the same at any distance; inverse_square: intensity / distance², intensity at distance 1."""
@@ -31,7 +31,7 @@ class AmbientLight:
 class DirectionalLight:
     """Parallel light that travels along `direction`, like the sun's."""
 
-    direction: Vector
+    direction: VectorLike
     intensity: Amount = 1.0
 
     def __post_init__(self) -> None:
@@ -42,7 +42,7 @@ class DirectionalLight:
 class PointLight:
     """Light from one point to all sides."""
 
-    position: Vector
+    position: VectorLike
     intensity: Amount = 1.0
     falloff: Falloff = "none"
 
@@ -58,8 +58,8 @@ class SpotLight:
     falls smoothly, as 3s² - 2s³ of the angle's share s of the edge.
     """
 
-    position: Vector
-    direction: Vector
+    position: VectorLike
+    direction: VectorLike
     angle: float = 30.0
     soft_edge: float = 5.0
     intensity: Amount = 1.0

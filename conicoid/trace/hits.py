@@ -82,17 +82,20 @@ class Hits:
         return result if last else result[()]
 
     @cached_property
-    def t(self) -> Any:
-        return self._shaped(self._found.t)
+    def t(self) -> FloatArray:
+        result: FloatArray = self._shaped(self._found.t)
+        return result
 
     @cached_property
-    def body(self) -> Any:
-        return self._shaped(self._found.body)
+    def body(self) -> npt.NDArray[np.int32]:
+        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
+        return result
 
     @property
-    def hit(self) -> Any:
+    def hit(self) -> npt.NDArray[np.bool_]:
         """bool (...): did the ray hit anything?"""
-        return self._shaped(self._found.body >= 0)
+        result: npt.NDArray[np.bool_] = self._shaped(self._found.body >= 0)
+        return result
 
     @cached_property
     def _faces(self) -> Any:

@@ -36,11 +36,16 @@ _chosen: list[int] = []
 
 
 def thread_count() -> int:
-    """Threads in use: `set_threads`, CONICOID_THREADS, or the processors this process may use."""
+    """Threads in use: `set_threads`, CONICOID_THREADS, or the processors this process may use.
+
+    Raises ValueError where CONICOID_THREADS says something else than a number.
+    """
     if _chosen:
         return _chosen[-1]
     wanted = os.environ.get("CONICOID_THREADS", "")
-    if wanted.isdigit() and int(wanted) > 0:
+    if wanted:
+        if not (wanted.isascii() and wanted.isdigit() and len(wanted) < 7 and 1 <= int(wanted) <= _MOST):
+            raise ValueError(f"CONICOID_THREADS must be an integer from 1 to {_MOST}, got {shown(wanted)}")
         return int(wanted)
     if hasattr(os, "sched_getaffinity"):
         return max(1, len(os.sched_getaffinity(0)))

@@ -9,6 +9,7 @@ import PIL.Image
 import pytest
 
 import conicoid as co
+from conicoid.trace.threads import thread_count
 
 SCENE = co.Scene([co.Sphere(1), co.Sphere(1, (0, 0, 3)), co.Disc((0, 0, 6), (0, 0, 1), 2)])
 X = np.array([0.0, 0.25, 5.0, 0.5, 1.5, 0.75])
@@ -179,3 +180,53 @@ def test_render_names_its_options():
     assert seen
     with pytest.raises(TypeError, match="dept"):
         SCENE.render(8, 8, dept=3)
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "many", "1.5", "9" * 5000, "²"])
+def test_a_wrong_number_of_threads_is_an_error(monkeypatch, value):
+    monkeypatch.setenv("CONICOID_THREADS", value)
+    with pytest.raises(ValueError, match="CONICOID_THREADS must be an integer from 1 to 65536, got '") as told:
+        thread_count()
+    assert len(str(told.value)) < 200
+    monkeypatch.setenv("CONICOID_THREADS", "3")
+    assert thread_count() == 3
+
+
+@pytest.mark.parametrize("kind", [co.Camera, co.OrthographicCamera])
+@pytest.mark.parametrize(("position", "up", "right", "upwards"), [
+    ((0, 0, 9), (0, 0, 1), (1, 0, 0), (0, 1, 0)),
+    ((0, 0, -9), (0, 0, 2), (-1, 0, 0), (0, 1, 0)),
+    ((0, 9, 0), (0, 1, 0), (-1, 0, 0), (0, 0, 1)),
+    ((9, 0, 0), (-1, 0, 0), (0, 0, -1), (0, 1, 0)),
+])  # fmt: skip
+def test_plan_views(kind, position, up, right, upwards):
+    """Right is forward × up, by hand."""
+    camera = kind(position, (0, 0, 0), up)
+    o, d = camera.rays(3, 3)
+    ends = o + d * 9
+    assert (ends[1, 2] - ends[1, 0]) @ right > 0.5
+    assert (ends[0, 1] - ends[2, 1]) @ upwards > 0.5
+    assert camera.up == upwards
+
+
+def test_rays_one_after_the_other():
+    """Spawned rays do not hit the surface that they start on, before and after."""
+    ball = co.Scene(co.Sphere())
+    plain = co.Rays(ORIGINS, (0, 0, 1))
+    spawned = ball.first_hit(plain).spawn((0, 0, 1))
+    both_ = co.Rays.concatenate([spawned, plain, co.Rays((0, 0, -5), (0, 0, 1))])
+    assert both_.shape == (13,)
+    t = np.concatenate([ball.first_hit(spawned).t, ball.first_hit(plain).t, [4]])
+    assert np.array_equal(ball.first_hit(both_).t, t)
+    assert np.array_equal(ball.first_hit(both_[:6]).t, ball.first_hit(spawned).t)
+    table = co.Rays(ORIGINS.reshape(2, 3, 3), (0, 0, 1))
+    assert co.Rays.concatenate([table, table]).shape == (4, 3)
+    for wrong, kind, message in (
+        ([plain, table], ValueError, r"parts must have shapes .* got \(6,\), \(2, 3\)"),
+        ([], ValueError, "parts must have shapes .* got none"),
+        ([plain, ORIGINS], TypeError, r"parts\[1\] must be Rays, got ndarray"),
+        (plain, TypeError, "parts must be a list of Rays, got Rays"),
+        (3, TypeError, "parts must be a list of Rays, got int"),
+    ):
+        with pytest.raises(kind, match=message):
+            co.Rays.concatenate(wrong)
