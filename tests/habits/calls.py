@@ -137,7 +137,7 @@ JUNK: dict[str, Any] = {
     "NaN": float("nan"),
     "a camera": CAMERA,
     "a scene": SCENE,
-    "a picture": co.Image(np.zeros((2, 2))),
+    "a light": co.AmbientLight(),
 }
 TAKEN = {
     *((name, argument, "a text") for name, argument in (("save", "path"), ("Body", "name"))),

@@ -11,6 +11,8 @@ import pytest
 import conicoid as co
 from conicoid.trace.threads import thread_count
 
+from ..command_line import run
+
 SCENE = co.Scene([co.Sphere(1), co.Sphere(1, (0, 0, 3)), co.Disc((0, 0, 6), (0, 0, 1), 2)])
 X = np.array([0.0, 0.25, 5.0, 0.5, 1.5, 0.75])
 """Rays along z: they go through both balls and the disc, or nothing, or the disc alone."""
@@ -230,3 +232,17 @@ def test_rays_one_after_the_other():
     ):
         with pytest.raises(kind, match=message):
             co.Rays.concatenate(wrong)
+
+
+def test_depth_on_the_command_line(tmp_path):
+    """A mirror that reflects nothing is black; a ray deeper it shows the white background."""
+    mirror = co.Scene(
+        co.Body(co.Sphere(), co.mirror(1.0)), co.AmbientLight(0), co.Camera((0, -5, 0), (0, 0, 0)), "white"
+    )
+    mirror.save(tmp_path / "scene.yaml")
+    for depth, middle in ((0, 0), (1, 255)):
+        path = tmp_path / f"{depth}.png"
+        options = ("--width", 3, "--height", 3, "--samples", 1, "--depth", depth)
+        result = run("render", tmp_path / "scene.yaml", "-o", path, *options)
+        assert result.exit_code == 0, result.output
+        assert PIL.Image.open(path).getpixel((1, 1)) == (middle,) * 3
