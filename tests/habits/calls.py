@@ -153,5 +153,6 @@ TAKEN = {
     ("check", "scene", "a scene"),
     ("save", "scene", "a scene"),
     ("Scene", "camera", "a camera"),
+    ("Scene", "lights", "a light"),
 }
 """What some arguments take all the same."""
