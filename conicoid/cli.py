@@ -64,23 +64,28 @@ def common(
 )
 def render(
     scene: SceneFile,
-    output: Annotated[Path, typer.Option("--output", "-o", help="The picture, .png or .exr.", show_default=False)],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="The picture: .png, .exr, .jpg or .webp.", show_default=False)
+    ],
     width: Annotated[int, typer.Option(min=1, help="Pixels.")] = 640,
     height: Annotated[int, typer.Option(min=1, help="Pixels.")] = 480,
     samples: Annotated[int, typer.Option(min=1, help="Rays for each pixel.")] = 4,
     integrator: Annotated[str, typer.Option(help="How light is gathered: whitted or normals.")] = "whitted",
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same picture, to the bit.")] = 0,
+    depth: Annotated[int, typer.Option(min=0, max=10_000, help="Reflections and refractions of a ray, at most.")] = 10,
     threads: Threads = None,
 ) -> None:
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
     with user_mistakes():
-        if output.suffix.lower() not in (".png", ".exr"):
-            raise ValueError(f"{output}: pictures are saved as .png or .exr")
+        from .image import SUFFIXES
+
+        if output.suffix.lower() not in SUFFIXES:
+            raise ValueError(f"{output}: pictures are saved as {', '.join(SUFFIXES)}")
         _check_folder(output)
         loaded = _load(scene, threads)
         with compile_notes(), Bar("rendering", "ray") as bar:
             image = loaded.render(
-                width, height, samples, integrator, seed, progress=_rays(bar, width * height * samples)
+                width, height, samples, integrator, seed, depth=depth, progress=_rays(bar, width * height * samples)
             )
         image.save(output)
         say(f"{output}: {width} x {height} pixels")

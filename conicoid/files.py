@@ -6,8 +6,12 @@ import os
 from collections.abc import Callable
 
 from .formats import scene_file
-from .scene import Scene
+from .scene import Scene, as_scene
+from .shapes.base import Shape
+from .shapes.body import Body
 from .shapes.calm import calm
+from .shapes.validate import callback, flag, shown
+from .shapes.validate import path as checked_path
 
 
 @calm
@@ -17,19 +21,21 @@ def load(path: str | os.PathLike[str]) -> Scene:
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
     what was expected and what was found.
     """
-    parts = scene_file.read(path)
+    parts = scene_file.read(checked_path("load", path))
     return Scene(parts.bodies, parts.lights, parts.camera, parts.background)
 
 
 @calm
-def save(scene: Scene, path: str | os.PathLike[str]) -> None:
+def save(scene: Scene | Shape | Body, path: str | os.PathLike[str]) -> None:
     """Write a scene file that loads as an equal scene: YAML, or JSON if `path` ends with .json.
+
+    One shape or body is saved as a scene of it.
 
     More than 100 balls of a `Spheres` go to a .npy file beside it, named by its content and never overwritten.
     Files appear whole or not at all, the scene last.
     Raises OSError where they cannot be written, and ValueError for what a file cannot say.
     """
-    scene_file.write(scene, path)
+    scene_file.write(as_scene("save", scene), checked_path("save", path))
 
 
 @calm
@@ -49,5 +55,9 @@ def load_openmc(
     """
     from .formats import openmc
 
-    parts = openmc.read(path, void=void, max_bodies=max_bodies, progress=progress)
+    flag("load_openmc", "void", void)
+    callback("load_openmc", "progress", progress)
+    if isinstance(max_bodies, bool) or not isinstance(max_bodies, int) or max_bodies < 1:
+        raise ValueError(f"load_openmc: max_bodies must be an integer >= 1, got {shown(max_bodies)}")
+    parts = openmc.read(checked_path("load_openmc", path), void=void, max_bodies=max_bodies, progress=progress)
     return Scene(parts.bodies, parts.lights, parts.camera, parts.background)

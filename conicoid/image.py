@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +16,11 @@ from .shapes.arrays import is_masked, real_array
 from .shapes.calm import calm
 from .shapes.carried import restore
 from .shapes.color import srgb_decode
+from .shapes.validate import path as checked_path
 from .shapes.validate import shown
 
+SUFFIXES = (".png", ".exr", ".jpg", ".jpeg", ".webp")
+"""Of pictures' files."""
 Pixels = npt.NDArray[np.float32]
 
 
@@ -73,9 +78,12 @@ class Image:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Save as .png (sRGB, 8 bits) or .exr (linear floats; the numbers themselves if there is one per pixel).
 
+        Also as .jpg or .jpeg, which loses a little, and .webp, lossless; both in 8 bits of sRGB.
+
         The file is replaced only when it is complete. Raises ValueError for any other suffix,
         FileNotFoundError if the folder does not exist.
         """
+        path = checked_path("Image", path)
         suffix = Path(path).suffix.lower()
         if suffix == ".png":
             from .formats.png import write_png
@@ -85,8 +93,30 @@ class Image:
             from .formats.exr import write_exr
 
             write_exr(path, self.pixels if self.values.ndim == 3 else self.values)
+        elif suffix in SUFFIXES:
+            from .formats.photo import write_photo
+
+            write_photo(path, self.pixels, suffix)
         else:
-            raise ValueError(f"Image: pictures are saved as .png or .exr, got {os.fspath(path)!r}")
+            raise ValueError(f"Image: pictures are saved as {', '.join(SUFFIXES)}, got {shown(os.fspath(path))}")
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        """(height, width, 3) uint8 of sRGB, what a PNG holds: for `np.asarray` and `plt.imshow`."""
+        from .formats.png import srgb_bytes
+
+        if copy is False:
+            raise ValueError("Image: the array of bytes is always made anew; image.pixels needs no copy")
+        return srgb_bytes(self.pixels).astype(dtype or np.uint8, copy=False)
+
+    def show(self) -> None:
+        """Show in the notebook, or else in the viewer that Pillow finds on this machine."""
+        if _in_notebook():
+            front: Any = importlib.import_module("IPython.display")
+            front.display(self)
+            return
+        import PIL.Image
+
+        PIL.Image.fromarray(np.asarray(self), "RGB").show()
 
     def _repr_png_(self) -> bytes:
         from .formats.png import png_bytes
@@ -95,6 +125,12 @@ class Image:
 
     def __repr__(self) -> str:
         return f"<Image {self.width} x {self.height}>"
+
+
+def _in_notebook() -> bool:
+    """Whether IPython runs with a kernel, whose front end shows pictures."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return getattr(shell, "kernel", None) is not None
 
 
 def _real(field: str, value: Any) -> float:

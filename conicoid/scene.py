@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable
+import os
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, overload
 
@@ -15,7 +16,8 @@ from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
 from .shapes.labels import counted, first_numbers, one_ball
-from .shapes.validate import shown
+from .shapes.validate import path as checked_path
+from .shapes.validate import shown, what
 from .shapes.vector import Box
 
 if TYPE_CHECKING:
@@ -30,23 +32,29 @@ if TYPE_CHECKING:
 class Scene:
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
-    `items` are shapes or `Body`s. The scene is immutable; its arrays are built when first asked for.
+    `items` are shapes or `Body`s; one of these alone is a scene too, and one light is `lights`.
+    The scene is immutable; its arrays are built when first asked for.
     Every query takes origins and directions (..., 3), or a `Rays` alone, and keeps the leading shape.
     """
 
     def __init__(
-        self, items: Iterable[Shape | Body] = (), lights: Iterable[Any] = (), camera: Any = None, background: Any = None
+        self,
+        items: Shape | Body | Iterable[Shape | Body] = (),
+        lights: Any = (),
+        camera: Any = None,
+        background: Any = None,
     ) -> None:
+        from .scene_parts import as_bodies, as_camera
         from .shapes.background import as_background
         from .shapes.light import as_lights
 
-        self._bodies = tuple(_as_body(i, item) for i, item in enumerate(items))
+        self._bodies = as_bodies(items)
         names: dict[str, int] = {}
         for i, body in enumerate(self._bodies):
             if body.name is not None and names.setdefault(body.name, i) != i:
                 raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {body.name!r}")
         self._lights = as_lights(lights)
-        self._camera = camera
+        self._camera = as_camera(camera)
         self._background = as_background(background)
         self._prepared: Prepared | None = None
         self._lock = lock()
@@ -235,17 +243,26 @@ class Scene:
         samples: int = 4,
         integrator: str = "whitted",
         seed: int = 0,
-        **options: Any,
+        *,
+        depth: int = 10,
+        progress: Callable[[int, int], Any] | None = None,
     ) -> Image:
-        """A picture. `samples` per pixel (1: pixel centers); a camera and light that fit, where none is given."""
+        """A picture. `samples` per pixel (1: pixel centers); a camera and light that fit, where none is given.
+
+        `depth`: how often a ray is reflected or refracted at most. `progress(done, count)` is called now and then.
+        """
         from .ahead import expect
         from .image import Image
         from .render import render
 
         expect("picture", "rays", "streams", "points")
-        return Image(
-            render(self, width=width, height=height, samples=samples, integrator=integrator, seed=seed, **options)
-        )
+        return Image(render(self, width, height, samples, integrator, seed, depth, progress))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a scene file that `co.load` reads as an equal scene; `co.save` says more."""
+        from .formats import scene_file
+
+        scene_file.write(self, checked_path("save", path))
 
     @calm
     def view(self, height: int = 480) -> Any:
@@ -275,9 +292,10 @@ def _again(kind: type[Scene], *parts: Any) -> Scene:
     return made
 
 
-def _as_body(index: int, item: Any) -> Body:
-    if isinstance(item, Body):
-        return item
-    if isinstance(item, Shape):
-        return Body(item)
-    raise TypeError(f"Scene: items[{index}] must be a shape or a Body, got {type(item).__name__}")
+def as_scene(owner: str, scene: Any) -> Scene:
+    """A scene, or that of one shape or body; a TypeError otherwise."""
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, (Shape, Body)):
+        return Scene(scene)
+    raise TypeError(f"{owner}: scene must be a Scene, a shape or a Body, got {what(scene)}")

@@ -120,7 +120,7 @@ def test_100_mb_of_brackets_in_a_process_of_its_own(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "phrase"),
     [
-        (["-o", "x.jpg"], "x.jpg: pictures are saved as .png or .exr"),
+        (["-o", "x.gif"], "x.gif: pictures are saved as .png, .exr, .jpg, .jpeg, .webp"),
         (["-o", "none/x.png"], "none: no such folder"),
         (["-o", "x.png", "--integrator", "path"], "integrator must be one of whitted, normals, got 'path'"),
         (["-o", "x.png", "--width", "0"], "--width"),

@@ -118,8 +118,8 @@ def test_bad_images_are_refused(arguments, message):
 
 def test_bad_paths_are_refused_and_leave_nothing(tmp_path):
     image = co.Image(np.zeros((2, 2, 3)))
-    with pytest.raises(ValueError, match=r"saved as \.png or \.exr, got 'picture\.jpg'"):
-        image.save("picture.jpg")
+    with pytest.raises(ValueError, match=r"saved as \.png, \.exr, \.jpg, \.jpeg, \.webp, got 'picture\.gif'"):
+        image.save("picture.gif")
     with pytest.raises(FileNotFoundError, match="missing"):
         image.save(tmp_path / "missing" / "x.png")
     (tmp_path / "folder.png").mkdir()

@@ -246,3 +246,17 @@ def test_what_only_the_scene_knew_is_said():
     hits = SCENE.first_hit(ORIGINS, DOWN).detached()
     with pytest.raises(ValueError, match="detached from its scene, or pickled"):
         hits._scene.geometry  # noqa: B018
+
+
+def test_detached_lists_are_indexed_with_what_has_been_worked_out():
+    """Rows of one ray of a detached list are those of the list itself, errors, places and names too."""
+    scene = co.Scene([co.Body(co.Sphere(), name="a"), co.Body(co.Box((2, -1, -1), (3, 1, 1)), name="b")])
+    rays = np.array([(-5, 0, 0), (-5, 0.5, 0), (-5, 7, 0)]), (1, 0, 0)
+    crossings, spans = scene.crossings(*rays), scene.spans(*rays)
+    for whole, fields in ((crossings, ("t", "t_error", "point", "normal")), (spans, ("t_enter", "t_exit_error"))):
+        for part, same in ((whole.detached()[1], whole[1]), (whole.detached()[1:], whole[1:])):
+            assert part.name.tolist() == same.name.tolist()
+            for field in fields:
+                assert np.array_equal(getattr(part, field), getattr(same, field))
+    assert not crossings.detached()[2]
+    assert len(crossings.detached()[0].t) == 4

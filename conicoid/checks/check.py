@@ -9,7 +9,7 @@ import numpy as np
 
 from ..geometry.tables import BALL
 from ..shapes.calm import calm
-from ..shapes.validate import shown
+from ..shapes.validate import callback, shown
 from .aim import Targets, rays_through
 from .coincidence import NearPair, near_pairs
 from .conditioning import FEW, conditioning
@@ -19,6 +19,8 @@ from .verdict import Conditioning
 
 if TYPE_CHECKING:
     from ..scene import Scene
+    from ..shapes.base import Shape
+    from ..shapes.body import Body
 
 _FOR_A_PAIR = 64
 _FOR_THE_UNSEEN = 256
@@ -29,17 +31,19 @@ Progress = Callable[[int, int], Any]
 
 
 @calm
-def check(scene: Scene, rays: int = 200_000, seed: int = 0, progress: Progress | None = None) -> list[Finding]:
+def check(
+    scene: Scene | Shape | Body, rays: int = 200_000, seed: int = 0, progress: Progress | None = None
+) -> list[Finding]:
     """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits; worst first within each kind.
 
     About `rays` rays go through the whole scene, through every body, and where boxes of two bodies meet; more
     through surfaces that are nearly equal and bodies that none has met. What no ray has seen is not
     reported, but for surfaces and digits: those follow from the numbers that were written.
     """
-    from ..scene import Scene
+    from ..scene import as_scene
 
-    if not isinstance(scene, Scene):
-        raise TypeError(f"check: scene must be a Scene, got {type(scene).__name__}")
+    scene = as_scene("check", scene)
+    callback("check", "progress", progress)
     if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or not 1 <= rays <= _MOST_RAYS:
         raise ValueError(f"check: rays must be an integer >= 1, got {shown(rays)}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:

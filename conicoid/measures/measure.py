@@ -15,7 +15,7 @@ from ..shapes.calm import calm
 from ..shapes.region import Boolean, Complement, Union
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
-from ..shapes.validate import shown
+from ..shapes.validate import callback, shown, what
 from ..shapes.vector import FloatArray
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums
 from .closed import Moments, closed_area, closed_moments
@@ -75,7 +75,8 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
     """
     shape = shape.shape if isinstance(shape, Body) else shape
     if not isinstance(shape, Shape):
-        raise TypeError(f"measure: shape must be a shape or a Body, got {type(shape).__name__}")
+        raise TypeError(f"measure: shape must be a shape or a Body, got {what(shape)}")
+    callback("measure", "progress", progress)
     if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or not FEWEST_RAYS <= rays <= _MOST_RAYS:
         raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, got {shown(rays)}")
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:

@@ -19,7 +19,7 @@ import numpy as np
 from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
 from ..shapes.validate import number, positive, shown, vector
-from ..shapes.vector import FloatArray, Vector
+from ..shapes.vector import FloatArray, Vector, VectorLike
 
 if TYPE_CHECKING:
     from ..trace.rays import Rays
@@ -31,13 +31,13 @@ UP = (0.0, 0.0, 1.0)
 class Camera:
     """A pinhole camera at `position` that looks at `look_at`; `field_of_view` is vertical, in degrees.
 
-    Raises ValueError if position equals look_at, if `up` lies along the view, and for a field of view
-    not in (0, 180).
+    Where `up` lies along the view, y is up in the picture (z, if the view is along y): `camera.up` says so.
+    Raises ValueError if position equals look_at, and for a field of view not in (0, 180).
     """
 
-    position: Vector
-    look_at: Vector
-    up: Vector = UP
+    position: VectorLike
+    look_at: VectorLike
+    up: VectorLike = UP
     field_of_view: float = 40.0
 
     def __post_init__(self) -> None:
@@ -64,9 +64,9 @@ class Camera:
 class OrthographicCamera:
     """Parallel rays from a window `height` high about `position`, along the way to `look_at`."""
 
-    position: Vector
-    look_at: Vector
-    up: Vector = UP
+    position: VectorLike
+    look_at: VectorLike
+    up: VectorLike = UP
     height: float = 2.0
 
     def __post_init__(self) -> None:
@@ -128,10 +128,8 @@ def _check(camera: AnyCamera) -> None:
     if position == look_at:
         raise ValueError(f"{owner}: look_at must differ from position, got {position} for both")
     across = np.cross(_unit(np.subtract(look_at, position)), _unit(np.array(up)))
-    if float(np.abs(across).max()) < 1e-12:
-        raise ValueError(
-            f"{owner}: up must not lie along the view, got up {up} for a view from {position} to {look_at}"
-        )
+    if float(np.abs(across).max()) < 1e-12:  # a plan view
+        up = (0.0, 0.0, 1.0) if up[0] == up[2] == 0 else (0.0, 1.0, 0.0)
     for field, value in (("position", position), ("look_at", look_at), ("up", up)):
         object.__setattr__(camera, field, value)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..shapes.material import DEFAULT, Material
+from ..shapes.validate import callback, shown
 from .camera import Camera, OrthographicCamera, checked_size
 from .fit import extent, fitting_camera, fitting_lights
 
@@ -42,6 +43,7 @@ def render(
     samples = _whole("samples", samples, 1, 2**20)
     depth = _whole("depth", depth, 0, 10_000)
     seed = _whole("seed", seed, 0, 2**63 - 1)
+    callback("render", "progress", progress)
 
     from ..trace.threads import run_on
     from . import tiles
@@ -80,11 +82,11 @@ def _look(scene: Any, camera: Any) -> Any:
 
 
 def _check_integrator(name: str) -> None:
-    if name not in INTEGRATORS:
-        raise ValueError(f"render: integrator must be one of {', '.join(INTEGRATORS)}, got {name!r}")
+    if not isinstance(name, str) or name not in INTEGRATORS:
+        raise ValueError(f"render: integrator must be one of {', '.join(INTEGRATORS)}, got {shown(name)}")
 
 
 def _whole(name: str, value: Any, least: int, most: int) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
-        raise ValueError(f"render: {name} must be a whole number from {least} to {most}, got {value!r}")
+        raise ValueError(f"render: {name} must be a whole number from {least} to {most}, got {shown(value)}")
     return int(value)

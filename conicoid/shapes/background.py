@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from .color import Color, checked_color
+from .validate import what
 
 
 @dataclass(frozen=True)
@@ -36,5 +37,5 @@ def as_background(value: Any) -> Background | None:
     if value is None or isinstance(value, Sky):
         return value
     if not isinstance(value, str) and not hasattr(value, "__len__"):
-        raise TypeError(f"Scene: background must be a colour, a Sky or None, got {type(value).__name__}")
+        raise TypeError(f"Scene: background must be a colour, a Sky or None, got {what(value)}")
     return checked_color("Scene", "background", value, most=float("inf"))

@@ -74,7 +74,7 @@ class Shape(ABC):
         return self._moved(self.motion.translate(offset))
 
     def rotate(self, axis: Any, degrees: float) -> Self:
-        """Turned right-handedly about an axis (3,) through the world's origin."""
+        """Turned right-handedly about an axis through the world's origin: (3,), or "x", "-x", ... "-z"."""
         return self._moved(self.motion.rotate(axis, degrees))
 
     def scale(self, factors: Any) -> Self:

@@ -6,11 +6,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from .base import Shape
+from .material import as_material
+from .validate import shown, what
 
 
 @dataclass(frozen=True)
 class Body:
-    """One entry of a scene. `material` None stands for the default matte one; names are unique in a scene."""
+    """One entry of a scene. `material` None stands for the default matte one; names are unique in a scene.
+
+    A colour in place of a material is the matte one: "red" is matte("red"). `body.material` is the Material.
+    Raises TypeError for anything else.
+    """
 
     shape: Shape
     material: Any = None
@@ -18,6 +24,8 @@ class Body:
 
     def __post_init__(self) -> None:
         if not isinstance(self.shape, Shape):
-            raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {type(self.shape).__name__}")
+            raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {what(self.shape)}")
+        if self.material is not None:
+            object.__setattr__(self, "material", as_material("Body", self.material))
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
-            raise ValueError(f"Body: name must be a non-empty text or None, got {self.name!r}")
+            raise ValueError(f"Body: name must be a non-empty text or None, got {shown(self.name)}")

@@ -9,7 +9,7 @@ from .cells import UV, Cell, Face, flat
 from .support import sum_up
 from .surface import PlaneSurface
 from .validate import vector
-from .vector import Vector
+from .vector import Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,8 @@ class Box(PrimitiveSolid):
     Seed 000, "ray and box".
     """
 
-    low: Vector = (-1.0, -1.0, -1.0)
-    high: Vector = (1.0, 1.0, 1.0)
+    low: VectorLike = (-1.0, -1.0, -1.0)
+    high: VectorLike = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
         low, high = vector("Box", "low", self.low), vector("Box", "high", self.high)

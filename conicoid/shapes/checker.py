@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from .color import Color, checked_color
-from .validate import numbers, positive
+from .validate import numbers, positive, shown
 
 Scale: TypeAlias = float | tuple[float, float] | tuple[float, float, float]
 
@@ -31,7 +31,7 @@ class Checker:
         object.__setattr__(self, "b", checked_color("Checker", "b", self.b))
         object.__setattr__(self, "scale", _checked_scale(self.scale))
         if not isinstance(self.space, bool):
-            raise ValueError(f"Checker: space must be true or false, got {self.space!r}")
+            raise ValueError(f"Checker: space must be true or false, got {shown(self.space)}")
 
     @property
     def scales(self) -> tuple[float, float, float]:

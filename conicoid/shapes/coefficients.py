@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import Any, NoReturn, TypeAlias
 
-from .validate import number
+from .validate import number, shown
 
 NAMES = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
 _PLACES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "yz": (1, 2), "xz": (0, 2)} | {
@@ -40,10 +40,12 @@ class Coefficients(dict[str, float]):
 def coefficients(owner: str, value: Any) -> Coefficients:
     """`value`, a mapping from names to numbers, with missing ones zero; unknown names are refused."""
     if not isinstance(value, Mapping):
-        raise ValueError(f"{owner}: coefficients must be a mapping such as {{'xx': 1, 'constant': -1}}, got {value!r}")
+        raise ValueError(
+            f"{owner}: coefficients must be a mapping such as {{'xx': 1, 'constant': -1}}, got {shown(value)}"
+        )
     for name in value:
         if name not in NAMES:
-            raise ValueError(f"{owner}: coefficients must be named {', '.join(NAMES)}, got {name!r}")
+            raise ValueError(f"{owner}: coefficients must be named {', '.join(NAMES)}, got {shown(name)}")
     return Coefficients({name: number(owner, f"coefficients.{name}", value[name]) for name in value})
 
 

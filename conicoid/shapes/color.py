@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .validate import number, numbers
+from .validate import number, numbers, shown
 from .vector import FloatArray, Vector
 
 Color: TypeAlias = Vector | str
@@ -51,7 +51,7 @@ def _bytes(owner: str, field: str, text: str) -> tuple[int, int, int]:
         red, green, blue = ImageColor.getrgb(text)[:3]
     except ValueError:
         expected = "three linear numbers, '#rrggbb' or a CSS colour name"
-        raise ValueError(f"{owner}: {field} must be {expected}, got {text!r}") from None
+        raise ValueError(f"{owner}: {field} must be {expected}, got {shown(text)}") from None
     return red, green, blue
 
 

@@ -15,7 +15,7 @@ from .motion import Motion
 from .support import sum_up
 from .surface import PlaneSurface, QuadricSurface
 from .validate import nonnegative, vector
-from .vector import Vector
+from .vector import Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Cone(PrimitiveSolid):
     uv: (angle / 360, height in [0, 1]) on the side, (x, y) / radius on the caps. Seed 004 (KONYS).
     """
 
-    start: Vector
-    end: Vector
+    start: VectorLike
+    end: VectorLike
     start_radius: float
     end_radius: float
 

@@ -15,7 +15,7 @@ from .motion import Motion
 from .support import sum_up
 from .surface import PlaneSurface, QuadricSurface
 from .validate import number, positive, vector
-from .vector import Vector
+from .vector import Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class Cylinder(PrimitiveSolid):
     Seeds 002 and 004 (CILIND).
     """
 
-    start: Vector
-    end: Vector
+    start: VectorLike
+    end: VectorLike
     radius: float
     start_angle: float = 0.0
     end_angle: float = 360.0
-    reference: Vector | None = None
+    reference: VectorLike | None = None
 
     def __post_init__(self) -> None:
         owner = type(self).__name__

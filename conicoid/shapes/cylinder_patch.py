@@ -13,7 +13,7 @@ from .cylinder import arc_support, check_angles, either, side_and_caps, wedge_wa
 from .motion import Motion
 from .support import sum_up
 from .validate import positive, vector
-from .vector import Vector
+from .vector import Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,12 @@ class CylinderPatch(PrimitiveSheet):
     Face 0. uv: (angle / 360, height in [0, 1]). Seed 002.
     """
 
-    start: Vector
-    end: Vector
+    start: VectorLike
+    end: VectorLike
     radius: float
     start_angle: float = 0.0
     end_angle: float = 360.0
-    reference: Vector | None = None
+    reference: VectorLike | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", vector("CylinderPatch", "start", self.start))

@@ -11,7 +11,7 @@ from .cells import Cell, Face, SurfaceSheet, flat, moved_uv
 from .motion import Frame, Motion
 from .surface import PlaneSurface, QuadricSurface
 from .validate import positive, vector
-from .vector import Vector
+from .vector import Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -22,8 +22,8 @@ class Disc(PrimitiveSheet):
     z = 0, x² + y² <= radius². Face 0. uv: (x, y) / radius.
     """
 
-    center: Vector
-    normal: Vector
+    center: VectorLike
+    normal: VectorLike
     radius: float
 
     def __post_init__(self) -> None:

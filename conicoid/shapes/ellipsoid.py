@@ -12,7 +12,7 @@ from .elliptic import EllipticSolid, Profile
 from .motion import Motion, Translate
 from .support import elliptic_support, inverse_root
 from .validate import interval, positive, vector
-from .vector import Interval, Vector
+from .vector import Interval, Vector, VectorLike
 
 _DEFAULT_RADII: Vector = (1.0, 2.0, 3.0)
 
@@ -30,8 +30,8 @@ class Ellipsoid(EllipticSolid):
     (ALLIPS, ALLOID).
     """
 
-    radii: Vector = _DEFAULT_RADII
-    center: Vector = (0.0, 0.0, 0.0)
+    radii: VectorLike = _DEFAULT_RADII
+    center: VectorLike = (0.0, 0.0, 0.0)
     z_range: Interval | None = None
     coefficients: Vector | None = field(default=None, kw_only=True)
 
@@ -57,7 +57,8 @@ class Ellipsoid(EllipticSolid):
         cls, A: float, E: float, H: float, center: Any = (0.0, 0.0, 0.0), z_range: Any = None
     ) -> Ellipsoid:
         """A x² + E y² + H z² <= 1 with A, E, H > 0; they are kept as they are."""
-        return cls(center=center, z_range=z_range, coefficients=(A, E, H))
+        given = (positive("Ellipsoid", "A", A), positive("Ellipsoid", "E", E), positive("Ellipsoid", "H", H))
+        return cls(center=center, z_range=z_range, coefficients=given)
 
     @property
     def placement(self) -> Motion:

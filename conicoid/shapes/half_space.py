@@ -12,7 +12,7 @@ from .planar import half_space_bounds, plane_through, plane_uv
 from .support import along_normal
 from .surface import PlaneSurface
 from .validate import number, vector
-from .vector import Box, Vector
+from .vector import Box, Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class HalfSpace(PrimitiveSolid):
     u points to the coordinate axis that is least along the normal, v = normal × u. Seed 000, "ray and plane".
     """
 
-    normal: Vector
+    normal: VectorLike
     offset: float
 
     def __post_init__(self) -> None:

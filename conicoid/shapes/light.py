@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 from .color import Amount, checked_amount
-from .validate import number, vector
-from .vector import Vector
+from .validate import number, shown, vector, what
+from .vector import VectorLike
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]
 """none: the same at any distance; inverse_square: intensity / distance², intensity at distance 1."""
@@ -31,7 +31,7 @@ class AmbientLight:
 class DirectionalLight:
     """Parallel light that travels along `direction`, like the sun's."""
 
-    direction: Vector
+    direction: VectorLike
     intensity: Amount = 1.0
 
     def __post_init__(self) -> None:
@@ -42,7 +42,7 @@ class DirectionalLight:
 class PointLight:
     """Light from one point to all sides."""
 
-    position: Vector
+    position: VectorLike
     intensity: Amount = 1.0
     falloff: Falloff = "none"
 
@@ -58,8 +58,8 @@ class SpotLight:
     falls smoothly, as 3s² - 2s³ of the angle's share s of the edge.
     """
 
-    position: Vector
-    direction: Vector
+    position: VectorLike
+    direction: VectorLike
     angle: float = 30.0
     soft_edge: float = 5.0
     intensity: Amount = 1.0
@@ -82,12 +82,16 @@ LIGHTS: dict[str, type[Light]] = {kind.__name__: kind for kind in get_args(Light
 """Scene-file name -> class."""
 
 
-def as_lights(lights: Iterable[Any]) -> tuple[Light, ...]:
-    """Lights as a tuple, checked."""
+def as_lights(lights: Any) -> tuple[Light, ...]:
+    """Lights as a tuple, checked; one light stands for a list of it."""
+    if isinstance(lights, get_args(Light)):
+        return (lights,)
+    if isinstance(lights, (str, bytes, dict)) or not isinstance(lights, Iterable):
+        raise TypeError(f"Scene: lights must be a list of {', '.join(LIGHTS)}, or one of them, got {what(lights)}")
     items = tuple(lights)
     for i, light in enumerate(items):
         if not isinstance(light, get_args(Light)):
-            raise TypeError(f"Scene: lights[{i}] must be one of {', '.join(LIGHTS)}, got {type(light).__name__}")
+            raise TypeError(f"Scene: lights[{i}] must be one of {', '.join(LIGHTS)}, got {what(light)}")
     return items
 
 
@@ -99,8 +103,8 @@ def _check(light: Light, *fields: str) -> None:
         if field == "intensity":
             value = checked_amount(owner, field, value, most=float("inf"))
         elif field == "falloff":
-            if value not in get_args(Falloff):
-                raise ValueError(f"{owner}: falloff must be 'none' or 'inverse_square', got {value!r}")
+            if not isinstance(value, str) or value not in get_args(Falloff):
+                raise ValueError(f"{owner}: falloff must be 'none' or 'inverse_square', got {shown(value)}")
         else:
             value = vector(owner, field, value, nonzero=field == "direction")
         object.__setattr__(light, field, value)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from types import FunctionType
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
 
 from .checker import Checker
 from .color import Amount, Color, checked_amount, checked_color, linear_rgb
-from .validate import number, positive
+from .validate import number, positive, shown, what
 
 Highlight: TypeAlias = Literal["phong", "blinn_phong"]
 
@@ -67,10 +70,10 @@ class Material:
             object.__setattr__(self, field, value)
         for field in ("shininess", "refractive_index"):
             object.__setattr__(self, field, positive(name, field, getattr(self, field)))
-        if self.highlight not in get_args(Highlight):
-            raise ValueError(f"{name}: highlight must be 'phong' or 'blinn_phong', got {self.highlight!r}")
+        if not isinstance(self.highlight, str) or self.highlight not in get_args(Highlight):
+            raise ValueError(f"{name}: highlight must be 'phong' or 'blinn_phong', got {shown(self.highlight)}")
         if not isinstance(self.fresnel, bool):
-            raise ValueError(f"{name}: fresnel must be true or false, got {self.fresnel!r}")
+            raise ValueError(f"{name}: fresnel must be true or false, got {shown(self.fresnel)}")
 
 
 DEFAULT = Material()
@@ -147,3 +150,24 @@ def metal(color: Color = (0.9, 0.6, 0.3), shininess: float = 200.0, reflectivity
 
 CONSTRUCTORS = {f.__name__: f for f in (matte, phong, blinn_phong, lacquer, mirror, glass, metal)}
 """Name -> function, for scene files that name a look instead of listing the fields."""
+_MAKERS = (Material, *CONSTRUCTORS.values())
+
+
+def as_material(owner: str, value: Any) -> Material:
+    """`value` as a material: a Material, or the matte one of a colour or Checker.
+
+    Raises TypeError for anything else, ValueError for what is no colour.
+    """
+    if isinstance(value, Material):
+        return value
+    if isinstance(value, Checker):
+        return matte(value)
+    if isinstance(value, (str, tuple, list, np.ndarray)):
+        return matte(checked_color(owner, "material", value))
+    raise TypeError(f"{owner}: material must be a Material such as matte('red'), or a colour, got {no_material(value)}")
+
+
+def no_material(value: Any) -> str:
+    """What stands in place of a material; of what makes one, how it is meant."""
+    hint = f"; call it: {value.__name__}(...)" if isinstance(value, type | FunctionType) and value in _MAKERS else ""
+    return what(value) + hint

@@ -127,7 +127,7 @@ class Motion:
         return self.then(Motion((Translate(vector("translate", "offset", offset)),)))
 
     def rotate(self, axis: Any, degrees: Any) -> Motion:
-        step = Rotate(vector("rotate", "axis", axis, nonzero=True), number("rotate", "degrees", degrees))
+        step = Rotate(vector("rotate", "axis", _named_axis(axis), nonzero=True), number("rotate", "degrees", degrees))
         return self.then(Motion((step,)))
 
     def scale(self, factors: Any) -> Motion:
@@ -195,6 +195,13 @@ class Motion:
             largest = float(np.abs(entries).max())
             if not largest <= LARGEST:
                 raise ValueError(f"{owner}: {name} must have entries of magnitude up to {LARGEST:g}, got {largest}")
+
+
+def _named_axis(axis: Any) -> Any:
+    """The vector of "x", "y" or "z", with or without a sign; anything else as it is."""
+    name = axis.removeprefix("+") if isinstance(axis, str) else ""
+    sign, letter = (-1.0, name[1:]) if name.startswith("-") else (1.0, name)
+    return tuple(sign if letter == c else 0.0 for c in "xyz") if letter in ("x", "y", "z") else axis
 
 
 STILL = Motion()

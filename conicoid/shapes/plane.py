@@ -12,7 +12,7 @@ from .planar import half_space_bounds, plane_through, plane_uv
 from .support import along_normal
 from .surface import PlaneSurface
 from .validate import flag, number, vector
-from .vector import Box, Vector
+from .vector import Box, Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Plane(PrimitiveSheet):
     (its D is -offset).
     """
 
-    normal: Vector
+    normal: VectorLike
     offset: float
     one_sided: bool = False
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from .base import Sheet, Solid
 from .boxes import around, common, is_empty
 from .cut_bounds import NO_CUTS, Cuts, cut_bounds
-from .material import Material
+from .material import Material, no_material
 from .motion import STILL, Motion
+from .validate import shown, what
 from .vector import Box
 
 
@@ -103,7 +104,7 @@ class Painted(Boolean):
     def __post_init__(self) -> None:
         object.__setattr__(self, "operand", solids("Painted", (self.operand,))[0])
         if not isinstance(self.material, Material):
-            raise TypeError(f"Painted: material must be a Material, got {type(self.material).__name__}")
+            raise TypeError(f"Painted: material must be a Material, got {no_material(self.material)}")
 
     @property
     def operands(self) -> tuple[Solid, ...]:  # type: ignore[override]
@@ -229,10 +230,10 @@ class ClippedSheet(Sheet):
 
     def __post_init__(self) -> None:
         if not isinstance(self.base, Sheet):
-            raise TypeError(f"ClippedSheet: base must be a sheet, got {type(self.base).__name__}")
+            raise TypeError(f"ClippedSheet: base must be a sheet, got {what(self.base)}")
         object.__setattr__(self, "solid", solids("ClippedSheet", (self.solid,))[0])
-        if self.keep not in ("inside", "outside"):
-            raise ValueError(f"ClippedSheet: keep must be 'inside' or 'outside', got {self.keep!r}")
+        if not isinstance(self.keep, str) or self.keep not in ("inside", "outside"):
+            raise ValueError(f"ClippedSheet: keep must be 'inside' or 'outside', got {shown(self.keep)}")
 
     def bounds_under(self, outer: Motion) -> Box:
         motion = self.motion.then(outer)
@@ -242,6 +243,8 @@ class ClippedSheet(Sheet):
 
 def solids(owner: str, operands: Any) -> tuple[Solid, ...]:
     """`operands` as a tuple of at least one solid; a sheet is a TypeError."""
+    if isinstance(operands, (str, bytes)) or not isinstance(operands, Iterable):
+        raise TypeError(f"{owner}: operands must be a list of solids, got {what(operands)}")
     items = tuple(operands)
     if not items:
         raise ValueError(f"{owner}: operands must hold at least one solid, got none")
@@ -251,7 +254,7 @@ def solids(owner: str, operands: Any) -> tuple[Solid, ...]:
                 f"{owner}: {type(item).__name__} is a sheet: only `sheet & solid` and `sheet - solid` clip it"
             )
         if not isinstance(item, Solid) or not getattr(item, "combines", True):
-            raise TypeError(f"{owner}: operands must be solids, got {type(item).__name__}")
+            raise TypeError(f"{owner}: operands must be solids, got {what(item)}")
     return items
 
 
@@ -282,6 +285,6 @@ def difference(a: Solid, b: Solid) -> Difference:
 def clip(sheet: Sheet, solid: Any, *, keep_inside: bool) -> ClippedSheet:
     if not isinstance(solid, Solid):
         raise TypeError(
-            f"{type(sheet).__name__} is a sheet: it can be clipped by a solid, not by {type(solid).__name__}"
+            f"{type(sheet).__name__}: it can be clipped by a solid alone, being a sheet, not by {what(solid)}"
         )
     return ClippedSheet(sheet, solid, "inside" if keep_inside else "outside")

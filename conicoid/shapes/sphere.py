@@ -10,7 +10,7 @@ from .cells import Cell, Face, around_z
 from .motion import Motion, Translate
 from .surface import QuadricSurface
 from .validate import positive, vector
-from .vector import Vector
+from .vector import Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Sphere(PrimitiveSolid):
     """
 
     radius: float = 1.0
-    center: Vector = (0.0, 0.0, 0.0)
+    center: VectorLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", positive("Sphere", "radius", self.radius))

@@ -11,7 +11,7 @@ from .motion import Motion
 from .polygon import polygon_sheet
 from .support import points_support
 from .validate import vector
-from .vector import Vector
+from .vector import Vector, VectorLike
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class Triangle(PrimitiveSheet):
     Seed 000, "barycentric coordinates".
     """
 
-    a: Vector
-    b: Vector
-    c: Vector
+    a: VectorLike
+    b: VectorLike
+    c: VectorLike
 
     def __post_init__(self) -> None:
         for name in ("a", "b", "c"):

@@ -7,7 +7,8 @@ expected and what was found.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Mapping, Set
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,15 @@ def shown(value: Any) -> str:
     if not text or len(text) > _LONGEST:
         return f"{text[:_LONGEST]}... of type {type(value).__name__}" if text else f"a {type(value).__name__}"
     return text
+
+
+def what(value: Any) -> str:
+    """What something is that has no business here: the class, the function, or the kind of thing."""
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    if callable(value) and isinstance(getattr(value, "__name__", None), str):
+        return f"the function {value.__name__}"
+    return f"{value!r}" if value is None or isinstance(value, bool) else type(value).__name__
 
 
 def _is_number(value: Any) -> bool:
@@ -100,8 +110,12 @@ def vector(owner: str, field: str, value: Any, *, nonzero: bool = False) -> Vect
 
 
 def _items(value: Any) -> tuple[Any, ...] | None:
-    """What a list, tuple or array holds; None for a text and what cannot be gone through."""
-    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable) or getattr(value, "ndim", 1) == 0:
+    """What a list, tuple or array holds; None for a text, a set, and what cannot be gone through."""
+    if (
+        isinstance(value, (str, bytes, Set, Mapping))
+        or not isinstance(value, Iterable)
+        or getattr(value, "ndim", 1) == 0
+    ):
         return None
     return tuple(value)
 
@@ -149,3 +163,16 @@ def matrix4(owner: str, field: str, value: Any) -> Matrix4:
     if len(rows) != 4:
         raise ValueError(f"{owner}: {field} must be a 4 x 4 matrix, got {len(rows)} rows")
     return tuple(numbers(owner, f"{field}[{i}]", row, 4) for i, row in enumerate(rows))
+
+
+def callback(owner: str, field: str, value: Any) -> None:
+    """Refuse what is neither a function nor None."""
+    if value is not None and (not callable(value) or isinstance(value, type)):
+        raise TypeError(f"{owner}: {field} must be a function or None, got {what(value)}")
+
+
+def path(owner: str, value: Any) -> str | os.PathLike[str]:
+    """Refuse what is no path of a file."""
+    if not isinstance(value, (str, os.PathLike)) or not os.fspath(value):
+        raise TypeError(f"{owner}: path must be a text or a Path, got {shown(value)}")
+    return value

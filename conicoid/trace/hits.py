@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -63,6 +64,7 @@ class Hits(Answer):
 
     t         float64 (...), in units of the direction's length; inf for a miss
     body, face, surface   int32 (...), -1 for a miss
+    hit       bool (...): whether the ray hit anything; `if hits:` asks it of a single ray
     entering  bool (...): normal·direction < 0; False for a miss
     doubtful  bool (...): the ray took more than the fast formulas
     t_error   float64 (...): t is at most so far from the exact crossing; 0 for a miss
@@ -86,12 +88,20 @@ class Hits(Answer):
         return result if last else result[()]
 
     @cached_property
-    def t(self) -> Any:
-        return self._shaped(self._found.t)
+    def t(self) -> FloatArray:
+        result: FloatArray = self._shaped(self._found.t)
+        return result
 
     @cached_property
-    def body(self) -> Any:
-        return self._shaped(self._found.body)
+    def body(self) -> npt.NDArray[np.int32]:
+        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
+        return result
+
+    @property
+    def hit(self) -> npt.NDArray[np.bool_]:
+        """bool (...): did the ray hit anything?"""
+        result: npt.NDArray[np.bool_] = self._shaped(self._found.body >= 0)
+        return result
 
     @cached_property
     def _faces(self) -> Any:
@@ -218,6 +228,17 @@ class Hits(Answer):
 
     def __len__(self) -> int:
         return len(self.rays)
+
+    def __bool__(self) -> bool:
+        count = len(self._found.body)
+        if count != 1:
+            raise ValueError(
+                f"Hits: the truth value of {count} hits is ambiguous; use hits.hit.any() or hits.hit.all()"
+            )
+        return bool(self._found.body[0] >= 0)
+
+    def __iter__(self) -> Iterator[Hits]:
+        return (self[i] for i in range(len(self)))
 
     def __getitem__(self, index: Any) -> Hits:
         """The hits that an index or mask over the rays' shape selects."""

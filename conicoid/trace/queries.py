@@ -76,23 +76,23 @@ def as_rays(origins: Any, directions: Any) -> Rays:
     """The Rays of a query's first two arguments: arrays, or a `Rays` alone."""
     if isinstance(origins, Rays):
         if directions is not None:
-            raise TypeError("pass either Rays alone, or origins and directions")
+            raise TypeError("query: directions must be left out where a Rays is given")
         return origins
     if directions is None:
-        raise TypeError("directions are missing: pass origins and directions, or a Rays")
+        raise TypeError("query: directions are missing: pass origins and directions, or a Rays")
     return Rays(origins, directions)
 
 
 def _limits(rays: Rays, name: str, value: Any) -> FloatArray:
     """t_min or t_max as one value, or one for each ray."""
     expected = f"a number or broadcast to {rays.shape}"
-    array = real_array("", name, value, expected)
+    array = real_array("query", name, value, expected)
     try:
         flat = array.reshape(1) if array.ndim == 0 else np.broadcast_to(array, rays.shape).reshape(-1)
     except ValueError:
-        raise ValueError(f"{name} must be {expected}, got {shown(value)}") from None
+        raise ValueError(f"query: {name} must be {expected}, got {shown(value)}") from None
     if np.isnan(flat).any():
-        raise ValueError(f"{name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(flat))[0])}")
+        raise ValueError(f"query: {name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(flat))[0])}")
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
 
 

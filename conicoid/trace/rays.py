@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..shapes.arrays import real_array
 from ..shapes.calm import calm
-from ..shapes.validate import DOMAIN
+from ..shapes.validate import DOMAIN, what
 
 if TYPE_CHECKING:
     from .queries import Prepared
@@ -106,6 +106,32 @@ class Rays:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self)._spawned, (self.origins, self.directions, self._starts, self._home)
+
+    @classmethod
+    def concatenate(cls, parts: Iterable[Rays]) -> Rays:
+        """Rays one after the other along the first axis, like `np.concatenate`; single ones count as rows of one.
+
+        Spawned rays keep the surfaces that they start on if these are all of one scene. Raises TypeError for what is
+        no Rays, ValueError for none
+        at all and for shapes that do not fit.
+        """
+        if isinstance(parts, Rays) or not isinstance(parts, Iterable):
+            raise TypeError(f"Rays: parts must be a list of Rays, got {what(parts)}")
+        given = list(parts)
+        for i, part in enumerate(given):
+            if not isinstance(part, Rays):
+                raise TypeError(f"Rays: parts[{i}] must be Rays, got {what(part)}")
+        rows = [part if part.shape else part[None] for part in given]
+        if len({part.shape[1:] for part in rows}) != 1:
+            shapes = ", ".join(str(part.shape) for part in rows[:8]) or "none"
+            raise ValueError(f"Rays: parts must have shapes that differ in the first axis alone, got {shapes}")
+        starts = [np.broadcast_to(part._starts, (part.origins.size // 3,)) for part in rows]
+        origins, directions = (np.concatenate([p[k] for p in map(tuple, rows)]) for k in (0, 1))
+        homes = {part._home for part in rows if (part._starts >= 0).any()}
+        together = np.concatenate(starts)
+        if len(homes) > 1:
+            return cls._spawned(origins, directions, np.minimum(together, np.int32(-1)))
+        return cls._spawned(origins, directions, together, homes.pop() if homes else None)
 
     @property
     def shape(self) -> tuple[int, ...]:

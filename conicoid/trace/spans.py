@@ -7,18 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..shapes.arrays import real_array
+from ..shapes.arrays import real_array, without_traces
 from ..shapes.calm import calm
 from .answer import Answer
+from .array_kernels import normals_of, points_along
+from .by_ray import ByRay
 from .exact_errors import bounds_of_t
 from .list_kernels import put_crossings, put_spans
 from .listed import Listed
-from .rays import FloatArray, Rays
+from .rays import FloatArray, Rays, lines_of
+from .threads import run_chunks
 
 if TYPE_CHECKING:
     from .queries import Prepared
 
 _LARGEST = 4 << 30
+_CHUNK = 16384
 
 
 def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: Any) -> FloatArray:
@@ -29,7 +33,7 @@ def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: 
     return errors
 
 
-class Spans(Answer):
+class Spans(Answer, ByRay):
     """Stretches of rays inside solids. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
 
     t_enter, t_exit   float64, in units of the direction's length
@@ -40,6 +44,8 @@ class Spans(Answer):
 
     Pickled, or `detached`, spans keep all these fields and leave the scene behind.
     """
+
+    _columns = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped", "_ends")
 
     def __init__(self, scene: Prepared, rays: Rays, listed: Listed) -> None:
         count = int(listed.offsets[-1])
@@ -102,17 +108,20 @@ class Spans(Answer):
         return f"Spans(shape={self._rays.shape}, {len(self.body)} spans)"
 
 
-class Crossings(Answer):
+class Crossings(Answer, ByRay):
     """Every crossing of rays with bodies. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t.
 
     t                    float64, in units of the direction's length
     body, face, surface  int32
     entering             bool: against the outward normal
+    point, normal        float64 (n, 3): the place, and the unit outward normal there
     t_error              float64: t is at most so far from the exact crossing
     name, material       objects: what the body is called and made of
 
     Pickled, or `detached`, crossings keep all these fields and leave the scene behind.
     """
+
+    _columns = ("t", "entering", "body", "face", "surface")
 
     def __init__(self, scene: Prepared, rays: Rays, listed: Listed) -> None:
         count = int(listed.offsets[-1])
@@ -120,6 +129,34 @@ class Crossings(Answer):
         self.t, self.entering = np.empty(count), np.empty(count, np.bool_)
         self.body, self.face, self.surface = (np.empty(count, np.int32) for _ in range(3))
         listed.put(put_crossings, self.t, self.body, self.face, self.surface, self.entering)
+
+    @property
+    def _rows_rays(self) -> tuple[FloatArray, FloatArray]:
+        """(origins, directions) of every row."""
+        rays = np.repeat(np.arange(len(self)), np.diff(self.offsets))
+        origins, directions = lines_of(self._rays)
+        return origins[rays], directions[rays]
+
+    @cached_property
+    def point(self) -> FloatArray:
+        points = np.empty((len(self.t), 3))
+        o, d = self._rows_rays
+        run_chunks(lambda a, b: points_along(o, d, self.t, a, b, points), len(points), _CHUNK)
+        points.flags.writeable = False
+        return points
+
+    @cached_property
+    @calm
+    def normal(self) -> FloatArray:
+        points, normals = self.point, np.empty((len(self.t), 3))
+        faces = np.stack([self.surface, self.face, np.ones_like(self.face)])
+        geometry = self._scene.geometry
+        run_chunks(lambda a, b: normals_of(geometry, faces, points, a, b, normals), len(points), _CHUNK)
+        along = (normals * self._rows_rays[1]).sum(axis=1)
+        normals[(along < 0) != self.entering] *= -1
+        result = without_traces(normals)
+        result.flags.writeable = False
+        return result
 
     @cached_property
     def t_error(self) -> FloatArray:

@@ -19,6 +19,7 @@ from typing import Any
 from .. import ahead
 from ..beside import PATIENCE, is_main, started, wait_for
 from ..geometry.tables import HALT, STEPS, Geometry
+from ..shapes.validate import shown
 
 Progress = Callable[[int, int], None]
 """Called now and then as progress(done, count)."""
@@ -29,15 +30,22 @@ _SHORT, _LONG = 0.01, 0.04
 """Seconds between which chunks are to take, where how many rays they have does not tell."""
 _FIRST = 8  # the first chunk is so many times smaller than the largest
 
+_MOST = 1 << 16
+
 _chosen: list[int] = []
 
 
 def thread_count() -> int:
-    """Threads in use: `set_threads`, CONICOID_THREADS, or the processors this process may use."""
+    """Threads in use: `set_threads`, CONICOID_THREADS, or the processors this process may use.
+
+    Raises ValueError where CONICOID_THREADS says something else than a number.
+    """
     if _chosen:
         return _chosen[-1]
     wanted = os.environ.get("CONICOID_THREADS", "")
-    if wanted.isdigit() and int(wanted) > 0:
+    if wanted:
+        if not (wanted.isascii() and wanted.isdigit() and len(wanted) < 7 and 1 <= int(wanted) <= _MOST):
+            raise ValueError(f"CONICOID_THREADS must be an integer from 1 to {_MOST}, got {shown(wanted)}")
         return int(wanted)
     if hasattr(os, "sched_getaffinity"):
         return max(1, len(os.sched_getaffinity(0)))
@@ -46,8 +54,8 @@ def thread_count() -> int:
 
 def set_threads(count: int | None) -> None:
     """Use `count` threads from now on; None returns to the default."""
-    if count is not None and (not isinstance(count, int) or count < 1):
-        raise ValueError(f"set_threads: count must be an integer >= 1 or None, got {count!r}")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST):
+        raise ValueError(f"set_threads: count must be an integer from 1 to {_MOST} or None, got {shown(count)}")
     _chosen[:] = [] if count is None else [count]
 
 

@@ -54,7 +54,6 @@ def test_parallel_rays():
     ("make", "message"),
     [
         (lambda: co.Camera((1, 2, 3), (1, 2, 3)), "Camera: look_at must differ from position"),
-        (lambda: co.Camera((0, 0, 0), (0, 0, 5)), "Camera: up must not lie along the view"),
         (lambda: co.Camera((0, 0, 0), (0, 1, 0), up=(0, 0, 0)), "Camera: up must not be zero"),
         (lambda: co.Camera((0, 0, 0), (0, 1, 0), field_of_view=180), r"Camera: field_of_view must be in \(0, 180\)"),
         (lambda: co.Camera((0, 0, math.nan), (0, 1, 0)), r"Camera: position\[2\] must be finite"),

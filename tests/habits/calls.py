@@ -1,0 +1,158 @@
+"""Every public constructor and function with arguments that it takes, and things that no argument is meant to be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import conicoid as co
+
+BALL = co.Sphere()
+SCENE = co.Scene([BALL])
+CAMERA = co.Camera((0, -5, 0), (0, 0, 0))
+ORIGINS, DIRECTIONS = np.array([[0, 0, 5.0]]), np.array([[0, 0, -1.0]])
+DISC = co.Disc((0, 0, 0), (0, 0, 1), 1)
+
+
+def _sides(**more: Any) -> dict[str, Any]:
+    return dict(start=(0, 0, 0), end=(0, 0, 1), radius=1, start_angle=0, end_angle=90, reference=(1, 0, 0)) | more
+
+
+def _query(name: str) -> Callable[..., Any]:
+    return lambda **arguments: getattr(SCENE, name)(**arguments)
+
+
+Call = tuple[Callable[..., Any], dict[str, Any]]
+RAYS = dict(origins=ORIGINS, directions=DIRECTIONS)
+SHAPES: dict[str, Call] = {
+    "Sphere": (co.Sphere, dict(radius=1, center=(0, 0, 0))),
+    "Ellipsoid": (co.Ellipsoid, dict(radii=(1, 2, 3), center=(0, 0, 0), z_range=None)),
+    "Ellipsoid.from_coefficients": (co.Ellipsoid.from_coefficients, dict(A=1, E=1, H=1)),
+    "Box": (co.Box, dict(low=(0, 0, 0), high=(5, 5, 5))),
+    "Cylinder": (co.Cylinder, _sides()),
+    "CylinderPatch": (co.CylinderPatch, _sides()),
+    "Cone": (co.Cone, dict(start=(0, 0, 0), end=(0, 0, 1), start_radius=1, end_radius=0)),
+    "DoubleCone": (co.DoubleCone, dict(slope=1, z_range=None)),
+    "EllipticParaboloid": (co.EllipticParaboloid, dict(A=1, E=1, z_range=None)),
+    "HyperbolicParaboloid": (co.HyperbolicParaboloid, dict(A=1, E=1, within=None)),
+    "OneSheetHyperboloid": (co.OneSheetHyperboloid, dict(A=1, E=1, H=1, z_range=None)),
+    "TwoSheetHyperboloid": (co.TwoSheetHyperboloid, dict(A=1, E=1, H=1, z_range=None)),
+    "EllipticCone": (co.EllipticCone, dict(A=1, E=1, H=1, z_range=None)),
+    "EllipticCylinder": (co.EllipticCylinder, dict(A=1, E=1, z_range=None)),
+    "HyperbolicCylinder": (co.HyperbolicCylinder, dict(A=1, E=1, within=None)),
+    "ParabolicCylinder": (co.ParabolicCylinder, dict(G=1, within=None)),
+    "Quadric of a matrix": (co.Quadric, dict(matrix=np.diag([1, 1, 1, -1]))),
+    "Quadric of coefficients": (co.Quadric, dict(coefficients=dict(xx=1, constant=-1))),
+    "HalfSpace": (co.HalfSpace, dict(normal=(0, 0, 1), offset=0)),
+    "Polyhedron": (co.Polyhedron, dict(normals=[(1, 0, 0)], offsets=[1])),
+    "Spheres": (co.Spheres, dict(centers=[(0, 0, 0)], radii=1)),
+    "Plane": (co.Plane, dict(normal=(0, 0, 1), offset=0, one_sided=False)),
+    "Disc": (co.Disc, dict(center=(0, 0, 0), normal=(0, 0, 1), radius=1)),
+    "Triangle": (co.Triangle, dict(a=(0, 0, 0), b=(1, 0, 0), c=(0, 1, 0))),
+    "Polygon": (co.Polygon, dict(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)])),
+    "Union": (co.Union, dict(operands=(BALL, BALL))),
+    "Intersection": (co.Intersection, dict(operands=(BALL, BALL))),
+    "Difference": (co.Difference, dict(operands=(BALL, BALL))),
+    "Complement": (co.Complement, dict(operand=BALL)),
+    "Painted": (co.Painted, dict(operand=BALL, material=co.matte())),
+    "painted": (BALL.painted, dict(material=co.matte())),
+    "translate": (BALL.translate, dict(offset=(0, 0, 0))),
+    "rotate": (BALL.rotate, dict(axis=(0, 0, 1), degrees=3)),
+    "scale": (BALL.scale, dict(factors=2)),
+    "transform": (BALL.transform, dict(matrix=np.eye(4))),
+    "|": (lambda solids: BALL | solids, dict(solids=BALL)),
+    "&": (lambda solids: BALL & solids, dict(solids=BALL)),
+    "-": (lambda solids: BALL - solids, dict(solids=BALL)),
+    "sheet &": (lambda solid: DISC & solid, dict(solid=BALL)),
+}
+LOOKS: dict[str, Call] = {
+    "Material": (
+        co.Material,
+        dict(color="red", ambient=1, diffuse=1, specular=0, shininess=1, highlight="phong", reflectivity=0)
+        | dict(fresnel=False, transparency=0, refractive_index=1, absorption=0),
+    ),
+    **{name: (getattr(co, name), dict(color="red")) for name in ("matte", "phong", "blinn_phong", "lacquer")},
+    "metal": (co.metal, dict(color="red", shininess=3, reflectivity=1)),
+    "mirror": (co.mirror, dict(reflectivity=1)),
+    "glass": (co.glass, dict(refractive_index=1.5, absorption=0, transparency=1, specular=0.5)),
+    "Checker": (co.Checker, dict(a="red", b="blue", scale=1, space=False)),
+    "AmbientLight": (co.AmbientLight, dict(intensity=1)),
+    "DirectionalLight": (co.DirectionalLight, dict(direction=(0, 0, 1), intensity=1)),
+    "PointLight": (co.PointLight, dict(position=(0, 0, 1), intensity=1, falloff="none")),
+    "SpotLight": (
+        co.SpotLight,
+        dict(position=(0, 0, 1), direction=(0, 0, 1), angle=3, soft_edge=1, intensity=1, falloff="none"),
+    ),
+    "Sky": (co.Sky, dict(zenith="red", horizon="red", ground="red")),
+    "Camera": (co.Camera, dict(position=(7, 0, 0), look_at=(0, 0, 0), up=(0, 0, 1), field_of_view=40)),
+    "OrthographicCamera": (
+        co.OrthographicCamera,
+        dict(position=(7, 0, 0), look_at=(0, 0, 0), up=(0, 0, 1), height=4),
+    ),
+    "camera.rays": (CAMERA.rays, dict(width=3, height=3)),
+    "Image": (co.Image, dict(array=np.zeros((2, 2)), colormap="dusk", vmin=0, vmax=1)),
+}
+SCENES: dict[str, Call] = {
+    "Body": (co.Body, dict(shape=BALL, material=co.matte(), name="a")),
+    "Scene": (co.Scene, dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white")),
+    "render": (
+        _query("render"),
+        dict(width=4, height=3, samples=1, integrator="normals", seed=0, depth=1, progress=None),
+    ),
+    "Rays": (co.Rays, RAYS),
+    **{name: (_query(name), RAYS | dict(t_min=0, t_max=9)) for name in ("first_hit", "occluded", "spans", "crossings")},
+    "contains": (_query("contains"), dict(points=ORIGINS)),
+    "body_at": (_query("body_at"), dict(points=ORIGINS)),
+    "spawn": (lambda directions: SCENE.first_hit(**RAYS).spawn(directions), dict(directions=DIRECTIONS)),
+    "line_integral": (lambda values: SCENE.spans(**RAYS).line_integral(values), dict(values=[1])),
+    "reflect": (co.reflect, dict(directions=DIRECTIONS, normals=DIRECTIONS)),
+    "refract": (co.refract, dict(directions=DIRECTIONS, normals=DIRECTIONS, eta=1)),
+    "measure": (co.measure, dict(shape=BALL, rays=100, seed=0, progress=None)),
+    "check": (co.check, dict(scene=SCENE, rays=100, seed=0, progress=None)),
+    "load": (co.load, dict(path="scene.yaml")),
+    "save": (co.save, dict(scene=SCENE, path="scene.yaml")),
+    "Image.save": (co.Image(np.zeros((2, 2))).save, dict(path="picture.png")),
+    "load_openmc": (co.load_openmc, dict(path="geometry.xml", void=True, max_bodies=3, progress=None)),
+    "set_threads": (co.set_threads, dict(count=None)),
+}
+CALLS = SHAPES | LOOKS | SCENES
+
+JUNK: dict[str, Any] = {
+    "a function": co.matte,
+    "a class": co.Sphere,
+    "an object": object(),
+    "a mapping": {"a": 1},
+    "a text": "no such thing",
+    "a long text": "x" * 5000,
+    "bytes": b"ab",
+    "a set": {1, 2, 3},
+    "a nest": [[object()]],
+    "texts": ["a", "b", "c"],
+    "an array": np.zeros((5, 7)),
+    "a long list": list(range(100_000)),
+    "a huge number": 10**400,
+    "a complex number": 1j,
+    "NaN": float("nan"),
+    "a camera": CAMERA,
+    "a scene": SCENE,
+    "a light": co.AmbientLight(),
+}
+TAKEN = {
+    *((name, argument, "a text") for name, argument in (("save", "path"), ("Body", "name"))),
+    *((name, argument, "a long text") for name, argument in (("Body", "name"),)),
+    *(
+        (name, argument, "a huge number")
+        for name, argument in (("measure", "seed"), ("check", "seed"), ("load_openmc", "max_bodies"))
+    ),
+    *((name, "progress", "a function") for name in ("measure", "check", "render", "load_openmc")),
+    *((name, "directions", "NaN") for name in ("reflect", "refract")),
+    *((name, "normals", "NaN") for name in ("reflect", "refract")),
+    ("Image", "array", "an array"),
+    ("check", "scene", "a scene"),
+    ("save", "scene", "a scene"),
+    ("Scene", "camera", "a camera"),
+    ("Scene", "lights", "a light"),
+}
+"""What some arguments take all the same."""

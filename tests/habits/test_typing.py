@@ -1,0 +1,23 @@
+"""Type hints take what runs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+PROGRAM = Path(__file__).with_name("typing_program.py")
+
+
+def test_a_users_program_has_one_error_its_last_line(tmp_path):
+    """The line that is wrong on purpose shows that hints are found at all."""
+    ran = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--config-file=", f"--cache-dir={tmp_path}", "--no-error-summary",
+         "--follow-imports=silent", str(PROGRAM)],
+        capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
+    last = len(PROGRAM.read_text(encoding="utf-8").splitlines())
+    found = [line.split(":", 1)[1] for line in ran.stdout.splitlines() if ": error:" in line]
+    assert len(found) == 1, ran.stdout + ran.stderr
+    assert found[0].startswith(f"{last}: error: "), found
+    assert "rendered" in found[0]

@@ -1,0 +1,31 @@
+"""A user's program, as one writes it without a look at the hints: mypy has nothing to say (test_typing.py runs it)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+import conicoid as co
+
+center = np.array([0.0, 0.0, 1.0])
+lights = [co.AmbientLight(0.3), co.DirectionalLight(np.array([1, 2, -3]), 0.8)]
+drilled = co.Sphere(1, center) - co.Cylinder([0, 0, -2], [0, 0, 2], 0.5)
+scene = co.Scene(
+    [co.Body(drilled.rotate("z", 30), "red"), co.Box([-1, -1, -1], np.ones(3)), co.Plane(np.array([0, 0, 1]), -2)],
+    lights=lights,
+    camera=co.Camera(np.array([0, -5, 2]), [0, 0, 0]),
+)
+hits = scene.first_hit(np.zeros((4, 3)), [1, 0, 0])
+depths: npt.NDArray[np.float64] = hits.t
+numbers: npt.NDArray[np.int32] = hits.body
+which: npt.NDArray[np.bool_] = hits.hit
+mean = float(hits.t[hits.hit].mean())
+image = scene.render(width=8, height=6, samples=1, integrator="normals", seed=1, depth=3)
+pixels = np.asarray(image)
+for one in hits:
+    if one:
+        nearest = one.point.tolist()
+for spans in scene.spans(np.zeros((4, 3)), [1, 0, 0]):
+    lengths = spans.t_exit - spans.t_enter
+far = co.Rays.concatenate([hits.spawn([0, 0, 1]), co.Rays([0, 0, 9], [0, 0, -1])])
+scene.rendered = 3  # an error, so that it is seen that the program is looked at
