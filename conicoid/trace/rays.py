@@ -112,8 +112,7 @@ class Rays:
         """Rays one after the other along the first axis, like `np.concatenate`; single ones count as rows of one.
 
         Spawned rays keep the surfaces that they start on if these are all of one scene. Raises TypeError for what is
-        no Rays, ValueError for none
-        at all and for shapes that do not fit.
+        no Rays, ValueError for none at all and for shapes that do not fit.
         """
         if isinstance(parts, Rays) or not isinstance(parts, Iterable):
             raise TypeError(f"Rays: parts must be a list of Rays, got {what(parts)}")

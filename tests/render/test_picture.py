@@ -78,10 +78,11 @@ def test_bad_arguments_are_named(arguments, message):
 
 
 def test_what_is_no_material_or_camera_is_a_type_error():
-    with pytest.raises(TypeError, match=r"render: material of bodies\[0\] must be a Material, got str"):
-        co.Scene([co.Body(co.Sphere(), "red")]).render(8, 8)
-    with pytest.raises(TypeError, match="render: camera must be a Camera or an OrthographicCamera, got str"):
-        co.Scene([co.Sphere()], camera="front").render(8, 8)
+    """At the door, before anything is rendered."""
+    with pytest.raises(TypeError, match="Body: material must be a Material"):
+        co.Body(co.Sphere(), 3)
+    with pytest.raises(TypeError, match="Scene: camera must be a Camera or an OrthographicCamera, got str"):
+        co.Scene([co.Sphere()], camera="front")
 
 
 def test_many_bodies_of_one_entry_share_a_material():
