@@ -81,7 +81,7 @@ def test_what_is_no_material_or_camera_is_a_type_error():
     """At the door, before anything is rendered."""
     with pytest.raises(TypeError, match="Body: material must be a Material"):
         co.Body(co.Sphere(), 3)
-    with pytest.raises(TypeError, match="Scene: camera must be a Camera or an OrthographicCamera, got str"):
+    with pytest.raises(TypeError, match="Scene: camera must be a Camera, an OrthographicCamera or None, got str"):
         co.Scene([co.Sphere()], camera="front")
 
 
