@@ -170,7 +170,8 @@ def test_a_disk_that_fails_is_no_mistake_in_the_input(folder, monkeypatch, comma
     result = run(*command.split())
     assert result.exit_code == code
     assert isinstance(result.exception, SystemExit)
-    assert result.stderr.splitlines()[-1] == f"error: {os.strerror(getattr(errno, number)).lower()}"
+    written = next(word for word in command.split() if word.startswith("x."))
+    assert result.stderr.splitlines()[-1] == f"error: {written}: {os.strerror(getattr(errno, number)).lower()}"
     assert not list(folder.glob("*x*.???"))
 
 

@@ -186,7 +186,7 @@ def deep_scene():
 
 def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
     scene, rays = deep_scene()
-    origins, directions = _arguments(rays, 0.0, math.inf)[:2]
+    origins, directions = _arguments(scene.prepared, rays, 0.0, math.inf)[:2]
 
     @numba.njit
     def seen(geometry, origins, directions):
