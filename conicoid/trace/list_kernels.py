@@ -49,7 +49,7 @@ def trace_rows(
         if halted(geometry):
             break
         fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, False)
-        together = coherent(geometry, lanes, 8)
+        together, more = coherent(geometry, lanes, 8), 0
         if together:
             found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
             rows = with_room(rows, used, more)
@@ -63,6 +63,7 @@ def trace_rows(
                 if unsure:
                     ray = load_ray(origins, directions, t_min, t_max, starts, first + k)
                     rows, used, unsure = _alone(geometry, scratch, ray, spans, rows, before)
+                    rows = with_room(rows, used, more)  # the other lanes' may still be to come
                 used = before if unsure else used
                 counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0
     return rows[:used].copy()
