@@ -32,13 +32,19 @@ class Child:
         )  # fmt: skip
 
     def line(self, bound: float = 300.0) -> str:
-        """The next line; the process is ended, and there is none, if it does not come in time."""
+        """The next line; the process is ended, and there is none, if it does not come in time.
+
+        Read past Python's buffer: what that holds of the lines to come, `communicate` would never see.
+        """
         timer = threading.Timer(bound, self.process.kill)
         timer.start()
+        said = b""
         try:
-            return self.process.stdout.readline().strip()
+            while not said.endswith(b"\n") and (more := os.read(self.process.stdout.fileno(), 1)):
+                said += more
         finally:
             timer.cancel()
+        return said.decode().strip()
 
     def interrupt(self) -> None:
         """Ctrl-C"""
