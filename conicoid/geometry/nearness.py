@@ -15,6 +15,9 @@ STARTING = 1024.0
 """So many times less certain is a ray that starts on a surface, beside which its origin was rounded."""
 RELATIVE = 2.0**-44
 """Share of |o| and of |x| by which t may be off, whatever it is crossed."""
+BESIDE = STARTING * RELATIVE
+"""Share of |x| by which whatever culls is widened, as far as the origin of a ray may lie beside the surface on which it
+starts: a ray within the outermost plane of a body would miss the body's own box."""
 BALL, BALL_FAR = 2.0**-21, 2.0**45
 
 

@@ -59,3 +59,33 @@ def test_spawned_rays(kind, sort, cases):
                 assert (ahead[0].entering, ahead[0].body) == (again.entering[i], again.body[i]), place
             compared += 1
     assert compared > 30
+
+
+@pytest.mark.parametrize("far", [1.0, 1e2, 1e4])
+@pytest.mark.parametrize("route", ["alone", "flat", "square", "shuffled"])
+def test_along_the_outermost_plane_of_many(route, far):
+    """The rounded start lies above or below the boxes' common lid, whose plane holds the ray: it runs through them all."""
+    random = np.random.default_rng(5)
+    ends = [(k + 0.25, k + 0.75) for k in range(20)]
+    scene = co.Scene([co.Box((a, -1, -1), (b, 0.2, 1)) for a, b in ends])
+    count = 4096
+    target = np.stack([random.uniform(0.3, 0.7, count), np.full(count, 0.2), random.uniform(-0.5, 0.5, count)], axis=1)
+    to = np.stack([random.uniform(-1, 1, count), -random.uniform(0.3, 1, count), random.uniform(-1, 1, count)], axis=1)
+    hits = scene.first_hit(target - far * to, to)
+    assert np.isin(hits.face, hits.face[0]).all() and (hits.body == 0).all()
+    height = hits.point[:, 1] - 0.2
+    assert (height > 0).any() and (height < 0).any()
+    along = np.stack([random.uniform(0.5, 2, count), np.zeros(count), random.uniform(-0.01, 0.01, count)], axis=1)
+    if route == "alone":
+        chosen = np.concatenate([np.argsort(height)[:30], np.argsort(height)[-30:]])
+        answers = [(scene.first_hit(ray), scene.crossings(ray)) for ray in (hits.spawn(along)[i] for i in chosen)]
+    else:
+        order = random.permutation(count) if route == "shuffled" else np.arange(count)
+        rays = hits.spawn(along)[order.reshape(64, 64) if route == "square" else order]
+        answers, chosen = [(scene.first_hit(rays), scene.crossings(rays))], order
+    wall = np.array([x for interval in ends for x in interval][1:])
+    expected = (wall - hits.point[chosen, :1]) / along[chosen, :1]
+    first = np.concatenate([np.ravel(hit.t) for hit, _ in answers])
+    every = np.concatenate([np.ravel(crossing.t) for _, crossing in answers])
+    assert np.allclose(first, expected[:, 0], rtol=1e-12)
+    assert np.allclose(every.reshape(-1, len(wall)), expected, rtol=1e-12)

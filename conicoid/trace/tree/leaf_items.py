@@ -6,6 +6,7 @@ import math
 
 from ...geometry import tables as table
 from ...geometry.cell import load_sphere
+from ...geometry.nearness import BESIDE
 from ...geometry.tables import BALL, CELL, Floats, Geometry, integer, length
 from ...jit import inline, kernel
 from ..leaf import ROUND, leaf_at, leaf_range
@@ -68,6 +69,7 @@ def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> tuple[f
     x, y, z = _middle(boxes, entry, 0), _middle(boxes, entry, 1), _middle(boxes, entry, 2)
     a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)
     reach = math.sqrt(a * a + b * b + c * c) * (1.0 + 1e-14) + 1e-150
+    reach += BESIDE * (abs(x) + abs(y) + abs(z) + reach)
     if kind == CELL:
         ball = around_cell(geometry, integer(geometry, table.ENTRY_INDEX, entry), x, y, z, reach)
         if ball[3] < reach:

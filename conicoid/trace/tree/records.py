@@ -1,7 +1,8 @@
 """What a tree is built from: boxes as records that are moved about, without empty ones and without infinities.
 
 An axis along which a box has no end gets an end a little beyond everything finite, which is `restored` in the nodes.
-Boxes are widened by some ulps, so that the rounding of a slab test never loses what they hold.
+Boxes are widened, so that neither the rounding of a slab test nor that of the origin of a ray that starts on a surface
+ever loses what they hold (`nearness.BESIDE`).
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...geometry.nearness import BESIDE
 from ...geometry.tables import Floats, Ints, Signs
 from ...jit import inline, kernel
 from ..threads import run_chunks
@@ -18,7 +20,7 @@ from .vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE
 
 EMPTY, ENDLESS = 8, 7
 CHUNK = 1 << 16
-_WIDEN, _LEAST = 16 * 2.0**-53, 1e-150
+_LEAST = 1e-150
 """For a ray within a wall at 0 as well: what is left, over the slope of `walk.reciprocal`, is beyond all t."""
 
 
@@ -97,11 +99,9 @@ def _load(
 ) -> None:
     for i in range(begin, end):
         row = rows[i] if len(rows) > 0 else i
+        margin = BESIDE * _size(boxes, row, limits) + _LEAST
         for k in range(3):
             low, high = boxes[row, k], boxes[row, k + 3]
-            bounded = low > -math.inf and high < math.inf
-            size = abs(low) + abs(high) + (high - low) if bounded else _size(low, high)
-            margin = _WIDEN * size + _LEAST
             records[SIZE * i + NEGATED_LOW + k] = margin - low if low > -math.inf else -limits[k]
             records[SIZE * i + HIGH + k] = high + margin if high < math.inf else limits[k + 3]
         records[SIZE * i + COST] = costs[row] if len(costs) > 0 else 1.0
@@ -109,9 +109,13 @@ def _load(
 
 
 @inline
-def _size(low: float, high: float) -> float:
-    """Of the end that there is."""
-    return 2.0 * ((abs(low) if low > -math.inf else 0.0) + (abs(high) if high < math.inf else 0.0))
+def _size(boxes: Floats, row: int, limits: Floats) -> float:
+    """At least |x| of every point of a box; where it has no end, of every point within the limits."""
+    size = 0.0
+    for k in range(3):
+        low, high = boxes[row, k], boxes[row, k + 3]
+        size += max(abs(low if low > -math.inf else limits[k]), abs(high if high < math.inf else limits[k + 3]))
+    return size
 
 
 @inline

@@ -12,6 +12,7 @@ import math
 
 from ...geometry import tables as table
 from ...geometry.cell import load_plane, load_quadric, load_sphere
+from ...geometry.nearness import BESIDE
 from ...geometry.quadric import Quadric, Sphere
 from ...geometry.tables import SPHERE, Geometry, integer
 from ...geometry.vectors import dot
@@ -94,7 +95,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
         k = 3 + 3 * i
         center = (center[0] + y * quadric[k], center[1] + y * quadric[k + 1], center[2] + y * quadric[k + 2])
     x, y, z = center[0] + quadric[0], center[1] + quadric[1], center[2] + quadric[2]
-    raised = math.sqrt(largest) * (1.0 + _RAISED) + _ROUNDED * (abs(x) + abs(y) + abs(z) + away)
+    raised = math.sqrt(largest) * (1.0 + _RAISED) + BESIDE * (abs(x) + abs(y) + abs(z) + away)
     return x, y, z, raised
 
 
