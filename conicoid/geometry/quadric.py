@@ -34,7 +34,7 @@ crossings (a touch counts as none) the ray is inside all along if `outside`, els
 might change that, or the roots by more than the limits of their surface say."""
 
 Limits: TypeAlias = tuple[float, float]
-"""least discriminant that is certain, for |d| = 1; least value along rulings"""
+"""least discriminant that is certain, for |d| = 1; least value along rulings, infinite if it takes more to tell these"""
 
 _CANCELS = 2.0**-10
 _ROUNDED = 2.0**-44
@@ -123,7 +123,8 @@ def settled_roots(
     c = 0.0 if starts else c
     least = limits[0] * _STARTING if starts else limits[0]
     certain = (abs(c) > limits[1]) if ruling else (abs(discriminant) * inverse >= least)
-    certain &= straight | (a != 0.0)  # a root at infinity is one only where nothing bends
+    # A root at infinity is one only where nothing bends, whatever rounding took
+    certain &= (straight & (limits[1] < math.inf)) | (a != 0.0)
     return roots_of(a, b, c, discriminant, foot, not certain)
 
 

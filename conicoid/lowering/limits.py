@@ -27,6 +27,8 @@ BALL = 2.0**-40
 _FLAT = 2.0**-49
 _FAR = 2.0**45
 _CHUNK = 1 << 14
+_LEAST = 1e-100
+"""Times the square of a direction's least component that is still a number."""
 _WIDE, _WIDEST = 2.0**10, 2.0**20
 """Bodies without an end are taken to be so many times as large as the scene; those of exact planes, so many times."""
 
@@ -73,12 +75,12 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     limits = _owners(
         tables.surface_kind[surface] == 0, owner, reach, bounded, kappa, around, size, cells + sheets + polygons
     )
-    per_surface = np.zeros((2, int(surface.max(initial=-1)) + 1))
-    np.maximum.at(per_surface[0], surface, reach)
-    np.maximum.at(per_surface[1], surface, kappa)
+    per_surface = np.zeros((3, int(surface.max(initial=-1)) + 1))
+    for numbers, of_use in zip(per_surface, (reach, kappa, ~bounded), strict=True):
+        np.maximum.at(numbers, surface, of_use)
     of_cells = limits[:cells]
     return tables._replace(
-        plane_limits=_planes(tables, rest, *per_surface),
+        plane_limits=_planes(tables, rest, *per_surface[:2]),
         quadric_limits=_quadrics(tables, *per_surface),
         cell_limits=of_cells,
         program_limits=_merged(tables, of_cells),
@@ -185,8 +187,12 @@ def _planes(tables: Tables, rest: Remainders, reach: Floats, kappa: Floats) -> F
     return result
 
 
-def _quadrics(tables: Tables, reach: Floats, kappa: Floats) -> Floats:
-    """(quadrics, 2): the least discriminant that is certain, for |d| = 1; the least value along rulings."""
+def _quadrics(tables: Tables, reach: Floats, kappa: Floats, endless: Floats) -> Floats:
+    """(quadrics, 2): the least discriminant that is certain, for |d| = 1; the least value along rulings.
+
+    The latter is infinite where a body has no end and a direction's part along an axis that bends is a sum: rounding may
+    have made that 0, where the ray comes to a wall, however far away.
+    """
     result = np.zeros((len(tables.quadrics), 2))
     own = np.flatnonzero(tables.surface_kind[: len(reach)] == 2)
     row, r, share = tables.surface_row[own], reach[own], kappa[own]
@@ -194,8 +200,17 @@ def _quadrics(tables: Tables, reach: Floats, kappa: Floats) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         terms = 10.0 * a * r * r + 6.0 * b * r + k
         result[row, 0] = np.where(r > 0, 4.0 * share * (terms / r) ** 2, math.inf)
-    result[row, 1] = share * terms
+    result[row, 1] = np.where((endless[own] > 0) & ~_plain(tables.quadrics[row]), math.inf, share * terms)
     return result
+
+
+def _plain(quadrics: Floats) -> npt.NDArray[np.bool_]:
+    """Is each axis along which a quadric bends one of the world's, and its coefficient no number that underflows?"""
+    rows, squares, linear = quadrics[:, 3:12].reshape(-1, 3, 3), quadrics[:, 12:15], quadrics[:, 15:18]
+    size = np.abs(rows).max(axis=2)
+    curved = (squares == 0) | (np.abs(squares) * size**2 > _LEAST)
+    along = ((rows != 0).sum(axis=2) <= 1) & curved & ((linear == 0) | (np.abs(linear) * size > _LEAST))
+    return np.asarray((along | ((squares == 0) & (linear == 0))).all(axis=1))
 
 
 def _merged(tables: Tables, cells: Floats) -> Floats:

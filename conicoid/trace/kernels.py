@@ -159,8 +159,10 @@ def meet(geometry: Geometry, scratch: Scratch, item: Item, sphere: Sphere, ray: 
 @helper
 def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs, any_hit: bool) -> Hit:
     """The nearest crossing of bodies with blocks[body] != 0 (of all, if `blocks` is empty), or any one of them."""
-    ray, scale = scaled_ray(ray)
     best = no_hit()
+    if not ray[6] < ray[7]:
+        return best
+    ray, scale = scaled_ray(ray)
     some = len(blocks) > 0
     way = scratch.way
     put_beam(way, OWN_BEAM, ray)

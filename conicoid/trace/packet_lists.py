@@ -57,10 +57,12 @@ def new_chains() -> Chains:
 def _in_ball(geometry: Geometry, scratch: Scratch, packet: Packet, surface: int, i: Any, ray: Ray) -> Found:
     """What lane i has of a ball, whose spans are known."""
     low, high = packet.leaves[IN + i], packet.leaves[OUT + i]
-    if not (low < ray[7] and high > ray[6]):
+    if not low < high:
         return 0, False, 0.0, False
     x, y, z, radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     nearness = lane_nearness(packet.lanes, i, lengths_of_ball(x, y, z, radius))
+    if not (low < ray[7] + nearness[0] and high > ray[6] - nearness[0]):
+        return 0, False, 0.0, False
     count, inside, unsure = crossings_of_roots(scratch, surface, ray, nearness, low, high)
     return count, inside, nearness[0], unsure
 

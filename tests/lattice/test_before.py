@@ -113,3 +113,42 @@ def test_an_interval_of_a_few_floats_about_a_crossing():
         for high in floats[i:]:
             Interval(one, good, np.array([low]), np.array([high])).judge()
     judge.score.check()
+
+
+def test_a_wall_that_rounding_takes_beyond_all_sizes():
+    """Of the ray's direction 3.4e-21 lies along an axis that bends: a body without an end is met at 3e20."""
+    matrix = ((1.0, 0.0, 0.0, -1.0), (0.0, 1.0, 1.0, 0.0), (0.0, 0.0, 1.0, -1.0), (0.0, 0.0, 0.0, 1.0))
+    body = Item(
+        "Quadric",
+        {"coefficients": dict(xx=0.0, yy=0.0, zz=0.0, xy=-1.0, yz=0.0, xz=0.0, x=0.0, y=-2.0, z=0.0, constant=-2.0)},
+        (("transform", matrix), ("rotate", (1.0, 1.0, 0.0), 180.0)),
+    )
+    check([body], (-3, 0, 3.0000000000000027), (1, -3.3881317890172014e-21, -1))
+
+
+def test_a_ball_is_left_behind_just_beyond_the_origin():
+    """At t = 6.9e-19, where the roots of the fast formulas lie behind: lists of rays are to doubt it, by themselves and in packets."""
+    ball = Item("Sphere", {"radius": 3.0, "center": (-2.0, 1.0, 0.0)})
+    for copies in (1, 80):
+        judge = Judge(co, [ball])
+        origin, direction = (-1.734723475976807e-18, -1, -1), (1, -1.0000009536743164, -1)
+        one = judge.asked(
+            np.tile(np.array(origin, float), (copies, 1)), np.tile(np.array(direction, float), (copies, 1))
+        )
+        good = one.lists()
+        one.first(good)
+        for low in (0.0, 5e-324, 6.9e-19, -5e-324):
+            Interval(one, good, np.full(copies, low), np.full(copies, np.inf)).judge()
+        judge.score.check()
+
+
+def test_an_empty_interval_is_never_doubtful():
+    scene = co.Scene([co.Box((0, -2, 0), (4, 4, 2))])
+    origins, directions = np.tile((1.0, 1.0, 2.0), (3000, 1)), np.tile((-1.0, 1.0, -2.0), (3000, 1))
+    for end in (0.0, -5e-324, 1.0):
+        for hits in (
+            scene.first_hit(origins, directions, end, end),
+            scene.first_hit(origins[0], directions[0], end, end),
+        ):
+            assert not np.isfinite(hits.t).any()
+            assert not np.any(hits.doubtful)
