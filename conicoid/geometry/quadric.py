@@ -34,7 +34,7 @@ crossings (a touch counts as none) the ray is inside all along if `outside`, els
 might change that, or the roots by more than the limits of their surface say."""
 
 Limits: TypeAlias = tuple[float, float]
-"""least discriminant that is certain, for |d| = 1; least value along rulings, infinite if it takes more to tell these"""
+"""least discriminant that is certain, for |d| = 1; least value along rulings, infinite where these are never certain"""
 
 _CANCELS = 2.0**-10
 _ROUNDED = 2.0**-44

@@ -190,8 +190,8 @@ def _planes(tables: Tables, rest: Remainders, reach: Floats, kappa: Floats) -> F
 def _quadrics(tables: Tables, reach: Floats, kappa: Floats, endless: Floats) -> Floats:
     """(quadrics, 2): the least discriminant that is certain, for |d| = 1; the least value along rulings.
 
-    The latter is infinite where a body has no end and a direction's part along an axis that bends is a sum: rounding may
-    have made that 0, where the ray comes to a wall, however far away.
+    The latter is infinite where a body has no end and a direction's part along an axis that bends is a sum: rounding
+    may have made that 0, where the ray comes to a wall, however far away.
     """
     result = np.zeros((len(tables.quadrics), 2))
     own = np.flatnonzero(tables.surface_kind[: len(reach)] == 2)
