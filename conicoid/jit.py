@@ -4,11 +4,17 @@
 disk. `inline` marks the small functions inside them, which are merged into their callers, so that
 loops over lanes vectorise. Neither ever uses fastmath: infinities, NaN and error-free
 transformations must keep their IEEE meaning.
+
+They compile in one of two ways, to the same bits. Ours (`jit_functions`) is made of parts of Numba that are not public,
+is three times as fast and keeps kernels on disk; it is taken for the versions of Numba that it has been tested with.
+Any other gets Numba's plain `njit`, and so does everybody with `CONICOID_JIT=plain`.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
+import re
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar, cast
 
@@ -17,24 +23,48 @@ from .address_space import TO_START, require
 require(TO_START, "the compiler")
 
 # isort: split
+import numba
 from numba import types
 from numba.core import event
 from numba.extending import intrinsic
 
 from .ahead import on_begin
-from .jit_functions import Inner, Kernel
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+TESTED = (0, 65), (0, 68)
+"""The first and the last version of Numba that `jit_functions` has been tested with."""
+
+
+def _is_plain(wish: str, version: str) -> bool:
+    """Is Numba's own `njit` to be taken: by `CONICOID_JIT`, or because of a version?"""
+    if wish not in ("", "plain", "own"):
+        raise ValueError(f"CONICOID_JIT must be 'plain' or 'own', got {wish!r}")
+    known = re.match(r"(\d+)\.(\d+)", version)
+    tested = known is not None and TESTED[0] <= (int(known[1]), int(known[2])) <= TESTED[1]
+    return wish == "plain" or (not wish and not tested)
+
+
+PLAIN = _is_plain(os.environ.get("CONICOID_JIT", ""), numba.__version__)
+if not PLAIN:
+    from .jit_functions import Inner, Kernel
+
+
+def _compiled(function: Any, entry: bool = False, **options: Any) -> Any:
+    options |= dict(nogil=True, error_model="numpy")
+    if PLAIN:
+        return numba.njit(**options)(function)
+    return (Kernel if entry else Inner)(function, **options)
 
 
 def kernel(function: Function) -> Function:
     """Compile an entry point: no interpreter lock, cached on disk."""
-    return cast(Function, Kernel(function, nogil=True, error_model="numpy"))
+    return cast(Function, _compiled(function, entry=True))
 
 
 def inline(function: Function) -> Function:
     """Compile a function that is merged into each caller. It may not allocate (no reference counts)."""
-    return cast(Function, Inner(function, nogil=True, error_model="numpy", forceinline=True, _nrt=False))
+    return cast(Function, _compiled(function, forceinline=True, _nrt=False))
 
 
 def helper(function: Function) -> Function:
@@ -42,12 +72,12 @@ def helper(function: Function) -> Function:
 
     Numba hands forceinline down to the functions that an inlined one calls, unless they say no.
     """
-    return cast(Function, Inner(function, nogil=True, error_model="numpy", forceinline=False, _nrt=False))
+    return cast(Function, _compiled(function, forceinline=False, _nrt=False))
 
 
 def allocator(function: Function) -> Function:
     """Compile a function that is called from kernels and allocates arrays."""
-    return cast(Function, Inner(function, nogil=True, error_model="numpy", forceinline=False, _nrt=True))
+    return cast(Function, _compiled(function, forceinline=False, _nrt=True))
 
 
 @intrinsic  # type: ignore[untyped-decorator]

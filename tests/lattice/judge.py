@@ -190,15 +190,14 @@ class Asked:
         return hits
 
     def _beside(self, rows: Array) -> Array:
-        """Which crossings have another of their ray so near that the ray all but touches a surface, or meets an apex."""
-        near, ray = self.near[rows], self.exact.ray[rows]
-        size = np.abs(near) + (np.abs(self.origins[ray]).max(axis=1) + 1) / np.abs(self.directions[ray]).max(axis=1)
-        result = near <= 2.0**-40 * size  # behind the origin there may be the other
+        """Which crossings have the other of their surface so near that the ray all but touches it, or meets an apex."""
+        slope, surface, ray = (x[rows] for x in (self.exact.slope, self.exact.surface, self.exact.ray))
+        size = np.abs(self.near[rows]) + (np.abs(self.origins[ray]).max(axis=1) + 1) / np.abs(self.directions[ray]).max(
+            axis=1
+        )
         with np.errstate(invalid="ignore"):
-            close = (ray[1:] == ray[:-1]) & (np.diff(near) <= 2.0**-40 * size[1:])
-        result[1:] |= close
-        result[:-1] |= close
-        return result
+            apart = np.abs(self.trace.near(1 - slope, surface, ray)[0] - self.near[rows])
+        return np.asarray(apart <= 2.0**-40 * size)
 
     def _fields(self, hits: Any, hit: Array, lonely: Array) -> None:
         found = np.isfinite(hits.t)

@@ -152,3 +152,14 @@ def test_an_empty_interval_is_never_doubtful():
         ):
             assert not np.isfinite(hits.t).any()
             assert not np.any(hits.doubtful)
+
+
+def test_streams_doubt_what_a_ray_alone_does_in_an_interval_below_every_number():
+    scene = co.Scene([co.Disc((1, 0, -0.5), (-1, 1, -2), 3)])
+    origins, directions = np.tile((1.0, 0.0, -0.5), (33 * 64, 1)), np.tile((0.0, -1.0, -1.0), (33 * 64, 1))
+    origins[1::2] += (0.0, 50.0, 0.0)  # in no order, so that they make a stream
+    for low, high in ((-1e-323, -5e-324), (-5e-324, 0.0), (-5e-324, 5e-324), (0.0, 5e-324)):
+        alone = scene.first_hit(origins[0], directions[0], low, high)
+        stream = scene.first_hit(origins, directions, low, high)
+        assert (stream.t[::2] == alone.t).all()
+        assert (stream.doubtful[::2] == alone.doubtful).all()

@@ -36,7 +36,8 @@ class _Rays:
         self.origins, self.slopes = columns[:3], [b.fneg(column) for column in columns[3:6]]
         self.first, self.last = columns[6], columns[7]
         t = b.bitcast(b.and_(waiting, ir.Constant(WHOLE, [_UPPER] * WIDTH)), EIGHT)
-        early = b.or_(b.fcmp_ordered("<", t, c.constant(0.0)), b.fcmp_ordered("<=", t, self.last))
+        # Cut short, numbers come nearer to zero: what is not positive was less
+        early = b.or_(b.fcmp_ordered("<=", t, c.constant(0.0)), b.fcmp_ordered("<=", t, self.last))
         self.there = b.and_(there, early)
 
     def columns(self, numbers: Any, size: Any) -> list[Any]:
@@ -163,8 +164,8 @@ def waiting(typing_context: Any, packed: Any) -> Any:
         b = builder
         number = b.and_(arguments[0], INT64(_LOWER))
         t = b.bitcast(b.and_(arguments[0], INT64(_UPPER)), DOUBLE)
-        # The lower half of the bits is missing: what is negative was less
-        t = b.select(b.fcmp_ordered("<", t, DOUBLE(0.0)), DOUBLE(float("-inf")), t)
+        # The lower half of the bits is missing: what is not positive was less
+        t = b.select(b.fcmp_ordered("<=", t, DOUBLE(0.0)), DOUBLE(float("-inf")), t)
         return context.make_tuple(b, signature.return_type, [number, t])
 
     return types.Tuple((types.int64, types.float64))(types.int64), code
