@@ -72,9 +72,11 @@ def test_along_the_outermost_plane_of_many(route, far):
     target = np.stack([random.uniform(0.3, 0.7, count), np.full(count, 0.2), random.uniform(-0.5, 0.5, count)], axis=1)
     to = np.stack([random.uniform(-1, 1, count), -random.uniform(0.3, 1, count), random.uniform(-1, 1, count)], axis=1)
     hits = scene.first_hit(target - far * to, to)
-    assert np.isin(hits.face, hits.face[0]).all() and (hits.body == 0).all()
+    assert np.isin(hits.face, hits.face[0]).all()
+    assert (hits.body == 0).all()
     height = hits.point[:, 1] - 0.2
-    assert (height > 0).any() and (height < 0).any()
+    assert (height > 0).any()
+    assert (height < 0).any()
     along = np.stack([random.uniform(0.5, 2, count), np.zeros(count), random.uniform(-0.01, 0.01, count)], axis=1)
     if route == "alone":
         chosen = np.concatenate([np.argsort(height)[:30], np.argsort(height)[-30:]])
