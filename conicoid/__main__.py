@@ -38,7 +38,7 @@ def _command(hears: bool) -> Any:
     except KeyboardInterrupt:
         return INTERRUPTED
     except (ImportError, MemoryError) as error:
-        sys.stderr.write(f"error: {error or 'not enough memory for this'}\n")
+        sys.stderr.write(f"error: {str(error) or 'not enough memory for this'}\n")
         return FAILED
     return DONE
 

@@ -274,8 +274,9 @@ def alone() -> None:
 @contextlib.contextmanager
 def on_begin(callback: Listener) -> Iterator[None]:
     """Within the block, call `callback(name)` when another process begins a kernel."""
-    _others.listeners.append(callback)
+    listeners = _others.listeners  # a fork that leaves the block has others
+    listeners.append(callback)
     try:
         yield
     finally:
-        _others.listeners.remove(callback)
+        listeners.remove(callback)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -35,9 +33,6 @@ Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show
 def main() -> None:
     """The commands; the entry point is in `__main__`."""
     with user_mistakes():
-        for stream in (sys.stdout, sys.stderr):
-            if isinstance(stream, io.TextIOWrapper):
-                stream.reconfigure(errors="backslashreplace")  # a terminal that knows ASCII only is no mistake
         app(prog_name="conicoid")
 
 

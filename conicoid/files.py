@@ -10,7 +10,7 @@ from .scene import Scene, as_scene
 from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
-from .shapes.validate import callback, flag, shown
+from .shapes.validate import callback, flag, integer
 from .shapes.validate import path as checked_path
 
 
@@ -57,7 +57,6 @@ def load_openmc(
 
     flag("load_openmc", "void", void)
     callback("load_openmc", "progress", progress)
-    if isinstance(max_bodies, bool) or not isinstance(max_bodies, int) or max_bodies < 1:
-        raise ValueError(f"load_openmc: max_bodies must be an integer >= 1, got {shown(max_bodies)}")
+    max_bodies = integer("load_openmc", "max_bodies", max_bodies, 1)
     parts = openmc.read(checked_path("load_openmc", path), void=void, max_bodies=max_bodies, progress=progress)
     return Scene(parts.bodies, parts.lights, parts.camera, parts.background)

@@ -183,11 +183,6 @@ class Scene:
 
         return memory(self.geometry)
 
-    @property
-    def body_materials(self) -> list[Any]:
-        """The material of each body id (None: the default)."""
-        return [self._bodies[item].material for item in self.lowered.body_item.tolist()]
-
     @calm
     def first_hit(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Hits:
         """The nearest crossing of each ray in the open interval ]t_min, t_max[.

@@ -164,6 +164,13 @@ def kernels() -> list[str]:
     return list(found.values())
 
 
+def test_a_fork_within_a_block_that_listens_leaves_it(others, monkeypatch):
+    heard = []
+    with ahead.on_begin(heard.append):
+        monkeypatch.setattr(ahead, "_others", ahead._Others())  # what a child of `os.fork` begins with
+    assert others.listeners == []
+
+
 def test_jobs_name_kernels_that_there_are_once():
     names = kernels()
     promised = [name for job in ahead.JOBS.values() for name in job]

@@ -93,6 +93,17 @@ def test_what_spans_work_out(way):
     assert np.array_equal(way(spans).line_integral([1, 2, 3, 0]), spans.line_integral([1, 2, 3, 0]))
 
 
+@pytest.mark.parametrize("index", [0, 3, slice(1, 4), [2, 0], np.array([[True, False], [True, True], [False, False]])])
+def test_rows_of_chosen_rays(way, index):
+    """They are as read-only as the whole, so that copies may share them."""
+    for answer in (SCENE.crossings(ORIGINS, DOWN), SCENE.spans(ORIGINS, DOWN)):
+        for field in fields(answer):  # what was worked out before is chosen from, too
+            assert not getattr(answer[index], field).flags.writeable, field
+            getattr(answer, field)
+        assert_same(answer[index], way(answer[index]))
+        assert_same(answer[index], way(answer)[index])
+
+
 def test_hits_spawn_rays_that_know_their_surface(way):
     hits = SCENE.first_hit(ORIGINS, DOWN)
     expected = SCENE.first_hit(hits.spawn(DOWN)).t

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from conicoid import __main__ as entry
 from conicoid import exit_codes
 
 from .children import ROOT
@@ -204,6 +205,18 @@ def test_too_little_memory_is_one_line(folder, command, space):
     lines = [line for line in errors.splitlines() if not line.startswith("compiling")]
     assert len(lines) == 1
     assert lines[0].startswith("error: ")
+
+
+@pytest.mark.parametrize(("text", "said"), [("", "not enough memory for this"), ("a mebibyte", "a mebibyte")])
+def test_too_little_memory_to_begin_with(monkeypatch, capsys, text, said):
+    """As it may be while modules are imported; Python's own error has no text."""
+
+    def refuse() -> None:
+        raise MemoryError(*filter(None, [text]))
+
+    monkeypatch.setattr("conicoid.cli.main", refuse)
+    assert entry._command(False) == 1
+    assert capsys.readouterr().err == f"error: {said}\n"
 
 
 def test_exit_codes_are_documented():

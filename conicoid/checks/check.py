@@ -9,7 +9,7 @@ import numpy as np
 
 from ..geometry.tables import BALL
 from ..shapes.calm import calm
-from ..shapes.validate import callback, shown
+from ..shapes.validate import callback, integer
 from .aim import Targets, rays_through
 from .coincidence import NearPair, near_pairs
 from .conditioning import FEW, conditioning
@@ -44,10 +44,7 @@ def check(
 
     scene = as_scene("check", scene)
     callback("check", "progress", progress)
-    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or not 1 <= rays <= _MOST_RAYS:
-        raise ValueError(f"check: rays must be an integer >= 1, got {shown(rays)}")
-    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise ValueError(f"check: seed must be an integer >= 0, got {shown(seed)}")
+    rays, seed = integer("check", "rays", rays, 1, _MOST_RAYS), integer("check", "seed", seed, 0)
     lowered = scene.lowered
     if lowered.body_count == 0:
         return []

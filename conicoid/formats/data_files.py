@@ -5,9 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import itertools
-import math
 import os
-import re
 from array import array
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -16,6 +14,7 @@ import numpy as np
 
 from ..shapes.vector import FloatArray
 from .atomic import replacing
+from .decimals import is_beyond_float64
 from .npy import Header, NotPlain, pieces, read_header, read_values
 from .regular import open_regular
 
@@ -107,11 +106,7 @@ def _number(word: str) -> float | None:
         value = None if "_" in word else float(word)
     except ValueError:
         return None
-    if value is not None and (value == 0 or math.isinf(value)):
-        digits = re.split("[eE]", word, maxsplit=1)[0]
-        if re.search("[1-9]", digits):
-            return None  # beyond the range of float64, or turned into 0
-    return value
+    return None if value is not None and is_beyond_float64(word, value) else value
 
 
 def save_array(path: Path, values: FloatArray) -> None:

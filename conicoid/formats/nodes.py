@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from .decimals import is_beyond_float64
+
 
 @dataclass(slots=True, eq=False)
 class Scalar:
@@ -81,7 +83,7 @@ def number(node: Node) -> float | None:
     text = node.text
     if _FLOAT.fullmatch(text):
         value = float(text)
-        if math.isinf(value) or (value == 0 and re.search("[1-9]", re.split("[eE]", text, maxsplit=1)[0])):
+        if is_beyond_float64(text, value):
             raise OverflowError(text)
         return value
     if _INTEGER.fullmatch(text):

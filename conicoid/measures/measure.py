@@ -15,7 +15,7 @@ from ..shapes.calm import calm
 from ..shapes.region import Boolean, Complement, Union
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
-from ..shapes.validate import callback, shown, what
+from ..shapes.validate import callback, integer, what
 from ..shapes.vector import FloatArray
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums
 from .closed import Moments, closed_area, closed_moments
@@ -77,15 +77,12 @@ def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress:
     if not isinstance(shape, Shape):
         raise TypeError(f"measure: shape must be a shape or a Body, got {what(shape)}")
     callback("measure", "progress", progress)
-    if isinstance(rays, bool) or not isinstance(rays, (int, np.integer)) or not FEWEST_RAYS <= rays <= _MOST_RAYS:
-        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, got {shown(rays)}")
-    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise ValueError(f"measure: seed must be an integer >= 0, got {shown(seed)}")
+    rays, seed = integer("measure", "rays", rays, FEWEST_RAYS, _MOST_RAYS), integer("measure", "seed", seed, 0)
     shape = _plain(shape)
     exponent = _exponent(fitted_box(shape))
     if exponent:
         shape = shape.scale(2.0**-exponent)
-    return _in_units(_measured(shape, int(rays), int(seed), progress), exponent)
+    return _in_units(_measured(shape, rays, seed, progress), exponent)
 
 
 def _exponent(box: FittedBox) -> int:

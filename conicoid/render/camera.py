@@ -127,11 +127,16 @@ def _check(camera: AnyCamera) -> None:
     up = vector(owner, "up", camera.up, nonzero=True)
     if position == look_at:
         raise ValueError(f"{owner}: look_at must differ from position, got {position} for both")
-    across = np.cross(_unit(np.subtract(look_at, position)), _unit(np.array(up)))
-    if float(np.abs(across).max()) < 1e-12:  # a plan view
-        up = (0.0, 0.0, 1.0) if up[0] == up[2] == 0 else (0.0, 1.0, 0.0)
+    forward = np.subtract(look_at, position)
+    if _are_along(forward, up):  # a plan view
+        up = (0.0, 0.0, 1.0) if _are_along(forward, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
     for field, value in (("position", position), ("look_at", look_at), ("up", up)):
         object.__setattr__(camera, field, value)
+
+
+def _are_along(a: FloatArray, b: Vector) -> bool:
+    """Whether two vectors are parallel, up to rounding."""
+    return float(np.abs(np.cross(_unit(a), _unit(np.array(b)))).max()) < 1e-12
 
 
 def _unit(v: FloatArray) -> FloatArray:

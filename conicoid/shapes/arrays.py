@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from .validate import LARGEST, SMALLEST, is_complex, shown
 from .vector import FloatArray
 
-_DEEPEST = 4
+_DEEPEST = 5
 _BELOW_ROUNDING = 2.0**-60
 
 
@@ -45,13 +46,20 @@ def _real(item: Any) -> float:
     return float(item)
 
 
-def is_masked(values: Any, depth: int = 0) -> bool:
+def is_masked(values: Any) -> bool:
     """Whether there are masked entries, also in lists, where NumPy takes them for NaN with a warning."""
-    if isinstance(values, np.ma.MaskedArray):
-        return bool(np.ma.getmaskarray(values).any())
-    if depth == _DEEPEST or isinstance(values, (str, bytes, np.ndarray)) or not isinstance(values, Sequence):
-        return False
-    return any(is_masked(item, depth + 1) for item in values)
+    level = [values]
+    for _ in range(_DEEPEST):
+        kinds = set(map(type, level))
+        if any(issubclass(kind, np.ma.MaskedArray) for kind in kinds) and any(map(_has_masked, level)):
+            return True
+        lists = {kind for kind in kinds if issubclass(kind, Sequence) and not issubclass(kind, (str, bytes))}
+        level = list(itertools.chain.from_iterable(item for item in level if type(item) in lists))
+    return False
+
+
+def _has_masked(item: Any) -> bool:
+    return isinstance(item, np.ma.MaskedArray) and bool(np.ma.getmaskarray(item).any())
 
 
 def without_traces(vectors: FloatArray) -> FloatArray:

@@ -18,7 +18,12 @@ def said(thing: Any) -> dict[str, Any]:
 
 def restore(thing: Any, state: dict[str, Any]) -> None:
     """Give an object its attributes back; arrays are read-only, which pickles do not keep."""
-    for value in state.values():
+    vars(thing).update(state)
+    read_only(thing)
+
+
+def read_only(thing: Any) -> None:
+    """Make all arrays among an object's attributes read-only."""
+    for value in vars(thing).values():
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
-    vars(thing).update(state)

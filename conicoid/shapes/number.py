@@ -14,12 +14,16 @@ times; where numbers are equal on paper it always does.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, TypeAlias
 
 from mpmath import MPContext
+
+from ..forks import nested_lock
 
 BITS = 3000
 """Digits that irrational numbers are taken to."""
@@ -29,8 +33,8 @@ _SHORT, _KNOWN = 512, 1024
 _RADIUS = 32
 """Bits that are kept of an error."""
 
-mp = MPContext()
-mp.prec = BITS + 64
+_mp = MPContext()
+_mp_lock = nested_lock()
 
 Writable: TypeAlias = "float | int | Fraction | Number"
 
@@ -146,11 +150,14 @@ class Number:
         if isinstance(other, Number):
             return (self.mantissa, self.exponent, self.off) == (other.mantissa, other.exponent, other.off)
         if isinstance(other, (int, float, Fraction)):
-            return not self.off and math.isfinite(other) and fraction(self) == other
+            return not self.off and fraction(self) == other
         return NotImplemented
 
     def __hash__(self) -> int:
-        return hash(float(self))
+        """That of the equal int, float or Fraction, where there is one (Python's "Hashing of numeric types")."""
+        modulus = sys.hash_info.modulus
+        remainder = abs(self.mantissa) * pow(2, self.exponent, modulus) % modulus
+        return -remainder if self.mantissa < 0 else remainder
 
     def __float__(self) -> float:
         """The float64 nearest to the midpoint."""
@@ -261,9 +268,17 @@ def sqrt(value: Writable) -> Number:
     return Number(root, (value.exponent - shift) // 2, off)
 
 
+@contextmanager
+def mpmath_of(bits: int) -> Iterator[Any]:
+    """mpmath at a precision, for one thread at a time: the precision, and the constants it keeps, are those of all."""
+    with _mp_lock:
+        _mp.prec = bits
+        yield _mp
+
+
 def of_mpmath(value: Any, places: int) -> Number:
-    """A number of mpmath's whose error is below 2^-places."""
-    scaled = int(mp.nint(mp.ldexp(value, places)))
+    """A number of mpmath's whose error is below 2^-places, within `mpmath_of` at least so many bits."""
+    scaled = int(_mp.nint(_mp.ldexp(value, places)))
     return settled(Number(scaled, -places, 2))
 
 
@@ -276,9 +291,10 @@ def sin_cos_degrees(degrees: float) -> tuple[Number, Number]:
     if rest == 0:
         s, c = ZERO, ONE
     else:
-        radians = mp.pi * rest.numerator / (180 * rest.denominator)
-        cosine, sine = mp.cos_sin(radians)
-        s, c = _of_sine(sine), _of_sine(cosine)
+        with mpmath_of(BITS + 64) as mp:
+            radians = mp.pi * rest.numerator / (180 * rest.denominator)
+            cosine, sine = mp.cos_sin(radians)
+            s, c = _of_sine(sine), _of_sine(cosine)
         s, c = (half if rest == 30 else s), (half if rest == 60 else c)
     for _ in range(int(quarter)):
         s, c = c, -s
@@ -287,7 +303,7 @@ def sin_cos_degrees(degrees: float) -> tuple[Number, Number]:
 
 def _of_sine(value: Any) -> Number:
     """To 3000 bits of its own, however small: mpmath's sines are right to the last of their bits but a few."""
-    return of_mpmath(value, BITS + 32 - int(mp.mag(value)))
+    return of_mpmath(value, BITS + 32 - int(_mp.mag(value)))
 
 
 def simplest_ratio(value: Number, most: int) -> Fraction | None:

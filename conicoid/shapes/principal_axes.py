@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from . import exact as ex
 from .coefficients import Symmetric
-from .number import mp, of_mpmath
+from .number import mpmath_of, of_mpmath
 from .rational import eliminated
 from .surface import UPRIGHT, QuadricSurface, Triples
 
@@ -53,7 +53,7 @@ def eigen(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Writable]
     # Small eigenvalues beside large ones need the more digits
     spread = (max(entries) / min(entries)).numerator.bit_length()
     scale, places = max(entries), ex.BITS + 4 * spread
-    with mp.workprec(places + 64):
+    with mpmath_of(places + 64) as mp:
         scaled = [[v / scale for v in row] for row in a]
         found, vectors = mp.eigsy(mp.matrix([[mp.mpf(v.numerator) / v.denominator for v in row] for row in scaled]))
         order = sorted(range(3), key=lambda k: max(range(3), key=lambda i: abs(vectors[i, k])))

@@ -94,6 +94,15 @@ def nonnegative(owner: str, field: str, value: Any) -> float:
     return result
 
 
+def integer(owner: str, field: str, value: Any, least: int, most: int | None = None) -> int:
+    """`value` as an integer from `least` to `most`."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise ValueError(f"{owner}: {field} must be an integer >= {least}, got {shown(value)}")
+    if most is not None and value > most:
+        raise ValueError(f"{owner}: {field} must be an integer <= {most:,}, got {shown(value)}")
+    return int(value)
+
+
 def flag(owner: str, field: str, value: Any) -> bool:
     """`value` as a bool; nothing else is taken for one."""
     if not isinstance(value, (bool, np.bool_)):

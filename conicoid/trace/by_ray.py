@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from ..shapes.carried import read_only
 from .rays import Rays
 
 
@@ -56,4 +57,5 @@ class ByRay:
             _rays=rays[np.unravel_index(which, rays.shape)],
             **{name: getattr(self, name)[..., rows] for name in self._columns},
         )
+        read_only(part)
         return part

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from .array_kernels import trace_first
 from .bundle import ALONE
 from .forms import form
 from .hits import Found
+from .kernels import scaled_ray
 from .membership import locate_ranked, surfaces_near
 from .ranks import Ranks
 from .rays import Arguments, FloatArray
@@ -143,7 +143,9 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -
     entries = np.zeros(len(tables.entry_kind), np.int32)
     surfaces, count = surfaces_met(geometry, ranks, *arguments, i, entries)
     origins, directions, _, _, starts = arguments
-    origin, direction = origins[i].tolist(), _scaled(directions[i].tolist())
+    given = *origins[i].tolist(), *directions[i].tolist(), 0.0, 0.0, -1
+    scaled, _ = scaled_ray(given)
+    origin, direction = scaled[:3], scaled[3:6]
     ray, start = line(origin, direction), int(_pick(starts, i))
     places: list[Place] = [ZERO]
     for surface in ranks.surfaces[:surfaces].tolist():
@@ -160,12 +162,3 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -
         if tables.entry_kind[entry] == POLYGON:
             polygon = int(tables.entry_index[entry])
             ranks.loops[polygon] = passes_within(scene.lowered.outlines[polygon], origin, direction)
-
-
-def _scaled(direction: list[float]) -> list[float]:
-    """The direction of `kernels.scaled_ray`."""
-    largest = max(abs(d) for d in direction)
-    if 2.0**-100 < largest < 2.0**100:
-        return direction
-    scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
-    return [d * scale for d in direction]

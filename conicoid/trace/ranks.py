@@ -25,8 +25,6 @@ from .kernels import collect
 from .loops import decide_loop
 from .scratch import Scratch
 
-ALONG = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
-"""Origin and direction of the ray that crosses at ranks."""
 _ALIKE = 2.0**-6
 """What is not doubtful is much nearer to the exact place: |t| is more than 2^-44 |o|, its error less than 2^-50 |o|."""
 FREE = -1

@@ -156,6 +156,8 @@ def test_the_same_seed_finds_the_same():
 def test_rays_are_a_number():
     with pytest.raises(ValueError, match="check: rays must be an integer >= 1, got 0"):
         co.check(co.Scene([co.Sphere()]), rays=0)
+    with pytest.raises(ValueError, match="check: rays must be an integer <= 1,000,000,000, got 10000000000"):
+        co.check(co.Scene([co.Sphere()]), rays=10**10)
 
 
 def test_progress():

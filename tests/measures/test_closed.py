@@ -133,6 +133,11 @@ def test_rays_are_a_number(rays: object):
         co.measure(co.Sphere(), rays=rays)
 
 
+def test_rays_are_not_without_end():
+    with pytest.raises(ValueError, match="measure: rays must be an integer <= 1,000,000,000,000, got 1000000000001"):
+        co.measure(co.Sphere(), rays=10**12 + 1)
+
+
 def test_other_refusals():
     with pytest.raises(ValueError, match="measure: seed must be an integer >= 0, got -1"):
         co.measure(co.Sphere(), seed=-1)

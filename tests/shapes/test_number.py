@@ -5,13 +5,17 @@ from __future__ import annotations
 import itertools
 import math
 import random
+import sys
+import threading
 from fractions import Fraction
 
 import flint
 import pytest
 
 from conicoid.shapes import exact as ex
+from conicoid.shapes.coefficients import Symmetric
 from conicoid.shapes.number import BITS, Number, cut, exact, fraction, settled, simplest_ratio, sin_cos_degrees, sqrt
+from conicoid.shapes.principal_axes import eigen
 
 ANGLES = [15, 16, 22.5, 45, 60, 75, 105, 120, 285, 0.1, 1e-3, 1e-80, 359.9, -7.25, 1e6 + 0.3]
 
@@ -156,3 +160,43 @@ def test_what_may_be_zero_does_not_divide():
         exact(1.0) / (sqrt(2) * sqrt(2) - 2)
     with pytest.raises(ValueError, match="negative"):
         sqrt(exact(-1.0))
+
+
+@pytest.mark.parametrize(
+    "value",
+    [0, 1, -1, 2.5, -0.375, 5e-324, 1e300, (1 << 100) + 1, 2**61 - 1, -(2**61) + 1, 3**3000, Fraction(-7, 1 << 99)],
+)
+def test_equal_numbers_have_one_hash(value):
+    assert exact(value) == value
+    assert hash(exact(value)) == hash(value)
+    assert exact(value) not in (math.inf, -math.inf, math.nan, Fraction(value) + 1)
+
+
+def stretched(k: int) -> Symmetric:
+    """The larger k is, the more bits its eigenvalues take."""
+    rows = ((2, 1, Fraction(k, 7), 0), (1, 3 * 10 ** (10 * k), 1, 0), (Fraction(k, 7), 1, 5, 0), (0, 0, 0, -1))
+    return tuple(tuple(map(Fraction, row)) for row in rows)
+
+
+def test_threads_do_not_share_a_precision():
+    """Each thread's intervals meet those found alone, though other threads ask for fewer bits and for more."""
+    alone = {k: eigen(stretched(k))[0] for k in (1, 2, 7, 8)}
+    wrong: list[int] = []
+
+    def work(k: int) -> None:
+        for turn in range(1, 13):
+            wrong.extend(k for a, b in zip(eigen(stretched(k))[0], alone[k], strict=True) if a - b)
+            s, c = sin_cos_degrees.__wrapped__(turn / 7)
+            wrong.extend([k] if s * s + c * c - 1 else [])
+
+    switches = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=work, args=(k,)) for k in alone]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(switches)
+    assert not wrong

@@ -6,13 +6,13 @@ then exact, and what coincides on paper coincides in the scene.
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import TypeVar
 
+from ..decimals import is_beyond_float64
 from ..errors import Problem
 from ..nodes import shortened
 from .words import MOST_WORDS, count_words, tally
@@ -135,10 +135,9 @@ class Values:
         if len(word) > LONGEST or not _NUMBER.fullmatch(word):
             raise self.mistake(f"{name} must be a number, got {shown(word)}")
         nearest = float(word)
-        zero = not re.search("[1-9]", re.split("[eE]", word)[0])
-        if math.isinf(nearest) or (nearest == 0 and not zero):
+        if is_beyond_float64(word, nearest):
             raise self.mistake(f"{name} must be in the range of double precision, got {shown(word)}")
-        return Fraction(0) if zero else Fraction(word)
+        return Fraction(word) if nearest else Fraction(0)
 
 
 def titled(kind: str, number: int, name: str) -> str:

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import io
 import os
-import stat
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler
 from xml.sax.xmlreader import InputSource
 
 from ..errors import Problem, SceneFileError
+from ..regular import open_regular
 
 MAX_BYTES = 64 << 20
 MAX_DEPTH = 32
@@ -121,11 +120,8 @@ def _bytes(path: str | os.PathLike[str]) -> bytes:
     try:
         if "\0" in os.fspath(path):
             raise OSError(22, "a path cannot hold a zero character")
-        found = Path(path).stat()
-        if not stat.S_ISREG(found.st_mode):
-            raise OSError(22, "is a directory" if stat.S_ISDIR(found.st_mode) else "is not a regular file")
-        with Path(path).open("rb") as file:
-            raw = file.read(min(found.st_size, MAX_BYTES) + 1)
+        with open_regular(path) as file:
+            raw = file.read(min(os.fstat(file.fileno()).st_size, MAX_BYTES) + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise SceneFileError(path, [Problem(0, 0, "", f"cannot be read: {reason}")]) from None
