@@ -66,14 +66,17 @@ class Scene:
 
     @property
     def lights(self) -> tuple[Any, ...]:
+        """The lights as listed; with none, pictures are lit by some that fit."""
         return self._lights
 
     @property
     def camera(self) -> Any:
+        """The camera, or None: then pictures are taken by one that fits."""
         return self._camera
 
     @property
     def background(self) -> Any:
+        """A colour or a `Sky`: what rays see that hit nothing."""
         return self._background
 
     def body(self, number: Any) -> Body:
