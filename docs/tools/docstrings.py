@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from typing import Any
 
-_COLUMNS = re.compile(r"\S {2,}\S")
+_COLUMNS = re.compile(r"[^\s.] {2,}\S")
 _LABEL = re.compile(r"(Raises |[A-Za-z_]+(, [A-Za-z_]+)*: )")
 _CODE = re.compile(r"(``[^`]+``|`[^`]+`)")
+_MOTION = re.compile(r", motion=Motion\(steps=\(\)\)")
 _MARKS = re.compile(r"([*|\\_])")
 
 
@@ -22,7 +23,7 @@ def signature(app: Any, what: str, name: str, obj: Any, options: Any, given: str
         return None
     if what == "exception":
         return ("", None)
-    return (re.sub(r", _\w+=[^,()]*(\([^()]*\))?", "", given), None)
+    return (_MOTION.sub("", given).replace(", *)", ")"), None)
 
 
 def structured(lines: list[str]) -> list[str]:

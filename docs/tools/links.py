@@ -34,13 +34,13 @@ def problems(site: Path) -> list[str]:
     found = []
     for path, page in pages.items():
         for tag, target in page.links:
-            wrong = _wrong(path, tag, target, pages)
+            wrong = _wrong(path, tag, target, pages, site.resolve())
             if wrong:
                 found.append(f"{path.relative_to(site.resolve())}: {target}: {wrong}")
     return found
 
 
-def _wrong(page: Path, tag: str, target: str, pages: dict[Path, _Page]) -> str | None:
+def _wrong(page: Path, tag: str, target: str, pages: dict[Path, _Page], site: Path) -> str | None:
     parts = urlsplit(target)
     if parts.scheme == "data" or parts.scheme == "mailto":
         return None
@@ -48,6 +48,8 @@ def _wrong(page: Path, tag: str, target: str, pages: dict[Path, _Page]) -> str |
         return "is loaded from another host" if tag in _LOADS else None
     file = (page.parent / unquote(parts.path)).resolve() if parts.path else page
     file = file / "index.html" if file.is_dir() else file
+    if not file.is_relative_to(site):
+        return "is outside of the site"
     if not file.exists():
         return "there is no such file"
     place = unquote(parts.fragment)

@@ -9,6 +9,8 @@ from latex2mathml.converter import convert
 from sphinx.errors import SphinxError
 
 _LEFT_OVER = re.compile(r">\\[A-Za-z]+<")  # a command that the converter did not know stands in its output as a word
+_STYLED = re.compile(r'<mi mathvariant="(bold|sans-serif)">([A-Za-z])</mi>')
+_ALPHABETS = {"bold": (0x1D400, 0x1D41A), "sans-serif": (0x1D5A0, 0x1D5BA)}  # Unicode's A and a of each
 
 
 def mathml(formula: str, display: str) -> str:
@@ -17,7 +19,16 @@ def mathml(formula: str, display: str) -> str:
     unknown = _LEFT_OVER.search(markup)
     if unknown:
         raise SphinxError(f"formula {formula!r}: unknown command {unknown[0][1:-1]}")
-    return markup
+    return _STYLED.sub(_letter, markup)
+
+
+def _letter(found: re.Match[str]) -> str:
+    """A letter in bold or without serifs, by its own code point, since browsers forget `mathvariant`."""
+    upper, lower = _ALPHABETS[found[1]]
+    letter = found[2]
+    return (
+        f"<mi>{chr((upper if letter.isupper() else lower) + ord(letter) - ord('A' if letter.isupper() else 'a'))}</mi>"
+    )
 
 
 def _inline(translator: Any, node: Any) -> None:
