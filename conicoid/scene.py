@@ -271,7 +271,7 @@ class Scene:
     def view(self, height: int = 480) -> Any:
         """A widget to walk around in the scene in a notebook, `height` pixels high.
 
-        Raises ImportError without anywidget (`pip install conicoid[notebook]`), ValueError for what no browser holds.
+        Raises ImportError without anywidget (`pip install anywidget`), ValueError for what no browser holds.
         """
         from .viewer.widget import view
 

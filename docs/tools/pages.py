@@ -7,7 +7,7 @@ from typing import Any
 
 from docs.tools.live import SCENES
 
-_OUTSIDE = {
+_OUTSIDE = {  # from pages in docs/
     "../CONTRIBUTING.md": "project/contributing.md",
     "../CHANGELOG.md": "project/changelog.md",
     "../SECURITY.md": "project/security.md",
