@@ -5,23 +5,24 @@ from __future__ import annotations
 import re
 from typing import Any
 
-_COLUMNS = re.compile(r"[^\s.] {2,}\S")
+_COLUMNS = re.compile(r"[^\s.?:] {2,}\S")
 _LABEL = re.compile(r"(Raises |[A-Za-z_]+(, [A-Za-z_]+)*: )")
 _CODE = re.compile(r"(``[^`]+``|`[^`]+`)")
 _MOTION = re.compile(r", motion=Motion\(steps=\(\)\)")
+_MADE_BY_OTHERS = ("Shape", "Solid", "Sheet", "Hits", "Spans", "Crossings")  # users do not call these classes
 _MARKS = re.compile(r"([*|\\_])")
 
 
 def process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     """The event "autodoc-process-docstring"."""
-    lines[:] = structured(lines)
+    lines[:] = [] if what == "data" else structured(lines)  # a number's docstring is that of all numbers
 
 
 def signature(app: Any, what: str, name: str, obj: Any, options: Any, given: str | None, returned: str | None) -> Any:
     """The event "autodoc-process-signature": what only the package itself may pass has no place in the reference."""
     if given is None:
         return None
-    if what == "exception":
+    if what == "exception" or name.removeprefix("conicoid.") in _MADE_BY_OTHERS:
         return ("", None)
     return (_MOTION.sub("", given).replace(", *)", ")"), None)
 
@@ -44,9 +45,13 @@ def structured(lines: list[str]) -> list[str]:
 def escaped(line: str) -> str:
     """A line without marks, but that `code` is code."""
     parts = _CODE.split(line)
-    return "".join(
-        "``" + part.strip("`") + "``" if k % 2 else _MARKS.sub(r"\\\1", part) for k, part in enumerate(parts)
-    )
+    for k, part in enumerate(parts):
+        if k % 2:
+            ends = "\\ " if re.match(r"\w", parts[k + 1]) else ""  # `Body`s: the markup wants an end of the word
+            parts[k] = "``" + part.strip("`") + "``" + ends
+        else:
+            parts[k] = _MARKS.sub(r"\\\1", part)
+    return "".join(parts)
 
 
 def _blocks(lines: list[str]) -> list[list[str]]:

@@ -42,6 +42,7 @@ def test_columns_are_kept_as_they_are_written():
     [
         ("|x| <= a * b_i", r"\|x\| <= a \* b\_i"),
         ("`t_min` of ``a | b``", "``t_min`` of ``a | b``"),
+        ("`Body`s, one", r"``Body``\ s, one"),
     ],
 )
 def test_marks_of_the_markup_are_escaped(written: str, shown: str):
