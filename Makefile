@@ -7,13 +7,15 @@ VENV := .venv
 BIN := $(VENV)/bin
 PYTEST := $(BIN)/python -m pytest --numprocesses=auto --maxprocesses=4 --dist=worksteal
 READY := $(VENV)/.ready
+DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test deep check format lock clean
+.PHONY: help demo docs test deep check format lock clean
 
 help:
 	@echo "make demo    render the gallery into out/"
+	@echo "make docs    the site, in out/site"
 	@echo "make test    the fast test suite"
 	@echo "make deep    the long test suite"
 	@echo "make check   formatting, lint, types, layers"
@@ -24,6 +26,12 @@ help:
 demo: $(READY)
 	$(BIN)/python examples/gallery.py
 	@echo "The pictures are in $(CURDIR)/out"
+
+docs: $(DOCS_READY)
+	$(BIN)/python -m docs.tools.live out/extra
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --fresh-env --doctree-dir out/doctrees docs out/site
+	$(BIN)/python -m docs.tools.links out/site
+	@echo "The site is $(CURDIR)/out/site/index.html"
 
 test: $(READY)
 	$(PYTEST)
@@ -53,11 +61,16 @@ $(READY): pyproject.toml requirements-dev.lock
 	@$(PIP) install --constraint requirements-dev.lock --no-build-isolation --editable . --group dev
 	@touch $@
 
+$(DOCS_READY): $(READY)
+	@echo "Installing what makes the site into $(VENV) ..."
+	@$(PIP) install --constraint requirements-dev.lock --group docs
+	@touch $@
+
 lock:
 	rm -rf $(VENV)/lock
 	$(PYTHON) -m venv $(VENV)/lock
 	$(VENV)/lock/bin/python -m pip install --quiet --upgrade pip hatchling
-	$(VENV)/lock/bin/python -m pip install --quiet --no-build-isolation --editable . --group dev
+	$(VENV)/lock/bin/python -m pip install --quiet --no-build-isolation --editable . --group dev --group docs
 	{ echo "# Exact versions for development, made by \`make lock\`."; \
 		$(VENV)/lock/bin/python -m pip freeze --all --exclude-editable --exclude setuptools; } > requirements-dev.lock
 	rm -rf $(VENV)/lock

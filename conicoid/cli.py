@@ -215,13 +215,14 @@ def import_(
             raise ValueError(f"{output}: scenes are saved as .yaml or .json")
         _check_folder(output)
         from .formats import openmc, scene_file
+        from .shapes.labels import counted
 
         with refused_files(), Bar("expanding", "body") as bar:
             imported = openmc.read(geometry, void=void, max_bodies=max_bodies, progress=_counted(geometry, bar))
         scene_file.write(imported, output, imported.material_names)
         for line in (*imported.notes, *imported.legend):
             typer.echo(line)
-        say(f"{output}: {len(imported.bodies):,} bodies")
+        say(f"{output}: {counted(len(imported.bodies), 'body', 'bodies')}")
 
 
 @app.command(
@@ -229,7 +230,7 @@ def import_(
     "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
     "Rows: camera, random, picture, build, growth and more against peers; latency, import, command, compile, memory "
     "against what is asked of Conicoid itself, at most.\n\n"
-    "The peers come with `pip install conicoid[bench]`; docs/performance.md says how to read the table, "
+    'The peers come with `pip install ".[bench]"` in the repository; docs/performance.md says how to read the table, '
     "docs/exactness-measured.md that of accuracy."
 )
 def bench(
@@ -334,10 +335,11 @@ def _rays(bar: Bar, count: int) -> Any:
 
 def _counted(geometry: Path, bar: Bar) -> Any:
     """Progress that states the number of bodies before the first of them is made."""
+    from .shapes.labels import counted
 
     def progress(done: int, count: int) -> None:
         if done == 0:
-            say(f"{geometry}: expands into {count:,} bodies")
+            say(f"{geometry}: expands into {counted(count, 'body', 'bodies')}")
         bar(done, count)
 
     return progress

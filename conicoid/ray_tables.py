@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .shapes.labels import counted
 from .trace.rays import Rays
 
 if TYPE_CHECKING:
@@ -51,8 +52,9 @@ def spans(scene: Scene, table: RayTable, progress: Progress) -> Arrays:
 def summary(arrays: Arrays) -> str:
     """One line on what was found."""
     if "offsets" in arrays:
-        return f"{len(arrays['t_enter']):,} spans of {len(arrays['offsets']) - 1:,} rays"
-    return f"{int((arrays['body'] >= 0).sum()):,} of {arrays['body'].size:,} rays hit"
+        spans, rays = len(arrays["t_enter"]), len(arrays["offsets"]) - 1
+        return f"{counted(spans, 'span', 'spans')} of {counted(rays, 'ray', 'rays')}"
+    return f"{int((arrays['body'] >= 0).sum()):,} of {counted(arrays['body'].size, 'ray', 'rays')} hit"
 
 
 def _flat(table: RayTable) -> tuple[Rays, Any, Any]:

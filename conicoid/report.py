@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .formats.errors import printable
+from .shapes.labels import counted, with_bytes
 from .shapes.quadric import Quadric
-from .terminal import with_bytes
 
 if TYPE_CHECKING:
     from .checks.finding import Finding
@@ -29,7 +29,7 @@ def listing(scene: Scene) -> list[str]:
         if isinstance(body.shape, Quadric):
             lines.append(f"{'':>9}  {body.shape.classification}")
     if len(scene.bodies) > LISTED:
-        lines.append(f"{'':>9}  and {len(scene.bodies) - LISTED:,} more entries")
+        lines.append(f"{'':>9}  and {counted(len(scene.bodies) - LISTED, 'more entry', 'more entries')}")
     return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
 
 
@@ -66,9 +66,9 @@ def _box(low: Any, high: Any) -> str:
 
 
 def _memory(memory: Memory) -> str:
-    """Bytes in all, and for each cell."""
+    """Bytes in all, and for each primitive."""
     each = ", ".join(
-        f"{part / max(memory.cells, 1):.0f} bytes a cell for {name}"
+        f"{part / max(memory.cells, 1):.0f} bytes a primitive for {name}"
         for name, part in (("the tables", memory.tables), ("the tree", memory.tree))
     )
-    return f"{with_bytes(memory.tables + memory.tree)} for {memory.cells:,} cells: {each}"
+    return f"{with_bytes(memory.tables + memory.tree)} for {counted(memory.cells, 'primitive', 'primitives')}: {each}"

@@ -66,14 +66,17 @@ class Scene:
 
     @property
     def lights(self) -> tuple[Any, ...]:
+        """The lights as listed; with none, pictures are lit by some that fit."""
         return self._lights
 
     @property
     def camera(self) -> Any:
+        """The camera, or None: then pictures are taken by one that fits."""
         return self._camera
 
     @property
     def background(self) -> Any:
+        """A colour or a `Sky`: what rays see that hit nothing."""
         return self._background
 
     def body(self, number: Any) -> Body:
@@ -178,14 +181,14 @@ class Scene:
 
     @property
     def memory(self) -> Memory:
-        """What the prepared scene takes: how many cells it has, and the bytes of its tables and of its tree."""
+        """What the prepared scene takes: bytes of its tables and of its tree, and for how many primitives (`cells`)."""
         from .geometry.memory import memory
 
         return memory(self.geometry)
 
     @calm
     def first_hit(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Hits:
-        """The nearest crossing of each ray in the open interval ]t_min, t_max[.
+        """The nearest crossing of each ray in the open interval (t_min, t_max).
 
         Raises ValueError for rays that cannot be traced, with the index of the first.
         """
@@ -199,7 +202,7 @@ class Scene:
 
     @calm
     def occluded(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Any:
-        """bool (...): is there any crossing in ]t_min, t_max[?  Equals first_hit(...).t < inf."""
+        """bool (...): is there any crossing strictly between t_min and t_max?  Equals first_hit(...).t < inf."""
         from .trace import queries
 
         return queries.occluded(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
@@ -213,14 +216,14 @@ class Scene:
 
     @calm
     def crossings(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Crossings:
-        """Every crossing of each ray with every body in ]t_min, t_max[, solids and sheets, sorted along the ray."""
+        """Every crossing of each ray with solids and sheets, strictly between t_min and t_max, sorted along the ray."""
         from .trace import queries
 
         return queries.crossings(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
     @calm
     def contains(self, points: Any) -> Any:
-        """bool (...): does any solid contain the point (..., 3)?  Leaves are closed, Booleans exact."""
+        """bool (...): does any solid contain the point (..., 3)? Primitives hold their boundary, Booleans are exact."""
         return np.asarray(self.body_at(points) >= 0)[()]
 
     @calm
@@ -263,7 +266,7 @@ class Scene:
     def view(self, height: int = 480) -> Any:
         """A widget to walk around in the scene in a notebook, `height` pixels high.
 
-        Raises ImportError without anywidget (`pip install conicoid[notebook]`), ValueError for what no browser holds.
+        Raises ImportError without anywidget (`pip install anywidget`), ValueError for what no browser holds.
         """
         from .viewer.widget import view
 

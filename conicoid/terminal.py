@@ -131,16 +131,6 @@ def with_prefix(value: float) -> str:
     return f"{value:.3g} "
 
 
-def with_bytes(count: int) -> str:
-    """A number of bytes for people: 12.3 MB."""
-    value, unit = float(count), "bytes"
-    for unit in ("bytes", "kB", "MB", "GB"):
-        if value < 1000 or unit == "GB":
-            break
-        value /= 1000
-    return f"{value:.3g} {unit}"
-
-
 def show_table(table: Table, about: list[str]) -> None:
     """A table and lines below it, on stdout, as wide as they need to be."""
     from rich.console import Console

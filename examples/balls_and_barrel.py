@@ -1,4 +1,7 @@
-"""Shining balls and a barrel: the truncated ellipsoid of seed 004 (its figure 3.2.2, ALLIPS and ALLOID)."""
+"""Shining balls and a barrel: the truncated ellipsoid.
+
+ALLIPS and ALLOID in the graphics textbook (docs/theory.md), figure 3.2.2.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cylinder given by two axis points, a reference point and a radius, from a start to an end angle (seed 002)."""
+"""The cylinder given by two axis points, a reference point and a radius, from a start to an end angle (Sasaki 2021)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The closed cylinder in free orientation (seed 004, CILIND and figure 3.2.3): three of them, each with its axis."""
+"""The closed cylinder in free orientation: three of them, each with its axis.
+
+CILIND in the graphics textbook (docs/theory.md), figure 3.2.3.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Glass, water and mirror balls over a checked plane: refraction, inverted images, total reflection (seed 000)."""
+"""Glass, water and mirror balls over a checked plane: refraction, inverted images, total reflection."""
 
 from __future__ import annotations
 

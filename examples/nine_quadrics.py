@@ -1,4 +1,4 @@
-"""The nine canonical quadrics on one sheet (seed 000), with sections by x = 0, y = 0 and z = h painted on."""
+"""The nine canonical quadrics on one sheet (ray tracing notes), with sections by x = 0, y = 0 and z = h painted on."""
 
 from __future__ import annotations
 

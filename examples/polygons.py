@@ -1,4 +1,4 @@
-"""Concave polygons by even-odd, and triangles with shared edges (seed 000)."""
+"""Concave polygons by even-odd, and triangles with shared edges (the ray tracing notes)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Bow tie to truncated cone: two planes slide along the axis of one cone (seed 004, KONYS, figures 3.2.5 and 3.2.6)."""
+"""Bow tie to truncated cone: two planes slide along the axis of one cone.
+
+KONYS in the graphics textbook (docs/theory.md), figures 3.2.5 and 3.2.6.
+"""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ def test_info(scene):
     _, unit, text = totals["memory"].split(maxsplit=2)
     assert unit in ("bytes", "kB")
     # The ball, the box, two balls, the half-space; the tree's node has 8 boxes of 6 floats
-    assert text.startswith("for 5 cells: ")
+    assert text.startswith("for 5 primitives: ")
     assert int(text.split(", ")[1].split()[0]) >= 8 * 6 * 8 / 5
 
 

@@ -14,10 +14,12 @@ from types import ModuleType
 
 import pytest
 
+import conicoid as co
 from conicoid.shapes import REGISTRY
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+LETTERS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
+PAGES = [*(ROOT / name for name in LETTERS), *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
@@ -60,6 +62,21 @@ def anchors(page: Path) -> set[str]:
     """The anchors that GitHub gives to a page's headings."""
     headings = HEADING.findall(page.read_text(encoding="utf-8"))
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize(
+    "told",
+    [page.read_text(encoding="utf-8") for page in PAGES if page.name not in ("CONTRIBUTING.md", "CHANGELOG.md")]
+    + [getattr(co, name).__doc__ or "" for name in co.__all__],
+)
+def test_words_of_the_workshop_stay_there(told: str) -> None:
+    """Sources have names, open intervals are said in words, and a leaf or a cell is explained where it is spoken of."""
+    assert not re.search(r"\bseeds? \d{3}\b", told, re.IGNORECASE)
+    assert "]t_min" not in told
+    if re.search(r"\bleaf\b|\bleaves of\b", told):
+        assert "*leaf*" in told
+    if re.search(r"\bcells?\b", re.sub(r"(?s)```.*?```|`[^`]*`", "", told)):
+        assert "*cell" in told or "theory.md#8-solids" in told or "OpenMC" in told
 
 
 @pytest.mark.parametrize("name", [name for name in REGISTRY if REGISTRY[name].__module__.startswith("conicoid.")])

@@ -11,6 +11,7 @@ from rich.console import Console
 import conicoid as co
 from conicoid import terminal
 from conicoid.formats.errors import SceneFileError
+from conicoid.shapes import labels
 
 
 def bar_text(monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> str:
@@ -55,7 +56,7 @@ def test_the_first_compilation_is_announced_once(capsys):
 
 def test_numbers_for_people():
     assert [terminal.with_prefix(n) for n in (0, 12.345, 1234, 5.6e6, 7e9)] == ["0 ", "12.3 ", "1.23 k", "5.6 M", "7 G"]
-    assert [terminal.with_bytes(n) for n in (0, 999, 1000, 12_300_000, 5 * 10**12)] == [
+    assert [labels.with_bytes(n) for n in (0, 999, 1000, 12_300_000, 5 * 10**12)] == [
         "0 bytes",
         "999 bytes",
         "1 kB",

@@ -5,7 +5,7 @@ relative to the origin and z the axis the direction is longest along. These depe
 and the vertex alone, and the side of an edge on its two ends alone, so two polygons that share an
 edge see one and the same edge: by even-odd a ray through it is inside exactly one of two that
 lie on opposite sides of it. (After Woop, Benthin, Wald: Watertight ray/triangle intersection,
-JCGT 2, 2013; the even-odd rule is seed 000's.)
+JCGT 2, 2013; the even-odd rule is that of the ray tracing notes.)
 """
 
 from __future__ import annotations

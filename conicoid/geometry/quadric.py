@@ -64,7 +64,7 @@ def sphere_roots(
 ) -> Roots:
     """Crossings of a ray with |x - c| = r; `inverse` is 1 / d·d, `starts`: the origin lies on it.
 
-    Seed 000's algebraic method about the foot of the perpendicular, which is its geometric one.
+    The ray tracing notes' algebraic method about the foot of the perpendicular, which is their geometric one.
     """
     cx, cy, cz, r = sphere
     px, ex = two_difference(ox, cx)
@@ -258,7 +258,7 @@ def _terms(
 
 @inline
 def quadric_gradient(quadric: Quadric, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Wᵀ (s∘y + b): half the gradient at a point (seed 000's normal of a quadric)."""
+    """Wᵀ (s∘y + b): half the gradient at a point (the ray tracing notes' normal of a quadric)."""
     _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric
     y0, y1, y2 = own_coordinates(quadric, x, y, z)
     g0, g1, g2 = fma(s0, y0, b0), fma(s1, y1, b1), fma(s2, y2, b2)

@@ -19,7 +19,7 @@ BoolArray = npt.NDArray[np.bool_]
 def reflect(directions: Any, normals: Any) -> FloatArray:
     """Mirrored directions d - 2 (d·n) n, as long as d.
 
-    directions: (..., 3), the way the light travels (-L of seed 000, whose formula is R = 2 (N·L) N - L).
+    directions: (..., 3), the way the light travels (-L of the ray tracing notes, whose formula is R = 2 (N·L) N - L).
     normals: (..., 3), any length, facing either way; shapes broadcast.
     A miss's NaN normal (or direction) gives NaN.
     Raises ValueError for a wrong shape, and for zero or infinite vectors with the index of the first.
@@ -37,7 +37,7 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
     directions, normals: (..., 3) as for `reflect`; the refracted directions are as long as d.
     eta: index where the ray comes from / index beyond, a number or (...).
     Where reflection is total the mirrored direction is returned and the mask is True.
-    t = eta (d - (d·n) n) - cos θ₂ n for unit d and n facing it, cos² θ₂ = (1 - eta²) + (eta cos θ)² (seed 000).
+    t = eta (d - (d·n) n) - cos θ₂ n for unit d and n facing it, cos² θ₂ = (1 - eta²) + (eta cos θ)².
     Raises ValueError as `reflect` does, and for an eta that is not finite and > 0.
     """
     ratio = _ratio(eta)[..., None]

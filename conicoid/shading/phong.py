@@ -1,4 +1,4 @@
-"""Highlights: Phong's and the half-vector's (seed 000). All vectors are unit; L to the light, E to the eye."""
+"""Highlights: Phong's and the half-vector's. All vectors are unit; L to the light, E to the eye."""
 
 from __future__ import annotations
 

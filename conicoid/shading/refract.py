@@ -17,7 +17,7 @@ def refract(
     eta = η₁ / η₂, index where the ray comes from over index beyond. The part of d along the surface
     is scaled by eta (that is Snell's law), the part along -n makes up the length:
     t = eta (d - (d·n) n) - cos θ₂ n, with cos² θ₂ = 1 - eta² sin² θ₁ = (1 - eta²) + (eta cos θ₁)². The same as
-    T = -eta L + (eta cos θ₁ - cos θ₂) N of seed 000 with L = -d, without its cancellations.
+    T = -eta L + (eta cos θ₁ - cos θ₂) N of the ray tracing notes with L = -d, without its cancellations.
     """
     along = dot(dx, dy, dz, nx, ny, nz)
     square = (1.0 - eta) * (1.0 + eta) + (eta * along) * (eta * along)

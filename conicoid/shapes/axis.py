@@ -20,7 +20,7 @@ def difference(start: Vector, end: Vector) -> ex.Row:
 
 
 def axis_frame(start: Vector, end: Vector, reference: Vector | None) -> Motion:
-    """Own frame to world: origin at start, z towards end, x towards the reference (seed 002)."""
+    """Own frame to world: origin at start, z towards end, x towards the reference (Sasaki 2021)."""
     return Motion((Frame(start, difference(start, end), reference),))
 
 

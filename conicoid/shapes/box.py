@@ -18,7 +18,7 @@ class Box(PrimitiveSolid):
 
     Faces: 0 low x, 1 high x, 2 low y, 3 high y, 4 low z, 5 high z.
     uv: the other two coordinates, in the order x, y, z, each scaled over the box to [0, 1].
-    Seed 000, "ray and box".
+    Source: the ray tracing notes, "ray and box".
     """
 
     low: VectorLike = (-1.0, -1.0, -1.0)

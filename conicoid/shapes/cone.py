@@ -29,7 +29,8 @@ class Cone(PrimitiveSolid):
     pointed cone loses digits.
 
     Faces: 0 side, 1 start cap, 2 end cap. A pointed end has no cap: its plane only selects the nappe.
-    uv: (angle / 360, height in [0, 1]) on the side, (x, y) / radius on the caps. Seed 004 (KONYS).
+    uv: (angle / 360, height in [0, 1]) on the side, (x, y) / radius on the caps.
+    Source: the graphics textbook (KONYS).
     """
 
     start: VectorLike

@@ -5,7 +5,7 @@ line common to two planes meets f = 0, or at a stationary point of f = 0 or of i
 point for direction e has ∇f·a = 0 for all a across e (and n_i, in a section); ∇f·a = 0 is a plane. So all but the
 first are points where a line common to two planes meets f = 0. What is not cut off by another plane counts.
 
-All of that is done in floats, in coordinates in which f = Σ ±u_k² + 2 l·u - c (seed 001's congruence), anchored where
+All of that is done in floats, in coordinates in which f = Σ ±u_k² + 2 l·u - c (by congruence), anchored where
 the surface is. Every point carries a bound of its own rounding error, by which tests are relaxed and values raised.
 A direction in which the solid cannot be shown to end stays infinite.
 

@@ -22,7 +22,7 @@ from .vector import Vector, VectorLike
 class Cylinder(PrimitiveSolid):
     """Closed circular cylinder between two points of its axis, any direction; a wedge with angles.
 
-    Own frame (seed 002): origin at `start`, z along the axis, x towards `reference` projected
+    Own frame (Sasaki 2021): origin at `start`, z along the axis, x towards `reference` projected
     across the axis: x² + y² <= radius², 0 <= z <= length, and the angle of (x, y), counter-clockwise
     about start → end, from `start_angle` to `end_angle` (degrees, their difference, as float64, in (0, 360]).
     Given angles need a reference; without angles x is the coordinate axis least along the axis.
@@ -30,7 +30,7 @@ class Cylinder(PrimitiveSolid):
     Faces: 0 side, 1 start cap, 2 end cap, 3 wall at start_angle, 4 wall at end_angle (half a turn
     has one plane for both walls: face 3). uv: (angle / 360, height in [0, 1]) on the side,
     (x, y) / radius on the caps, (distance from the axis / radius, height in [0, 1]) on the walls.
-    Seeds 002 and 004 (CILIND).
+    Sources: Sasaki 2021 and the graphics textbook (CILIND).
     """
 
     start: VectorLike

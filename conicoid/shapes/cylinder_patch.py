@@ -23,7 +23,8 @@ class CylinderPatch(PrimitiveSheet):
     Own frame as for `Cylinder`: x² + y² = radius², 0 <= z <= length, the angle of (x, y) from `start_angle`
     to `end_angle` (degrees, their difference in (0, 360]), zero towards `reference`, growing counter-clockwise
     about start → end. The normal points away from the axis.
-    Face 0. uv: (angle / 360, height in [0, 1]). Seed 002.
+    Face 0. uv: (angle / 360, height in [0, 1]).
+    Source: Sasaki 2021.
     """
 
     start: VectorLike

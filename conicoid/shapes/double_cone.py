@@ -17,7 +17,7 @@ class DoubleCone(EllipticSolid):
 
     Faces: 0 both nappes, 1 the cap at z_range[0], 2 the cap at z_range[1]. The apex has the axis for its normal.
     uv: (angle / 360, height scaled from the range to [0, 1]), v = z without one; on the caps (x, y) / radius.
-    Seed 004 (PICA; the bow tie becomes the truncated cone as the range slides along the axis).
+    Source: the graphics textbook (PICA; the bow tie becomes the truncated cone as the range slides along the axis).
     """
 
     slope: float = 1.0

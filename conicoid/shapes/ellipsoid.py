@@ -26,8 +26,8 @@ class Ellipsoid(EllipticSolid):
 
     Faces: 0 the ellipsoid, 1 the cut at low, 2 the cut at high.
     uv: (angle of (x, y) / 360, height scaled from the lowest to the highest point of face 0 to [0, 1]);
-    on the cuts (x, y) in units of the half-axes of the cut. Seeds 000 (canonical quadric 1) and 004
-    (ALLIPS, ALLOID).
+    on the cuts (x, y) in units of the half-axes of the cut.
+    Sources: the ray tracing notes (canonical quadric 1) and the graphics textbook (ALLIPS, ALLOID).
     """
 
     radii: VectorLike = _DEFAULT_RADII

@@ -26,7 +26,8 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     Faces: 0 the curved surface (both nappes or bowls of it), 1 the cap at z_range[0], 2 the cap at
     z_range[1]. uv: on face 0 (angle of (x, y) about z / 360, height scaled from the range to [0, 1]);
     the range counts from where the surface begins, and if it is infinite v is z itself.
-    On the caps (x, y) in units of the half-axes of the cap's ellipse. Seed 001, "parameterization".
+    On the caps (x, y) in units of the half-axes of the cap's ellipse.
+    Source: the Clemson notes, "parameterization".
     """
 
     z_range: Interval | None

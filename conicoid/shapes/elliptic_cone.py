@@ -17,7 +17,8 @@ class EllipticCone(EllipticSolid):
     At z = h the section has the half-axes |h| sqrt(H / A) and |h| sqrt(H / E).
     Faces: 0 both nappes, 1 the cap at z_range[0], 2 the cap at z_range[1]. The apex has the axis for its normal.
     uv: (angle of (x, y) / 360, height scaled from the range to [0, 1]), v = z without one; on the caps
-    (x, y) in units of the half-axes. Seed 000, canonical quadric 4.
+    (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 4.
     """
 
     A: float

@@ -16,7 +16,8 @@ class EllipticCylinder(EllipticSolid):
 
     Faces: 0 side, 1 the cap at z_range[0], 2 the cap at z_range[1].
     uv: (angle of (x, y) / 360, height scaled from the range to [0, 1]), v = z without one; on the caps
-    (x, y) in units of the half-axes. Seed 000, canonical quadric 5a.
+    (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 5a.
     """
 
     A: float

@@ -18,7 +18,8 @@ class EllipticParaboloid(EllipticSolid):
     At z = h the section has the half-axes sqrt(h / A) and sqrt(h / E).
     Faces: 0 the paraboloid, 1 the cut at z_range[0], 2 the cut at z_range[1].
     uv: (angle of (x, y) / 360, height scaled from [max(0, low), high] to [0, 1]), v = z while there is no
-    upper end; on the cuts (x, y) in units of the half-axes. Seed 000, canonical quadric 2a.
+    upper end; on the cuts (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 2a.
     """
 
     A: float

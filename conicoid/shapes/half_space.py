@@ -20,7 +20,8 @@ class HalfSpace(PrimitiveSolid):
     """normal·x <= offset, as written: the normal is not rescaled.
 
     Face 0. uv: Cartesian coordinates on the plane about the foot of the perpendicular from the origin;
-    u points to the coordinate axis that is least along the normal, v = normal × u. Seed 000, "ray and plane".
+    u points to the coordinate axis that is least along the normal, v = normal × u.
+    Source: the ray tracing notes, "ray and plane".
     """
 
     normal: VectorLike

@@ -17,7 +17,8 @@ class HyperbolicCylinder(WithinBox):
     """A x² - E y² <= 1, cut by the box `within`: what lies between the two walls x = ±sqrt((1 + E y²) / A).
 
     Faces: 0 both walls, 1 to 6 the faces of the box. uv on the walls: (y, z), scaled over the box to [0, 1];
-    on the others as on the box. Seed 000, canonical quadric 5b.
+    on the others as on the box.
+    Source: the ray tracing notes, canonical quadric 5b.
     """
 
     A: float

@@ -17,7 +17,8 @@ class HyperbolicParaboloid(WithinBox):
     """A x² - E y² - z <= 0, cut by the box `within`: what lies above the saddle z = A x² - E y².
 
     Faces: 0 the saddle, 1 to 6 the faces of the box. uv on the saddle: (x, y), scaled over the box to [0, 1];
-    on the others as on the box. Seed 000, canonical quadric 2b.
+    on the others as on the box.
+    Source: the ray tracing notes, canonical quadric 2b.
     """
 
     A: float

@@ -26,6 +26,16 @@ def counted(count: int, one: str, many: str) -> str:
     return f"{count:,} {one if count == 1 else many}"
 
 
+def with_bytes(count: int) -> str:
+    """A number of bytes for people: 12.3 MB."""
+    value, unit = float(count), "bytes"
+    for unit in ("bytes", "kB", "MB", "GB"):
+        if value < 1000 or unit == "GB":
+            break
+        value /= 1000
+    return f"{value:.3g} {unit}"
+
+
 def first_numbers(bodies: Iterable[Body]) -> npt.NDArray[np.int64]:
     """The first body number of each entry, and last how many there are."""
     return np.cumsum([0, *map(numbers_of, bodies)], dtype=np.int64)

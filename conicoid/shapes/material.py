@@ -18,7 +18,7 @@ VACUUM = 1.0
 AIR = 1.0003
 WATER = 1.33
 GLASS = 1.52
-"""Refractive indices: speed of light in vacuum over speed in the medium (seed 000)."""
+"""Refractive indices: speed of light in vacuum over speed in the medium (the ray tracing notes)."""
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,7 @@ class Transform:
 class Frame:
     """Own coordinates to a frame with its origin at `origin` and z along `axis`.
 
-    x points to `reference`, projected across the axis (seed 002, equation 2, with the projection
+    x points to `reference`, projected across the axis (Sasaki 2021, equation 2, with the projection
     that the errata ask for); without one, to the coordinate axis that is least along `axis`.
     """
 

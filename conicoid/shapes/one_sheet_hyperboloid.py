@@ -17,7 +17,8 @@ class OneSheetHyperboloid(EllipticSolid):
     At z = h the section has the half-axes sqrt((1 + H h²) / A) and sqrt((1 + H h²) / E).
     Faces: 0 the hyperboloid, 1 the cap at z_range[0], 2 the cap at z_range[1].
     uv: (angle of (x, y) / 360, height scaled from the range to [0, 1]), v = z without one; on the caps
-    (x, y) in units of the half-axes. Seed 000, canonical quadric 3a.
+    (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 3a.
     """
 
     A: float

@@ -17,7 +17,8 @@ class ParabolicCylinder(WithinBox):
     """x² - 2 G y <= 0, cut by the box `within`: a trough along z, open towards y, its bottom the z axis.
 
     Faces: 0 the trough, 1 to 6 the faces of the box. uv on the trough: (x, z), scaled over the box to [0, 1];
-    on the others as on the box. Seed 000, canonical quadric 5c.
+    on the others as on the box.
+    Source: the ray tracing notes, canonical quadric 5c.
     """
 
     G: float

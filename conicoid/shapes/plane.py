@@ -20,8 +20,8 @@ class Plane(PrimitiveSheet):
     """normal·x = offset. A one-sided plane is seen only by rays with normal·direction < 0.
 
     Face 0. uv: Cartesian coordinates on the plane about the foot of the perpendicular from the origin;
-    u points to the coordinate axis that is least along the normal, v = normal × u. Seed 000, "ray and plane"
-    (its D is -offset).
+    u points to the coordinate axis that is least along the normal, v = normal × u.
+    Source: the ray tracing notes, "ray and plane" (their D is -offset).
     """
 
     normal: VectorLike

@@ -26,7 +26,7 @@ class Polygon(PrimitiveSheet):
     The plane is Newell's; its normal sees the loop counter-clockwise. A vertex may lie off it by 64 units
     in the last place of the largest coordinate, more is refused. Face 0. uv: coordinates along the first edge
     and across it (normal × edge), from the first vertex, in units of that edge.
-    Seed 000, "ray and polygon" (even-odd).
+    Source: the ray tracing notes, "ray and polygon" (even-odd).
     """
 
     vertices: tuple[Vector, ...]

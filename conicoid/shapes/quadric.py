@@ -33,7 +33,7 @@ class Quadric(PrimitiveSolid):
 
     Face 0. uv: (angle of (x, y) / 360, z) about the center or, of paraboloids and cylinders, a point of the
     axis; of a half-space, the coordinates that `HalfSpace` has.
-    Seeds 000 (general quadric and its normal) and 001 (symmetric matrix).
+    Sources: the ray tracing notes (general quadric and its normal) and the Clemson notes (symmetric matrix).
     """
 
     matrix: Matrix4 | None = None

@@ -18,7 +18,7 @@ class Sphere(PrimitiveSolid):
     """|x - center|² <= radius².  Own frame: axes of the world about the center.
 
     uv: (angle about z / 360, height from south to north pole in [0, 1]).  Face 0.
-    Seed 000, "ray and sphere".
+    Source: the ray tracing notes, "ray and sphere".
     """
 
     radius: float = 1.0

@@ -19,7 +19,7 @@ class Triangle(PrimitiveSheet):
     """The triangle a, b, c; its normal (b - a) × (c - a) sees them counter-clockwise.
 
     Face 0. uv: (β, γ), the barycentric weights of b and c in p = α a + β b + γ c, α + β + γ = 1.
-    Seed 000, "barycentric coordinates".
+    Source: the ray tracing notes, "barycentric coordinates".
     """
 
     a: VectorLike

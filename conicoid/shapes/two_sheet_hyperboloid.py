@@ -17,7 +17,8 @@ class TwoSheetHyperboloid(EllipticSolid):
     At z = h the sections have the half-axes sqrt((H h² - 1) / A) and sqrt((H h² - 1) / E).
     Faces: 0 both bowls, 1 the cap at z_range[0], 2 the cap at z_range[1].
     uv: (angle of (x, y) / 360, height scaled from the range to [0, 1]), v = z without one; on the caps
-    (x, y) in units of the half-axes. Seed 000, canonical quadric 3b.
+    (x, y) in units of the half-axes.
+    Source: the ray tracing notes, canonical quadric 3b.
     """
 
     A: float

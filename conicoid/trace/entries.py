@@ -31,7 +31,7 @@ def _end(scratch: Scratch, count: int, t: float, ray: Ray, surface: int, place: 
 
 @inline
 def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) -> tuple[int, bool, bool]:
-    """(number of crossings in ]t_min, t_max[, inside just after t_min, doubtful) of a single cell."""
+    """(number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a single cell."""
     inverse = span_inverse(ray)
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
     return crossings_of_spans(geometry, scratch, ray, nearness, cell_spans(geometry, cell, ray, inverse))
@@ -58,7 +58,7 @@ def crossings_of_spans(
 
 @inline
 def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray) -> tuple[int, bool, bool]:
-    """(number of crossings in ]t_min, t_max[, inside just after t_min, doubtful) of a ball."""
+    """(number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a ball."""
     inverse = span_inverse(ray)
     low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
     nearness = surface_nearness(geometry, surface, ray, inverse)

@@ -115,7 +115,7 @@ def _unsettled(geometry: Geometry, scratch: Scratch, k: int, nearness: Nearness)
 def region_crossings(
     geometry: Geometry, scratch: Scratch, program: int, ray: Ray, limit: int
 ) -> tuple[int, bool, bool]:
-    """(number of crossings in ]t_min, t_max[, inside just after t_min, doubtful) of a region; stops after `limit`."""
+    """(number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a region; stops after `limit`."""
     events, unsure = gather(geometry, scratch, program, ray)
     nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
     found, inside, doubtful = sweep(geometry, scratch, program, ray, nearness, events, limit)
@@ -253,7 +253,7 @@ def crossing(scratch: Scratch, n: int) -> tuple[float, int, int, bool]:
 
 @inline
 def counts_in(t: float, surface: int, ray: Ray) -> bool:
-    """Is a crossing within ]t_min, t_max[, and not the one that the ray starts on?"""
+    """Is a crossing within (t_min, t_max), and not the one that the ray starts on?"""
     return ray[6] < t < ray[7] and not (t == 0.0 and surface == ray[8])
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
+from ..shapes.labels import counted
 from ..shapes.validate import DOMAIN, outside_domain
 from .answer import NO_SCENE, Answer
 from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
@@ -260,4 +261,4 @@ class Hits(Answer):
 
     def __repr__(self) -> str:
         found = int((self._found.body >= 0).sum())
-        return f"Hits(shape={self.rays.shape}, {found} of {len(self._found.t)} rays hit)"
+        return f"Hits(shape={self.rays.shape}, {found:,} of {counted(len(self._found.t), 'ray', 'rays')} hit)"

@@ -211,13 +211,13 @@ def resolved(geometry: Geometry, hit: Hit) -> tuple[float, int, int, int, int]:
 
 @inline
 def nearest(geometry: Geometry, scratch: Scratch, ray: Ray) -> tuple[float, int, int, int, int]:
-    """(t, body, surface, face, side) of the first crossing in ]t_min, t_max[; t = inf and ids -1 for a miss."""
+    """(t, body, surface, face, side) of the first crossing in (t_min, t_max); t = inf and ids -1 for a miss."""
     return resolved(geometry, first_crossing(geometry, scratch, ray, scratch.nothing, False))
 
 
 @inline
 def blocked(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs) -> bool:
-    """Is there any crossing in ]t_min, t_max[ of a body with blocks[body] != 0 (int8 over bodies)?"""
+    """Is there any crossing in (t_min, t_max) of a body with blocks[body] != 0 (int8 over bodies)?"""
     return first_crossing(geometry, scratch, ray, blocks, True)[1] >= 0
 
 

@@ -116,7 +116,7 @@ def _packets(rays: Rays) -> tuple[int, int]:
 
 
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
-    """The nearest crossing of each ray in ]t_min, t_max[."""
+    """The nearest crossing of each ray in (t_min, t_max)."""
     arguments = _arguments(scene, rays, t_min, t_max)
     found = Found.new(len(arguments[0]))
     width, packets = _packets(rays)
@@ -160,7 +160,7 @@ def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -
 
 
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
-    """Is there any crossing in ]t_min, t_max[?  bool of the rays' shape."""
+    """Is there any crossing in (t_min, t_max)?  bool of the rays' shape."""
     arguments = _arguments(scene, rays, t_min, t_max)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arguments[0]))
@@ -197,7 +197,7 @@ def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
 
 
 def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
-    """Every crossing of each ray with every body in ]t_min, t_max[, sheets too."""
+    """Every crossing of each ray with every body in (t_min, t_max), sheets too."""
     return Crossings(scene, rays, listed(scene, _arguments(scene, rays, t_min, t_max), *_packets(rays), False))
 
 

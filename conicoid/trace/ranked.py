@@ -49,7 +49,7 @@ def _told(geometry: Geometry, scratch: Scratch, ranks: Ranks, entry: int, n: int
 def told_crossings(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, entry: int, ray: Ray
 ) -> tuple[int, bool]:
-    """(number of an entry's crossings in ]t_min, t_max[, inside just after t_min); they are in scratch, t is a rank.
+    """(number of an entry's crossings in (t_min, t_max), inside just after t_min); they are in scratch, t is a rank.
 
     What the fast formulas say of where each is, is in scratch.time[TIME * n].
     """

@@ -16,7 +16,7 @@ from .scratch import Scratch
 
 @helper
 def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) -> tuple[int, bool]:
-    """(crossings of a clipped surface in ]t_min, t_max[, doubtful). "Entered" is against the sheet's normal."""
+    """(crossings of a clipped surface in (t_min, t_max), doubtful). "Entered" is against the sheet's normal."""
     surface, program = integer(geometry, table.SHEET_SURFACE, sheet), integer(geometry, table.SHEET_PROGRAM, sheet)
     side, one_sided = integer(geometry, table.SHEET_SIDE, sheet), integer(geometry, table.SHEET_ONE_SIDED, sheet) == 1
     low, high, falls, count, inverse = math.inf, math.inf, False, 0, span_inverse(ray)
@@ -51,7 +51,7 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
 
 @helper
 def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: Ray) -> tuple[int, bool]:
-    """(crossings of a polygon in ]t_min, t_max[: 0 or 1, doubtful)"""
+    """(crossings of a polygon in (t_min, t_max): 0 or 1, doubtful)"""
     surface, program = (
         integer(geometry, table.POLYGON_SURFACE, polygon),
         integer(geometry, table.POLYGON_PROGRAM, polygon),

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..shapes.arrays import real_array, without_traces
 from ..shapes.calm import calm
+from ..shapes.labels import counted
 from .answer import Answer
 from .array_kernels import normals_of, points_along
 from .by_ray import ByRay
@@ -105,7 +106,7 @@ class Spans(Answer, ByRay):
         return total.reshape(self._rays.shape)[()]
 
     def __repr__(self) -> str:
-        return f"Spans(shape={self._rays.shape}, {len(self.body)} spans)"
+        return f"Spans(shape={self._rays.shape}, {counted(len(self.body), 'span', 'spans')})"
 
 
 class Crossings(Answer, ByRay):
@@ -163,4 +164,5 @@ class Crossings(Answer, ByRay):
         return _errors(self._scene, self._rays, self.offsets, self.t, self.surface)
 
     def __repr__(self) -> str:
-        return f"Crossings({len(self.offsets) - 1} rays, {len(self.t)} crossings)"
+        rays, found = counted(len(self.offsets) - 1, "ray", "rays"), counted(len(self.t), "crossing", "crossings")
+        return f"Crossings({rays}, {found})"

@@ -180,7 +180,7 @@ def test_bounds_hold_the_sheet(sheet) -> None:
 
 
 def test_polygon_normals_are_newells() -> None:
-    """The seed's exercise: its three points lie in x + 2 y + z + 2 = 0."""
+    """The exercise of the ray tracing notes: its three points lie in x + 2 y + z + 2 = 0."""
     sheet = Polygon(((-3, -3, 7), (3, -4, 3), (4, -5, 4)))
     plane = sheet.sheet(sheet.under()).plane
     normal = np.array([float(c) for c in plane.normal])

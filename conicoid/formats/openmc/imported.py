@@ -34,7 +34,8 @@ class LegendEntry:
     def __str__(self) -> str:
         number = "void" if self.material is None else f"material {self.material}"
         name = printable(shortened(self.name))
-        return f"{self.color or 'invisible':<9}  {number:<14} {self.bodies:>9,} bodies  {name}".rstrip()
+        bodies = "body  " if self.bodies == 1 else "bodies"
+        return f"{self.color or 'invisible':<9}  {number:<14} {self.bodies:>9,} {bodies}  {name}".rstrip()
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from ...shapes.labels import counted, with_bytes
 from ..errors import Problem, SceneFileError
 from .geometry import Cell, Geometry
 from .lattices import Lattice
@@ -23,7 +24,7 @@ def too_many(
     """Refuses what expands into `bound` (such as "up to") `count` bodies, with the place where most of them are."""
     most = f", most of them through {where}" if where else ""
     message = (
-        f"expands into {bound}{_written(count)} bodies, {_size(count)}{most}; the limit is {max_bodies:,} "
+        f"expands into {bound}{_bodies(count)}, {_size(count)}{most}; the limit is {max_bodies:,} "
         "(max_bodies): raise it where there is memory for them, or import a part of the geometry"
     )
     return SceneFileError(path, [Problem(element.line, element.column, "geometry", message)])
@@ -54,16 +55,16 @@ def check_count(path: str | os.PathLike[str], geometry: Geometry, max_bodies: in
     if isinstance(most, Lattice):
         where = f"{most} of {most.size:,} elements"
     elif most is not None:
-        where = f"{most}, which is filled with {_written(geometry.count_in(most))} bodies"
+        where = f"{most}, which is filled with {_bodies(geometry.count_in(most))}"
     raise too_many(path, count, max_bodies, geometry.element if most is None else most.element, where)
 
 
-def _written(count: int) -> str:
-    """1,234,567, or a power of ten where that would be longer than a line."""
-    return f"{count:,}" if count < 10**66 else f"about 1e{len(str(count)) - 1}"
+def _bodies(count: int) -> str:
+    """1,234,567 bodies, or a power of ten where that would be longer than a line."""
+    return counted(count, "body", "bodies") if count < 10**66 else f"about 1e{len(str(count)) - 1} bodies"
 
 
 def _size(count: int) -> str:
     if count > 10**66:
         return "more than any memory holds"
-    return f"about {count * BYTES_PER_BODY / 1e9:,.3g} GB in memory"
+    return f"about {with_bytes(count * BYTES_PER_BODY)} in memory"

@@ -19,7 +19,7 @@ struct Crossing {
     int place, sense;
     bool enters;
     bool before, after;   // MEDIA: inside just before and just after ray.t_min; CLOSED: `after`
-    float chord;          // CHORDS: length inside of ]t_min, t_max[
+    float chord;          // CHORDS: length inside of (t_min, t_max)
 };
 
 uniform vec4 u_section;   // normal and offset of the half-space that is kept

@@ -28,7 +28,7 @@ def test_a_geometry_becomes_a_scene_file(tmp_path: Path) -> None:
     assert co.load(output) == co.load_openmc(PIN)
     assert "4 cells, 7 surfaces, 1 universe, 0 lattices" in result.stdout
     assert "boundary reflective: surfaces 4, 5, 6, 7" in result.stdout
-    assert "material 1             1 bodies  uranium dioxide" in result.stdout
+    assert "material 1             1 body    uranium dioxide" in result.stdout
     assert result.stderr.splitlines() == [f"{PIN}: expands into 4 bodies", f"{output}: 4 bodies"]
 
 
