@@ -4,22 +4,61 @@ from __future__ import annotations
 
 
 def warmup() -> None:
-    """Compile and cache all kernels (about half a minute the first time, under a second later)."""
+    """Compile and cache all kernels (about a minute the first time on two cores, some seconds later)."""
     from .ahead import JOBS, expect
     from .compile_jobs import CALLS
+
+    expect(*JOBS)
+    for call in (_answers, _exact, _pictures, _large, *CALLS.values()):
+        call()
+
+
+def _answers() -> None:
+    """Every field of every answer, for rays that are certain and that only touch a ball."""
     from .scene import Scene
     from .shapes.sphere import Sphere
 
-    expect(*JOBS)
     scene = Scene([Sphere(1.0), Sphere(1.0, (0.0, 0.0, 1.0)) - Sphere(0.5)])
-    hits = scene.first_hit([(0.0, 0.0, 5.0)], [(0.0, 0.0, -1.0)])
-    for _ in (hits.normal, hits.uv, hits.local_point):
-        pass
-    rays = hits.spawn(hits.normal)
-    scene.occluded(rays)
-    scene.spans(rays)
-    scene.crossings(rays)
+    certain, touching = (0.0, 0.0, 5.0), (1.0, 0.0, 5.0)
+    for origins in ([certain], [touching], [certain, touching]):
+        hits = scene.first_hit(origins, (0.0, 0.0, -1.0))
+        for rays in (hits.rays, hits.spawn((0.0, 0.0, 1.0)), hits.spawn((1.0, 0.0, 0.0))):
+            scene.occluded(rays)
+            for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
+                answer.detached()
+                answer[:1].detached()
     scene.contains([(0.0, 0.0, 0.0)])
-    scene.render(8, 8, samples=1)
-    for call in CALLS.values():
-        call()
+
+
+def _exact() -> None:
+    """What error bounds leave open: two roots that are one and irrational, and a point on an oblique wall."""
+    from .scene import Scene
+    from .shapes.quadric import Quadric
+    from .shapes.sphere import Sphere
+
+    two = Scene([Sphere(1.0), Sphere(1.0, (1.0, 0.0, 0.0))])
+    edge = (0.5, 0.0, 5.0), (0.0, 0.0, -1.0)
+    for query in (two.first_hit, two.spans, two.crossings):
+        query(*edge)
+    Scene([Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
+
+
+def _pictures() -> None:
+    from .render.picture import INTEGRATORS
+    from .scene import Scene
+    from .shapes.sphere import Sphere
+
+    for integrator in INTEGRATORS:
+        Scene([Sphere()]).render(8, 8, samples=1, integrator=integrator)
+
+
+def _large() -> None:
+    """The tree of a scene that is built by all threads together."""
+    import numpy as np
+
+    from .scene import Scene
+    from .shapes.spheres import Spheres
+    from .trace.tree.large import ALONE
+
+    centers = np.random.default_rng(0).random((ALONE + 1, 3))
+    Scene([Spheres(centers, 0.001)]).first_hit((0.0, 0.0, 5.0), (0.0, 0.0, -1.0))

@@ -55,7 +55,8 @@ class ByRay:
             kept,
             offsets=offsets.astype(self.offsets.dtype),
             _rays=rays[np.unravel_index(which, rays.shape)],
-            **{name: getattr(self, name)[..., rows] for name in self._columns},
+            # in C order, as kernels were compiled for
+            **{name: np.take(getattr(self, name), rows, axis=-1) for name in self._columns},
         )
         read_only(part)
         return part

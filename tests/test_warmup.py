@@ -1,0 +1,49 @@
+"""`co.warmup()` leaves nothing to be compiled."""
+
+from __future__ import annotations
+
+from .children import child
+
+PROGRAM = """
+import sys
+import conicoid as co, numpy as np
+from conicoid.jit import on_compile
+from conicoid.jit_functions import Kernel
+
+co.warmup()
+found = {
+    f"{home}.{name}": item
+    for home, module in list(sys.modules.items()) if home.startswith("conicoid.")
+    for name, item in vars(module).items() if isinstance(item, Kernel) and item.py_func.__module__ == home
+}
+print(len(found), sorted(name for name, item in found.items() if not item.signatures), flush=True)
+
+late = []
+with on_compile(late.append):
+    scene = co.Scene([
+        co.Sphere(), co.Box((2, -1, -1), (3, 1, 1)) - co.Sphere(1.2, (2, 0, 0)), co.Plane((0, 0, 1), -9),
+        co.Polygon([(5, 0, 0), (6, 0, 0), (5, 1, 0)]), co.Spheres([(0, 5, 0)], 1), co.Cylinder((9, 0, 0), (9, 3, 1), 1),
+    ])
+    some = np.random.default_rng(0)
+    for count in (1, 100, 20_000):
+        origins, directions = some.uniform(-3, 3, (2, count, 3))
+        hits = scene.first_hit(origins, directions)
+        for rays in (hits.rays, hits.spawn(some.normal(size=(count, 3)))):
+            scene.occluded(rays)
+            for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
+                answer[:100].detached()
+    scene.first_hit((1, 0, 5), (0, 0, -1))
+    scene.render(16, 16, samples=1, integrator="normals")
+    co.measure(co.Sphere() - co.Box(), rays=1000)
+    co.check(scene, rays=600)
+print(late, flush=True)
+"""
+
+
+def test_nothing_is_left_to_be_compiled():
+    with child(PROGRAM) as running:
+        count, left = running.line().split(" ", 1)
+        assert int(count) > 20
+        assert left == "[]"
+        assert running.line() == "[]"
+        assert running.end(60)[0] == 0
