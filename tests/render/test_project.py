@@ -28,7 +28,6 @@ def test_points_on_the_ray_of_a_pixel_are_seen_in_its_centre(camera, width, heig
 
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_what_is_not_in_front_is_nowhere(camera):
-    origins, directions = camera.rays(5, 3)
     back = np.subtract(camera.position, camera.look_at)
     behind = camera.project(np.array([camera.position, camera.position + 0.1 * back, camera.look_at]), 5, 3)
     assert np.isnan(behind[:2]).all()

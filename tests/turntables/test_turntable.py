@@ -29,9 +29,7 @@ def _frames(path: Path) -> list[np.ndarray]:
     import av
 
     with av.open(str(path)) as movie:
-        return [
-            frame.reformat(format="rgb24", src_colorspace="ITU709").to_ndarray() for frame in movie.decode(video=0)
-        ]
+        return [frame.reformat(format="rgb24", src_colorspace="ITU709").to_ndarray() for frame in movie.decode(video=0)]
 
 
 @pytest.mark.parametrize(("suffix", "most"), [(".gif", 12), (".webp", 0), (".mp4", 12)])
