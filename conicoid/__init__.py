@@ -120,7 +120,7 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if home is None:
-        raise AttributeError(f"module 'conicoid' has no attribute {name!r}")
+        raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}")
     value = getattr(importlib.import_module(home, __name__), name)
     globals()[name] = value
     return value

@@ -11,6 +11,7 @@ import typer
 
 from .command_parts import (
     STDOUT,
+    Commands,
     SceneFile,
     Threads,
     check_folder,
@@ -25,6 +26,7 @@ from .picture_commands import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turnt
 from .terminal import Bar, compile_notes, say, show_table, user_mistakes
 
 app = typer.Typer(
+    cls=Commands,
     help="Exact ray tracing of quadric solids.",
     no_args_is_help=True,
     add_completion=False,

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from .exit_codes import MISTAKE
 from .terminal import PATIENCE, Bar, compile_notes, say
@@ -18,6 +19,21 @@ from .terminal import PATIENCE, Bar, compile_notes, say
 if TYPE_CHECKING:
     from .scene import Scene
 
+
+class Commands(TyperGroup):
+    """The commands; what they say of their arguments is never longer than a screen."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except Exception as error:
+            message = getattr(error, "message", None)
+            if isinstance(message, str) and len(message) > _LONGEST:
+                error.message = f"{message[: _LONGEST // 2]} ... {message[-_LONGEST // 2 :]}"  # type: ignore[attr-defined]
+            raise
+
+
+_LONGEST = 600
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
 STDOUT = Path("-")

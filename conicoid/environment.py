@@ -17,7 +17,7 @@ def threads_wanted() -> int | None:
     if not wanted:
         return None
     if not (wanted.isascii() and wanted.isdigit() and len(wanted) < 7 and 1 <= int(wanted) <= MOST_THREADS):
-        raise ValueError(f"{THREADS} must be an integer from 1 to {MOST_THREADS}, got {_shown(wanted)}")
+        raise ValueError(f"{THREADS} must be an integer from 1 to {MOST_THREADS}, got {_shown(wanted, _LONGEST)}")
     return int(wanted)
 
 
@@ -50,6 +50,6 @@ def _check_cache(chosen: str) -> None:
         return
 
 
-def _shown(text: str) -> str:
+def _shown(text: str, most: int = 2 * _LONGEST) -> str:
     shown = repr(text)
-    return shown if len(shown) <= 2 * _LONGEST else f"{shown[: 2 * _LONGEST]}..."
+    return shown if len(shown) <= most else f"{shown[:most]}..."

@@ -15,7 +15,7 @@ from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
 from .shapes.labels import counted, first_numbers, one_ball
-from .shapes.validate import callback, flag, positive, what
+from .shapes.validate import callback, flag, positive, shown, what
 from .shapes.validate import path as checked_path
 from .shapes.vector import Box
 
@@ -54,7 +54,7 @@ class Scene:
         names: dict[str, int] = {}
         for i, body in enumerate(self._bodies):
             if body.name is not None and names.setdefault(body.name, i) != i:
-                raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {body.name!r}")
+                raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {shown(body.name)}")
         self._lights = as_lights(lights)
         self._camera = as_camera(camera)
         self._background = as_background(background)

@@ -42,13 +42,17 @@ class SceneFileError(ValueError):
         rest = len(self.problems) - len(lines)
         if rest > 0:
             least = "at least " if len(self.problems) >= MOST else ""
-            lines.append(f"{printable(self.path)}: and {least}{rest} more problem{'s' if rest > 1 else ''}")
+            lines.append(f"{self._file}: and {least}{rest} more problem{'s' if rest > 1 else ''}")
         return "\n".join(lines)
+
+    @property
+    def _file(self) -> str:
+        return _middle_cut(printable(self.path), 400)
 
     def _line(self, problem: Problem) -> str:
         place = f":{problem.line}:{problem.column}" if problem.line else ""
         where = f"{_middle_cut(printable(problem.where), 160)}: " if problem.where else ""
-        return f"{printable(self.path)}{place}: {where}{_middle_cut(printable(problem.message), 600)}"
+        return f"{self._file}{place}: {where}{_middle_cut(printable(problem.message), 600)}"
 
 
 def printable(text: str) -> str:

@@ -177,8 +177,8 @@ def callback(owner: str, field: str, value: Any) -> None:
         raise TypeError(f"{owner}: {field} must be a function or None, got {what(value)}")
 
 
-def path(owner: str, value: Any) -> str | os.PathLike[str]:
+def path(owner: str, value: Any, field: str = "path") -> str | os.PathLike[str]:
     """Refuse what is no path of a file."""
     if not isinstance(value, (str, os.PathLike)) or not os.fspath(value):
-        raise TypeError(f"{owner}: path must be a text or a Path, got {shown(value)}")
+        raise TypeError(f"{owner}: {field} must be a text or a Path, got {shown(value)}")
     return value

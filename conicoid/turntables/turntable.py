@@ -75,7 +75,11 @@ def turntable(
     keep = flag("turntable", "keep", keep)
     callback("turntable", "progress", progress)
     as_camera("turntable", camera)
-    place = target.with_name(f"{target.stem}-frames") if folder is None else Path(checked_path("turntable", folder))
+    place = (
+        target.with_name(f"{target.stem}-frames")
+        if folder is None
+        else Path(checked_path("turntable", folder, "folder"))
+    )
     check_movie(target, width, height, int(frames), seconds)
     checked_place(target)
     made = Frames(scene, place, dict(width=width, height=height, **options))
