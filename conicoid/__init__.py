@@ -37,7 +37,8 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".trace.threads",
     "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
     "check": ".checks.check", "Finding": ".checks.finding",
-    "measure": ".measures.measure", "Measures": ".measures.measure", "warmup": ".warmup",
+    "measure": ".measures.measure", "Measures": ".measures.measure",
+    "turntable": ".turntables.turntable", "warmup": ".warmup",
 }  # fmt: skip
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
@@ -112,13 +113,14 @@ if TYPE_CHECKING:
     from .trace.spans import Crossings as Crossings
     from .trace.spans import Spans as Spans
     from .trace.threads import set_threads as set_threads
+    from .turntables.turntable import turntable as turntable
     from .warmup import warmup as warmup
 
 
 def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if home is None:
-        raise AttributeError(f"module 'conicoid' has no attribute {name!r}")
+        raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}")
     value = getattr(importlib.import_module(home, __name__), name)
     globals()[name] = value
     return value

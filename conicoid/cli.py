@@ -1,21 +1,30 @@
-"""The command line: conicoid render, view, export, info, trace, import, bench, schema."""
+"""The command line: conicoid render, turntable, view, export, info, trace, import, bench, schema."""
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from .exit_codes import MISTAKE
+from .command_parts import (
+    STDOUT,
+    Commands,
+    SceneFile,
+    Threads,
+    check_folder,
+    load,
+    name_of,
+    only_with,
+    prepare,
+    refused_files,
+    written,
+)  # fmt: skip
+from .picture_commands import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turntable
 from .terminal import Bar, compile_notes, say, show_table, user_mistakes
 
-if TYPE_CHECKING:
-    from .scene import Scene
-
 app = typer.Typer(
+    cls=Commands,
     help="Exact ray tracing of quadric solids.",
     no_args_is_help=True,
     add_completion=False,
@@ -25,9 +34,6 @@ app = typer.Typer(
     epilog="Scene files, ray files and results are described in docs/files.md. Exit codes: 0 done, "
     "2 a mistake in the input, 130 interrupted, 141 nobody reads the results, 1 anything else.",
 )
-
-SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
-Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
 
 
 def main() -> None:
@@ -51,39 +57,14 @@ def common(
     ] = False,
 ) -> None:
     """Exact ray tracing of quadric solids."""
+    from .environment import check_environment
 
-
-@app.command(
-    epilog="Examples:\n\n  conicoid render scene.yaml -o picture.png\n\n"
-    "  conicoid render scene.yaml -o large.exr --width 1920 --height 1080"
-)
-def render(
-    scene: SceneFile,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="The picture: .png, .exr, .jpg or .webp.", show_default=False)
-    ],
-    width: Annotated[int, typer.Option(min=1, help="Pixels.")] = 640,
-    height: Annotated[int, typer.Option(min=1, help="Pixels.")] = 480,
-    samples: Annotated[int, typer.Option(min=1, help="Rays for each pixel.")] = 4,
-    integrator: Annotated[str, typer.Option(help="How light is gathered: whitted or normals.")] = "whitted",
-    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same picture, to the bit.")] = 0,
-    depth: Annotated[int, typer.Option(min=0, max=10_000, help="Reflections and refractions of a ray, at most.")] = 10,
-    threads: Threads = None,
-) -> None:
-    """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
     with user_mistakes():
-        from .image import SUFFIXES
+        check_environment()
 
-        if output.suffix.lower() not in SUFFIXES:
-            raise ValueError(f"{output}: pictures are saved as {', '.join(SUFFIXES)}")
-        _check_folder(output)
-        loaded = _load(scene, threads)
-        with compile_notes(), Bar("rendering", "ray") as bar:
-            image = loaded.render(
-                width, height, samples, integrator, seed, depth=depth, progress=_rays(bar, width * height * samples)
-            )
-        image.save(output)
-        say(f"{output}: {width} x {height} pixels")
+
+app.command(epilog=RENDER_EXAMPLES)(render)
+app.command(epilog=TURNTABLE_EXAMPLES)(turntable)
 
 
 @app.command(
@@ -110,7 +91,9 @@ def view(
             session = Session(quadrics_scene(), "Nine quadrics", select=0)
         else:
             stamp = stamp_of(scene)
-            session = Session(_load(scene, None), scene.stem, scene, stamp=stamp)
+            loaded = load(scene, None)
+            prepare(loaded)
+            session = Session(loaded, scene.stem, scene, stamp=stamp)
         with compile_notes():
             session.scene()
         serve(session, port, browser, say)
@@ -125,10 +108,11 @@ def export(
     with user_mistakes():
         if output.suffix.lower() not in (".html", ".htm"):
             raise ValueError(f"{output}: pages are saved as .html")
-        _check_folder(output)
-        loaded = _load(scene, None)
+        check_folder(output)
+        loaded = load(scene, None)
         from .viewer import export as write_page
 
+        prepare(loaded)
         with compile_notes():
             write_page(loaded, output, scene.stem)
         say(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")
@@ -139,6 +123,7 @@ def export(
     "Overlaps may be meant: the body listed first has them. docs/booleans.md says what the check finds."
 )
 def info(
+    context: typer.Context,
     scene: SceneFile,
     check: Annotated[
         bool,
@@ -151,8 +136,11 @@ def info(
 ) -> None:
     """List the bodies of a scene with their bounds, and what it takes in memory; check it."""
     with user_mistakes():
-        loaded = _load(scene, None)
+        only_with(context, "--check", check, "rays", "seed")
+        loaded = load(scene, None)
         from . import report
+
+        prepare(loaded)
 
         with compile_notes():
             lines = [*report.listing(loaded), "", *report.totals(loaded)]
@@ -176,7 +164,12 @@ def info(
 def trace(
     scene: SceneFile,
     rays: Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The results, .npz or .csv.", show_default=False)],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", help="The results, .npz or .csv; - is .csv on standard output.", show_default=False
+        ),
+    ],
     spans: Annotated[bool, typer.Option("--spans", help="Every stretch inside a body, not the first hit.")] = False,
     threads: Threads = None,
 ) -> None:
@@ -184,16 +177,21 @@ def trace(
     with user_mistakes():
         from .formats.ray_file import check_output, read_rays, write_hits, write_spans
 
-        check_output(output)
-        _check_folder(output)
+        if output != STDOUT:
+            check_output(output)
+        check_folder(output)
         table = read_rays(rays)
-        loaded = _load(scene, threads)
+        loaded = load(scene, threads)
         from . import ray_tables
 
+        with compile_notes():
+            ray_tables.check(table)
+        prepare(loaded, *(() if spans else ("rays", "streams", "points")))
         with compile_notes(), Bar("tracing", "ray") as bar:
             arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar)
-        (write_spans if spans else write_hits)(output, arrays)
-        say(f"{output}: {ray_tables.summary(arrays)}")
+        with written(output, ".csv") as file:
+            (write_spans if spans else write_hits)(file, arrays)
+        say(f"{name_of(output)}: {ray_tables.summary(arrays)}")
 
 
 @app.command(
@@ -205,24 +203,30 @@ def import_(
     geometry: Annotated[
         Path, typer.Argument(metavar="GEOMETRY", help="OpenMC's geometry.xml or model.xml.", show_default=False)
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The scene file, .yaml or .json.", show_default=False)],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", help="The scene file, .yaml or .json; - is YAML on standard output.", show_default=False
+        ),
+    ],
     void: Annotated[bool, typer.Option(help="Keep cells without material, as invisible bodies.")] = True,
     max_bodies: Annotated[int, typer.Option(min=1, help="Refuse what expands into more bodies.")] = 50_000,
 ) -> None:
     """Turn an OpenMC geometry into a scene; cells are coloured by material, and the legend is printed."""
     with user_mistakes():
-        if output.suffix.lower() not in (".yaml", ".yml", ".json"):
+        if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
             raise ValueError(f"{output}: scenes are saved as .yaml or .json")
-        _check_folder(output)
+        check_folder(output)
         from .formats import openmc, scene_file
         from .shapes.labels import counted
 
         with refused_files(), Bar("expanding", "body") as bar:
             imported = openmc.read(geometry, void=void, max_bodies=max_bodies, progress=_counted(geometry, bar))
-        scene_file.write(imported, output, imported.material_names)
+        with written(output, ".yaml") as file:
+            scene_file.write(imported, file, imported.material_names)
         for line in (*imported.notes, *imported.legend):
-            typer.echo(line)
-        say(f"{output}: {counted(len(imported.bodies), 'body', 'bodies')}")
+            typer.echo(line, err=output == STDOUT)
+        say(f"{name_of(output)}: {counted(len(imported.bodies), 'body', 'bodies')}")
 
 
 @app.command(
@@ -265,7 +269,9 @@ def bench(
         from .bench.accuracy import command as errors
 
         for file in filter(None, (output, picture)):
-            _check_folder(file)
+            check_folder(file)
+        if accuracy and quick and rays is not None:
+            raise ValueError("bench: give either --rays or --quick, which is 2000 of them")
         if accuracy:
             shown = errors.measure(rows or (), rays or (2000 if quick else 100_000), output, picture, say)
         elif rays is not None or picture is not None:
@@ -287,50 +293,6 @@ def schema() -> None:
 
     with user_mistakes():
         typer.echo(json.dumps(scene_schema(), indent=2))
-
-
-@contextlib.contextmanager
-def refused_files() -> Iterator[None]:
-    """List the mistakes in a file, and end with exit code 2."""
-    from .formats.errors import SceneFileError
-
-    try:
-        yield
-    except SceneFileError as error:
-        say(f"error: {error}" if len(error.problems) == 1 else f"{len(error.problems)} errors:\n{error}")
-        raise SystemExit(MISTAKE) from None
-
-
-def _load(path: Path, threads: int | None) -> Scene:
-    from .files import load
-
-    with refused_files():
-        scene = load(path)
-    if threads is not None:
-        from .trace.threads import set_threads
-
-        set_threads(threads)
-    return scene
-
-
-def _check_folder(output: Path) -> None:
-    """Refuse an output that cannot be written before the work, not after it."""
-    if output.is_dir():
-        raise IsADirectoryError(21, "is a directory", str(output))
-    if output.exists() and not output.is_file():
-        raise OSError(22, "is not a regular file", str(output))
-    if not output.parent.is_dir():
-        raise FileNotFoundError(2, "no such folder", str(output.parent))
-
-
-def _rays(bar: Bar, count: int) -> Any:
-    """Progress that is counted in tiles, shown in rays."""
-
-    def progress(done: int, tiles: int) -> None:
-        bar.scale = count / tiles
-        bar(done, tiles)
-
-    return progress
 
 
 def _counted(geometry: Path, bar: Bar) -> Any:

@@ -13,7 +13,6 @@ Any other gets Numba's plain `njit`, and so does everybody with `CONICOID_JIT=pl
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar, cast
@@ -29,6 +28,7 @@ from numba.core import event
 from numba.extending import intrinsic
 
 from .ahead import on_begin
+from .environment import jit_wanted
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -37,15 +37,13 @@ TESTED = (0, 65), (0, 68)
 
 
 def _is_plain(wish: str, version: str) -> bool:
-    """Is Numba's own `njit` to be taken: by `CONICOID_JIT`, or because of a version?"""
-    if wish not in ("", "plain", "own"):
-        raise ValueError(f"CONICOID_JIT must be 'plain' or 'own', got {wish!r}")
+    """Is Numba's own `njit` to be taken: by a wish ("plain", "own", or ""), or because of a version?"""
     known = re.match(r"(\d+)\.(\d+)", version)
     tested = known is not None and TESTED[0] <= (int(known[1]), int(known[2])) <= TESTED[1]
     return wish == "plain" or (not wish and not tested)
 
 
-PLAIN = _is_plain(os.environ.get("CONICOID_JIT", ""), numba.__version__)
+PLAIN = _is_plain(jit_wanted(), numba.__version__)
 if not PLAIN:
     from .jit_functions import Inner, Kernel
 

@@ -49,6 +49,11 @@ def spans(scene: Scene, table: RayTable, progress: Progress) -> Arrays:
     return {"offsets": np.cumsum(np.concatenate(counts))} | joined
 
 
+def check(table: RayTable) -> None:
+    """Raise ValueError for rays that cannot be traced, before a scene is made ready for them."""
+    _flat(table)
+
+
 def summary(arrays: Arrays) -> str:
     """One line on what was found."""
     if "offsets" in arrays:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 import os
 from collections.abc import Callable, Iterable
 from functools import cached_property
@@ -16,17 +15,20 @@ from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
 from .shapes.labels import counted, first_numbers, one_ball
+from .shapes.validate import callback, flag, positive, shown, what
 from .shapes.validate import path as checked_path
-from .shapes.validate import shown, what
 from .shapes.vector import Box
 
 if TYPE_CHECKING:
     from .geometry.memory import Memory
     from .image import Image
     from .lowering import Lowered
+    from .render.camera import Camera, OrthographicCamera
     from .trace.hits import Hits
     from .trace.queries import Prepared
     from .trace.spans import Crossings, Spans
+
+_SAME: Any = object()
 
 
 class Scene:
@@ -52,7 +54,7 @@ class Scene:
         names: dict[str, int] = {}
         for i, body in enumerate(self._bodies):
             if body.name is not None and names.setdefault(body.name, i) != i:
-                raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {body.name!r}")
+                raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {shown(body.name)}")
         self._lights = as_lights(lights)
         self._camera = as_camera(camera)
         self._background = as_background(background)
@@ -82,22 +84,12 @@ class Scene:
     def body(self, number: Any) -> Body:
         """The body of a number, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
 
-        It has its entry's material and name. Raises IndexError for numbers that there are not, -1, a miss, among them,
-        and TypeError for what is no integer.
+        It has its entry's material and name. IndexError for numbers that there are not, -1, a miss, among them.
         """
-        try:
-            index = None if isinstance(number, bool) else operator.index(number)
-        except TypeError:
-            index = None
-        if index is None:
-            raise TypeError(
-                f"body: number must be one integer, got {shown(number)}; hits.name and hits.material take all at once"
-            )
-        if not 0 <= index < self.body_count:
-            miss = "; -1 stands for a miss" if index == -1 else ""
-            raise IndexError(f"body: number must be at least 0 and below {self.body_count}, got {index}{miss}")
-        entry = int(np.searchsorted(self._firsts, index, side="right")) - 1
-        return one_ball(self._bodies[entry], index - int(self._firsts[entry]))
+        from .scene_parts import numbered
+
+        entry, ball = numbered(self._firsts, number)
+        return one_ball(self._bodies[entry], ball)
 
     @overload
     def __getitem__(self, name: str | int | np.integer[Any]) -> Body: ...
@@ -107,12 +99,10 @@ class Scene:
 
     def __getitem__(self, name: Any) -> Any:
         """The entry of a name, the body of a number, or the bodies of a slice of numbers."""
+        from .scene_parts import named
+
         if isinstance(name, str):
-            for body in self._bodies:
-                if body.name == name:
-                    return body
-            known = ", ".join(repr(body.name) for body in self._bodies if body.name) or "none has a name"
-            raise KeyError(f"no body named {name!r}; named bodies: {known}")
+            return self._bodies[named(self._bodies, name)]
         if isinstance(name, slice):
             return tuple(self.body(number) for number in range(*name.indices(self.body_count)))
         return self.body(name)
@@ -150,6 +140,40 @@ class Scene:
         """How many body ids there are: one for each entry, N for a `Spheres` of N balls."""
         return int(self._firsts[-1])
 
+    def replace(
+        self, which: str | int | None = None, item: Shape | Body | None = None, *,
+        lights: Any = _SAME, camera: Any = _SAME, background: Any = _SAME,
+    ) -> Scene:  # fmt: skip
+        """A scene with one entry changed, or with other lights, another camera or background; it prepares only that.
+
+        `which` is the name of the entry or the number of its body; a shape as `item` takes the place of the entry's
+        shape, which keeps its material and name, and a `Body` that of the whole entry.
+        Raises KeyError and IndexError for an entry that there is not.
+        """
+        from .scene_parts import exchanged
+
+        bodies = self._bodies if which is None and item is None else exchanged(self._bodies, self._firsts, which, item)
+        given = ((lights, self._lights), (camera, self._camera), (background, self._background))
+        made = Scene(bodies, *(old if new is _SAME else new for new, old in given))
+        prepared = self._prepared
+        if prepared is not None and all(a.shape is b.shape for a, b in zip(bodies, self._bodies, strict=True)):
+            made._prepared = prepared if bodies is self._bodies else prepared.labelled(bodies)
+        return made
+
+    @cached_property
+    @calm
+    def extent(self) -> Box:
+        """(low, high) around what is bounded, for cameras; axes without an end are cut to the size of the rest."""
+        from .render.fit import extent
+
+        return extent(body.shape.bounds for body in self._bodies)
+
+    def fitting_camera(self, aspect: float = 4 / 3) -> Camera:
+        """The camera of pictures `aspect` times as wide as high, where the scene has none: all bodies are in view."""
+        from .render.fit import fitting_camera
+
+        return fitting_camera(*self.extent, positive("fitting_camera", "aspect", aspect))
+
     @property
     @calm
     def bounds(self) -> Box:
@@ -162,12 +186,25 @@ class Scene:
     @calm
     def prepared(self) -> Prepared:
         """The lowered scene with its tree, built on first use and shared by all threads."""
+        return self._ready()
+
+    @calm
+    def prepare(self, progress: Callable[[int, int], Any] | None = None) -> None:
+        """Build the arrays and the tree now; else the first question does it.
+
+        progress(done, count) is called with numbers of entries. What a shape becomes is kept with it, so a scene
+        that shares shapes with one that was prepared takes only what is new.
+        """
+        callback("prepare", "progress", progress)
+        self._ready(progress)
+
+    def _ready(self, *progress: Any) -> Prepared:
         with self._lock:
             if self._prepared is None:
                 from .lowering import lower
                 from .trace.queries import Prepared
 
-                self._prepared = Prepared.of(lower(self._bodies), self._bodies)
+                self._prepared = Prepared.of(lower(self._bodies, *progress), self._bodies)
             return self._prepared
 
     @property
@@ -243,18 +280,30 @@ class Scene:
         seed: int = 0,
         *,
         depth: int = 10,
+        camera: Camera | OrthographicCamera | None = None,
+        axes: bool = False,
+        labels: bool = False,
+        normals: bool = False,
         progress: Callable[[int, int], Any] | None = None,
     ) -> Image:
         """A picture. `samples` per pixel (1: pixel centers); a camera and light that fit, where none is given.
 
-        `depth`: how often a ray is reflected or refracted at most. `progress(done, count)` is called now and then.
+        `depth`: how often a ray is reflected or refracted at most. `camera`: in place of the scene's; nothing is
+        prepared anew for it. `axes`, `labels`, `normals` are drawn over the picture: the axes of the world with their
+        scale, the names of the bodies (or numbers), arrows along the normals of what is seen.
+        `progress(done, count)` is called now and then.
         """
         from .ahead import expect
         from .image import Image
+        from .overlay import drawn_over
         from .render import render
 
+        drawn = {name: flag("render", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()}
         expect("picture", "rays", "streams", "points")
-        return Image(render(self, width, height, samples, integrator, seed, depth, progress))
+        image = Image(render(self, width, height, samples, integrator, seed, depth, progress, camera))
+        if not any(drawn.values()):
+            return image
+        return drawn_over(image, self, camera or self.camera or self.fitting_camera(width / height), **drawn)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a scene file that `co.load` reads as an equal scene; `co.save` says more."""

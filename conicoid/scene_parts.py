@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import dataclasses
+import operator
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from .shapes.base import Shape
 from .shapes.body import Body
-from .shapes.validate import what
+from .shapes.spheres import Spheres
+from .shapes.validate import listed, shown, what
 
 
 def as_bodies(items: Any) -> tuple[Body, ...]:
@@ -30,12 +35,48 @@ def _as_body(index: int, item: Any) -> Body:
     raise TypeError(f"Scene: items[{index}] must be a shape or a Body, got {what(item)}")
 
 
+def named(bodies: Sequence[Body], name: str) -> int:
+    """The entry of a name; a KeyError that lists the names where there is none."""
+    for entry, body in enumerate(bodies):
+        if body.name == name:
+            return entry
+    known = listed([repr(body.name) for body in bodies if body.name]) or "none has a name"
+    raise KeyError(f"no body named {shown(name)}; named bodies: {known}")
+
+
+def numbered(firsts: Any, number: Any) -> tuple[int, int]:
+    """(entry, which of its bodies) of a body's number; firsts: as `first_numbers` has them."""
+    try:
+        index = None if isinstance(number, bool) else operator.index(number)
+    except TypeError:
+        index = None
+    if index is None:
+        raise TypeError(
+            f"body: number must be one integer, got {shown(number)}; hits.name and hits.material take all at once"
+        )
+    if not 0 <= index < firsts[-1]:
+        miss = "; -1 stands for a miss" if index == -1 else ""
+        raise IndexError(f"body: number must be at least 0 and below {firsts[-1]}, got {shown(index)}{miss}")
+    entry = int(np.searchsorted(firsts, index, side="right")) - 1
+    return entry, index - int(firsts[entry])
+
+
+def exchanged(bodies: tuple[Body, ...], firsts: Any, which: Any, item: Any) -> tuple[Body, ...]:
+    """Bodies with one entry changed: the one of a name, or of a body's number."""
+    if not isinstance(item, (Shape, Body)):
+        raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}")
+    entry = named(bodies, which) if isinstance(which, str) else numbered(firsts, which)[0]
+    old = bodies[entry]
+    if not isinstance(which, str) and isinstance(old.shape, Spheres):
+        raise ValueError(f"replace: body {which} is one ball of an entry of {len(old.shape):,}; name the entry instead")
+    new = item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
+    return (*bodies[:entry], new, *bodies[entry + 1 :])
+
+
 def as_camera(camera: Any) -> Any:
     """A Camera, an OrthographicCamera, or None for one that fits; a TypeError otherwise."""
     if camera is None:
         return None
-    from .render.camera import Camera, OrthographicCamera
+    from .render.camera import as_camera as checked
 
-    if not isinstance(camera, Camera | OrthographicCamera):
-        raise TypeError(f"Scene: camera must be a Camera, an OrthographicCamera or None, got {what(camera)}")
-    return camera
+    return checked("Scene", camera)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 1.0
 """Seconds before a progress bar appears."""
+SCREEN = 1800
+"""Letters of a message, at most."""
 
 
 def console() -> Console:
@@ -30,6 +32,12 @@ def say(message: str) -> None:
     """A line on stderr, as it is: no markup."""
     sys.stderr.write(f"{message}\n")
     sys.stderr.flush()
+
+
+def fitted(message: str) -> str:
+    """A message without its middle, where that would be longer than a screen: names may be as long as one likes."""
+    half = SCREEN // 2
+    return message if len(message) <= SCREEN else f"{message[:half]} ... {message[-half:]}"
 
 
 def first_cause(error: BaseException) -> str:
@@ -51,10 +59,10 @@ def user_mistakes() -> Iterator[None]:
         raise SystemExit(CLOSED) from None
     except OSError as error:
         name = f"{error.filename}: " if error.filename else ""
-        say(f"error: {name}{(error.strerror or str(error)).lower()}")
+        say(f"error: {fitted(name + (error.strerror or str(error)).lower())}")
         raise SystemExit(code_of(error)) from None
     except ValueError as error:
-        say(f"error: {error}")
+        say(f"error: {fitted(str(error))}")
         raise SystemExit(MISTAKE) from None
     except MemoryError as error:
         say(": ".join(filter(None, ("error: not enough memory for this", str(error)))))

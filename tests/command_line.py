@@ -9,6 +9,8 @@ from typer.testing import CliRunner
 
 from conicoid.cli import app
 
+from . import messages
+
 SCENE = """
 materials:
   red: {phong: {color: red}}
@@ -42,4 +44,5 @@ def refused(*arguments: object) -> str:
     assert result.exit_code == 2, result.output
     assert "Traceback" not in result.output
     assert isinstance(result.exception, SystemExit)
+    messages.check(result.stderr)
     return result.stderr

@@ -29,7 +29,9 @@ def test_version():
     assert (result.exit_code, result.stdout) == (0, f"conicoid {co.__version__}\n")
 
 
-@pytest.mark.parametrize("command", ["render", "view", "export", "info", "trace", "import", "bench", "schema"])
+@pytest.mark.parametrize(
+    "command", ["render", "turntable", "view", "export", "info", "trace", "import", "bench", "schema"]
+)
 def test_help_has_an_example(command):
     result = run(command, "--help")
     assert result.exit_code == 0
@@ -38,8 +40,9 @@ def test_help_has_an_example(command):
 
 def test_help_lists_what_there_is_and_no_more():
     text = run("--help").stdout
-    assert re.findall(r"^\W*(render|info|trace|schema|view|export|import|bench) ", text, re.MULTILINE) == [
+    assert re.findall(r"^\W*(render|turntable|info|trace|schema|view|export|import|bench) ", text, re.MULTILINE) == [
         "render",
+        "turntable",
         "view",
         "export",
         "info",

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from conicoid import jit
+from conicoid.environment import jit_wanted
 from conicoid.jit import helper, inline, kernel
 
 
@@ -66,9 +67,10 @@ def test_the_installed_numba_is_one_of_these():
     assert not jit._is_plain("", numba.__version__)
 
 
-def test_there_are_two_ways_only():
+def test_there_are_two_ways_only(monkeypatch):
+    monkeypatch.setenv("CONICOID_JIT", "fast")
     with pytest.raises(ValueError, match="CONICOID_JIT must be 'plain' or 'own', got 'fast'"):
-        jit._is_plain("fast", numba.__version__)
+        jit_wanted()
 
 
 SAMPLE = """

@@ -19,13 +19,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     Its content is on the disk before its name is, so that neither a full disk nor a power cut leaves half of it.
     Raises OSError, naming `path`, where that cannot be a file, its folder cannot be written to, or the disk is full.
     """
-    final = real_path(path)
-    if final.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "is a directory", str(path))
-    if final.exists() and not final.is_file():
-        raise OSError(errno.EINVAL, "is not a regular file", str(path))
-    if not final.parent.is_dir():
-        raise FileNotFoundError(errno.ENOENT, "no such folder", str(final.parent))
+    final = checked_place(path)
     partial = final.with_name(f".{final.stem[:40]}-{secrets.token_hex(4)}{final.suffix}")
     with _named(path, partial):
         descriptor = os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
@@ -40,6 +34,18 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
             partial.unlink(missing_ok=True)
         if os.name == "posix":
             _sync(final.parent, os.O_RDONLY)
+
+
+def checked_place(path: str | os.PathLike[str]) -> Path:
+    """Where a file that is to be written leads to; OSError, naming it, for a folder, a device, or no folder above."""
+    final = real_path(path)
+    if final.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "is a directory", str(path))
+    if final.exists() and not final.is_file():
+        raise OSError(errno.EINVAL, "is not a regular file", str(path))
+    if not final.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, "no such folder", str(final.parent))
+    return final
 
 
 def real_path(path: str | os.PathLike[str]) -> Path:

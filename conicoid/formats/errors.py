@@ -7,7 +7,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from os import PathLike, fspath
 
-SHOWN = 20
+SHOWN, COLUMNS = 18, 100
+"""Lines of a message, of so many letters: with its first and last a screen."""
 MOST = 1000
 
 
@@ -30,17 +31,28 @@ class SceneFileError(ValueError):
         super().__init__(self.path, self.problems)
 
     def __str__(self) -> str:
-        lines = [self._line(problem) for problem in self.problems[:SHOWN]]
-        rest = len(self.problems) - SHOWN
+        lines: list[str] = []
+        rows = 0
+        for problem in self.problems[:SHOWN]:
+            line = self._line(problem)
+            rows += -(-len(line) // COLUMNS)
+            if lines and rows > SHOWN:
+                break
+            lines.append(line)
+        rest = len(self.problems) - len(lines)
         if rest > 0:
             least = "at least " if len(self.problems) >= MOST else ""
-            lines.append(f"{self.path}: and {least}{rest} more problem{'s' if rest > 1 else ''}")
+            lines.append(f"{self._file}: and {least}{rest} more problem{'s' if rest > 1 else ''}")
         return "\n".join(lines)
+
+    @property
+    def _file(self) -> str:
+        return _middle_cut(printable(self.path), 400)
 
     def _line(self, problem: Problem) -> str:
         place = f":{problem.line}:{problem.column}" if problem.line else ""
-        where = f"{_middle_cut(problem.where, 160)}: " if problem.where else ""
-        return printable(f"{self.path}{place}: {where}{_middle_cut(problem.message, 600)}")
+        where = f"{_middle_cut(printable(problem.where), 160)}: " if problem.where else ""
+        return f"{self._file}{place}: {where}{_middle_cut(printable(problem.message), 600)}"
 
 
 def printable(text: str) -> str:

@@ -61,7 +61,11 @@ class SceneLike(Protocol):
 
 def read(path: str | os.PathLike[str]) -> Parts:
     """The parts of the scene in a file. Raises SceneFileError with every mistake found."""
-    text = read_text(path)
+    return parsed(read_text(path), path)
+
+
+def parsed(text: str, path: str | os.PathLike[str]) -> Parts:
+    """The parts of the scene in a text, which `path` holds. Raises SceneFileError with every mistake found."""
     try:
         root, problems = parse(text)
     except Unreadable as error:

@@ -6,27 +6,24 @@ Motions are baked here, in exact arithmetic, and every number is rounded once.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..geometry.tables import BALL, CELL, REGION, Floats, Geometry, Ints, Tables, shared
-from ..shapes.base import PrimitiveSheet, Shape, Sheet, Solid
+from ..geometry.tables import BALL, CELL, Floats, Geometry, Ints, Tables, shared
 from ..shapes.body import Body
-from ..shapes.cells import All, Cell, Face, PolygonSheet, SurfaceSheet, Tree
 from ..shapes.exact import Row
 from ..shapes.material import Material
-from ..shapes.motion import STILL, Motion
-from ..shapes.region import ClippedSheet
+from ..shapes.motion import STILL
 from ..shapes.spheres import Spheres
-from ..shapes.surface import QuadricSurface, Surface
+from ..shapes.surface import Surface
 from ..shapes.vector import FloatArray
 from .assembly import Assembly, Entries, finished_tables
+from .parts import part_of, stretched_balls
 from .records import rests
 from .surfaces import Remainders, end_to_end
-from .trees import Faces, negation, world_tree
 
 _CHUNK = 1 << 13
 
@@ -51,8 +48,11 @@ class Lowered:
         return dataclasses.replace(self, tables=shared(self.tables, geometry))
 
 
-def lower(bodies: Sequence[Body]) -> Lowered:
-    """Flat arrays for a list of bodies; a `Spheres` entry takes one number for each ball."""
+def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = None) -> Lowered:
+    """Flat arrays for a list of bodies; a `Spheres` entry takes one number for each ball.
+
+    progress(done, count) is called after each body.
+    """
     assembly, entries = Assembly(), Entries()
     frames: list[Floats] = []
     body_frame, body_item = [], []
@@ -62,11 +62,14 @@ def lower(bodies: Sequence[Body]) -> Lowered:
             _add_spheres(assembly, entries, body.shape)
             frame = np.full(len(body.shape), -len(entries.ball_frames), np.int32)
         else:
-            _add_shape(assembly, entries, body.shape)
+            part = part_of(body.shape)
+            entries.add(part.kind, part.put(assembly), part.box, part.faces, part.paints)
             frame = np.array([len(frames)], np.int32)
-            frames.append(own_frame(body.shape).inverse_matrix[:3])
+            frames.append(part.frame)
         body_frame.append(frame)
         body_item.append(np.full(entries.body_count - before, item, np.int32))
+        if progress is not None:
+            progress(item + 1, len(bodies))
     tables, boxes, surfaces = finished_tables(assembly, entries)
     return Lowered(
         tables,
@@ -85,51 +88,6 @@ def lower(bodies: Sequence[Body]) -> Lowered:
 def _rest_of_outlines(assembly: Assembly) -> Floats:
     """What rounding took from the corners of polygons, (n, 3)."""
     return np.array([rests(point) for outline in assembly.outlines for point in outline]).reshape(-1, 3)
-
-
-def own_frame(shape: Shape) -> Motion:
-    """The motion from the frame of `hits.local_point` to the world."""
-    return own_frame(shape.base).then(shape.motion) if isinstance(shape, ClippedSheet) else shape.under()
-
-
-def _add_shape(assembly: Assembly, entries: Entries, shape: Shape) -> None:
-    try:
-        _add_parts(assembly, entries, shape)
-    except OverflowError:
-        raise ValueError(
-            f"{type(shape).__name__}: sizes must be below about 1e150, their squares overflow float64"
-        ) from None
-
-
-def _add_parts(assembly: Assembly, entries: Entries, shape: Shape) -> None:
-    faces = Faces()
-    if isinstance(shape, Solid):
-        tree = world_tree(shape, STILL, faces)
-        if isinstance(tree, Cell):
-            kind, index = CELL, assembly.cell(tree)
-        else:
-            kind, index = REGION, assembly.program(tree, faces.bounds())
-    elif isinstance(shape, Sheet):
-        sheet, clip = _world_sheet(shape, STILL, faces)
-        kind, index = assembly.sheet(sheet, -1 if clip is None else assembly.program(clip, {}))
-    else:
-        raise TypeError(f"{type(shape).__name__} is neither a solid nor a sheet")
-    entries.add(kind, index, shape.bounds, faces.rows, faces.paints)
-
-
-def _world_sheet(sheet: Any, outer: Motion, faces: Faces) -> tuple[SurfaceSheet | PolygonSheet, Tree | None]:
-    """The sheet itself, in the world, and everything that clips it."""
-    if isinstance(sheet, ClippedSheet):
-        motion = sheet.motion.then(outer)
-        base, clip = _world_sheet(sheet.base, motion, faces)
-        cut = world_tree(sheet.solid, motion, Faces())
-        cut = cut if sheet.keep == "inside" else negation(cut)
-        return base, cut if clip is None else All((clip, cut))
-    if not isinstance(sheet, PrimitiveSheet):
-        raise TypeError(f"{type(sheet).__name__} is not a sheet that can be traced")
-    result = sheet.sheet(sheet.under(outer))
-    faces.put(0, result.uv, np.eye(4))
-    return result, getattr(result, "clip", None)
 
 
 def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:
@@ -157,9 +115,6 @@ def _add_spheres(assembly: Assembly, entries: Entries, shape: Spheres) -> None:
         numbers = assembly.surfaces.add_balls(balls)
         entries.add_many(BALL, numbers, boxes, frame)
         return
-    rows = tuple(tuple(float(x) for x in row) for row in back)
-    cells = []
-    for center, radius in zip(centers.tolist(), shape.radii.tolist(), strict=True):
-        surface = QuadricSurface((1.0, 1.0, 1.0), constant=radius * radius, rows=rows, anchor=tuple(center))  # type: ignore[arg-type]
-        cells.append(assembly.cell(Cell((Face(surface, 0),))))
-    entries.add_many(CELL, np.array(cells, np.int32), boxes, frame)
+    first = len(assembly.cells)
+    assembly.append(stretched_balls(shape, centers, back))
+    entries.add_many(CELL, np.arange(first, len(assembly.cells), dtype=np.int32), boxes, frame)

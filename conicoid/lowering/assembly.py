@@ -55,6 +55,24 @@ class Assembly:
         self.cell_first.append(len(self.planes))
         return len(self.cells) - 1
 
+    def append(self, other: Assembly) -> None:
+        """Put another's columns after one's own; its numbers are counted on from there."""
+        surface, plane, cell = self.surfaces.append(other.surfaces), len(self.planes), len(self.cells)
+        gate, leaf, corner = len(self.gates), len(self.leaves), self.polygon_first[-1]
+        program = len(self.program_leaf) - 1
+        self.cells.extend((None if q is None else q + surface, side, face) for q, side, face in other.cells)
+        self.planes.extend((p + surface, side, face) for p, side, face in other.planes)
+        self.cell_first.extend(first + plane for first in other.cell_first[1:])
+        self.leaves.extend((c + cell, g + gate, negated, sense) for c, g, negated, sense in other.leaves)
+        self.leaf_bounds.extend(other.leaf_bounds)
+        self.gates.extend((p if p < 0 else p + gate, need, negated, start) for p, need, negated, start in other.gates)
+        self.program_leaf.extend(first + leaf for first in other.program_leaf[1:])
+        self.program_gate.extend(first + gate for first in other.program_gate[1:])
+        self.sheets.extend((s + surface, p if p < 0 else p + program, side, one) for s, p, side, one in other.sheets)
+        self.polygons.extend((s + surface, p if p < 0 else p + program) for s, p in other.polygons)
+        self.polygon_first.extend(first + corner for first in other.polygon_first[1:])
+        self.outlines.extend(other.outlines)
+
     def program(self, tree: Tree, bounds: LeafBounds) -> int:
         """Gates and leaves for a Boolean tree, parents before children; `bounds` as in `Faces`."""
         first = len(self.gates)

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..geometry.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
-from ..shapes.surface import ORIGIN, UPRIGHT, QuadricSurface, Surface
+from ..shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from .records import floats, record_of, rests
 
 _CLOSE = 1e-11
@@ -61,6 +61,7 @@ class SurfaceTable:
     rests: list[tuple[float, ...]] = field(default_factory=list)
     senses: list[int] = field(default_factory=list)  # +1, or -1 where the record is the surface turned over
     surfaces: list[Surface] = field(default_factory=list)
+    names: list[list[tuple[Key, int]]] = field(default_factory=list)  # none, or one: its exact name, once asked for
     balls: list[Floats] = field(default_factory=list)
     ball_count: int = 0
     # Surfaces whose records are rounded, and the first one with the same numbers before they were
@@ -83,7 +84,21 @@ class SurfaceTable:
         self.rests.append(rest)
         self.senses.append(sense)
         self.surfaces.append(surface)
+        self.names.append([])
         return len(self.kinds) - 1
+
+    def append(self, other: SurfaceTable) -> int:
+        """Add the single surfaces of another table; the number of the first of them."""
+        begin = len(self.kinds)
+        first = {own: self.known.setdefault(key, begin + own) for key, own in other.known.items()}
+        self.rounded.update((begin + number, first[own]) for number, own in other.rounded.items())
+        self.kinds.extend(other.kinds)
+        self.records.extend(other.records)
+        self.rests.extend(other.rests)
+        self.senses.extend(other.senses)
+        self.surfaces.extend(other.surfaces)
+        self.names.extend(other.names)  # the same lists: what is worked out in one scene is known in all
+        return begin
 
     def add_balls(self, spheres: Floats) -> Ints:
         """Temporary numbers, < 0, of (N, 4) centers and radii."""
@@ -123,11 +138,14 @@ class SurfaceTable:
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
         return SurfaceArrays(kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses, rest, exact)
 
-    def _surface(self, index: int, spheres: Floats, row: Ints) -> Surface:
-        if index < len(self.surfaces):
-            return self.surfaces[index]
-        x, y, z, r = (float(v) for v in spheres[row[index]])
-        return QuadricSurface((1.0, 1.0, 1.0), ORIGIN, Fraction(r) ** 2, UPRIGHT, (x, y, z))
+    def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
+        """The exact name of a surface, and its sense."""
+        if index >= len(self.surfaces):
+            x, y, z, r = (float(v) for v in spheres[row[index]])
+            return QuadricSurface((1.0, 1.0, 1.0), ORIGIN, Fraction(r) ** 2, UPRIGHT, (x, y, z)).key()
+        if not self.names[index]:
+            self.names[index].append(self.surfaces[index].key())
+        return self.names[index][0]
 
     def _merge_exact(
         self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Floats
@@ -146,7 +164,7 @@ class SurfaceTable:
         for cluster in clusters:
             equal: dict[Any, list[tuple[int, int]]] = {}
             for index in cluster.tolist():
-                key, sense = self._surface(index, spheres, row).key()
+                key, sense = self._name(index, spheres, row)
                 equal.setdefault(key, []).append((index, sense))
             for members in equal.values():
                 # The record that stands for them does not depend on the order they came in

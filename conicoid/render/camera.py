@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
-from ..shapes.validate import number, positive, shown, vector
+from ..shapes.validate import number, positive, shown, vector, what
 from ..shapes.vector import FloatArray, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -59,6 +59,14 @@ class Camera:
         """Rays through the pixel centres, (height, width, 3), first row on top, directions of unit length."""
         return rays_of(self, width, height)
 
+    def project(self, points: Any, width: int, height: int) -> FloatArray:
+        """(..., 2): where points (..., 3) are seen on a picture, in pixels (x, y) from its top left corner.
+
+        The centre of the first pixel is (0.5, 0.5); what lies beside the picture has coordinates beyond its edges.
+        NaN for points that are not in front of the camera. Nothing is said of what hides them.
+        """
+        return projected(self, points, width, height)
+
 
 @dataclass(frozen=True)
 class OrthographicCamera:
@@ -84,10 +92,25 @@ class OrthographicCamera:
         """Rays through the pixel centres, (height, width, 3), first row on top, directions of unit length."""
         return rays_of(self, width, height)
 
+    def project(self, points: Any, width: int, height: int) -> FloatArray:
+        """(..., 2): where points (..., 3) are seen on a picture, in pixels (x, y) from its top left corner.
+
+        The centre of the first pixel is (0.5, 0.5); what lies beside the picture has coordinates beyond its edges.
+        NaN for points that are not in front of the camera. Nothing is said of what hides them.
+        """
+        return projected(self, points, width, height)
+
 
 AnyCamera: TypeAlias = Camera | OrthographicCamera
 CAMERAS: dict[str, type[AnyCamera]] = {"Camera": Camera, "OrthographicCamera": OrthographicCamera}
 """Scene-file name -> class."""
+
+
+def as_camera(owner: str, camera: Any) -> AnyCamera | None:
+    """A Camera, an OrthographicCamera, or None for one that fits; a TypeError otherwise."""
+    if camera is not None and not isinstance(camera, Camera | OrthographicCamera):
+        raise TypeError(f"{owner}: camera must be a Camera, an OrthographicCamera or None, got {what(camera)}")
+    return camera
 
 
 @calm
@@ -110,6 +133,24 @@ def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
     directions = lens[3] + u * lens[4] + v * lens[5]
     directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
     return Rays(without_traces(lens[0] + u * lens[1] + v * lens[2]), without_traces(directions))
+
+
+@calm
+def projected(camera: AnyCamera, points: Any, width: int, height: int) -> FloatArray:
+    """The pixel coordinates of points: the film coordinates u and v of the rays through them, turned around."""
+    from ..trace.rays import points_array
+
+    width, height = checked_size(width, height)
+    places = points_array("project", "points", points)
+    lens = camera.lens
+    from_camera = places - lens[0]
+    across, depth = lens[1:3] + lens[4:6], from_camera @ lens[3]
+    film = from_camera @ across.T / (across**2).sum(axis=1)
+    if isinstance(camera, Camera):
+        film = film / np.where(depth > 0, depth, np.nan)[..., None]
+    film = np.where((depth > 0)[..., None], film, np.nan)
+    pixels: FloatArray = (film * (height, -height) + (width, height)) / 2
+    return pixels
 
 
 def checked_size(width: int, height: int) -> tuple[int, int]:

@@ -39,8 +39,10 @@ def extent(boxes: Iterable[Box]) -> Box:
 
 
 @calm
-def fitting_camera(low: FloatArray, high: FloatArray, aspect: float) -> Camera:
+def fitting_camera(low: FloatArray, high: FloatArray, aspect: float, turns: int = 1) -> Camera:
     """A camera that has a box in view, on a picture `aspect` times as wide as high.
+
+    With several `turns` also at all of so many equal turns of the box about the upright through its middle.
 
     The distance is the least at which all eight corners, at depth f along the view and u across it,
     keep |u| <= (distance + f) tan(half angle), with a margin.
@@ -50,16 +52,20 @@ def fitting_camera(low: FloatArray, high: FloatArray, aspect: float) -> Camera:
     right, up, forward = basis(_vector(position), _vector(center), (0, 0, 1))
     half = math.tan(math.radians(30) / 2)
     distance = 0.0
-    for corner in np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T - center:
+    corners = np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T - center
+    for angle in np.arange(turns) * (2 * math.pi / turns):
+        c, s = math.cos(angle), math.sin(angle)
+        turned = corners @ np.array([(c, s, 0), (-s, c, 0), (0, 0, 1)])
         for across, slope in ((right, half * aspect), (up, half)):
-            distance = max(distance, _MARGIN * abs(float(across @ corner)) / slope - float(forward @ corner))
+            needed = _MARGIN * np.abs(turned @ across) / slope - turned @ forward
+            distance = max(distance, float(needed.max()))
     position = center - distance * forward
     if not (np.abs([position, center]) <= LARGEST).all():
         raise ValueError(
             f"Scene: bounds must leave room for a camera within {LARGEST:g}, got {_vector(low)} to {_vector(high)}; "
             "give the scene a camera"
         )
-    return Camera(_placed(position), _placed(center), field_of_view=30)
+    return Camera(placed(position), placed(center), field_of_view=30)
 
 
 @calm
@@ -74,7 +80,7 @@ def fitting_lights(camera: AnyCamera) -> tuple[Light, ...]:
     )
 
 
-def _placed(point: FloatArray) -> Vector:
+def placed(point: FloatArray) -> Vector:
     """A point of the domain: what is smaller goes to the nearer of 0 and the least number."""
     least = np.where(2 * np.abs(point) < SMALLEST, 0.0, np.copysign(SMALLEST, point))
     return _vector(np.where(np.abs(point) < SMALLEST, least, point))

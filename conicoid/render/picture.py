@@ -8,8 +8,8 @@ import numpy as np
 
 from ..shapes.material import DEFAULT, Material
 from ..shapes.validate import callback, shown
-from .camera import Camera, OrthographicCamera, checked_size
-from .fit import extent, fitting_camera, fitting_lights
+from .camera import AnyCamera, as_camera, checked_size
+from .fit import fitting_lights
 
 if TYPE_CHECKING:
     from ..geometry.tables import Geometry
@@ -29,6 +29,7 @@ def render(
     seed: int = 0,
     depth: int = 10,
     progress: Progress | None = None,
+    camera: AnyCamera | None = None,
 ) -> Film:
     """The scene's picture as (height, width, 3) float32 of linear light.
 
@@ -36,22 +37,19 @@ def render(
     depth: how often a ray is reflected or refracted at most.
     The same arguments give the same picture to the bit, for any number of threads.
     progress(done, count) is called with numbers of tiles.
+    camera: in place of the scene's.
     Raises ValueError for unknown integrators and senseless numbers.
     """
     width, height = checked_size(width, height)
-    _check_integrator(integrator)
-    samples = _whole("samples", samples, 1, 2**20)
-    depth = _whole("depth", depth, 0, 10_000)
-    seed = _whole("seed", seed, 0, 2**63 - 1)
+    options = check_options(samples, integrator, seed, depth)
+    samples, seed, depth = options["samples"], options["seed"], options["depth"]
     callback("render", "progress", progress)
 
     from ..trace.threads import run_on
     from . import tiles
 
-    camera = scene.camera or fitting_camera(*extent(body.shape.bounds for body in scene.bodies), width / height)
-    if not isinstance(camera, Camera | OrthographicCamera):
-        raise TypeError(f"render: camera must be a Camera or an OrthographicCamera, got {type(camera).__name__}")
-    lens = camera.lens
+    view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)
+    lens = view.lens
     film = np.zeros((height, width, 3), dtype=np.float32)
     count = -(-width // tiles.SIDE) * -(-height // tiles.SIDE)
     if integrator == "normals":
@@ -60,7 +58,7 @@ def render(
             tiles.normals_tiles(geometry, lens, film, samples, seed, begin, end)
 
     else:
-        look = _look(scene, camera)
+        look = look_of(scene, view)
 
         def work(geometry: Geometry, begin: int, end: int) -> None:
             tiles.whitted_tiles(geometry, lens, film, samples, seed, look, depth, begin, end)
@@ -69,7 +67,8 @@ def render(
     return film
 
 
-def _look(scene: Any, camera: Any) -> Any:
+def look_of(scene: Any, camera: AnyCamera) -> Any:
+    """Materials, lights and background as kernels take them; lights fit the camera where the scene has none."""
     from ..shading.look import lower_look
 
     materials = [DEFAULT if body.material is None else body.material for body in scene.bodies]
@@ -81,9 +80,16 @@ def _look(scene: Any, camera: Any) -> Any:
     return lower_look(materials, sheets, scene.lowered.body_item, lights, scene.background, scene.lowered.face_paint)
 
 
-def _check_integrator(name: str) -> None:
-    if not isinstance(name, str) or name not in INTEGRATORS:
-        raise ValueError(f"render: integrator must be one of {', '.join(INTEGRATORS)}, got {shown(name)}")
+def check_options(samples: Any, integrator: Any, seed: Any, depth: Any) -> dict[str, Any]:
+    """The options of a picture, or an error."""
+    if not isinstance(integrator, str) or integrator not in INTEGRATORS:
+        raise ValueError(f"render: integrator must be one of {', '.join(INTEGRATORS)}, got {shown(integrator)}")
+    return dict(
+        samples=_whole("samples", samples, 1, 2**20),
+        integrator=integrator,
+        seed=_whole("seed", seed, 0, 2**63 - 1),
+        depth=_whole("depth", depth, 0, 10_000),
+    )
 
 
 def _whole(name: str, value: Any, least: int, most: int) -> int:

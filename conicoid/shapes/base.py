@@ -61,6 +61,11 @@ class Shape(ABC):
         return self._placed.then(outer)
 
     @cached_property
+    def kept(self) -> dict[str, Any]:
+        """What later stages have worked out for the shape, by name: it never changes, as the shape does not."""
+        return {}
+
+    @cached_property
     def _placed(self) -> Motion:
         return self.placement.then(self.motion)
 
@@ -86,9 +91,14 @@ class Shape(ABC):
         return self._moved(self.motion.transform(matrix))
 
     @property
-    @calm
     def bounds(self) -> Box:
         """(low, high), two (3,) arrays: the tightest box, ±inf where unbounded; low > high if empty."""
+        low, high = self._bounds
+        return low.copy(), high.copy()
+
+    @cached_property
+    @calm
+    def _bounds(self) -> Box:
         return self.bounds_under(STILL)
 
     @abstractmethod

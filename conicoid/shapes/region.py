@@ -9,7 +9,7 @@ from typing import Any, Literal
 from .base import Sheet, Solid
 from .boxes import around, common, is_empty
 from .cut_bounds import NO_CUTS, Cuts, cut_bounds
-from .material import Material, no_material
+from .material import Material, as_material
 from .motion import STILL, Motion
 from .validate import shown, what
 from .vector import Box
@@ -95,7 +95,7 @@ class Painted(Boolean):
     """The same solid, its faces in a material of their own, which they keep in any Boolean combination.
 
     ``body - bore.painted(red)`` has red cuts. The material is the body's everywhere else; what light does
-    inside a transparent body, too. Where paint is put on paint the inner one stays.
+    inside a transparent body, too. Where paint is put on paint the inner one stays. A colour is the matte material.
     """
 
     operand: Solid
@@ -103,8 +103,7 @@ class Painted(Boolean):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "operand", solids("Painted", (self.operand,))[0])
-        if not isinstance(self.material, Material):
-            raise TypeError(f"Painted: material must be a Material, got {no_material(self.material)}")
+        object.__setattr__(self, "material", as_material("Painted", self.material))
 
     @property
     def operands(self) -> tuple[Solid, ...]:  # type: ignore[override]

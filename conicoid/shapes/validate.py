@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,12 @@ def shown(value: Any) -> str:
     if not text or len(text) > _LONGEST:
         return f"{text[:_LONGEST]}... of type {type(value).__name__}" if text else f"a {type(value).__name__}"
     return text
+
+
+def listed(texts: Sequence[str], most: int = 8) -> str:
+    """The first of some texts, one after the other, each cut to what a line holds; and how many more there are."""
+    first = [text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..." for text in texts[:most]]
+    return ", ".join(first) + (f" and {len(texts) - most:,} more" if len(texts) > most else "")
 
 
 def what(value: Any) -> str:
@@ -180,8 +186,8 @@ def callback(owner: str, field: str, value: Any) -> None:
         raise TypeError(f"{owner}: {field} must be a function or None, got {what(value)}")
 
 
-def path(owner: str, value: Any) -> str | os.PathLike[str]:
+def path(owner: str, value: Any, field: str = "path") -> str | os.PathLike[str]:
     """Refuse what is no path of a file."""
     if not isinstance(value, (str, os.PathLike)) or not os.fspath(value):
-        raise TypeError(f"{owner}: path must be a text or a Path, got {shown(value)}")
+        raise TypeError(f"{owner}: {field} must be a text or a Path, got {shown(value)}")
     return value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +13,8 @@ import numpy.typing as npt
 from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
 from ..shapes.labels import counted
-from ..shapes.validate import DOMAIN, outside_domain
+from ..shapes.validate import DOMAIN, outside_domain, shown
+from ..shapes.validate import path as checked_path
 from .answer import NO_SCENE, Answer
 from .array_kernels import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .bundle import DEAD
@@ -227,6 +229,25 @@ class Hits(Answer):
         starts = np.where(hit, self._faces[0], DEAD).astype(np.int32)
         return Rays._spawned(self._points.reshape(shape).copy(), d, starts, self._home)
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all fields as a .npz file, which `co.Hits.load` reads; the scene stays behind, as with `detached`.
+
+        The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
+        """
+        from ..formats.hits_file import write_hits_file
+
+        write_hits_file(_npz("save", path), self)
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Hits:
+        """The hits in a file that `save` wrote, detached from their scene. Nothing in a file is executed.
+
+        Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
+        """
+        from ..formats.hits_file import read_hits_file
+
+        return read_hits_file(_npz("load", path))
+
     def __len__(self) -> int:
         return len(self.rays)
 
@@ -262,3 +283,10 @@ class Hits(Answer):
     def __repr__(self) -> str:
         found = int((self._found.body >= 0).sum())
         return f"Hits(shape={self.rays.shape}, {found:,} of {counted(len(self._found.t), 'ray', 'rays')} hit)"
+
+
+def _npz(owner: str, path: Any) -> str | os.PathLike[str]:
+    file: str | os.PathLike[str] = checked_path(owner, path)
+    if not os.fspath(file).lower().endswith(".npz"):
+        raise ValueError(f"{owner}: path of hits must end with .npz, got {shown(os.fspath(file))}")
+    return file

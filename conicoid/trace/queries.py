@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import blake2b
 from typing import Any
@@ -59,6 +59,10 @@ class Prepared:
         geometry, rest = with_trees(lowered), lowered.rest
         flat = Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())
         return cls(lowered.sharing(geometry), geometry, flat, labels=Labels.of(bodies))
+
+    def labelled(self, bodies: Sequence[Body]) -> Prepared:
+        """The same shapes with the names and materials of other bodies."""
+        return replace(self, labels=Labels.of(bodies))
 
     @cached_property
     def key(self) -> bytes:

@@ -18,6 +18,7 @@ from typing import Any
 
 from .. import ahead
 from ..beside import PATIENCE, is_main, started, wait_for
+from ..environment import MOST_THREADS, threads_wanted
 from ..geometry.tables import HALT, STEPS, Geometry
 from ..shapes.validate import shown
 
@@ -30,8 +31,6 @@ _SHORT, _LONG = 0.01, 0.04
 """Seconds between which chunks are to take, where how many rays they have does not tell."""
 _FIRST = 8  # the first chunk is so many times smaller than the largest
 
-_MOST = 1 << 16
-
 _chosen: list[int] = []
 
 
@@ -42,11 +41,9 @@ def thread_count() -> int:
     """
     if _chosen:
         return _chosen[-1]
-    wanted = os.environ.get("CONICOID_THREADS", "")
-    if wanted:
-        if not (wanted.isascii() and wanted.isdigit() and len(wanted) < 7 and 1 <= int(wanted) <= _MOST):
-            raise ValueError(f"CONICOID_THREADS must be an integer from 1 to {_MOST}, got {shown(wanted)}")
-        return int(wanted)
+    wanted = threads_wanted()
+    if wanted is not None:
+        return wanted
     if hasattr(os, "sched_getaffinity"):
         return max(1, len(os.sched_getaffinity(0)))
     return max(1, os.cpu_count() or 1)
@@ -54,8 +51,8 @@ def thread_count() -> int:
 
 def set_threads(count: int | None) -> None:
     """Use `count` threads from now on; None returns to the default."""
-    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST):
-        raise ValueError(f"set_threads: count must be an integer from 1 to {_MOST} or None, got {shown(count)}")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_THREADS):
+        raise ValueError(f"set_threads: count must be an integer from 1 to {MOST_THREADS} or None, got {shown(count)}")
     _chosen[:] = [] if count is None else [count]
 
 

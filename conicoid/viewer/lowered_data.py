@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..geometry import tables as table
 from ..geometry.tables import Tables, length
 from ..render.camera import Camera, OrthographicCamera
-from ..render.fit import extent, fitting_camera, fitting_lights
+from ..render.fit import fitting_lights
 from ..scene import Scene
 from ..shading.look import Look, lower_look
 from ..shading.materials import CHECKER_SPACE, CHECKER_UV
@@ -32,7 +32,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     camera = view_of(scene)
     lights = scene.lights or fitting_lights(camera)
     look = look_of(scene, lights)
-    low, high = extent(body.shape.bounds for body in scene.bodies)
+    low, high = scene.extent
     tables = {name: _array(scene, number) for number, name in enumerate(Tables._fields) if name not in _UNUSED}
     check(tables)
     return {
@@ -49,7 +49,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
 
 def view_of(scene: Scene) -> Camera | OrthographicCamera:
     """The scene's camera, or one that fits."""
-    camera = scene.camera or fitting_camera(*extent(body.shape.bounds for body in scene.bodies), ASPECT)
+    camera = scene.camera or scene.fitting_camera(ASPECT)
     if not isinstance(camera, Camera | OrthographicCamera):
         raise TypeError(f"view: camera must be a Camera or an OrthographicCamera, got {type(camera).__name__}")
     return camera

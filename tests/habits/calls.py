@@ -92,6 +92,7 @@ LOOKS: dict[str, Call] = {
         dict(position=(7, 0, 0), look_at=(0, 0, 0), up=(0, 0, 1), height=4),
     ),
     "camera.rays": (CAMERA.rays, dict(width=3, height=3)),
+    "camera.project": (CAMERA.project, dict(points=ORIGINS, width=3, height=3)),
     "Image": (co.Image, dict(array=np.zeros((2, 2)), colormap="dusk", vmin=0, vmax=1)),
 }
 SCENES: dict[str, Call] = {
@@ -99,7 +100,19 @@ SCENES: dict[str, Call] = {
     "Scene": (co.Scene, dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white")),
     "render": (
         _query("render"),
-        dict(width=4, height=3, samples=1, integrator="normals", seed=0, depth=1, progress=None),
+        dict(width=4, height=3, samples=1, integrator="normals", seed=0, depth=1, progress=None)
+        | dict(camera=CAMERA, axes=False, labels=False, normals=False),
+    ),
+    "prepare": (_query("prepare"), dict(progress=None)),
+    "fitting_camera": (_query("fitting_camera"), dict(aspect=1)),
+    "replace": (lambda item: SCENE.replace(0, item), dict(item=BALL)),
+    "Hits.save": (lambda path: SCENE.first_hit(**RAYS).save(path), dict(path="hits.npz")),
+    "Hits.load": (co.Hits.load, dict(path="hits.npz")),
+    "turntable": (
+        co.turntable,
+        dict(scene=SCENE, path="spin.gif", frames=1, seconds=1, width=4, height=3, samples=1, integrator="normals")
+        | dict(seed=0, depth=1, camera=CAMERA, axes=False, labels=False, normals=False, folder=None, keep=False)
+        | dict(progress=None),
     ),
     "Rays": (co.Rays, RAYS),
     **{name: (_query(name), RAYS | dict(t_min=0, t_max=9)) for name in ("first_hit", "occluded", "spans", "crossings")},
@@ -146,7 +159,14 @@ TAKEN = {
         (name, argument, "a huge number")
         for name, argument in (("measure", "seed"), ("check", "seed"), ("load_openmc", "max_bodies"))
     ),
-    *((name, "progress", "a function") for name in ("measure", "check", "render", "load_openmc")),
+    *(
+        (name, "progress", "a function")
+        for name in ("measure", "check", "render", "load_openmc", "prepare", "turntable")
+    ),
+    *((name, "camera", "a camera") for name in ("render", "turntable")),
+    *(("turntable", "folder", kind) for kind in ("a text", "a long text")),
+    ("turntable", "scene", "a scene"),
+    ("camera.project", "points", "NaN"),
     *((name, "directions", "NaN") for name in ("reflect", "refract")),
     *((name, "normals", "NaN") for name in ("reflect", "refract")),
     ("Image", "array", "an array"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -21,3 +22,16 @@ def test_a_users_program_has_one_error_its_last_line(tmp_path):
     assert len(found) == 1, ran.stdout + ran.stderr
     assert found[0].startswith(f"{last}: error: "), found
     assert "rendered" in found[0]
+
+
+def test_pyright_says_the_same():
+    """As editors have it. Its own stricter rules are for those who choose them; errors are everybody's."""
+    ran = subprocess.run(
+        [sys.executable, "-m", "basedpyright", "--outputjson", "--level", "error", "--pythonpath", sys.executable,
+         str(PROGRAM)],
+        capture_output=True, text=True, check=False, timeout=300, cwd=PROGRAM.parent,
+    )  # fmt: skip
+    last = len(PROGRAM.read_text(encoding="utf-8").splitlines())
+    found = json.loads(ran.stdout)["generalDiagnostics"]
+    assert [item["range"]["start"]["line"] + 1 for item in found] == [last], ran.stdout + ran.stderr
+    assert "rendered" in found[0]["message"]

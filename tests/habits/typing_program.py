@@ -28,4 +28,12 @@ for one in hits:
 for spans in scene.spans(np.zeros((4, 3)), [1, 0, 0]):
     lengths = spans.t_exit - spans.t_enter
 far = co.Rays.concatenate([hits.spawn([0, 0, 1]), co.Rays([0, 0, 9], [0, 0, -1])])
+view = co.Camera([0, -5, 2], np.zeros(3))
+drawn = scene.render(width=8, height=6, camera=view, axes=True, labels=True)
+places: npt.NDArray[np.float64] = view.project(hits.point, 8, 6)
+turned = scene.replace(0, scene.bodies[0].shape.rotate("x", 10)).replace(camera=scene.fitting_camera(4 / 3))
+turned.prepare(progress=lambda done, count: None)
+hits.save("hits.npz")
+again: co.Hits = co.Hits.load("hits.npz")
+frames: int = co.turntable(turned, "spin.gif", frames=2, camera=view)
 scene.rendered = 3  # an error, so that it is seen that the program is looked at

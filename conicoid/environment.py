@@ -1,0 +1,65 @@
+"""The environment variables that Conicoid reads, and what is wrong with them."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from pathlib import Path
+
+THREADS, CACHE, JIT = "CONICOID_THREADS", "CONICOID_CACHE_DIR", "CONICOID_JIT"
+KNOWN = THREADS, CACHE, JIT
+MOST_THREADS = 1 << 16
+_LONGEST = 80
+
+
+def threads_wanted() -> int | None:
+    """The number in CONICOID_THREADS; None where it is not set. Raises ValueError for anything else."""
+    wanted = os.environ.get(THREADS, "")
+    if not wanted:
+        return None
+    if not (wanted.isascii() and wanted.isdigit() and len(wanted) < 7 and 1 <= int(wanted) <= MOST_THREADS):
+        raise ValueError(f"{THREADS} must be an integer from 1 to {MOST_THREADS}, got {_shown(wanted, _LONGEST)}")
+    return int(wanted)
+
+
+def jit_wanted() -> str:
+    """What CONICOID_JIT asks for: "plain", "own", or nothing, "". Raises ValueError for anything else."""
+    wanted = os.environ.get(JIT, "")
+    if wanted not in ("", "plain", "own"):
+        raise ValueError(f"{JIT} must be 'plain' or 'own', got {_shown(wanted, _LONGEST)}")
+    return wanted
+
+
+def check_environment() -> None:
+    """Raise ValueError for what the command line is not to pass over: a wrong value, or an unknown name."""
+    threads_wanted()
+    jit_wanted()
+    _check_cache(os.environ.get(CACHE, ""))
+    for name in sorted(os.environ):
+        if name.startswith("CONICOID_") and name not in KNOWN:
+            close = difflib.get_close_matches(name[:_LONGEST], KNOWN, n=1)
+            hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(KNOWN)}"
+            raise ValueError(f"{name[:_LONGEST]} is no variable of Conicoid's: {hint}")
+
+
+def _check_cache(chosen: str) -> None:
+    """A folder, or what can become one: nothing on the way to it is something else."""
+    path = Path(chosen).absolute()
+    for place in (path, *path.parents) if chosen else ():
+        try:
+            is_there = place.is_dir()
+            if not is_there:
+                place.lstat()
+        except (FileNotFoundError, NotADirectoryError):
+            continue
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise ValueError(f"{CACHE} must name a folder, got {_shown(chosen)}: {reason.lower()}") from None
+        if not is_there:
+            raise ValueError(f"{CACHE} must name a folder, got {_shown(chosen)}: {_shown(str(place))} is none")
+        return
+
+
+def _shown(text: str, most: int = 2 * _LONGEST) -> str:
+    shown = repr(text)
+    return shown if len(shown) <= most else f"{shown[:most]}..."

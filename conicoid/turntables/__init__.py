@@ -1,0 +1,1 @@
+"""Turntables: a scene turned about once, as a picture that moves."""

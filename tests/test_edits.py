@@ -1,0 +1,146 @@
+"""Scenes made from scenes: other cameras, lights, bodies. What did not change is not worked out again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid import lowering
+from conicoid.lowering import parts
+from conicoid.trace.queries import Prepared
+
+RAYS = (np.random.default_rng(3).normal(size=(400, 3)) * 4, np.random.default_rng(4).normal(size=(400, 3)))
+
+
+def _things() -> list[co.Body]:
+    """Of every kind: cells, regions with coinciding walls, sheets, clipped sheets, polygons, balls, stretched ones."""
+    drilled = co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.4).painted(co.matte("red"))
+    turned = (co.Box((0, 0, 0), (1, 1, 1)) | co.Cone((0, 0, 1), (0, 0, 2), 0.5, 0)).rotate((1, 2, 3), 40)
+    balls = co.Spheres(np.random.default_rng(1).normal(size=(30, 3)), 0.2)
+    return [
+        co.Body(drilled, "blue", "drilled"),
+        co.Body(turned.translate((2, 0, 0)), name="turned"),
+        co.Body(turned.translate((2, 0, 0)).rotate("z", 15).rotate("z", -15), name="the same again"),
+        co.Body(co.Disc((0, 0, 3), (0, 0, 1), 2) - co.Sphere(1, (0, 0, 3)), name="ring"),
+        co.Body(co.Polygon([(0, 0, -2), (1, 0, -2), (0, 1, -2)]).rotate("x", 10), name="polygon"),
+        co.Body(balls, name="balls"),
+        co.Body(balls.scale((1, 1, 2)).translate((0, 4, 0)), name="eggs"),
+        co.Body(co.Plane((0, 0, 1), -3), name="floor"),
+    ]
+
+
+def _same(a: co.Scene, b: co.Scene) -> None:
+    """Tables to the bit."""
+    for name, column in a.lowered.tables._asdict().items():
+        if name == "leaf_items":  # has room between its rows that nobody fills
+            continue
+        assert np.array_equal(column, getattr(b.lowered.tables, name), equal_nan=True), name
+    assert a.lowered.face_paint == b.lowered.face_paint
+    assert np.array_equal(a.first_hit(*RAYS).t, b.first_hit(*RAYS).t)
+
+
+@pytest.fixture
+def worked_out(monkeypatch):
+    """The shapes that are lowered, one after the other."""
+    seen: list[co.Shape] = []
+    work = parts._part
+
+    def noted(shape):
+        seen.append(shape)
+        return work(shape)
+
+    monkeypatch.setattr(parts, "_part", noted)
+    return seen
+
+
+def test_only_what_is_new_is_lowered(worked_out):
+    scene = co.Scene(_things())
+    scene.prepare()
+    assert len(worked_out) == 6
+    moved = scene["drilled"].shape.rotate("x", 30)
+    changed = scene.replace("drilled", moved)
+    assert worked_out.count(moved) == 0
+    changed.prepare()
+    assert worked_out[6:] == [moved]
+    co.Scene(reversed(scene.bodies)).prepare()
+    assert len(worked_out) == 7
+
+
+def test_a_changed_scene_is_the_scene_made_anew():
+    scene = co.Scene(_things())
+    scene.prepare()
+    moved = scene["turned"].shape.translate((0, 0, 1))
+    changed = scene.replace("turned", moved).replace("floor", co.Body(co.Sphere(0.5), "red", "ball"))
+    fresh = _things()
+    fresh[1] = co.Body(fresh[1].shape.translate((0, 0, 1)), name="turned")
+    fresh[7] = co.Body(co.Sphere(0.5), "red", "ball")
+    assert changed == co.Scene(fresh)
+    _same(changed, co.Scene(fresh))
+    _same(co.Scene([scene.bodies[1].shape] * 3), co.Scene([co.Body(_things()[1].shape) for _ in range(3)]))
+
+
+def test_other_lights_and_cameras_prepare_nothing(monkeypatch):
+    scene = co.Scene(_things())
+    scene.prepare()
+    for name, module in (("lower", lowering), ("of", Prepared)):
+        monkeypatch.setattr(module, name, None)
+    light, camera = co.AmbientLight(1), co.Camera((0, -9, 0), (0, 0, 0))
+    lit = scene.replace(lights=light, camera=camera, background="red")
+    assert (lit.lights, lit.camera, lit.background, lit.bodies) == ((light,), camera, "red", scene.bodies)
+    assert lit.replace(camera=None).camera is None
+    assert lit.prepared is scene.prepared
+    painted = scene.replace("drilled", co.Body(scene["drilled"].shape, "green", "new"))
+    hit = painted.first_hit((0.7, 0, 5), (0, 0, -1))
+    assert painted.geometry is scene.geometry
+    assert hit.material == co.matte("green")
+    assert hit.name == "new"
+    assert scene.first_hit((0.7, 0, 5), (0, 0, -1)).name == "drilled"
+    pictures = [scene.render(16, 12, samples=1, camera=view).pixels for view in (camera, scene.fitting_camera(4 / 3))]
+    assert np.array_equal(pictures[0], scene.replace(camera=camera).render(16, 12, samples=1).pixels)
+    assert np.array_equal(pictures[1], scene.render(16, 12, samples=1).pixels)
+
+
+def test_bounds_are_worked_out_once_and_stay(monkeypatch):
+    scene = co.Scene(_things())
+    low = scene.bodies[0].shape.bounds[0]
+    low -= 100
+    assert scene.bodies[0].shape.bounds[0].tolist() == [-1, -1, -1]
+    first = scene.fitting_camera(1.5)
+    monkeypatch.setattr(co.Shape, "bounds", None)
+    assert scene.fitting_camera(1.5) == first
+
+
+def test_what_is_kept_is_not_pickled():
+    import pickle
+
+    body = _things()[1]
+    before = len(pickle.dumps(body))
+    co.Scene([body]).prepare()
+    _ = body.shape.bounds
+    assert len(pickle.dumps(body)) == before
+
+
+@pytest.mark.parametrize(("arguments", "error", "message"), [
+    (("no", co.Sphere()), KeyError, "no body named 'no'; named bodies: 'drilled', 'turned'"),
+    ((99, co.Sphere()), IndexError, "number must be at least 0 and below 66, got 99"),
+    ((7, co.Sphere()), ValueError, "replace: body 7 is one ball of an entry of 30; name the entry instead"),
+    (("turned", "red"), TypeError, "replace: item must be a shape or a Body, got str"),
+    (("turned",), TypeError, "replace: item must be a shape or a Body, got None"),
+    ((None, co.Sphere()), TypeError, "body: number must be one integer, got None"),
+    (("turned", co.Body(co.Sphere(), name="floor")), ValueError, "are both named 'floor'"),
+])  # fmt: skip
+def test_refusals(arguments, error, message):
+    with pytest.raises(error, match=message):
+        co.Scene(_things()).replace(*arguments)
+
+
+def test_preparing_tells_of_its_progress():
+    told: list[tuple[int, int]] = []
+    scene = co.Scene(_things())
+    scene.prepare(lambda done, count: told.append((done, count)))
+    assert told == [(i, 8) for i in range(1, 9)]
+    scene.prepare(lambda done, count: told.append((done, count)))
+    assert len(told) == 8
+    with pytest.raises(TypeError, match="prepare: progress must be a function or None, got int"):
+        scene.prepare(3)

@@ -1,0 +1,212 @@
+"""Turntables: what the file holds, what is rendered and what is taken from before."""
+
+from __future__ import annotations
+
+import io
+import sys
+from pathlib import Path
+
+import numpy as np
+import PIL.Image
+import PIL.ImageSequence
+import pytest
+
+import conicoid as co
+from conicoid.formats.movie import _durations
+from conicoid.turntables.turntable import _views
+
+from ..children import ROOT, child, needs_signals
+
+SMALL = dict(width=32, height=24, samples=1)
+POSTS = [co.Body(co.Cylinder((2, 0, 0), (2, 0, 1), 0.3), "red", "post"), co.Body(co.Sphere(1), "white", "ball")]
+SCENE = co.Scene(POSTS, lights=co.AmbientLight(1), background="black")
+
+
+def _frames(path: Path) -> list[np.ndarray]:
+    if path.suffix != ".mp4":
+        with PIL.Image.open(path) as file:
+            return [np.asarray(frame.convert("RGB")) for frame in PIL.ImageSequence.Iterator(file)]
+    import av
+
+    with av.open(str(path)) as movie:
+        return [frame.reformat(format="rgb24", src_colorspace="ITU709").to_ndarray() for frame in movie.decode(video=0)]
+
+
+@pytest.mark.parametrize(("suffix", "most"), [(".gif", 12), (".webp", 0), (".mp4", 12)])
+def test_the_file_holds_the_frames(tmp_path, suffix, most):
+    path = tmp_path / f"spin{suffix}"
+    assert co.turntable(SCENE, path, frames=5, seconds=2, **SMALL) == 5
+    views = list(_views(SCENE, None, 5, 32 / 24))
+    found = _frames(path)
+    assert len(found) == 5
+    for view, frame in zip(views, found, strict=True):
+        expected = np.asarray(SCENE.render(**SMALL, camera=view)).astype(int)
+        assert np.abs(frame - expected).mean() <= most
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["spin-frames", path.name]
+    assert len(list((tmp_path / "spin-frames").iterdir())) == 5
+
+
+def test_time_adds_up(tmp_path):
+    assert sum(_durations(7, 2.0, 10)) == 2000
+    assert set(_durations(7, 2.0, 10)) == {280, 290}
+    path = tmp_path / "spin.gif"
+    co.turntable(SCENE, path, frames=7, seconds=2, **SMALL)
+    with PIL.Image.open(path) as file:
+        assert file.info["loop"] == 0
+        assert sum(frame.info["duration"] for frame in PIL.ImageSequence.Iterator(file)) == 2000
+    import av
+
+    co.turntable(SCENE, tmp_path / "spin.mp4", frames=7, seconds=2, **SMALL)
+    with av.open(str(tmp_path / "spin.mp4")) as movie:
+        assert movie.duration / av.time_base == pytest.approx(2, abs=0.02)
+        assert movie.streams.video[0].codec_context.name == "h264"
+
+
+def test_the_camera_goes_around_what_it_looks_at():
+    """About `up` through the point, at one distance and height, clockwise from above; a quarter turn by hand."""
+    camera = co.Camera((3, -4, 2), (3, 0, 0))
+    views = list(_views(SCENE, camera, 4, 1))
+    assert views[0] == camera
+    assert [np.round(view.position, 12).tolist() for view in views[1:]] == [[-1, 0, 2], [3, 4, 2], [7, 0, 2]]
+    assert {view.look_at for view in views} == {(3, 0, 0)}
+    parallel = list(_views(SCENE, co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0)), 2, 1))
+    assert np.round(parallel[1].position, 12).tolist() == [0, 0, -5]
+
+
+def test_a_fitting_camera_keeps_all_in_view_all_around():
+    """The corners of the box are seen in every frame, and some nearly touch the edge."""
+    scene = co.Scene(co.Box((0, 0, 0), (9, 1, 2)))
+    corners = np.array([(x, y, z) for x in (0, 9) for y in (0, 1) for z in (0, 2)], float)
+    seen = np.array([view.project(corners, 80, 60) for view in _views(scene, None, 24, 80 / 60)]) / (80, 60)
+    assert seen.min() > 0
+    assert seen.max() < 1
+    assert max(seen.max(), 1 - seen.min()) > 0.9
+
+
+def test_frames_that_are_there_are_taken(tmp_path):
+    once = dict(frames=4, folder=tmp_path / "frames", camera=co.Camera((9, 0, 4), (0, 0, 0)), **SMALL)
+    assert co.turntable(SCENE, tmp_path / "a.gif", **once) == 4
+    assert co.turntable(co.Scene(POSTS, co.AmbientLight(1), background="black"), tmp_path / "b.webp", **once) == 0
+    assert len(_frames(tmp_path / "b.webp")) == 4
+    assert co.turntable(SCENE, tmp_path / "a.gif", **(once | {"frames": 8})) == 4
+    some = sorted((tmp_path / "frames").iterdir())
+    some[0].unlink()
+    some[1].write_bytes(some[1].read_bytes()[:-20])
+    PIL.Image.new("RGB", (9, 9)).save(some[2])
+    total = co.turntable(SCENE, tmp_path / "a.gif", **once)
+    assert total + co.turntable(SCENE, tmp_path / "a.gif", **(once | {"frames": 8})) == 3
+
+
+@pytest.mark.parametrize("change", [
+    lambda scene: scene.replace("ball", co.Sphere(1.0000001)),
+    lambda scene: scene.replace("ball", co.Body(co.Sphere(1), "#fffffe", "ball")),
+    lambda scene: scene.replace("post", POSTS[0].shape.rotate("z", 1)),
+    lambda scene: scene.replace(lights=co.AmbientLight(0.9)),
+    lambda scene: scene.replace(background="#000001"),
+    lambda scene: scene.replace("ball", co.Body(co.Sphere(1) - co.Sphere(0.2).painted("red"), "white", "ball")),
+    lambda scene: scene.replace("ball", co.Spheres([(0, 0, 0)], 1.0)),
+    lambda scene: scene.replace(camera=co.OrthographicCamera((9, 0, 0), (0, 0, 0), height=3)),
+    dict(samples=2), dict(seed=1), dict(depth=0), dict(integrator="normals"), dict(width=34), dict(axes=True),
+    dict(labels=True), dict(normals=True),
+])  # fmt: skip
+def test_stale_frames_are_not_taken(tmp_path, change):
+    camera = co.Camera((9, 0, 4), (0, 0, 0))
+    scene = SCENE.replace(camera=camera)
+    assert co.turntable(scene, tmp_path / "a.gif", frames=1, **SMALL) == 1
+    options = SMALL | (change if isinstance(change, dict) else {})
+    changed = scene if isinstance(change, dict) else change(scene)
+    assert co.turntable(changed, tmp_path / "a.gif", frames=1, **options) == 1
+    assert co.turntable(changed, tmp_path / "a.gif", frames=1, **options) == 0
+
+
+def test_names_matter_where_they_are_shown(tmp_path):
+    other = SCENE.replace("ball", co.Body(POSTS[1].shape, "white", "globe"))
+    for labels, again in ((False, 0), (True, 2)):
+        co.turntable(SCENE, tmp_path / "a.gif", frames=2, labels=labels, **SMALL)
+        assert co.turntable(other, tmp_path / "a.gif", frames=2, labels=labels, **SMALL) == again
+
+
+def test_frames_need_not_be_kept(tmp_path):
+    co.turntable(SCENE, tmp_path / "a.gif", frames=2, keep=False, **SMALL)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a.gif"]
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("x")
+    co.turntable(SCENE, tmp_path / "a.gif", frames=2, keep=False, folder=tmp_path / "mine", **SMALL)
+    assert [entry.name for entry in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+
+
+def test_progress(tmp_path):
+    told: list[float] = []
+    co.turntable(SCENE, tmp_path / "a.gif", frames=3, progress=lambda done, count: told.append(done / count), **SMALL)
+    assert told[-1] == 1
+    assert {1 / 3, 2 / 3, 1.0} <= set(told)
+
+
+@pytest.mark.parametrize(("path", "options", "error", "message"), [
+    ("a.avi", {}, ValueError, "turntable: movies are saved as .gif, .webp, .mp4, got '.*a.avi'"),
+    ("a.mp4", dict(width=31), ValueError, "width and height of a .mp4 must be even, got 31 x 24"),
+    ("a.gif", dict(frames=101, seconds=2), ValueError, "at most 50 frames a second, got 101 in 2 seconds"),
+    ("a.webp", dict(width=20_000), ValueError, "a .webp has at most 16383 pixels a side, got 20000 x 24"),
+    ("a.gif", dict(frames=0), ValueError, "turntable: frames must be a whole number from 1 to 100000, got 0"),
+    ("a.gif", dict(seconds=0), ValueError, "turntable: seconds must be > 0, got 0"),
+    ("a.gif", dict(keep="no"), ValueError, "turntable: keep must be true or false, got 'no'"),
+    ("a.gif", dict(samples=0), ValueError, "samples must be a whole number from 1"),
+    ("a.gif", dict(camera="front"), TypeError, "turntable: camera must be a Camera"),
+    ("none/a.gif", dict(frames=1), FileNotFoundError, "no such folder"),
+])  # fmt: skip
+def test_refusals(tmp_path, path, options, error, message):
+    with pytest.raises(error, match=message):
+        co.turntable(SCENE, tmp_path / path, **(SMALL | dict(frames=2) | options))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_the_encoder_there_is_a_word_before_the_work(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(ImportError, match=r"a .mp4 is written by PyAV: pip install conicoid\[video\]; .gif and .webp"):
+        co.turntable(SCENE, tmp_path / "a.mp4", frames=2, **SMALL)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_leaves_the_file_that_was_there(tmp_path, monkeypatch):
+    path = tmp_path / "a.gif"
+    co.turntable(SCENE, path, frames=2, **SMALL)
+    before = path.read_bytes()
+
+    def full(self, *arguments, **options):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(PIL.Image.Image, "save", full)
+    with pytest.raises(OSError, match="No space left"):
+        co.turntable(SCENE, path, frames=2, **SMALL)
+    assert path.read_bytes() == before
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["a-frames", "a.gif"]
+
+
+INTERRUPTED = """
+import sys
+import conicoid as co
+scene = co.Scene([co.Sphere(1)])
+def told(done, count):
+    if done * 3 > count:
+        print("begun", flush=True)
+co.turntable(scene, sys.argv[1], frames=3, width=8, height=6, samples=1, folder=sys.argv[2])
+co.turntable(scene, sys.argv[1], frames=3, width=640, height=480, samples=256, folder=sys.argv[3], progress=told)
+"""
+
+
+@needs_signals
+def test_what_is_interrupted_goes_on(tmp_path):
+    """The file of before stays as it was, frames are whole, and the first is not made again."""
+    path, folder = tmp_path / "a.gif", tmp_path / "frames"
+    with child(INTERRUPTED, path, tmp_path / "small", folder, cwd=ROOT) as running:
+        assert running.line() == "begun", running.end()
+        before = path.read_bytes()
+        running.interrupt()
+        code, _, errors = running.end()
+    assert code not in (0, 1)
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
+    assert path.read_bytes() == before
+    assert [entry.suffix for entry in folder.iterdir()] == [".png"] * len(list(folder.iterdir()))
+    for frame in folder.iterdir():
+        assert PIL.Image.open(io.BytesIO(frame.read_bytes())).size == (640, 480)
+    assert 1 <= len(list(folder.iterdir())) < 3
