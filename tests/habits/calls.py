@@ -71,7 +71,7 @@ LOOKS: dict[str, Call] = {
     "Material": (
         co.Material,
         dict(color="red", ambient=1, diffuse=1, specular=0, shininess=1, highlight="phong", reflectivity=0)
-        | dict(fresnel=False, transparency=0, refractive_index=1, absorption=0),
+        | dict(fresnel=False, transparency=0, refractive_index=1, absorption=0, name="a", properties={"a": 1}),
     ),
     **{name: (getattr(co, name), dict(color="red")) for name in ("matte", "phong", "blinn_phong", "lacquer")},
     "metal": (co.metal, dict(color="red", shininess=3, reflectivity=1)),
@@ -140,8 +140,9 @@ JUNK: dict[str, Any] = {
     "a light": co.AmbientLight(),
 }
 TAKEN = {
-    *((name, argument, "a text") for name, argument in (("save", "path"), ("Body", "name"))),
-    *((name, argument, "a long text") for name, argument in (("Body", "name"),)),
+    *((name, argument, "a text") for name, argument in (("save", "path"), ("Body", "name"), ("Material", "name"))),
+    *((name, "name", "a long text") for name in ("Body", "Material")),
+    ("Material", "properties", "a mapping"),
     *(
         (name, argument, "a huge number")
         for name, argument in (("measure", "seed"), ("check", "seed"), ("load_openmc", "max_bodies"))

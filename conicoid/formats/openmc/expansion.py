@@ -17,6 +17,7 @@ from .extent import EVERYWHERE, Extent
 from .geometry import Cell, Geometry
 from .lattices import Index, Lattice
 from .left_out import LeftOut
+from .material_reading import NOTHING
 from .narrowing import Part, bound
 from .palette import color_of
 from .placement import Placement
@@ -24,7 +25,7 @@ from .region import halves
 from .solids import SolidMaker
 from .surfaces import Surface
 
-VOID = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0)
+VOID = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name="void", properties=NOTHING)
 """Invisible: light goes straight through."""
 
 Path = tuple[str, ...]
@@ -159,7 +160,9 @@ class Expansion:
             raise limits.too_many(self.path, len(self.bodies) + 1, self.max_bodies, cell.element, where, "at least ")
         shape = self.maker.solid((motion, group.parts) for motion, group in context.groups)
         if material is not None and material not in self.looks:
-            self.looks[material] = matte(color_of(material))
+            known = self.geometry.material(material)
+            name = known.name or f"material {material}"
+            self.looks[material] = matte(color_of(material), name=name, properties=known.properties)
         self.bodies.append(Body(shape, self.looks[material], _placed_name(cell, path)))
         self.materials[material] += 1
         if self.progress is not None and len(self.bodies) % 256 == 0:
