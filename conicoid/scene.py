@@ -7,7 +7,7 @@ import operator
 import os
 from collections.abc import Callable, Iterable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -16,9 +16,9 @@ from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calm import calm
 from .shapes.labels import counted, first_numbers, one_ball
+from .shapes.validate import callback, shown, what
 from .shapes.validate import path as checked_path
-from .shapes.validate import shown, what
-from .shapes.vector import Box
+from .shapes.vector import Box, FloatArray
 
 if TYPE_CHECKING:
     from .geometry.memory import Memory
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .trace.hits import Hits
     from .trace.queries import Prepared
     from .trace.spans import Crossings, Spans
+    from .trace.threads import Progress
 
 
 class Scene:
@@ -184,6 +185,11 @@ class Scene:
         return memory(self.geometry)
 
     @property
+    def materials(self) -> tuple[Any, ...]:
+        """The different materials, in the order of the first body of each; None is that of bodies without."""
+        return tuple(dict.fromkeys(body.material for body in self._bodies))
+
+    @property
     def body_materials(self) -> list[Any]:
         """The material of each body id (None: the default)."""
         return [self._bodies[item].material for item in self.lowered.body_item.tolist()]
@@ -222,6 +228,35 @@ class Scene:
         from .trace import queries
 
         return queries.crossings(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+
+    @calm
+    def lengths(
+        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        by: Literal["body", "material"] = "body", progress: Progress | None = None,
+    ) -> FloatArray:  # fmt: skip
+        """`spans(...).lengths(by)`, the same to the bit, for any number of rays: their spans are not kept.
+
+        `progress(done, count)` is called with numbers of rays.
+        """
+        from .trace import integrals, queries
+
+        callback("lengths", "progress", progress)
+        return integrals.lengths(self.prepared, queries.as_rays(origins, directions), t_min, t_max, by, progress)
+
+    @calm
+    def line_integral(
+        self, values: Any, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        otherwise: Any = None, progress: Progress | None = None,
+    ) -> Any:  # fmt: skip
+        """`spans(...).line_integral(values)`, the same to the bit, for any number of rays: their spans are not kept.
+
+        `values`: (bodies,) or (bodies, energies), a mapping from names of materials, or the name of a property.
+        """
+        from .trace import integrals, queries
+
+        callback("line_integral", "progress", progress)
+        rays = queries.as_rays(origins, directions)
+        return integrals.line_integral(self.prepared, values, rays, t_min, t_max, otherwise, progress)
 
     @calm
     def contains(self, points: Any) -> Any:

@@ -107,6 +107,12 @@ SCENES: dict[str, Call] = {
     "body_at": (_query("body_at"), dict(points=ORIGINS)),
     "spawn": (lambda directions: SCENE.first_hit(**RAYS).spawn(directions), dict(directions=DIRECTIONS)),
     "line_integral": (lambda values: SCENE.spans(**RAYS).line_integral(values), dict(values=[1])),
+    "scene.line_integral": (
+        _query("line_integral"),
+        RAYS | dict(values=[1], t_min=0, t_max=9, progress=None),
+    ),
+    "scene.lengths": (_query("lengths"), RAYS | dict(t_min=0, t_max=9, by="material", progress=None)),
+    "spans.lengths": (lambda by: SCENE.spans(**RAYS).lengths(by), dict(by="body")),
     "reflect": (co.reflect, dict(directions=DIRECTIONS, normals=DIRECTIONS)),
     "refract": (co.refract, dict(directions=DIRECTIONS, normals=DIRECTIONS, eta=1)),
     "measure": (co.measure, dict(shape=BALL, rays=100, seed=0, progress=None)),
@@ -147,7 +153,10 @@ TAKEN = {
         (name, argument, "a huge number")
         for name, argument in (("measure", "seed"), ("check", "seed"), ("load_openmc", "max_bodies"))
     ),
-    *((name, "progress", "a function") for name in ("measure", "check", "render", "load_openmc")),
+    *(
+        (name, "progress", "a function")
+        for name in ("measure", "check", "render", "load_openmc", "scene.line_integral", "scene.lengths")
+    ),
     *((name, "directions", "NaN") for name in ("reflect", "refract")),
     *((name, "normals", "NaN") for name in ("reflect", "refract")),
     ("Image", "array", "an array"),
