@@ -37,7 +37,8 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".trace.threads",
     "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
     "check": ".checks.check", "Finding": ".checks.finding",
-    "measure": ".measures.measure", "Measures": ".measures.measure", "warmup": ".warmup",
+    "measure": ".measures.measure", "Measures": ".measures.measure",
+    "SceneMeasures": ".measures.scene_measures", "warmup": ".warmup",
 }  # fmt: skip
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from .image import Image as Image
     from .measures.measure import Measures as Measures
     from .measures.measure import measure as measure
+    from .measures.scene_measures import SceneMeasures as SceneMeasures
     from .render.camera import Camera as Camera
     from .render.camera import OrthographicCamera as OrthographicCamera
     from .scene import Scene as Scene
