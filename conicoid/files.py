@@ -22,7 +22,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     what was expected and what was found.
     """
     parts = scene_file.read(checked_path("load", path))
-    return Scene(parts.bodies, parts.lights, parts.camera, parts.background)
+    return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
 
 
 @calm
@@ -60,4 +60,4 @@ def load_openmc(
     if isinstance(max_bodies, bool) or not isinstance(max_bodies, int) or max_bodies < 1:
         raise ValueError(f"load_openmc: max_bodies must be an integer >= 1, got {shown(max_bodies)}")
     parts = openmc.read(checked_path("load_openmc", path), void=void, max_bodies=max_bodies, progress=progress)
-    return Scene(parts.bodies, parts.lights, parts.camera, parts.background)
+    return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 
 from .forks import lock
-from .shapes.base import Shape
+from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.calm import calm
 from .shapes.labels import counted, first_numbers, one_ball
@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 class Scene:
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
-    `items` are shapes or `Body`s; one of these alone is a scene too, and one light is `lights`.
+    `items` are shapes or `Body`s; one of these alone is a scene too, and one light is `lights`. `domain` is a solid
+    that the bodies are to fill: `check` tells where they do not, and nothing else asks for it.
     The scene is immutable; its arrays are built when first asked for.
     Every query takes origins and directions (..., 3), or a `Rays` alone, and keeps the leading shape.
     """
@@ -44,8 +45,9 @@ class Scene:
         lights: Any = (),
         camera: Any = None,
         background: Any = None,
+        domain: Solid | None = None,
     ) -> None:
-        from .scene_parts import as_bodies, as_camera
+        from .scene_parts import as_bodies, as_camera, as_domain
         from .shapes.background import as_background
         from .shapes.light import as_lights
 
@@ -57,6 +59,7 @@ class Scene:
         self._lights = as_lights(lights)
         self._camera = as_camera(camera)
         self._background = as_background(background)
+        self._domain = as_domain(domain)
         self._prepared: Prepared | None = None
         self._lock = lock()
 
@@ -76,6 +79,11 @@ class Scene:
     @property
     def background(self) -> Any:
         return self._background
+
+    @property
+    def domain(self) -> Solid | None:
+        """What the bodies are to fill, as the cells of an imported model are; None for a scene that says nothing."""
+        return self._domain
 
     def body(self, number: Any) -> Body:
         """The body of a number, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
@@ -118,8 +126,7 @@ class Scene:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
             return NotImplemented
-        mine = (self.bodies, self.lights, self.camera, self.background)
-        return mine == (other.bodies, other.lights, other.camera, other.background)
+        return self._parts == other._parts
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -131,10 +138,14 @@ class Scene:
         return f"Scene({bodies}{entries}, {lights})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (type(self), self._bodies, self._lights, self._camera, self._background)
+        return _again, (type(self), *self._parts)
+
+    @property
+    def _parts(self) -> tuple[Any, ...]:
+        return self._bodies, self._lights, self._camera, self._background, self._domain
 
     def __copy__(self) -> Scene:
-        made = _again(type(self), self._bodies, self._lights, self._camera, self._background)
+        made = _again(type(self), *self._parts)
         made._prepared = self._prepared
         return made
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from .shapes.base import Shape
+from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.validate import what
 
@@ -39,3 +39,10 @@ def as_camera(camera: Any) -> Any:
     if not isinstance(camera, Camera | OrthographicCamera):
         raise TypeError(f"Scene: camera must be a Camera, an OrthographicCamera or None, got {what(camera)}")
     return camera
+
+
+def as_domain(domain: Any) -> Solid | None:
+    """A solid, or None; a TypeError otherwise."""
+    if domain is not None and not isinstance(domain, Solid):
+        raise TypeError(f"Scene: domain must be a solid or None, got {what(domain)}")
+    return domain

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+from ...shapes.base import Solid
 from ...shapes.body import Body
 from ...shapes.material import Material
 from ..errors import SHOWN, printable
@@ -48,6 +49,8 @@ class Imported:
     lights: tuple[Any, ...] = ()
     camera: Any = None
     background: Any = None
+    domain: Solid | None = None
+    """What root cells that are filled with universes or lattices hold: a cell is to be found everywhere in it."""
 
 
 def read(
@@ -65,7 +68,8 @@ def read(
     expansion = Expansion(path, geometry, max_bodies, void, progress)
     expansion.run()
     names = _material_names(expansion)
-    return Imported(tuple(expansion.bodies), _legend(expansion), tuple(_notes(expansion)), names)
+    notes = tuple(_notes(expansion))
+    return Imported(tuple(expansion.bodies), _legend(expansion), notes, names, domain=expansion.domain)
 
 
 def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:
