@@ -96,7 +96,7 @@ LOOKS: dict[str, Call] = {
 }
 SCENES: dict[str, Call] = {
     "Body": (co.Body, dict(shape=BALL, material=co.matte(), name="a")),
-    "Scene": (co.Scene, dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white")),
+    "Scene": (co.Scene, dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white", domain=BALL)),
     "render": (
         _query("render"),
         dict(width=4, height=3, samples=1, integrator="normals", seed=0, depth=1, progress=None),
@@ -161,6 +161,7 @@ TAKEN = {
     *((name, "normals", "NaN") for name in ("reflect", "refract")),
     ("Image", "array", "an array"),
     ("check", "scene", "a scene"),
+    ("measure", "shape", "a scene"),
     ("save", "scene", "a scene"),
     ("Scene", "camera", "a camera"),
     ("Scene", "lights", "a light"),
