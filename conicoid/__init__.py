@@ -38,6 +38,7 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
     "check": ".checks.check", "Finding": ".checks.finding",
     "measure": ".measures.measure", "Measures": ".measures.measure",
+    "SceneMeasures": ".measures.scene_measures",
     "turntable": ".turntables.turntable", "warmup": ".warmup",
 }  # fmt: skip
 
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from .image import Image as Image
     from .measures.measure import Measures as Measures
     from .measures.measure import measure as measure
+    from .measures.scene_measures import SceneMeasures as SceneMeasures
     from .render.camera import Camera as Camera
     from .render.camera import OrthographicCamera as OrthographicCamera
     from .scene import Scene as Scene

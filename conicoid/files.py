@@ -22,7 +22,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     what was expected and what was found.
     """
     parts = scene_file.read(checked_path("load", path))
-    return Scene(parts.bodies, parts.lights, parts.camera, parts.background)
+    return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
 
 
 @calm
@@ -59,4 +59,4 @@ def load_openmc(
     callback("load_openmc", "progress", progress)
     max_bodies = integer("load_openmc", "max_bodies", max_bodies, 1)
     parts = openmc.read(checked_path("load_openmc", path), void=void, max_bodies=max_bodies, progress=progress)
-    return Scene(parts.bodies, parts.lights, parts.camera, parts.background)
+    return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)

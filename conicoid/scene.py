@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterable
 from functools import cached_property
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from .forks import lock
-from .shapes.base import Shape
+from .scene_queries import Queries
+from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.calm import calm
 from .shapes.labels import counted, first_numbers, one_ball
@@ -24,17 +24,16 @@ if TYPE_CHECKING:
     from .image import Image
     from .lowering import Lowered
     from .render.camera import Camera, OrthographicCamera
-    from .trace.hits import Hits
     from .trace.queries import Prepared
-    from .trace.spans import Crossings, Spans
 
 _SAME: Any = object()
 
 
-class Scene:
+class Scene(Queries):
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
-    `items` are shapes or `Body`s; one of these alone is a scene too, and one light is `lights`.
+    `items` are shapes or `Body`s; one of these alone is a scene too, and one light is `lights`. `domain` is a solid
+    that the bodies are to fill: `check` tells where they do not, and nothing else asks for it.
     The scene is immutable; its arrays are built when first asked for.
     Every query takes origins and directions (..., 3), or a `Rays` alone, and keeps the leading shape.
     """
@@ -45,8 +44,9 @@ class Scene:
         lights: Any = (),
         camera: Any = None,
         background: Any = None,
+        domain: Solid | None = None,
     ) -> None:
-        from .scene_parts import as_bodies, as_camera
+        from .scene_parts import as_bodies, as_camera, as_domain
         from .shapes.background import as_background
         from .shapes.light import as_lights
 
@@ -58,6 +58,7 @@ class Scene:
         self._lights = as_lights(lights)
         self._camera = as_camera(camera)
         self._background = as_background(background)
+        self._domain = as_domain(domain)
         self._prepared: Prepared | None = None
         self._lock = lock()
 
@@ -80,6 +81,11 @@ class Scene:
     def background(self) -> Any:
         """A colour or a `Sky`: what rays see that hit nothing."""
         return self._background
+
+    @property
+    def domain(self) -> Solid | None:
+        """What the bodies are to fill, as the cells of an imported model are; None for a scene that says nothing."""
+        return self._domain
 
     def body(self, number: Any) -> Body:
         """The body of a number, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
@@ -110,8 +116,7 @@ class Scene:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
             return NotImplemented
-        mine = (self.bodies, self.lights, self.camera, self.background)
-        return mine == (other.bodies, other.lights, other.camera, other.background)
+        return self._parts == other._parts
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -123,10 +128,14 @@ class Scene:
         return f"Scene({bodies}{entries}, {lights})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (type(self), self._bodies, self._lights, self._camera, self._background)
+        return _again, (type(self), *self._parts)
+
+    @property
+    def _parts(self) -> tuple[Any, ...]:
+        return self._bodies, self._lights, self._camera, self._background, self._domain
 
     def __copy__(self) -> Scene:
-        made = _again(type(self), self._bodies, self._lights, self._camera, self._background)
+        made = _again(type(self), *self._parts)
         made._prepared = self._prepared
         return made
 
@@ -142,9 +151,9 @@ class Scene:
 
     def replace(
         self, which: str | int | None = None, item: Shape | Body | None = None, *,
-        lights: Any = _SAME, camera: Any = _SAME, background: Any = _SAME,
+        lights: Any = _SAME, camera: Any = _SAME, background: Any = _SAME, domain: Any = _SAME,
     ) -> Scene:  # fmt: skip
-        """A scene with one entry changed, or with other lights, another camera or background; it prepares only that.
+        """A scene with one entry changed, or other lights, camera, background or domain; it prepares only that.
 
         `which` is the name of the entry or the number of its body; a shape as `item` takes the place of the entry's
         shape, which keeps its material and name, and a `Body` that of the whole entry.
@@ -153,8 +162,8 @@ class Scene:
         from .scene_parts import exchanged
 
         bodies = self._bodies if which is None and item is None else exchanged(self._bodies, self._firsts, which, item)
-        given = ((lights, self._lights), (camera, self._camera), (background, self._background))
-        made = Scene(bodies, *(old if new is _SAME else new for new, old in given))
+        given = lights, camera, background, domain
+        made = Scene(bodies, *(old if new is _SAME else new for new, old in zip(given, self._parts[1:], strict=True)))
         prepared = self._prepared
         if prepared is not None and all(a.shape is b.shape for a, b in zip(bodies, self._bodies, strict=True)):
             made._prepared = prepared if bodies is self._bodies else prepared.labelled(bodies)
@@ -223,52 +232,10 @@ class Scene:
 
         return memory(self.geometry)
 
-    @calm
-    def first_hit(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Hits:
-        """The nearest crossing of each ray in the open interval (t_min, t_max).
-
-        Raises ValueError for rays that cannot be traced, with the index of the first.
-        """
-        from .trace import queries
-
-        if self._prepared is None:
-            from .ahead import expect
-
-            expect("rays", "streams", "points")
-        return queries.first_hit(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
-
-    @calm
-    def occluded(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Any:
-        """bool (...): is there any crossing strictly between t_min and t_max?  Equals first_hit(...).t < inf."""
-        from .trace import queries
-
-        return queries.occluded(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
-
-    @calm
-    def spans(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Spans:
-        """Every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray."""
-        from .trace import queries
-
-        return queries.spans(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
-
-    @calm
-    def crossings(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Crossings:
-        """Every crossing of each ray with solids and sheets, strictly between t_min and t_max, sorted along the ray."""
-        from .trace import queries
-
-        return queries.crossings(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
-
-    @calm
-    def contains(self, points: Any) -> Any:
-        """bool (...): does any solid contain the point (..., 3)? Primitives hold their boundary, Booleans are exact."""
-        return np.asarray(self.body_at(points) >= 0)[()]
-
-    @calm
-    def body_at(self, points: Any) -> Any:
-        """int32 (...): the first listed body that contains the point (..., 3), or -1."""
-        from .trace import queries
-
-        return queries.body_at(self.prepared, points)
+    @property
+    def materials(self) -> tuple[Any, ...]:
+        """The different materials, in the order of the first body of each; None is that of bodies without."""
+        return tuple(dict.fromkeys(body.material for body in self._bodies))
 
     @calm
     def render(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .shapes.base import Shape
+from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.spheres import Spheres
 from .shapes.validate import listed, shown, what
@@ -80,3 +80,10 @@ def as_camera(camera: Any) -> Any:
     from .render.camera import as_camera as checked
 
     return checked("Scene", camera)
+
+
+def as_domain(domain: Any) -> Solid | None:
+    """A solid, or None; a TypeError otherwise."""
+    if domain is not None and not isinstance(domain, Solid):
+        raise TypeError(f"Scene: domain must be a solid or None, got {what(domain)}")
+    return domain

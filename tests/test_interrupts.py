@@ -51,6 +51,7 @@ ASKS = {
     "occluded": lambda n: (scene.occluded(*rays(n)),),
     "spans": lambda n: (scene.spans(*rays(n)).t_enter,),
     "doubtful spans": lambda n: (scene.spans(*touching(n)).t_enter,),
+    "integral": lambda n: (scene.line_integral([1.0], *rays(n)),),
     "crossings": lambda n: (scene.crossings(*rays(n)).t,),
     "contains": lambda n: (scene.contains(rays(n)[0] * (1, 1, 0.1)),),
     "render": lambda n: (scene.render(n, 2, samples=1).pixels,),
@@ -86,13 +87,13 @@ def _stopped_in_time(*names: str) -> None:
 
 def test_queries_of_dear_rays_stop_and_can_be_asked_again():
     """Each of the rays crosses six thousand surfaces of one body: many minutes, in chunks of many seconds."""
-    _stopped_in_time("one tile", "spans")
+    _stopped_in_time("one tile", "spans", "integral")
 
 
 @pytest.mark.deep
 def test_whatever_takes_long_stops_and_can_be_asked_again():
     _stopped_in_time(
-        "one tile", "in order", "in no order", "doubtful", "occluded", "spans", "doubtful spans", "crossings",
+        "one tile", "in order", "in no order", "doubtful", "occluded", "spans", "doubtful spans", "integral", "crossings",
         "contains", "render", "measure", "check", "lower", "build",
     )  # fmt: skip
 

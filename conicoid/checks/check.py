@@ -14,6 +14,7 @@ from .aim import Targets, rays_through
 from .coincidence import NearPair, near_pairs
 from .conditioning import FEW, conditioning
 from .finding import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, titles
+from .gaps import undefined_regions
 from .scan import THIN, Scan, Sighting
 from .verdict import Conditioning
 
@@ -34,11 +35,12 @@ Progress = Callable[[int, int], Any]
 def check(
     scene: Scene | Shape | Body, rays: int = 200_000, seed: int = 0, progress: Progress | None = None
 ) -> list[Finding]:
-    """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits; worst first within each kind.
+    """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits, undefined regions; worst first of each.
 
     About `rays` rays go through the whole scene, through every body, and where boxes of two bodies meet; more
     through surfaces that are nearly equal and bodies that none has met. What no ray has seen is not
-    reported, but for surfaces and digits: those follow from the numbers that were written.
+    reported, but for surfaces and digits: those follow from the numbers that were written. Regions are undefined
+    where a scene has a `domain`, as imported models have, and points of it are in no body.
     """
     from ..scene import as_scene
 
@@ -46,9 +48,9 @@ def check(
     callback("check", "progress", progress)
     rays, seed = integer("check", "rays", rays, 1, _MOST_RAYS), integer("check", "seed", seed, 0)
     lowered = scene.lowered
-    if lowered.body_count == 0:
-        return []
     targets, random = Targets.of(lowered), np.random.default_rng(seed)
+    if lowered.body_count == 0:
+        return undefined_regions(scene, targets, rays, random)
     scan = Scan(scene, targets.sizes, np.zeros(lowered.body_count, bool))
     for part, step in enumerate((_everywhere, _bodies, _pairs)):
         step(scan, targets, rays // 3, random)
@@ -63,6 +65,7 @@ def check(
     unseen = _unseen(scan, targets, rays, random)
     if progress is not None:
         progress(5, 6)
+    undefined = undefined_regions(scene, targets, rays // 3, random)
     few = conditioning(scene, FEW, _MOST_BALLS)
     if progress is not None:
         progress(6, 6)
@@ -72,6 +75,7 @@ def check(
         *(_coincidence(scan, pair) for pair in near),
         *_empty(scan, targets, unseen),
         *(_few_digits(scene, one) for one in sorted(few, key=lambda one: (one.digits, one.body))),
+        *undefined,
     ]
 
 

@@ -11,19 +11,21 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS = "overlap", "sliver", "near-coincidence", "empty", "lost digits"
-KINDS = (OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS)
+UNDEFINED = "undefined"
+KINDS = (OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS, UNDEFINED)
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
     """Something that a scene's author may not have meant.
 
-    kind       "overlap", "sliver", "near-coincidence", "empty" or "lost digits"
+    kind       "overlap", "sliver", "near-coincidence", "empty", "lost digits" or "undefined"
     bodies     ids of the bodies concerned
     message    one sentence
     size       the longest common stretch, the thickness, or the relative difference; 0 for an empty body; the decimal
-               digits that remain
+               digits that remain; the estimated volume of an undefined region
     origin, direction   (3,) a ray that shows it: ask `scene.spans(origin, direction)`; None where none does
+    point      (3,) a point of an undefined region; None for other kinds
     """
 
     kind: str
@@ -32,6 +34,7 @@ class Finding:
     size: float
     origin: FloatArray | None = None
     direction: FloatArray | None = None
+    point: FloatArray | None = None
 
     def __str__(self) -> str:
         if self.origin is None or self.direction is None:
@@ -45,4 +48,5 @@ def titles(scene: Scene, bodies: tuple[int, ...]) -> str:
     items = scene.lowered.body_item
     names = [scene.bodies[int(items[body])].name for body in bodies]
     labels = [f"{body} ({name})" if name else f"{body}" for body, name in zip(bodies, names, strict=True)]
-    return f"body {labels[0]}" if len(labels) == 1 else f"bodies {' and '.join(labels)}"
+    listed = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 2 else labels)
+    return f"body {labels[0]}" if len(labels) == 1 else f"bodies {listed}"

@@ -171,6 +171,24 @@ class Anything(Kind):
         return True
 
 
+class UserValue(Anything):
+    """A value of the user's own, as the properties of a material have: the class that keeps them checks them."""
+
+    phrase = "a number, a text, true or false, an array of numbers or texts, or a mapping to numbers or texts"
+
+    def schema(self) -> Schema:
+        single: list[str] = ["number", "string", "boolean"]
+        rows: Schema = {"type": "array", "items": {"type": "number"}}
+        items = {"anyOf": [{"type": ["number", "string"]}, rows]}
+        return {
+            "anyOf": [
+                {"type": single},
+                {"type": "array", "items": items},
+                {"type": "object", "additionalProperties": {"type": single}},
+            ]
+        }
+
+
 def tagged(name: str, arguments: Schema, make: Callable[..., Any]) -> Schema:
     """Schema of ``{name: arguments}``, described by the first paragraph of the docstring."""
     text = " ".join((inspect.getdoc(make) or name).split("\n\n")[0].split())
@@ -217,7 +235,7 @@ def kind_of(hint: Any) -> Kind:
     if isinstance(origin, type) and issubclass(origin, np.ndarray):
         return NUMBERS
     if isinstance(origin, type) and issubclass(origin, Mapping):
-        return Named(kind_of(arguments[1]))
+        return Named(UserValue() if arguments[1] is Any else kind_of(arguments[1]))
     if isinstance(origin, type) and issubclass(origin, Sequence):
         return Several(kind_of(arguments[0]))
     if isinstance(hint, type) and issubclass(hint, Shape):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from typing import Any
 
 import numpy as np
 
 from ..shapes.body import Body
+from ..shapes.disc import Disc
 from ..shapes.labels import Labels
 from ..shapes.sphere import Sphere
 from ..trace.bundle import DEAD
@@ -27,7 +29,7 @@ _FLAGS = ("hit", "entering", "doubtful")
 _RAYS = ("origins", "directions", "starts", "starts_home")
 _ABOUT = ("home", "first_bodies", "labels")
 _ALL = (*_FLOATS, *_INTS, *_FLAGS, *_RAYS, *_ABOUT)
-"""The arrays of such a file. Those of bytes hold a scene's key, and a scene file with a ball for each entry."""
+"""The arrays of such a file. Those of bytes hold a scene's key, and a scene file with a ball for each entry, a disc for a sheet."""
 
 
 def write_hits_file(path: str | os.PathLike[str], hits: Hits) -> None:
@@ -39,8 +41,9 @@ def write_hits_file(path: str | os.PathLike[str], hits: Hits) -> None:
     arrays["side"] = kept._faces[2].reshape(rays.shape)
     arrays |= {"origins": rays.origins, "directions": rays.directions, "starts": rays._starts}
     arrays |= {"starts_home": _bytes(rays._home or b""), "home": _bytes(kept._home), "first_bodies": labels.firsts}
+    entries = zip(labels.solid, labels.materials, labels.names, strict=True)
     bodies = tuple(
-        Body(Sphere(), material, name) for name, material in zip(labels.names, labels.materials, strict=True)
+        Body(Sphere() if solid else Disc((0, 0, 0), (0, 0, 1), 1), material, name) for solid, material, name in entries
     )
     arrays["labels"] = _bytes(json_text(scene_data(Parts(bodies), None)).encode())
     with replacing(path) as partial, partial.open("wb") as file:
@@ -109,7 +112,7 @@ def _labels(arrays: dict[str, Any], bodies: Any, path: str | os.PathLike[str]) -
         raise ValueError(f"first_bodies must be {len(entries)} rising numbers, got {firsts.shape}")
     if (bodies >= 0).any() and not (len(firsts) and firsts[0] <= bodies[bodies >= 0].min()):
         raise ValueError("first_bodies must not be above the numbers in body")
-    return Labels(firsts, tuple(body.name for body in entries), tuple(body.material for body in entries))
+    return dataclasses.replace(Labels.of(entries), firsts=firsts)
 
 
 def _whole(name: str, array: Any, least: int, most: int, kind: Any) -> Any:

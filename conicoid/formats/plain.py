@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import count
+from itertools import chain, count
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,11 +14,13 @@ from ..shapes import Shape
 from ..shapes.body import Body
 from ..shapes.material import Material
 from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
+from ..shapes.properties import Properties
 from ..shapes.spheres import Spheres
 from .expansion import parts_of
 from .fields import fields_of
 from .kinds import Several
 from .shape_nodes import operand_field
+from .yaml_writer import Real
 
 INLINE_SPHERES = 100
 LEVELS_INLINE = 20
@@ -47,9 +49,9 @@ class ShapeWriter:
         self.named: dict[str, Any] = {}
         self.names: dict[Identity, str] = {}
         self.materials: dict[str, Any] = {}
-        self.material_names = {repr(material): name for material, name in (material_names or {}).items()}
-        taken = set(self.material_names.values())
-        self.letters = (name for name in map(_lettered, count()) if name not in taken)
+        self.material_names = {material_key(material): name for material, name in (material_names or {}).items()}
+        self.taken = set(self.material_names.values())
+        self.letters = (name for name in map(_lettered, count()) if name not in self.taken)
         uses: Counter[Identity] = Counter()
         heights: dict[Identity, int] = {}
         for shape in list(parts_first(shapes, uses)):
@@ -95,13 +97,21 @@ class ShapeWriter:
 
     def material(self, material: Any) -> str:
         """The name under which a material stands."""
-        key = repr(material)
+        key = material_key(material)
         if key not in self.material_names:
-            self.material_names[key] = next(self.letters)
+            self.material_names[key] = self._free_name(material)
+            self.taken.add(self.material_names[key])
         name = self.material_names[key]
         if name not in self.materials:
             self.materials[name] = {type(material).__name__: self.record(material)}
         return name
+
+    def _free_name(self, material: Material) -> str:
+        """Its own; with a number where that is taken; without one, letters."""
+        if material.name is None:
+            return next(self.letters)
+        numbered = (f"{material.name} ({number})" for number in count(2))
+        return next(name for name in chain([material.name], numbered) if name not in self.taken)
 
     def value(self, value: Any) -> Any:
         """Any field: shapes and records by their class name, materials by name, arrays and tuples as lists."""
@@ -113,11 +123,19 @@ class ShapeWriter:
             return {type(value).__name__: self.record(value)}
         if isinstance(value, np.ndarray):
             return value.tolist()
+        if isinstance(value, Properties):
+            return {name: Real(item) if isinstance(item, float) else self.value(item) for name, item in value.items()}
         if isinstance(value, Mapping):
             return {str(key): self.value(item) for key, item in value.items()}
         if isinstance(value, (list, tuple)):
             return [self.value(item) for item in value]
         return value
+
+
+def material_key(material: Material) -> str:
+    """All that a material says, to the bit: in equal words where it is the same."""
+    assert isinstance(material.properties, Properties)
+    return f"{material!r} {material.properties.written}"
 
 
 def _lettered(number: int) -> str:

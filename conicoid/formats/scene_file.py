@@ -15,6 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ..shapes.base import Shape, Solid
 from ..shapes.body import Body
 from ..shapes.material import Material
 from ..shapes.spheres import Spheres
@@ -44,6 +45,7 @@ class Parts:
     lights: tuple[Any, ...] = ()
     camera: Any = None
     background: Any = None
+    domain: Any = None
 
 
 class SceneLike(Protocol):
@@ -57,6 +59,8 @@ class SceneLike(Protocol):
     def camera(self) -> Any: ...
     @property
     def background(self) -> Any: ...
+    @property
+    def domain(self) -> Any: ...
 
 
 def read(path: str | os.PathLike[str]) -> Parts:
@@ -106,7 +110,10 @@ class _SceneReader:
         shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"), Allowance(root))
         shapes.read_named()
         bodies = self._bodies(given.get("bodies"), shapes)
-        return Parts(bodies, () if lights is BAD else lights, camera, background)
+        domain = shapes.read(given["domain"], "domain", Solid) if "domain" in given else None
+        if isinstance(domain, Solid):
+            shapes.charge_body(given["domain"], "domain", domain)
+        return Parts(bodies, () if lights is BAD else lights, camera, background, domain)
 
     def _version(self, node: Node | None) -> None:
         if node is not None and Integer().read(node, self.reader, "conicoid") not in (VERSION, BAD):
@@ -197,7 +204,7 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
 
     data = scene_data(scene, keep, material_names=material_names)
     count = _values(data)
-    parts, most = expanded_parts([body.shape for body in scene.bodies]), most_parts(count)
+    parts, most = expanded_parts(_shapes(scene)), most_parts(count)
     if parts > most:
         found = f"a scene file of this size may have {most:,} {PARTS} this scene has {parts:,}"
         raise ValueError(f"{final}: {found}")
@@ -221,7 +228,8 @@ def scene_data(
     scene: SceneLike, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None
 ) -> dict[str, Any]:
     """The sections of a scene file, those that say nothing left out; with `defaults` not so a record's fields."""
-    writer = ShapeWriter([body.shape for body in scene.bodies], keep, defaults, material_names)
+    writer = ShapeWriter(_shapes(scene), keep, defaults, material_names)
+    domain = {} if scene.domain is None else {"domain": writer.data(scene.domain)}
     bodies = [body_data(body, writer) for body in scene.bodies]
     sections: dict[str, Any] = {"conicoid": VERSION}
     if scene.camera is not None:
@@ -232,4 +240,9 @@ def scene_data(
     sections |= {"lights": [writer.value(light) for light in scene.lights]} if scene.lights else {}
     sections |= {"materials": writer.materials} if writer.materials else {}
     sections |= {"shapes": writer.named} if writer.named else {}
-    return sections | {"bodies": bodies}
+    return sections | domain | {"bodies": bodies}
+
+
+def _shapes(scene: SceneLike) -> list[Shape]:
+    """The shapes of the bodies, and the domain."""
+    return [body.shape for body in scene.bodies] + ([] if scene.domain is None else [scene.domain])

@@ -38,6 +38,7 @@ def scene_schema() -> dict[str, Any]:
             "lights": {"anyOf": [light_kind().schema(), {"type": "null"}]},
             "materials": _by_name({"$ref": "#/$defs/material"}),
             "shapes": _by_name({"$ref": "#/$defs/shape"}),
+            "domain": {"anyOf": [{"$ref": "#/$defs/solid"}, {"type": "null"}]},
             "bodies": {"type": ["array", "null"], "items": {"$ref": "#/$defs/body"}},
         },
         "required": ["bodies"],

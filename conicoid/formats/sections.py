@@ -12,7 +12,7 @@ from .nodes import Node, Table
 from .reading import BAD, Reader
 
 VERSION = 1
-SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "bodies")
+SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "domain", "bodies")
 BODY = ("name", "shape", "move", "material")
 
 

@@ -20,6 +20,10 @@ _ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t"}
 _MEANINGFUL = {"null", "true", "false", "yes", "no", "on", "off", "y", "n", "inf", "nan"}
 
 
+class Real(float):
+    """A number that is written with a point, so that it is not read as an integer."""
+
+
 def dump(data: dict[str, Any]) -> str:
     """A document with one section per key, an empty line before each list or mapping."""
     text = ""
@@ -97,6 +101,9 @@ def scalar(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):
         return str(int(value))
+    if isinstance(value, Real):
+        text = number(value)
+        return text + ".0" if text.lstrip("-").isdigit() else text
     if isinstance(value, (float, np.floating)):
         return number(float(value))
     return word(str(value))

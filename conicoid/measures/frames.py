@@ -14,6 +14,11 @@ from ..shapes.polyhedron import Polyhedron
 from ..shapes.region import Boolean, ClippedSheet
 from ..shapes.vector import Box, FloatArray
 
+
+class Unbounded(ValueError):
+    """A shape without end has no measures."""
+
+
 _CANDIDATES = 8
 _BOUNDED_PARTS = 2000  # parts bounded for all candidates together
 _CLEARLY_SMALLER = 0.99
@@ -52,7 +57,7 @@ def fitted_box(shape: Shape) -> FittedBox:
         low, high = shape.bounds
         endless = ", ".join(axis for axis, a, b in zip("xyz", low, high, strict=True) if not np.isfinite([a, b]).all())
         found = f"got bounds that are infinite along {endless}"
-        raise ValueError(f"measure: {type(shape).__name__} must be bounded, {found}; cut it by a box")
+        raise Unbounded(f"measure: {type(shape).__name__} must be bounded, {found}; cut it by a box")
     return best
 
 

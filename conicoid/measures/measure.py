@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -20,9 +20,14 @@ from ..shapes.vector import FloatArray
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums
 from .closed import Moments, closed_area, closed_moments
 from .frames import FittedBox, fitted_box
+from .regions import closed_region
 from .sample import sample
 
-FEWEST_RAYS = 60
+if TYPE_CHECKING:
+    from ..scene import Scene
+    from .scene_measures import SceneMeasures
+
+FEWEST_RAYS, RAYS = 60, 1_000_000
 _MOST_RAYS = 10**12
 _PLAIN, _LARGEST = 64, 332
 """Binary places of usual sizes, and of the domain."""
@@ -60,29 +65,59 @@ class Measures:
         )
 
 
+@overload
+def measure(
+    shape: Shape | Body, rays: int | None = None, seed: int = 0, progress: Progress | None = None
+) -> Measures: ...
+
+
+@overload
+def measure(
+    shape: Scene, rays: int | None = None, seed: int = 0, progress: Progress | None = None
+) -> SceneMeasures: ...
+
+
 @calm
-def measure(shape: Shape | Body, rays: int = 1_000_000, seed: int = 0, progress: Progress | None = None) -> Measures:
-    """Volume, surface area, centroid and inertia of a bounded shape, with standard errors.
+def measure(shape: Any, rays: int | None = None, seed: int = 0, progress: Progress | None = None) -> Any:
+    """Volume, surface area, centroid and inertia of a bounded shape, with standard errors; of a scene, of every body.
 
     Primitives have closed forms for the volume, centroid and inertia under any motion, and some for the
-    area; everything else comes from the exact chords of about `rays` rays. Equal seeds give equal
-    answers, for any number of threads. `progress(done, total)` is called now and then.
+    area. So have prisms between planes and circular cylinders, and solids of revolution, in any Boolean
+    combination: pins, pipes, boxes, shells, the usual cells of imported models. Everything else comes from the exact
+    chords of about a million rays, or of about `rays` rays; where that is given, combinations are followed by rays in
+    any case. Equal seeds give equal answers, for any number of threads. `progress(done, total)` is called now and then.
     Balls of a `Spheres` count as their union. An empty solid measures zero, and so does the volume of a sheet.
+
+    Of a `Scene` every body is measured by itself, and `SceneMeasures` adds them up by material.
 
     What is larger than float64 holds is inf, as the inertia of a ball of radius 1e90, and what is smaller 0.
 
     Raises ValueError for an unbounded shape, naming the axes, and for fewer than 60 rays.
     """
+    from ..scene import Scene
+
     shape = shape.shape if isinstance(shape, Body) else shape
-    if not isinstance(shape, Shape):
-        raise TypeError(f"measure: shape must be a shape or a Body, got {what(shape)}")
+    if not isinstance(shape, (Shape, Scene)):
+        raise TypeError(
+            f"measure: shape must be a shape or a Body, got {what(shape)}; of a Scene every body is measured"
+        )
     callback("measure", "progress", progress)
-    rays, seed = integer("measure", "rays", rays, FEWEST_RAYS, _MOST_RAYS), integer("measure", "seed", seed, 0)
+    rays = None if rays is None else integer("measure", "rays", rays, FEWEST_RAYS, _MOST_RAYS)
+    seed = integer("measure", "seed", seed, 0)
+    if isinstance(shape, Scene):
+        from .scene_measures import measure_scene
+
+        return measure_scene(shape, rays, seed, progress)
+    return measure_shape(shape, RAYS if rays is None else rays, rays is None, seed, progress)
+
+
+def measure_shape(shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:
+    """Of one shape; with `by_form`, combinations by their closed forms where these are known."""
     shape = _plain(shape)
     exponent = _exponent(fitted_box(shape))
     if exponent:
         shape = shape.scale(2.0**-exponent)
-    return _in_units(_measured(shape, rays, seed, progress), exponent)
+    return _in_units(_measured(shape, rays, by_form, seed, progress), exponent)
 
 
 def _exponent(box: FittedBox) -> int:
@@ -112,18 +147,20 @@ def _in_units(measures: Measures, exponent: int) -> Measures:
         return value
 
     m = measures
-    return _measures(
+    return measures_of(
         times(m.volume, 3), times(m.area, 2), times(m.centroid, 1), times(m.inertia, 5), times(m.volume_error, 3),
         times(m.area_error, 2), times(m.centroid_error, 1), times(m.inertia_error, 5), m.rays,
     )  # fmt: skip
 
 
-def _measured(shape: Shape, rays: int, seed: int, progress: Progress | None) -> Measures:
+def _measured(shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:
     box = fitted_box(shape)
     nothing = Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
     if box.is_empty:
         return _closed(nothing, 0.0)
     moments, area = nothing if shape.is_sheet else closed_moments(shape), closed_area(shape)
+    if moments is None and by_form and (found_form := closed_region(shape, box)) is not None:
+        moments, area = found_form
     if moments is not None and area is not None:
         return _closed(moments, area)
     found = _sampled(sample(shape, box, rays, seed, progress), box)
@@ -146,7 +183,7 @@ def _plain(shape: Shape) -> Shape:
 def _closed(moments: Moments, area: float, area_error: float = 0.0, rays: int = 0) -> Measures:
     inertia = np.trace(moments.second) * np.eye(3) - moments.second
     none = np.zeros(3), np.zeros((3, 3))
-    return _measures(moments.volume, area, moments.centroid, inertia, 0.0, area_error, *none, rays)
+    return measures_of(moments.volume, area, moments.centroid, inertia, 0.0, area_error, *none, rays)
 
 
 def _sampled(sums: Sums, box: FittedBox) -> Measures:
@@ -155,11 +192,11 @@ def _sampled(sums: Sums, box: FittedBox) -> Measures:
     volume, errors = float(values[VOLUME]), np.sqrt(covariance.diagonal())
     if volume <= 0:
         unknown = np.full(3, np.nan), np.zeros((3, 3))
-        return _measures(0.0, values[AREA], *unknown, errors[VOLUME], errors[AREA], *unknown, sums.rays)
+        return measures_of(0.0, values[AREA], *unknown, errors[VOLUME], errors[AREA], *unknown, sums.rays)
     offset = values[FIRST] / volume
     slopes = [_about(unit, offset, box.axes) for unit in np.eye(len(values))]
     centroid_slopes = np.array([box.axes @ (unit[FIRST] - unit[VOLUME] * offset) for unit in np.eye(len(values))])
-    return _measures(
+    return measures_of(
         volume,
         values[AREA],
         box.center + box.axes @ offset,
@@ -190,7 +227,7 @@ def _propagated(slopes: FloatArray, covariance: FloatArray) -> FloatArray:
     return result
 
 
-def _measures(
+def measures_of(
     volume: float, area: float, centroid: FloatArray, inertia: FloatArray,
     volume_error: float, area_error: float, centroid_error: FloatArray, inertia_error: FloatArray, rays: int,
 ) -> Measures:  # fmt: skip

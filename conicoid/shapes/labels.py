@@ -57,6 +57,7 @@ class Labels:
     firsts: npt.NDArray[np.int64]
     names: tuple[str | None, ...]
     materials: tuple[Any, ...]
+    solid: tuple[bool, ...]
 
     def __getstate__(self) -> dict[str, Any]:
         return said(self)
@@ -65,15 +66,15 @@ class Labels:
     def of(cls, bodies: Sequence[Body]) -> Labels:
         """Of all entries of a scene."""
         firsts = first_numbers(bodies)[:-1]
-        return cls(firsts, tuple(body.name for body in bodies), tuple(body.material for body in bodies))
+        names, materials = tuple(body.name for body in bodies), tuple(body.material for body in bodies)
+        return cls(firsts, names, materials, tuple(not body.shape.is_sheet for body in bodies))
 
     def of_only(self, numbers: Any) -> Labels:
         """Of those entries alone that some numbers belong to."""
         rows = np.unique(self._rows(np.unique(numbers)))
         rows = rows[rows >= 0].tolist()
-        return Labels(
-            self.firsts[rows], tuple(self.names[row] for row in rows), tuple(self.materials[row] for row in rows)
-        )
+        names, materials = tuple(self.names[row] for row in rows), tuple(self.materials[row] for row in rows)
+        return Labels(self.firsts[rows], names, materials, tuple(self.solid[row] for row in rows))
 
     def _rows(self, numbers: Any) -> Any:
         """The entry of each number, -1 for -1."""
@@ -86,6 +87,24 @@ class Labels:
     def materials_of(self, numbers: Any) -> Any:
         """Objects of the numbers' shape: the material, or None for a body without and for -1."""
         return self._materials[self._rows(numbers)]
+
+    @cached_property
+    def distinct(self) -> tuple[tuple[Any, bool], ...]:
+        """The different materials in the order of their first bodies, and whether any solid has them."""
+        solids = {id(material): material for material, solid in zip(self.materials, self.solid, strict=True) if solid}
+        of_solids = set(solids.values())
+        different = dict.fromkeys({id(material): material for material in self.materials}.values())
+        return tuple((material, material in of_solids) for material in different)
+
+    def columns_of(self, numbers: Any, materials: Sequence[Any]) -> Any:
+        """The place among some materials, which hold them all, of the material of each number's body."""
+        places = {material: place for place, material in enumerate(materials)}
+        by_identity: dict[int, int] = {}
+        for material in self.materials:
+            if id(material) not in by_identity:  # which is quicker than comparing
+                by_identity[id(material)] = places[material]
+        table = np.array([by_identity[id(material)] for material in self.materials], np.int64)
+        return table[self._rows(numbers)]
 
     @cached_property
     def _names(self) -> Any:

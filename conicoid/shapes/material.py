@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import FunctionType
 from typing import Any, Literal, TypeAlias, get_args
@@ -10,6 +11,7 @@ import numpy as np
 
 from .checker import Checker
 from .color import Amount, Color, checked_amount, checked_color, linear_rgb
+from .properties import NO_PROPERTIES, Properties
 from .validate import number, positive, shown, what
 
 Highlight: TypeAlias = Literal["phong", "blinn_phong"]
@@ -42,6 +44,13 @@ class Material:
         thin to bend rays. `transparency` as a colour tints at each wall.
     refractive_index: of the inside, against `VACUUM` = 1 outside of all bodies.
     absorption: per unit length inside, for each channel: light fades by exp(-absorption · length) (Beer).
+
+    What follows changes no picture. It is kept in scene files and pickles, `hits.material` gives it back, and path
+    lengths, line integrals and volumes go by it:
+
+    name: what the material is called.
+    properties: the user's own values by name (a density, attenuation by energy, a number in another program): numbers,
+        texts, arrays of them, and mappings from names to numbers or texts; kept as a mapping that cannot be changed.
     """
 
     color: Color | Checker = (0.8, 0.8, 0.8)
@@ -55,9 +64,15 @@ class Material:
     transparency: Amount = 0.0
     refractive_index: float = 1.0
     absorption: Amount = 0.0
+    name: str | None = None
+    properties: Mapping[str, Any] = NO_PROPERTIES
 
     def __post_init__(self) -> None:
         name, infinity = "Material", float("inf")
+        if self.name is not None and (not isinstance(self.name, str) or not self.name):
+            raise ValueError(f"{name}: name must be a non-empty text or None, got {shown(self.name)}")
+        if not isinstance(self.properties, Properties):
+            object.__setattr__(self, "properties", Properties(self.properties, owner=name))
         color = self.color if isinstance(self.color, Checker) else checked_color(name, "color", self.color)
         object.__setattr__(self, "color", color)
         for field in ("specular", "reflectivity", "transparency"):
@@ -80,9 +95,16 @@ DEFAULT = Material()
 """The material of bodies that are given none: matte light grey."""
 
 
-def matte(color: Color | Checker = (0.8, 0.8, 0.8), ambient: float = 1.0, diffuse: float = 1.0) -> Material:
+def matte(
+    color: Color | Checker = (0.8, 0.8, 0.8),
+    ambient: float = 1.0,
+    diffuse: float = 1.0,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
+) -> Material:
     """Lambert's law alone."""
-    return Material(color=color, ambient=ambient, diffuse=diffuse)
+    return Material(color=color, ambient=ambient, diffuse=diffuse, name=name, properties=properties)
 
 
 def phong(
@@ -92,9 +114,14 @@ def phong(
     ambient: float = 1.0,
     diffuse: float = 1.0,
     reflectivity: Amount = 0.0,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
     """A plastic with Phong's highlight (R·E)^shininess."""
-    return Material(color, ambient, diffuse, specular, shininess, "phong", reflectivity)
+    return Material(
+        color, ambient, diffuse, specular, shininess, "phong", reflectivity, name=name, properties=properties
+    )
 
 
 def blinn_phong(
@@ -104,9 +131,14 @@ def blinn_phong(
     ambient: float = 1.0,
     diffuse: float = 1.0,
     reflectivity: Amount = 0.0,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
     """A plastic with the half-vector highlight (H·N)^shininess."""
-    return Material(color, ambient, diffuse, specular, shininess, "blinn_phong", reflectivity)
+    return Material(
+        color, ambient, diffuse, specular, shininess, "blinn_phong", reflectivity, name=name, properties=properties
+    )
 
 
 def lacquer(
@@ -114,18 +146,33 @@ def lacquer(
     specular: Amount = 0.8,
     shininess: float = 300.0,
     reflectivity: Amount = 0.04,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
     """A colour under clear lacquer: a sharp highlight, and reflections that grow towards the rim."""
-    return Material(color, specular=specular, shininess=shininess, reflectivity=reflectivity, fresnel=True)
+    return Material(
+        color, specular=specular, shininess=shininess, reflectivity=reflectivity, fresnel=True,
+        name=name, properties=properties,
+    )  # fmt: skip
 
 
-def mirror(reflectivity: Amount = 0.95) -> Material:
+def mirror(
+    reflectivity: Amount = 0.95, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
+) -> Material:
     """A mirror: all that it sends on comes along the mirrored ray."""
-    return Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, reflectivity=reflectivity)
+    black = (0.0, 0.0, 0.0)
+    return Material(black, ambient=0.0, diffuse=0.0, reflectivity=reflectivity, name=name, properties=properties)
 
 
 def glass(
-    refractive_index: float = GLASS, absorption: Amount = 0.0, transparency: Amount = 1.0, specular: Amount = 0.6
+    refractive_index: float = GLASS,
+    absorption: Amount = 0.0,
+    transparency: Amount = 1.0,
+    specular: Amount = 0.6,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
     """A clear dielectric with a sharp highlight; of index WATER it is water."""
     return Material(
@@ -137,15 +184,27 @@ def glass(
         transparency=transparency,
         refractive_index=refractive_index,
         absorption=absorption,
+        name=name,
+        properties=properties,
     )
 
 
-def metal(color: Color = (0.9, 0.6, 0.3), shininess: float = 200.0, reflectivity: float = 1.0) -> Material:
+def metal(
+    color: Color = (0.9, 0.6, 0.3),
+    shininess: float = 200.0,
+    reflectivity: float = 1.0,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
+) -> Material:
     """A polished metal: highlight and reflections (times `reflectivity`) in its own tint, whiter towards the rim."""
     share = number("metal", "reflectivity", reflectivity)
     r, g, b = linear_rgb(color, "metal", "color")
     tint = (share * r, share * g, share * b)
-    return Material(color, 0.4, 0.4, specular=color, shininess=shininess, reflectivity=tint, fresnel=True)
+    return Material(
+        color, 0.4, 0.4, specular=color, shininess=shininess, reflectivity=tint, fresnel=True,
+        name=name, properties=properties,
+    )  # fmt: skip
 
 
 CONSTRUCTORS = {f.__name__: f for f in (matte, phong, blinn_phong, lacquer, mirror, glass, metal)}

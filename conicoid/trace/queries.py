@@ -87,7 +87,7 @@ def as_rays(origins: Any, directions: Any) -> Rays:
     return Rays(origins, directions)
 
 
-def _limits(rays: Rays, name: str, value: Any) -> FloatArray:
+def limits_of(rays: Rays, name: str, value: Any) -> FloatArray:
     """t_min or t_max as one value, or one for each ray."""
     expected = f"a number or broadcast to {rays.shape}"
     array = real_array("query", name, value, expected)
@@ -104,8 +104,8 @@ def _arguments(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Arguments
     return (
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),
-        _limits(rays, "t_min", t_min),
-        _limits(rays, "t_max", t_max),
+        limits_of(rays, "t_min", t_min),
+        limits_of(rays, "t_max", t_max),
         rays._starts_in(scene),
     )
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..shapes.arrays import real_array, without_traces
+from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
 from ..shapes.labels import counted
 from .answer import Answer
@@ -18,12 +18,23 @@ from .list_kernels import put_crossings, put_spans
 from .listed import Listed
 from .rays import FloatArray, Rays, lines_of
 from .threads import run_chunks
+from .weights import BODY, Distinct, Weights, checked_by, weights_of
 
 if TYPE_CHECKING:
     from .queries import Prepared
 
-_LARGEST = 4 << 30
+LARGEST = 4 << 30
 _CHUNK = 16384
+
+
+def refuse_large(rays: int, columns: int, by: str) -> None:
+    """ValueError for an array of lengths that would be absurd."""
+    if rays * columns * 8 > LARGEST:
+        what = "bodies" if by == BODY else "materials"
+        raise ValueError(
+            f"lengths: an array of {rays} rays x {columns} {what} would take {rays * columns * 8 / 2**30:.0f} GiB; "
+            "use line_integral(values), or t_enter, t_exit and body"
+        )
 
 
 def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: Any) -> FloatArray:
@@ -42,6 +53,7 @@ class Spans(Answer, ByRay):
     enter_clipped, exit_clipped   bool: the end is the interval's (or infinity), not a wall
     t_enter_error, t_exit_error   float64: each end is at most so far from the exact one; 0 where it is clipped
     name, material    objects: what the body is called and made of
+    materials         tuple: the different materials of the scene's bodies, the columns of lengths(by="material")
 
     Pickled, or `detached`, spans keep all these fields and leave the scene behind.
     """
@@ -75,35 +87,63 @@ class Spans(Answer, ByRay):
         length = scale * np.sqrt(((directions / scale[:, None]) ** 2).sum(axis=1))
         return ray, (self.t_exit - self.t_enter) * length[ray]
 
+    @cached_property
+    def materials(self) -> tuple[Any, ...]:
+        """The different materials of the scene, as `scene.materials`: the columns of lengths(by="material")."""
+        return tuple(material for material, _ in self._distinct)
+
+    @cached_property
+    def _distinct(self) -> Distinct:
+        return self._labels.distinct
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_distinct": self._distinct, **super().__getstate__()}
+
+    def _places(self, by: str) -> tuple[Any, int]:
+        """(column of every span, how many columns there are)."""
+        if by == BODY:
+            return self.body, self._body_count
+        return self._labels.columns_of(self.body, self.materials), len(self.materials)
+
     @calm
-    def lengths(self) -> FloatArray:
+    def lengths(self, by: Literal["body", "material"] = "body") -> FloatArray:
         """True length of each ray inside each body, (t_exit - t_enter)·|direction|: (..., bodies).
 
+        With by="material" the sums over the bodies of each material, in the order of `materials`: (..., materials).
+        Where bodies overlap, the stretch counts for each of them.
         Raises ValueError where that array would take more than 4 GiB: `line_integral` needs none.
         """
-        rays, bodies = len(self.offsets) - 1, self._body_count
-        if rays * bodies * 8 > _LARGEST:
-            raise ValueError(
-                f"lengths: an array of {rays} rays x {bodies} bodies would take {rays * bodies * 8 / 2**30:.0f} GiB; "
-                "use line_integral(values), or t_enter, t_exit and body"
-            )
+        places, count = self._places(checked_by("lengths", by))
+        rays = len(self.offsets) - 1
+        refuse_large(rays, count, by)
         ray, chord = self._chords()
-        result = np.zeros(rays * bodies)
+        result = np.zeros(rays * count)
         if len(chord):
-            result += np.bincount(ray * bodies + self.body, chord, rays * bodies)
-        return result.reshape((*self._rays.shape, bodies))
+            result += np.bincount(ray * count + places, chord, rays * count)
+        return result.reshape((*self._rays.shape, count))
 
     @calm
-    def line_integral(self, values: Any) -> Any:
-        """Sum over spans of values[body] × length: (...). `values` (bodies,); a zero stays zero on infinite spans."""
-        weights = real_array("line_integral", "values", values)
-        if weights.shape != (self._body_count,):
-            raise ValueError(f"line_integral: values must have shape ({self._body_count},), got {weights.shape}")
+    def line_integral(self, values: Any, otherwise: Any = None) -> Any:
+        """Sum over spans of value × length: (...), or (..., energies). A zero stays zero on infinite spans.
+
+        `values`: an array (bodies,) or (bodies, energies); or a mapping from the names of materials to numbers or
+        arrays (energies,); or the name of a property that materials have. `otherwise` stands for materials without
+        such a value, which are a ValueError if it is not given.
+        """
+        total = self._integral(weights_of(values, otherwise, self._body_count, self._distinct))
+        return total.reshape((*self._rays.shape, *total.shape[1:]))[()]
+
+    def _integral(self, weights: Weights) -> FloatArray:
+        """(rays,) or (rays, energies)."""
+        places, _ = self._places(weights.by)
         ray, chord = self._chords()
-        weight = weights[self.body]
-        part = np.where(weight == 0, 0.0, weight * np.where(weight == 0, 0.0, chord))
-        total = np.bincount(ray, part, len(self.offsets) - 1) if len(self.offsets) > 1 else np.zeros(0)
-        return total.reshape(self._rays.shape)[()]
+        count, columns = len(self.offsets) - 1, weights.values.reshape(len(weights.values), -1).T
+        total = np.zeros((count, len(columns)))
+        for energy, column in enumerate(columns if count else ()):
+            weight = column[places]
+            part = np.where(weight == 0, 0.0, weight * np.where(weight == 0, 0.0, chord))
+            total[:, energy] = np.bincount(ray, part, count)
+        return total.reshape((count, *weights.shape))
 
     def __repr__(self) -> str:
         return f"Spans(shape={self._rays.shape}, {counted(len(self.body), 'span', 'spans')})"

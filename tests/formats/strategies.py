@@ -197,7 +197,8 @@ checkers = st.builds(co.Checker, colors, colors, st.one_of(positive, st.tuples(p
 materials = st.one_of(
     st.builds(Material, color=st.one_of(colors, checkers), specular=amounts, shininess=positive, reflectivity=amounts,
               absorption=st.one_of(positive, st.tuples(unit, unit, unit)), fresnel=st.booleans(),
-              highlight=st.sampled_from(["phong", "blinn_phong"])),
+              highlight=st.sampled_from(["phong", "blinn_phong"]), name=st.none() | texts,
+              properties=st.dictionaries(texts, st.one_of(numbers, st.lists(numbers, max_size=4), texts), max_size=2)),
     st.sampled_from(sorted(CONSTRUCTORS)).map(lambda name: CONSTRUCTORS[name]()),
 )  # fmt: skip
 directions = points.filter(any)

@@ -71,7 +71,7 @@ LOOKS: dict[str, Call] = {
     "Material": (
         co.Material,
         dict(color="red", ambient=1, diffuse=1, specular=0, shininess=1, highlight="phong", reflectivity=0)
-        | dict(fresnel=False, transparency=0, refractive_index=1, absorption=0),
+        | dict(fresnel=False, transparency=0, refractive_index=1, absorption=0, name="a", properties={"a": 1}),
     ),
     **{name: (getattr(co, name), dict(color="red")) for name in ("matte", "phong", "blinn_phong", "lacquer")},
     "metal": (co.metal, dict(color="red", shininess=3, reflectivity=1)),
@@ -97,7 +97,7 @@ LOOKS: dict[str, Call] = {
 }
 SCENES: dict[str, Call] = {
     "Body": (co.Body, dict(shape=BALL, material=co.matte(), name="a")),
-    "Scene": (co.Scene, dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white")),
+    "Scene": (co.Scene, dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white", domain=BALL)),
     "render": (
         _query("render"),
         dict(width=4, height=3, samples=1, integrator="normals", seed=0, depth=1, progress=None)
@@ -120,6 +120,12 @@ SCENES: dict[str, Call] = {
     "body_at": (_query("body_at"), dict(points=ORIGINS)),
     "spawn": (lambda directions: SCENE.first_hit(**RAYS).spawn(directions), dict(directions=DIRECTIONS)),
     "line_integral": (lambda values: SCENE.spans(**RAYS).line_integral(values), dict(values=[1])),
+    "scene.line_integral": (
+        _query("line_integral"),
+        RAYS | dict(values=[1], t_min=0, t_max=9, progress=None),
+    ),
+    "scene.lengths": (_query("lengths"), RAYS | dict(t_min=0, t_max=9, by="material", progress=None)),
+    "spans.lengths": (lambda by: SCENE.spans(**RAYS).lengths(by), dict(by="body")),
     "reflect": (co.reflect, dict(directions=DIRECTIONS, normals=DIRECTIONS)),
     "refract": (co.refract, dict(directions=DIRECTIONS, normals=DIRECTIONS, eta=1)),
     "measure": (co.measure, dict(shape=BALL, rays=100, seed=0, progress=None)),
@@ -153,15 +159,25 @@ JUNK: dict[str, Any] = {
     "a light": co.AmbientLight(),
 }
 TAKEN = {
-    *((name, argument, "a text") for name, argument in (("save", "path"), ("Body", "name"))),
-    *((name, argument, "a long text") for name, argument in (("Body", "name"),)),
+    *((name, argument, "a text") for name, argument in (("save", "path"), ("Body", "name"), ("Material", "name"))),
+    *((name, "name", "a long text") for name in ("Body", "Material")),
+    ("Material", "properties", "a mapping"),
     *(
         (name, argument, "a huge number")
         for name, argument in (("measure", "seed"), ("check", "seed"), ("load_openmc", "max_bodies"))
     ),
     *(
         (name, "progress", "a function")
-        for name in ("measure", "check", "render", "load_openmc", "prepare", "turntable")
+        for name in (
+            "measure",
+            "check",
+            "render",
+            "load_openmc",
+            "prepare",
+            "turntable",
+            "scene.line_integral",
+            "scene.lengths",
+        )
     ),
     *((name, "camera", "a camera") for name in ("render", "turntable")),
     *(("turntable", "folder", kind) for kind in ("a text", "a long text")),
@@ -171,6 +187,7 @@ TAKEN = {
     *((name, "normals", "NaN") for name in ("reflect", "refract")),
     ("Image", "array", "an array"),
     ("check", "scene", "a scene"),
+    ("measure", "shape", "a scene"),
     ("save", "scene", "a scene"),
     ("Scene", "camera", "a camera"),
     ("Scene", "lights", "a light"),

@@ -8,8 +8,10 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from ...shapes.base import Solid
 from ...shapes.body import Body
 from ...shapes.material import Material, matte
+from ...shapes.region import Union
 from ..errors import MOST, Problem, SceneFileError
 from . import limits
 from .context import Context
@@ -17,6 +19,7 @@ from .extent import EVERYWHERE, Extent
 from .geometry import Cell, Geometry
 from .lattices import Index, Lattice
 from .left_out import LeftOut
+from .material_reading import NOTHING
 from .narrowing import Part, bound
 from .palette import color_of
 from .placement import Placement
@@ -24,7 +27,7 @@ from .region import halves
 from .solids import SolidMaker
 from .surfaces import Surface
 
-VOID = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0)
+VOID = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name="void", properties=NOTHING)
 """Invisible: light goes straight through."""
 
 Path = tuple[str, ...]
@@ -49,6 +52,7 @@ class Expansion:
     steps: int = 0
     maker: SolidMaker = field(default_factory=SolidMaker)
     looks: dict[int | None, Material] = field(default_factory=lambda: {None: VOID})
+    filled: list[Solid] = field(default_factory=list)  # the root's cells that universes fill
     repeating: dict[int, bool] = field(default_factory=dict)
 
     def run(self) -> None:
@@ -75,6 +79,8 @@ class Expansion:
         if cell.fill is None:
             self._body(cell, inner, path)
         else:
+            if not path:
+                self.filled.append(self._solid(inner))
             self._filled(cell, place.inner(cell.translation, cell.rotation), inner, (*path, f"cell {cell.id}"))
 
     def _narrowed(
@@ -157,13 +163,25 @@ class Expansion:
         if len(self.bodies) >= self.max_bodies:
             where = f"{cell} and the outer universes around it"
             raise limits.too_many(self.path, len(self.bodies) + 1, self.max_bodies, cell.element, where, "at least ")
-        shape = self.maker.solid((motion, group.parts) for motion, group in context.groups)
+        shape = self._solid(context)
         if material is not None and material not in self.looks:
-            self.looks[material] = matte(color_of(material))
+            known = self.geometry.material(material)
+            name = known.name or f"material {material}"
+            self.looks[material] = matte(color_of(material), name=name, properties=known.properties)
         self.bodies.append(Body(shape, self.looks[material], _placed_name(cell, path)))
         self.materials[material] += 1
         if self.progress is not None and len(self.bodies) % 256 == 0:
             self.progress(len(self.bodies), self.geometry.body_count)
+
+    def _solid(self, context: Context) -> Solid:
+        return self.maker.solid((motion, group.parts) for motion, group in context.groups)
+
+    @property
+    def domain(self) -> Solid | None:
+        """Where bodies are to be found; not known where void is left out."""
+        if not self.filled or not self.void:
+            return None
+        return self.filled[0] if len(self.filled) == 1 else Union(tuple(self.filled))
 
     @contextmanager
     def _telling(self, cell: Cell, path: Path) -> Iterator[None]:

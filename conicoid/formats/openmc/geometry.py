@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
+from ...shapes.properties import Properties
 from .lattices import Lattice
+from .material_reading import NamedMaterial
 from .placement import STRAIGHT, Point, Rotation
 from .region import Region
 from .surface_kinds import NamedSurface
@@ -50,7 +52,7 @@ class Geometry:
     cells: dict[int, Cell]
     universes: dict[int, list[Cell]]
     lattices: dict[int, Lattice]
-    materials: dict[int, str] | None  # names by number, None where there is no list of materials
+    materials: dict[int, NamedMaterial] | None  # None where there is no list of materials
     root: int
     counts: dict[Node, int]  # how many bodies a universe or a lattice has, all that fill it expanded
     element: Element = field(repr=False, compare=False)
@@ -70,6 +72,11 @@ class Geometry:
         if cell.fill is None:
             return 1
         return self.counts["universe" if cell.fill in self.universes else "lattice", cell.fill]
+
+    def material(self, number: int) -> NamedMaterial:
+        """The material of a number; one without a name where there is no list of materials."""
+        known = (self.materials or {}).get(number)
+        return NamedMaterial(number, "", Properties({"id": number})) if known is None else known
 
     @property
     def body_count(self) -> int:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
+from ...shapes.base import Solid
 from ...shapes.body import Body
 from ...shapes.material import Material
 from ..errors import SHOWN, printable
@@ -17,7 +18,7 @@ from .expansion import Expansion, Progress
 from .geometry import Geometry
 from .palette import color_of
 from .reading import read_geometry
-from .values import listed, titled
+from .values import listed
 
 MAX_BODIES = 50_000
 
@@ -49,6 +50,8 @@ class Imported:
     lights: tuple[Any, ...] = ()
     camera: Any = None
     background: Any = None
+    domain: Solid | None = None
+    """What root cells that are filled with universes or lattices hold: a cell is to be found everywhere in it."""
 
 
 def read(
@@ -66,26 +69,22 @@ def read(
     expansion = Expansion(path, geometry, max_bodies, void, progress)
     expansion.run()
     names = _material_names(expansion)
-    return Imported(tuple(expansion.bodies), _legend(expansion), tuple(_notes(expansion)), names)
+    notes = tuple(_notes(expansion))
+    return Imported(tuple(expansion.bodies), _legend(expansion), notes, names, domain=expansion.domain)
 
 
 def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:
-    names = expansion.geometry.materials or {}
-    entries = []
+    geometry, entries = expansion.geometry, []
     for number, count in sorted(expansion.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
         color = None if number is None else color_of(number)
-        entries.append(LegendEntry(number, "" if number is None else names.get(number, ""), color, count))
+        entries.append(LegendEntry(number, "" if number is None else geometry.material(number).name, color, count))
     return tuple(entries)
 
 
 def _material_names(expansion: Expansion) -> dict[Material, str]:
-    """What a scene file calls each material: material 2 'Zircaloy', as the legend does. Equal colours share a name."""
-    names = expansion.geometry.materials or {}
-    found: dict[Material, list[str]] = {}
-    for number in expansion.materials:
-        title = "void" if number is None else titled("material", number, names.get(number, ""))
-        found.setdefault(expansion.looks[number], []).append(title)
-    return {look: listed(titles) for look, titles in found.items()}
+    """What a scene file calls each material: material 2 'Zircaloy', as the legend does."""
+    geometry, looks = expansion.geometry, expansion.looks
+    return {looks[n]: "void" if n is None else str(geometry.material(n)) for n in expansion.materials}
 
 
 def _notes(expansion: Expansion) -> Iterator[str]:

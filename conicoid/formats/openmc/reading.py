@@ -14,6 +14,7 @@ from .cell_reading import read_cell
 from .geometry import Cell, Geometry, Node, fillings
 from .lattice_reading import read_hexagonal, read_rectangular
 from .lattices import Lattice
+from .material_reading import NamedMaterial, read_material
 from .region import LONGEST_REGION, MAX_HALF_SPACES, halves
 from .surface_kinds import NamedSurface, read_surface
 from .values import Mistake, Values, listed
@@ -22,7 +23,7 @@ from .xml_tree import Element, read_xml
 MAX_NESTING = 100
 """Levels of universes within universes."""
 Item = TypeVar("Item", NamedSurface, Cell, Lattice)
-Materials = dict[int, str]
+Materials = dict[int, NamedMaterial]
 
 
 def read_geometry(path: str | os.PathLike[str]) -> Geometry:
@@ -78,21 +79,20 @@ def _place(error: SceneFileError, problem: Problem) -> str:
 
 
 def _materials(listing: Element) -> tuple[Materials, list[Problem]]:
-    """Number and name of each material, and what is wrong."""
-    names: Materials = {}
+    """The materials by number, and what is wrong."""
+    found: Materials = {}
     problems: list[Problem] = []
     for element in listing.all("material"):
-        values = Values(element, "material")
         try:
-            number = values.integer("id")
-            if number in names:
-                raise values.mistake(f"id {number} is taken by another material")
-            names[number] = values.text("name") or ""
+            material = read_material(element)
+            if material.id in found:
+                raise Values(element, "material").mistake(f"id {material.id} is taken by another material")
+            found[material.id] = material
         except Mistake as mistake:
             problems.extend(mistake.problems)
         if len(problems) >= MOST:
             break
-    return names, problems
+    return found, problems[:MOST]
 
 
 class _Reader:

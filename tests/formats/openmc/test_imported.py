@@ -65,7 +65,7 @@ def test_void_is_there_and_invisible_or_left_out(tmp_path: Path) -> None:
 def test_the_same_material_has_the_same_colour_everywhere(tmp_path: Path) -> None:
     scene = co.load_openmc(written("kinds", tmp_path))
     pin = co.load_openmc(EXAMPLE_FILES["pin"])
-    assert scene.bodies[0].material == pin.bodies[0].material == co.matte(color_of(1))
+    assert scene.bodies[0].material.color == pin.bodies[0].material.color == co.matte(color_of(1)).color
 
 
 def test_colours_are_far_apart() -> None:

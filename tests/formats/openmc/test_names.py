@@ -74,19 +74,20 @@ def test_a_scene_file_names_materials_as_the_legend_does(tmp_path: Path) -> None
     assert co.load(output).bodies == imported.bodies
 
 
-def test_a_saved_scene_gives_no_numbers_to_materials(tmp_path: Path) -> None:
-    """A scene does not know OpenMC's numbers; what it is saved with cannot be taken for them."""
+def test_a_saved_scene_calls_materials_as_they_call_themselves(tmp_path: Path) -> None:
+    """The model's names; materials without a name get letters, which cannot be taken for OpenMC's numbers."""
     output = tmp_path / "scene.yaml"
     co.save(co.load_openmc(EXAMPLE_FILES["pin"]), output)
-    assert list(named_in_file(output)) == ["material A", "material B", "material C", "material D"]
+    assert list(named_in_file(output)) == ["uranium dioxide", "helium", "zirconium alloy", "water"]
     many = co.Scene([co.Body(co.Sphere(1, (i, 0, 0)), co.matte((i / 1000, 0, 0))) for i in range(29)])
     co.save(many, output)
     assert list(named_in_file(output))[25:] == ["material Z", "material AA", "material AB", "material AC"]
 
 
-def test_materials_of_one_colour_share_a_name_that_says_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_materials_of_one_colour_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conicoid.formats.openmc.expansion.color_of", lambda number: "#808080")
     path = tmp_path / "model.xml"
     path.write_text(MODEL.format("oxide"), encoding="utf-8")
     imported = openmc.read(path)
-    assert sorted(imported.material_names.values()) == ["material 1 'oxide', material 2 'Zircaloy'", "void"]
+    assert sorted(imported.material_names.values()) == ["material 1 'oxide'", "material 2 'Zircaloy'", "void"]
+    assert [body.material.name for body in imported.bodies] == ["void", "oxide", "Zircaloy"]

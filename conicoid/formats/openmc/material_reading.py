@@ -1,0 +1,102 @@
+"""OpenMC's material elements: what a file says of a material, as a name and properties."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from ...shapes.properties import Properties
+from .values import Values, shown, titled
+from .xml_tree import Element
+
+_MASS = {"g/cm3": Fraction(1), "g/cc": Fraction(1), "kg/m3": Fraction(1, 1000)}
+_ATOMS = {"atom/b-cm": Fraction(1), "atom/cm3": Fraction(1, 10**24)}
+_OTHERS = ("sum", "macro")
+NOTHING = {"density": 0.0, "atom_density": 0.0}
+"""What is known of void."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedMaterial:
+    """A material as the file has it.
+
+    Properties are `id`; `density` in g/cm3 or `atom_density` in atoms per barn and cm, as the file gives it; `ao` and
+    `wo`, fractions by nuclide or element; `sab`, `macroscopic`, names; `temperature`, `volume`, `depletable`.
+    """
+
+    id: int
+    name: str
+    properties: Properties
+
+    def __str__(self) -> str:
+        return titled("material", self.id, self.name)
+
+
+def read_material(element: Element) -> NamedMaterial:
+    """Raises Mistake for what is wrong."""
+    values = Values(element, "material")
+    name = values.text("name") or ""
+    number = values.integer("id")
+    values.where = titled("material", number, name)
+    found: dict[str, Any] = {"id": number}
+    for part in element.all("density"):
+        found |= values.attempt(partial(_density, _part(values, part)), {})
+    fractions = values.attempt(lambda: _fractions(values), {})
+    found |= {kind: shares for kind, shares in fractions.items() if shares}
+    for kind in ("sab", "macroscopic"):
+        names = values.attempt(partial(_names, values, kind), ())
+        found |= {kind: names} if names else {}
+    for kind in ("temperature", "volume"):
+        found |= values.attempt(partial(_number, values, kind), {})
+    depletable = (values.text("depletable") or "").lower()
+    found |= {"depletable": depletable in ("true", "1")} if depletable else {}
+    values.finish()
+    return NamedMaterial(number, name, Properties(found))
+
+
+def _part(values: Values, element: Element) -> Values:
+    """The values of an element within the material's."""
+    part = Values(element, element.tag)
+    part.where = f"{values.where}: {element.tag}"
+    return part
+
+
+def _density(values: Values) -> dict[str, float]:
+    units = values.text("units") or ""
+    if units in _OTHERS:
+        return {}
+    if units not in _MASS and units not in _ATOMS:
+        known = ", ".join((*_MASS, *_ATOMS, *_OTHERS))
+        raise values.mistake(f"units must be one of {known}, got {shown(units)}")
+    (value,) = values.numbers("value", 1)
+    if units in _MASS:
+        return {"density": float(value * _MASS[units])}
+    return {"atom_density": float(value * _ATOMS[units])}
+
+
+def _fractions(values: Values) -> dict[str, dict[str, float]]:
+    """Atom and weight fractions by name; of one that is named twice, the sum."""
+    sums: dict[str, dict[str, Fraction]] = {"ao": {}, "wo": {}}
+    for tag in ("nuclide", "element"):
+        for element in values.element.all(tag):
+            part = _part(values, element)
+            name = part.required("name")
+            for kind in sums:
+                if part.text(kind) is not None and name:
+                    (share,) = part.numbers(kind, 1)
+                    sums[kind][name] = sums[kind].get(name, Fraction(0)) + share
+    return {kind: {name: float(share) for name, share in shares.items()} for kind, shares in sums.items()}
+
+
+def _names(values: Values, tag: str) -> tuple[str, ...]:
+    names = [_part(values, element).required("name") for element in values.element.all(tag)]
+    return tuple(name for name in names if name)
+
+
+def _number(values: Values, name: str) -> dict[str, float]:
+    if values.text(name) is None:
+        return {}
+    (value,) = values.numbers(name, 1)
+    return {name: float(value)}

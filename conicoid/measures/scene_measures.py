@@ -1,0 +1,146 @@
+"""The measures of every body of a scene, and of its materials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..shapes.body import Body
+from ..shapes.validate import shown
+from ..shapes.vector import FloatArray
+from .chords import Progress
+from .frames import Unbounded
+from .measure import RAYS, Measures, measure_shape, measures_of
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+_FEWEST = 10_000
+_LISTED = 50
+
+
+@dataclass(frozen=True, eq=False)
+class SceneMeasures(Sequence[Measures]):
+    """What `measure` found of a scene: a sequence with the `Measures` of each body by its number.
+
+    names       of the bodies
+    materials   the different materials, as `scene.materials`
+    by_material the `Measures` of each of these, as of its bodies together
+
+    found["water"] has those of the material of that name. Every body counts whole: where bodies overlap, what they
+    have in common counts for each. A body without end has NaN throughout, and so has its material.
+    """
+
+    bodies: tuple[Measures, ...]
+    names: tuple[str | None, ...]
+    materials: tuple[Any, ...]
+    places: tuple[int, ...]
+    """The place among `materials` of each body's."""
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+    def __iter__(self) -> Iterator[Measures]:
+        return iter(self.bodies)
+
+    def __getitem__(self, index: Any) -> Any:
+        """Of a body by its number, of bodies by a slice, or of a material by its name."""
+        if not isinstance(index, str):
+            return self.bodies[index]
+        named = [place for place, m in enumerate(self.materials) if m is not None and m.name == index]
+        if not named:
+            known = ", ".join(repr(m.name) for m in self.materials if m is not None and m.name) or "none has a name"
+            raise KeyError(f"no material is called {shown(index)}; materials: {known}")
+        return together([body for body, place in zip(self.bodies, self.places, strict=True) if place in named])
+
+    @property
+    def volume(self) -> FloatArray:
+        """(bodies,)"""
+        return np.array([body.volume for body in self.bodies])
+
+    @property
+    def volume_error(self) -> FloatArray:
+        """(bodies,)"""
+        return np.array([body.volume_error for body in self.bodies])
+
+    @cached_property
+    def by_material(self) -> tuple[Measures, ...]:
+        groups: list[list[Measures]] = [[] for _ in self.materials]
+        for body, place in zip(self.bodies, self.places, strict=True):
+            groups[place].append(body)
+        return tuple(map(together, groups))
+
+    def __str__(self) -> str:
+        lines = [f"{'':<28}{'volume':>16}"]
+        for material, found in zip(self.materials, self.by_material, strict=True):
+            name = "no material" if material is None else material.name or "a material without a name"
+            lines.append(_line(f"material {name!r}" if material is not None and material.name else name, found))
+        for number, (name, found) in enumerate(zip(self.names[:_LISTED], self.bodies, strict=False)):
+            lines.append(_line(f"body {number}" + (f" {name!r}" if name else ""), found))
+        more = len(self) - _LISTED
+        return "\n".join(lines + ([f"and {more:,} more bodies"] if more > 0 else []))
+
+
+def _line(title: str, found: Measures) -> str:
+    error = f"  ± {found.volume_error:.2g}" if found.volume_error > 0 else ""
+    return f"{title if len(title) <= 27 else title[:24] + '...':<28}{found.volume:>16.9g}{error}"
+
+
+def measure_scene(scene: Scene, rays: int | None, seed: int, progress: Progress | None) -> SceneMeasures:
+    """Each body by itself. The rays are for all together, but for at least ten thousand for each that needs them."""
+    share = max(_FEWEST, (RAYS if rays is None else rays) // max(1, scene.body_count))
+    found = []
+    for number in range(scene.body_count):
+        found.append(_measured(scene.body(number), share, rays is None, seed))
+        if progress is not None:
+            progress(number + 1, scene.body_count)
+    bodies = [scene.body(number) for number in range(scene.body_count)]
+    materials = scene.materials
+    places = {material: place for place, material in enumerate(materials)}
+    return SceneMeasures(
+        tuple(found),
+        tuple(body.name for body in bodies),
+        materials,
+        tuple(places[body.material] for body in bodies),
+    )
+
+
+def _measured(body: Body, rays: int, by_form: bool, seed: int) -> Measures:
+    try:
+        return measure_shape(body.shape, rays, by_form, seed, None)
+    except Unbounded:
+        volume = 0.0 if body.shape.is_sheet else math.nan
+        unknown = np.full(3, np.nan), np.full((3, 3), np.nan)
+        return measures_of(volume, math.nan, *unknown, volume, math.nan, *unknown, 0)
+
+
+def together(parts: Sequence[Measures]) -> Measures:
+    """The measures of bodies that do not overlap, as one; errors to first order."""
+    volume = math.fsum(part.volume for part in parts)
+    area = math.fsum(part.area for part in parts)
+    rays = sum(part.rays for part in parts)
+    solid = [part for part in parts if part.volume != 0]
+    errors = _root(part.volume_error for part in parts), _root(part.area_error for part in parts)
+    if not solid:
+        nothing = np.full(3, np.nan), np.zeros((3, 3))
+        return measures_of(0.0, area, *nothing, *errors, np.full(3, np.nan), np.zeros((3, 3)), rays)
+    center = sum(part.volume * part.centroid for part in solid) / volume
+    inertia, center_square, inertia_square = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3))
+    for part in solid:
+        way = part.centroid - center
+        lever = way @ way * np.eye(3) - np.outer(way, way)
+        inertia += part.inertia + part.volume * lever
+        center_square += (part.volume * part.centroid_error) ** 2 + (part.volume_error * way) ** 2
+        slope = 2 * part.volume * np.linalg.norm(way) * np.linalg.norm(part.centroid_error)
+        inertia_square += part.inertia_error**2 + (part.volume_error * lever) ** 2 + slope**2
+    found = np.sqrt(center_square) / abs(volume), np.sqrt(inertia_square)
+    return measures_of(volume, area, np.asarray(center), inertia, *errors, *found, rays)
+
+
+def _root(errors: Iterable[float]) -> float:
+    return math.sqrt(math.fsum(error * error for error in errors))

@@ -1,0 +1,132 @@
+"""Undefined regions: points that a model says are in a cell, and that are in none."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import conicoid as co
+from conicoid.cli import app
+
+from ..formats.openmc.models import EXAMPLE_FILES
+
+PI = math.pi
+MODEL = """<geometry>
+<surface id="1" type="z-cylinder" coeffs="0 0 0.4"/><surface id="2" type="z-cylinder" coeffs="0 0 {0}"/>
+<surface id="3" type="z-plane" coeffs="0"/><surface id="4" type="z-plane" coeffs="2"/>
+<surface id="5" type="z-cylinder" coeffs="0 0 {1}" boundary="vacuum"/>
+<cell id="1" universe="1" material="1" region="-1"/><cell id="2" universe="1" material="2" region="2"/>
+<cell id="3" universe="2" material="{2}" />
+<lattice id="7" dimension="2 2" lower_left="-1 -1" pitch="1 1" universes="1 2 2 1">{3}</lattice>
+<cell id="4" fill="7" region="-5 3 -4"/></geometry>"""
+
+
+def model(
+    folder: Path, gap: float = 0.4, reach: float = 0.9, material: str = "void", outer: str = "<outer>2</outer>"
+) -> Path:
+    path = folder / "geometry.xml"
+    path.write_text(MODEL.format(gap, reach, material, outer))
+    return path
+
+
+def undefined(scene: co.Scene, **options: int) -> list[co.Finding]:
+    return [finding for finding in co.check(scene, **{"rays": 6000, **options}) if finding.kind == "undefined"]
+
+
+def test_a_gap_in_a_pin_is_found_wherever_the_pin_stands(tmp_path):
+    """Between the radii 0.4 and 0.5 nothing is defined, in two of the four elements."""
+    scene = co.load_openmc(model(tmp_path, gap=0.45, reach=3.0))
+    found = undefined(scene)
+    assert len(found) == 2
+    for finding in found:
+        assert scene.body_at(finding.point) == -1
+        x, y, z = finding.point
+        assert 0 < z < 2
+        assert 0.4 < math.hypot(abs(x) - 0.5, abs(y) - 0.5) < 0.45
+        assert finding.size == pytest.approx(PI * (0.45**2 - 0.4**2) * 2, rel=0.3)  # by a few thousand points
+        assert len(scene.spans(finding.origin, finding.direction).body) > 0
+        assert "is in no body, though the scene's domain holds it; the region beside bodies" in finding.message
+        assert "cell 1" in finding.message
+    assert np.sign(found[0].point[:2]).tolist() != np.sign(found[1].point[:2]).tolist()
+
+
+def test_beyond_a_lattice_without_an_outer_universe(tmp_path):
+    scene = co.load_openmc(model(tmp_path, reach=1.25, outer=""))
+    found = undefined(scene)
+    assert found
+    assert max(abs(found[0].point[0]), abs(found[0].point[1])) > 1
+    segment = 1.25**2 * math.acos(1 / 1.25) - math.sqrt(1.25**2 - 1)
+    assert sum(finding.size for finding in found) == pytest.approx(4 * segment * 2, rel=0.3)
+
+
+@pytest.mark.parametrize("material", ["void", "3"])
+@pytest.mark.parametrize("reach", [0.9, 3.0])
+def test_what_is_void_is_defined(material, reach, tmp_path):
+    """Universe 2 is void or matter, in the lattice and around it."""
+    scene = co.load_openmc(model(tmp_path, reach=reach, material=material))
+    assert scene.domain is not None
+    assert undefined(scene) == []
+
+
+def test_the_examples_are_whole():
+    for path in EXAMPLE_FILES.values():
+        assert undefined(co.load_openmc(path), rays=3000) == []
+
+
+def test_void_that_is_left_out_is_not_looked_for(tmp_path):
+    scene = co.load_openmc(model(tmp_path), void=False)
+    assert scene.domain is None
+    assert undefined(scene) == []
+
+
+def test_lattices_that_are_turned_have_no_gaps(tmp_path):
+    """Walls of neighbours are the same on paper, and what rounding leaves between them is no region."""
+    path = model(tmp_path, reach=1.2)
+    path.write_text(
+        path.read_text().replace('<cell id="4"', '<cell id="4" rotation="10 20 33" translation="0.1 0.2 0.3"')
+    )
+    assert undefined(co.load_openmc(path)) == []
+
+
+def test_any_scene_may_say_what_is_to_be_filled():
+    box = co.Box((0, 0, 0), (3, 1, 1))
+    scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((2, 0, 0), (3, 1, 1))], domain=box)
+    (found,) = undefined(scene)
+    assert found.bodies == (0, 1)
+    assert found.size == pytest.approx(1, rel=0.05)
+    assert 1 < found.point[0] < 2
+    assert undefined(co.Scene(scene.bodies)) == []
+    (found,) = undefined(co.Scene([], domain=box))
+    assert found.size == pytest.approx(3, rel=0.05)
+    assert found.bodies == ()
+    with pytest.raises(TypeError, match="Scene: domain must be a solid or None, got Disc"):
+        co.Scene([], domain=co.Disc((0, 0, 0), (0, 0, 1), 1))
+
+
+def test_the_domain_is_kept(tmp_path):
+    scene = co.load_openmc(model(tmp_path, gap=0.45, reach=3.0))
+    for again in (copy.copy(scene), copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
+        assert again == scene
+        assert again.domain == scene.domain
+    assert co.Scene(scene.bodies) != scene
+    for suffix in (".yaml", ".json"):
+        co.save(scene, tmp_path / f"scene{suffix}")
+        assert co.load(tmp_path / f"scene{suffix}") == scene
+    output = tmp_path / "imported.yaml"
+    assert CliRunner().invoke(app, ["import", str(tmp_path / "geometry.xml"), "-o", str(output)]).exit_code == 0
+    told = CliRunner().invoke(app, ["info", str(output), "--check", "--rays", "6000"])
+    assert told.exit_code == 0
+    assert told.stdout.count("undefined: (") == 2
+
+
+def test_a_domain_in_a_file_is_a_solid(tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text("domain: {Disc: {center: [0, 0, 0], normal: [0, 0, 1], radius: 1}}\nbodies: []\n")
+    with pytest.raises(co.SceneFileError, match="domain"):
+        co.load(path)

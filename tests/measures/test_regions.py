@@ -1,0 +1,243 @@
+"""Closed forms of combinations against formulas and against rays: prisms, solids of revolution, cells of models."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+from .solids import KNOWN, askew
+
+PI = math.pi
+CLOSED = (
+    "lens of two spheres", "spherical cap", "napkin ring", "sphere with a blind bore", "wedge of a cylinder", "half a ball", "box with a hole",
+    "thin plate with a hole, tilted", "thin shell", "capsule", "cube of eight",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_against_formulas(name: str):
+    known = next(known for known in KNOWN if known.name == name)
+    found = co.measure(known.shape)
+    assert (found.rays, found.volume_error, found.area_error) == (0, 0, 0)
+    assert found.volume == pytest.approx(known.volume, rel=1e-12)
+    assert known.area is None or found.area == pytest.approx(known.area, rel=1e-12)
+    assert known.centroid is None or found.centroid == pytest.approx(known.centroid, abs=1e-12)
+    assert known.inertia is None or found.inertia == pytest.approx(np.diag(known.inertia), abs=1e-12)
+
+
+def cells(tmp_path: Path, surfaces: str, *regions: str) -> list[co.Body]:
+    """The bodies of an OpenMC model of cells with these regions."""
+    path = tmp_path / "geometry.xml"
+    rows = "".join(f'<cell id="{k + 1}" material="1" region="{region}"/>' for k, region in enumerate(regions))
+    path.write_text(f"<geometry>{surfaces}{rows}</geometry>")
+    return list(co.load_openmc(path).bodies)
+
+
+def surface(number: int, kind: str, *numbers: float) -> str:
+    return f'<surface id="{number}" type="{kind}" coeffs="{" ".join(map(repr, numbers))}"/>'
+
+
+ENDS = surface(1, "z-plane", -3.0) + surface(2, "z-plane", 4.0)
+PIN = ENDS + surface(3, "z-cylinder", 0.1, 0.2, 0.4) + surface(4, "z-cylinder", 0.1, 0.2, 0.5)
+SIDES = "".join(
+    surface(5 + k, kind, at)
+    for k, (kind, at) in enumerate([("x-plane", -1.0), ("x-plane", 1.0), ("y-plane", -1.0), ("y-plane", 1.0)])
+)
+
+
+def test_the_cells_of_a_pin(tmp_path):
+    """A capped cylinder, an annulus, and a square with a round hole; 7 high."""
+    fuel, clad, water, half = cells(
+        tmp_path, PIN + SIDES + surface(9, "x-plane", 0.1), "1 -2 -3", "1 -2 3 -4", "1 -2 5 -6 7 -8 4", "1 -2 -3 9"
+    )
+    found = co.measure(fuel)
+    assert found.volume == pytest.approx(PI * 0.16 * 7, rel=1e-14)
+    assert found.area == pytest.approx(2 * PI * 0.4 * 7 + 2 * PI * 0.16, rel=1e-14)
+    assert found.centroid == pytest.approx((0.1, 0.2, 0.5), abs=1e-14)
+    across = found.volume * (3 * 0.16 + 49) / 12
+    assert found.inertia == pytest.approx(np.diag([across, across, found.volume * 0.08]), abs=1e-12)
+    found = co.measure(clad)
+    assert found.volume == pytest.approx(PI * 0.09 * 7, rel=1e-13)
+    assert found.area == pytest.approx(2 * PI * 0.9 * 7 + 2 * PI * 0.09, rel=1e-13)
+    found = co.measure(water)
+    assert found.volume == pytest.approx((4 - PI * 0.25) * 7, rel=1e-14)
+    assert found.area == pytest.approx(2 * (4 - PI * 0.25) + (8 + 2 * PI * 0.5) * 7, rel=1e-14)
+    found = co.measure(half)
+    assert found.volume == pytest.approx(PI * 0.08 * 7, rel=1e-14)
+    assert found.centroid == pytest.approx((0.1 + 4 * 0.4 / (3 * PI), 0.2, 0.5), abs=1e-14)  # of half a disc
+    for body in (fuel, clad, water, half):
+        assert co.measure(body).rays == 0
+
+
+def test_a_hexagonal_can(tmp_path):
+    planes = "".join(surface(10 + k, "plane", math.cos(k * PI / 3), math.sin(k * PI / 3), 0.0, 2.0) for k in range(6))
+    (can,) = cells(tmp_path, ENDS + planes, "1 -2 " + " ".join(f"-{10 + k}" for k in range(6)))
+    found = co.measure(can)
+    assert found.volume == pytest.approx(2 * math.sqrt(3) * 4 * 7, rel=1e-13)  # 2 √3 times the inradius squared
+    assert found.area == pytest.approx(2 * 2 * math.sqrt(3) * 4 + 6 * 4 / math.sqrt(3) * 7, rel=1e-13)
+    assert found.rays == 0
+
+
+def test_spheres_cones_and_what_is_between_them(tmp_path):
+    spheres = "".join(surface(k, "sphere", 1.0, 2.0, 3.0, float(k)) for k in (1, 2))
+    cone = surface(3, "z-cone", 0.0, 0.0, 0.0, 0.25) + surface(4, "z-plane", 1.0) + surface(5, "z-plane", 3.0)
+    quadric = surface(6, "quadric", 1.0, 1.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -4.0)
+    ball, shell, frustum, bitten = cells(tmp_path, spheres + cone + quadric, "-1", "1 -2", "-3 4 -5", "-6 4 | -6 -4 3")
+    assert co.measure(ball).volume == pytest.approx(4 / 3 * PI)
+    found = co.measure(shell)
+    assert (found.volume, found.area) == (pytest.approx(4 / 3 * PI * 7), pytest.approx(4 * PI * 5))
+    assert found.inertia == pytest.approx(np.eye(3) * 8 * PI / 15 * 31)  # 2/5 m r² of each
+    found = co.measure(frustum)
+    assert found.volume == pytest.approx(PI * 0.25 * (27 - 1) / 3)
+    assert found.area == pytest.approx(PI * (0.25 + 2.25) + PI * 2.0 * math.hypot(1, 2))
+    # The ellipsoid of semi-axes 2, 2, 1 without what lies in the cone below z = 1, by 200 thousand slices
+    z = (np.arange(200_000) + 0.5) / 100_000 - 1
+    ring = np.clip(4 - 4 * z**2 - z**2 / 4, 0, None)
+    found = co.measure(bitten)
+    assert found.volume == pytest.approx(PI * ring.sum() / 100_000, rel=1e-6)
+    assert found.volume_error == 0
+
+
+def test_random_combinations_agree_with_rays_and_move_with_their_parts():
+    random = np.random.default_rng(11)
+    seen = 0
+    for _ in range(12):
+        x, y, r, low = *random.uniform(-0.6, 0.6, 2), *random.uniform(0.3, 1, 2)
+        parts = [
+            co.Cylinder((x, y, -low), (x, y, 1), r), co.Cylinder((0, 0, -1), (0, 0, low), 0.8),
+            co.Box((-0.7, -0.5, -0.9), (0.5, 0.6, low)), co.HalfSpace((1, 2, 0), 0.3), co.Sphere(0.9), co.Cone((0, 0, -1), (0, 0, 1), r, 0.1),
+        ]  # fmt: skip
+        one, two, three = (parts[k] for k in random.choice(4 if random.random() < 0.7 else 6, 3, replace=False))
+        shape = ((one | two) - three) & co.Box((-2, -2, -2), (2, 2, 2))
+        found = co.measure(shape)
+        if found.rays:
+            continue
+        seen += 1
+        rays = co.measure(shape, rays=30_000)
+        assert found.volume == pytest.approx(rays.volume, abs=5 * rays.volume_error + 1e-12)
+        assert found.area == pytest.approx(rays.area, abs=5 * rays.area_error + 1e-12)
+        if found.volume > 0:
+            assert (np.abs(found.centroid - rays.centroid) <= 5 * rays.centroid_error + 1e-12).all()
+            assert (np.abs(found.inertia - rays.inertia) <= 5 * rays.inertia_error + 1e-12).all()
+        moved = co.measure(askew(shape))
+        turn = np.array(co.Box().rotate((1, 2, 3), 37).motion.matrix)[:3, :3]
+        assert (moved.volume, moved.area) == (
+            pytest.approx(found.volume, rel=1e-12),
+            pytest.approx(found.area, rel=1e-12),
+        )
+        assert moved.inertia == pytest.approx(turn @ found.inertia @ turn.T, abs=1e-12)
+        assert moved.centroid == pytest.approx(turn @ found.centroid + (3, 4, 5), abs=1e-12)
+    assert seen >= 3
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        co.Sphere() - co.Sphere(), co.Sphere() & co.Sphere(1, (5, 0, 0)), co.Box() & co.Cylinder((5, 0, 0), (5, 0, 1), 1),
+        (co.EllipticCylinder(1, 1) & co.HalfSpace((0, 0, 1), 0)) & co.HalfSpace((0, 0, -1), -1) & co.Box(),
+    ],
+)  # fmt: skip
+def test_nothing(shape: co.Shape):
+    found = co.measure(shape)
+    assert (found.volume, found.area, found.volume_error) == (0, 0, 0)
+
+
+def test_walls_that_are_all_but_the_same_are_left_to_rays():
+    """A tube as thick as a few roundings: which wall is outside depends on rounding, so no form is trusted."""
+    outer = co.Cylinder((0.1, 0, 0), (0.1, 0, 1), 0.3)
+    tube = (outer - co.Cylinder((0.1, 0, -1), (0.1, 0, 2), 0.3 - 1e-15)) | co.Box((5, 0, 0), (6, 1, 1))
+    found = co.measure(tube, seed=3)
+    assert found.rays > 0
+    assert found.volume == pytest.approx(1, abs=5 * found.volume_error + 1e-12)
+
+
+def test_rays_that_are_asked_for_are_followed():
+    shape = co.Box() - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)
+    assert co.measure(shape).rays == 0
+    assert 3000 < co.measure(shape, rays=6000).rays < 9000
+    assert co.measure(shape, rays=6000).volume_error > 0
+
+
+def test_a_scene_body_by_body_and_by_material():
+    steel, water = co.matte(name="steel", properties={"density": 8}), co.matte(name="water")
+    scene = co.Scene(
+        [
+            co.Body(co.Box((0, 0, 0), (1, 2, 3)), steel, "block"), co.Body(co.Spheres([(9, 0, 0), (-9, 0, 0)], [1, 2]), water),
+            co.Body(co.Box((2, 0, 0), (3, 2, 3)), steel), co.Disc((0, 0, 9), (0, 0, 1), 2), co.Plane((0, 0, 1), -9),
+        ]
+    )  # fmt: skip
+    calls: list[tuple[int, int]] = []
+    found = co.measure(scene, progress=lambda done, count: calls.append((done, count)))
+    assert isinstance(found, co.SceneMeasures)
+    assert len(found) == scene.body_count == 6
+    assert found.volume == pytest.approx([6, 4 / 3 * PI, 32 / 3 * PI, 6, 0, 0])
+    assert found.volume_error.tolist() == [0] * 6
+    assert found[0].area == found[3].area == 22
+    assert found[4].area == pytest.approx(4 * PI)
+    assert math.isnan(found[5].area)
+    assert found.materials == (steel, water, None)
+    assert [m.volume for m in found.by_material] == pytest.approx([12, 12 * PI, 0])
+    assert found["steel"].volume == 12
+    assert found["steel"].centroid == pytest.approx((1.5, 1, 1.5))
+    # Two boxes of mass 6, their centers 1 away from the common one along x
+    assert found["steel"].inertia == pytest.approx(
+        np.diag([6 / 12 * 13 * 2, 6 / 12 * 10 * 2 + 12, 6 / 12 * 5 * 2 + 12])
+    )
+    assert found["water"].centroid == pytest.approx((9 * (4 / 3 - 32 / 3) / 12, 0, 0))
+    assert calls[-1] == (6, 6)
+    assert "material 'steel'" in str(found)
+    assert "body 0 'block'" in str(found)
+    with pytest.raises(KeyError, match="no material is called 'steal'; materials: 'steel', 'water'"):
+        found["steal"]
+
+
+def test_a_scene_with_rays_and_without_end():
+    lens = co.Sphere() & co.Cylinder((0.3, 0, -2), (0.4, 0, 2), 0.5)
+    found = co.measure(
+        co.Scene([lens, co.Body(lens.translate((5, 0, 0)), "red"), co.Body(~co.Sphere(9), "red")]), rays=20_000
+    )
+    assert 0 < found[0].volume_error < 0.01 * found[0].volume
+    assert found[0].volume == pytest.approx(found[1].volume, abs=5 * found[0].volume_error)
+    assert math.isnan(found[2].volume)
+    assert math.isnan(found.by_material[1].volume)
+    assert found.by_material[0].volume == found[0].volume
+    assert len(co.measure(co.Scene([]))) == 0
+
+
+def test_volumes_of_an_imported_assembly_add_up(tmp_path):
+    """2 x 2 pins in a box: fuel, cladding and water fill it, and each is what its formula says."""
+    path = tmp_path / "geometry.xml"
+    path.write_text(
+        f"<geometry>{PIN}{SIDES}"
+        '<cell id="1" universe="1" material="1" region="-3"/><cell id="2" universe="1" material="2" region="3 -4"/>'
+        '<cell id="3" universe="1" material="3" region="4"/>'
+        '<lattice id="5" dimension="2 2" lower_left="-1 -1" pitch="1 1" universes="1 1 1 1"/>'
+        '<cell id="4" fill="5" region="1 -2 5 -6 7 -8"/></geometry>'
+    )
+    found = co.measure(co.load_openmc(path))
+    assert sum(body.rays for body in found) == 0
+    assert found.volume.sum() == pytest.approx(4 * 7, rel=1e-13)
+    # The circle of radius 0.4 about (0.1, 0.2) stays within its element [-0.5, 0.5]², that of 0.5 does not
+    assert found["material 1"].volume == pytest.approx(4 * PI * 0.16 * 7 - 4 * 7 * segment(0.4, 0.3), rel=1e-12)
+    cut = segment(0.5, 0.3) + segment(0.5, 0.4) - corner(0.5, 0.3, 0.4)
+    both = PI * 0.25 - cut
+    assert (found["material 1"].volume + found["material 2"].volume) / 28 == pytest.approx(both, rel=1e-12)
+
+
+def segment(radius: float, height: float) -> float:
+    """The part of a disc beyond a chord at a distance from its center."""
+    return radius**2 * math.acos(height / radius) - height * math.sqrt(radius**2 - height**2)
+
+
+def corner(radius: float, x: float, y: float) -> float:
+    """The part of a disc with coordinates above x and y from its center, by a million strips."""
+    if x * x + y * y >= radius**2:
+        return 0.0
+    end = math.sqrt(radius**2 - y**2)
+    at = x + (np.arange(10**6) + 0.5) * (end - x) / 10**6
+    return float((np.sqrt(radius**2 - at**2) - y).sum() * (end - x) / 10**6)
