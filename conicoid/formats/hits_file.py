@@ -29,7 +29,7 @@ _FLAGS = ("hit", "entering", "doubtful")
 _RAYS = ("origins", "directions", "starts", "starts_home")
 _ABOUT = ("home", "first_bodies", "labels")
 _ALL = (*_FLOATS, *_INTS, *_FLAGS, *_RAYS, *_ABOUT)
-"""The arrays of such a file. Those of bytes hold a scene's key, and a scene file with a ball for each entry, a disc for a sheet."""
+"""The arrays of such a file. Those of bytes hold a scene's key, and a scene file: a ball for a solid, else a disc."""
 
 
 def write_hits_file(path: str | os.PathLike[str], hits: Hits) -> None:
