@@ -94,6 +94,36 @@ def test_lattices_that_are_turned_have_no_gaps(tmp_path):
     assert undefined(co.load_openmc(path)) == []
 
 
+BARE = """<geometry>
+<surface id="1" type="z-cylinder" coeffs="0 0 0.4"/><surface id="2" type="z-cylinder" coeffs="0 0 0.45"/>
+<surface id="3" type="z-plane" coeffs="0" boundary="reflective"/><surface id="4" type="z-plane" coeffs="2" boundary="{0}"/>
+<surface id="5" type="x-plane" coeffs="-1" boundary="vacuum"/><surface id="6" type="x-plane" coeffs="1" boundary="vacuum"/>
+<surface id="7" type="y-plane" coeffs="-1" boundary="vacuum"/><surface id="8" type="y-plane" coeffs="1" boundary="vacuum"/>
+<cell id="1" material="1" region="-1 3 -4"/><cell id="2" material="2" region="2 3 -4 5 -6 7 -8"/>{1}</geometry>"""
+
+
+def test_a_gap_between_cells_of_the_root(tmp_path):
+    path = tmp_path / "geometry.xml"
+    path.write_text(BARE.format("white", ""))
+    (found,) = undefined(co.load_openmc(path))
+    assert 0.4 < math.hypot(*found.point[:2]) < 0.45
+    assert found.size == pytest.approx(PI * (0.45**2 - 0.4**2) * 2, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("top", "more"),
+    [
+        ("transmission", ""),  # the model is not enclosed
+        ("white", '<cell id="3" material="void" region="-3"/>'),  # cells on both sides of a boundary
+        ("white", '<cell id="3" material="void" region="1 -2 3 -4"/>'),  # the gap is filled
+    ],
+)
+def test_nothing_is_said_of_what_boundaries_do_not_tell(top, more, tmp_path):
+    path = tmp_path / "geometry.xml"
+    path.write_text(BARE.format(top, more))
+    assert undefined(co.load_openmc(path)) == []
+
+
 def test_any_scene_may_say_what_is_to_be_filled():
     box = co.Box((0, 0, 0), (3, 1, 1))
     scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((2, 0, 0), (3, 1, 1))], domain=box)

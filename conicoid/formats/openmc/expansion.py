@@ -15,6 +15,7 @@ from ...shapes.region import Union
 from ..errors import MOST, Problem, SceneFileError
 from . import limits
 from .context import Context
+from .enclosure import enclosed, ends_with
 from .extent import EVERYWHERE, Extent
 from .geometry import Cell, Geometry
 from .lattices import Index, Lattice
@@ -178,10 +179,23 @@ class Expansion:
 
     @property
     def domain(self) -> Solid | None:
-        """Where bodies are to be found; not known where void is left out."""
-        if not self.filled or not self.void:
+        """Where bodies are to be found: what boundary conditions enclose, and the root's cells that universes fill.
+
+        Not known where void is left out.
+        """
+        if not self.void:
             return None
-        return self.filled[0] if len(self.filled) == 1 else Union(tuple(self.filled))
+        parts = [*self._enclosure(), *self.filled]
+        return Union(tuple(parts)) if len(parts) > 1 else (parts[0] if parts else None)
+
+    def _enclosure(self) -> Iterator[Solid]:
+        region, place = enclosed(self.geometry), Placement()
+        if region is None:
+            return
+        context = Context().and_(place.outer, (bound(region, _Placed(self.geometry, place)),), EVERYWHERE)
+        solid = None if context is None else self._solid(context)
+        if solid is not None and ends_with(solid, (body.shape for body in self.bodies)):
+            yield solid
 
     @contextmanager
     def _telling(self, cell: Cell, path: Path) -> Iterator[None]:

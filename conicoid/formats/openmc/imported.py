@@ -51,7 +51,7 @@ class Imported:
     camera: Any = None
     background: Any = None
     domain: Solid | None = None
-    """What root cells that are filled with universes or lattices hold: a cell is to be found everywhere in it."""
+    """What cells are to fill: all that boundary conditions enclose, and the root's cells that universes fill."""
 
 
 def read(
