@@ -113,5 +113,7 @@ def test_notes_of_a_kind_are_not_endless(tmp_path: Path) -> None:
     cells = [f'<cell id="{i}" material="1 2" region="2 -2"/>' for i in range(1, 101)]
     notes = openmc.read(put(geometry(*cells), tmp_path)).notes
     assert "0 bodies; 100 places without volume left out" in notes
-    assert notes.count("... and 80 more like this") == 2
+    shown = sum(note.startswith("cell") and "has no volume" in note for note in notes)
+    assert 10 <= shown <= 20  # a screen
+    assert notes.count(f"... and {100 - shown} more like this") == 2
     assert len(notes) < 50
