@@ -61,7 +61,7 @@ def test_bench_takes_either():
     ("CONICOID_CACHE_DIR", "FILE/below/it", "must name a folder, got '.*it': '.*scene.yaml' is none"),
     ("CONICOID_CACHE_DIR", "x" * 3000, "must name a folder, got 'x*\\.\\.\\.: file name too long"),
     ("CONICOID_THREAD", "3", "CONICOID_THREAD is no variable of Conicoid's: did you mean CONICOID_THREADS"),
-    ("CONICOID_" + "X" * 900, "3", "is no variable of Conicoid's: known are CONICOID_THREADS and CONICOID_CACHE_DIR"),
+    ("CONICOID_" + "X" * 900, "3", "is no variable of Conicoid's: known are CONICOID_THREADS, CONICOID_CACHE_DIR, CONICOID_JIT"),
 ])  # fmt: skip
 @pytest.mark.parametrize("command", ["info", "schema"])
 def test_variables_of_the_environment(command, variable, value, message, scene, monkeypatch):

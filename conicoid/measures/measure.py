@@ -83,7 +83,7 @@ def measure(shape: Any, rays: int | None = None, seed: int = 0, progress: Progre
 
     Primitives have closed forms for the volume, centroid and inertia under any motion, and some for the
     area. So have prisms between planes and circular cylinders, and solids of revolution, in any Boolean
-    combination: pins, pipes, boxes, shells, the usual cells of imported models. Everything else comes from the exact
+    combination: pins, pipes, boxes, shells, most bodies of imported models. Everything else comes from the exact
     chords of about a million rays, or of about `rays` rays; where that is given, combinations are followed by rays in
     any case. Equal seeds give equal answers, for any number of threads. `progress(done, total)` is called now and then.
     Balls of a `Spheres` count as their union. An empty solid measures zero, and so does the volume of a sheet.
