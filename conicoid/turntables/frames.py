@@ -41,6 +41,8 @@ class Frames:
 
         try:
             with Image.open(path) as file:
+                file.verify()  # the checksums: the pixels of a file that is cut short may all be there
+            with Image.open(path) as file:
                 file.load()
                 return file.format == "PNG" and file.size == (self.options["width"], self.options["height"])
         except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
