@@ -111,6 +111,8 @@ class Number:
             other = exact(other)
         if not other:
             raise ZeroDivisionError("division by what may be zero")
+        if not self.mantissa and not self.off:
+            return self
         shift = max(0, BITS + 64 + other.mantissa.bit_length() - self.mantissa.bit_length())
         divisor = abs(other.mantissa)
         high = (self.mantissa if other.mantissa > 0 else -self.mantissa) << shift

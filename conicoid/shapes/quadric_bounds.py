@@ -51,7 +51,7 @@ def own_support(surface: QuadricSurface, direction: ex.Row) -> ex.Exact | float:
     spread = ex.cancelling_sum([ex.ZERO, *(direction[i] * direction[i] / squares[i] for i in curved)])
     if any(slopes[i] for i in flat):
         k = _multiple([direction[i] for i in flat], [slopes[i] for i in flat])
-        if k is None or k < 0 or (k == 0 and spread):
+        if k is None or k < 0 or (spread and not k):
             return math.inf
         reach = (spread / k - k * gamma) / 2 if k else ex.ZERO
         return ex.cancelling_sum([reach, *center])

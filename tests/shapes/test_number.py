@@ -200,3 +200,10 @@ def test_threads_do_not_share_a_precision():
     finally:
         sys.setswitchinterval(switches)
     assert not wrong
+
+
+def test_nothing_divided_by_what_is_not_known_exactly_is_nothing():
+    root = sqrt(2)
+    for zero in (exact(0), exact(0.0)):
+        assert zero / root == 0
+        assert not (zero / root).off

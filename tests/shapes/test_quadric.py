@@ -191,3 +191,42 @@ def test_coefficients_compare_hash_and_stay() -> None:
     ):
         assert same.coefficients == shape.coefficients
         assert hash(same.coefficients) == hash(shape.coefficients)
+
+
+def test_a_paraboloid_across_an_axis_of_the_world_has_no_end_there():
+    """(x + z)² + y² - 2x - 2y - z = 1: with u = x + z, v = y - 1 x is u² - u + v² - 2 and z is 2 + 2u - u² - v²."""
+    low, high = Quadric(coefficients=dict(xx=1, yy=1, zz=1, xz=2, x=-2, y=-2, z=-1, constant=-1)).bounds
+    assert low.tolist() == [-2.25, -np.inf, -np.inf]
+    assert high.tolist() == [np.inf, np.inf, 3.0]
+
+
+@pytest.mark.parametrize("rank", [1, 2, 3])
+@pytest.mark.parametrize("count", [60, pytest.param(3000, marks=pytest.mark.deep)])
+def test_bounds_hold_quadrics_of_small_integers(rank, count):
+    """Their axes are irrational, or along those of the world, as matrices with zeros have it; far ones tell of ends that are none."""
+    random = np.random.default_rng(rank)
+    points = random.normal(size=(4000, 3)) * 10.0 ** random.uniform(-1, 3, (4000, 1))
+    for _ in range(count):
+        columns = random.integers(-1, 2, (3, rank))
+        matrix = columns @ np.diag(random.integers(1, 4, rank)) @ columns.T
+        linear = random.integers(-2, 3, 3) * random.integers(0, 2, 3)
+        values = dict(
+            zip(
+                NAMES,
+                (
+                    *np.diag(matrix),
+                    2 * matrix[0, 1],
+                    2 * matrix[1, 2],
+                    2 * matrix[0, 2],
+                    *linear,
+                    random.integers(-3, 1),
+                ),
+                strict=True,
+            )
+        )
+        if not (matrix.any() or linear.any()):
+            continue
+        named = {name: float(value) for name, value in values.items()}
+        inside = points[polynomial(named, points) <= 0]
+        low, high = Quadric(coefficients=named).bounds
+        assert ((low <= inside) & (inside <= high)).all(), named
