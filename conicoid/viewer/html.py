@@ -26,7 +26,7 @@ SHADERS = (
 PICK_SHADERS = (*SHADERS[:10], "camera", "pick")
 MODULES = (
     "vectors", "tables", "graphics", "camera", "film", "pick", "state", "gestures", "section", "measure", "panel",
-    "details", "editing", "live", "main",
+    "details", "editing", "live", "kernel", "waiting", "main",
 )  # fmt: skip
 """The modules of the page, each after those that it imports."""
 _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
@@ -56,16 +56,21 @@ def shaders() -> dict[str, Any]:
 
 def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None) -> str:
     """The page as HTML. `preview`: where its small picture is; `served`: what a page needs that can ask its server."""
-    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "preview": preview, "served": served}
+    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "served": served}
     fields = {
         "TITLE": _text(title),
         "CONNECT": "'self'" if served else "'none'",
         "STYLE": asset("page/style.css"),
-        "MARKUP": asset("page/markup.html"),
+        "MARKUP": markup(preview),
         "DATA": embedded(data),
         "SCRIPT": script(),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], asset("page/page.html"))
+
+
+def markup(preview: str) -> str:
+    """What a scene stands in. `preview`: where its small picture is; that is there before anything is computed."""
+    return asset("page/markup.html").replace("{{PREVIEW}}", _text(preview))
 
 
 def export(scene: Scene, path: str | os.PathLike[str], title: str | None = None) -> None:
@@ -76,10 +81,15 @@ def export(scene: Scene, path: str | os.PathLike[str], title: str | None = None)
     text = page(
         scene,
         title or os.path.splitext(os.path.basename(path))[0],
-        "data:image/webp;base64," + base64.b64encode(preview_of(scene)).decode(),
+        as_url(preview_of(scene)),
     )
     with replacing(path) as part:
         part.write_text(text, encoding="utf-8")
+
+
+def as_url(preview: bytes) -> str:
+    """A small picture as an address that holds it."""
+    return "data:image/webp;base64," + base64.b64encode(preview).decode()
 
 
 def embedded(data: Any) -> str:
@@ -93,7 +103,7 @@ def _text(words: str) -> str:
 
 
 def preview_of(scene: Scene, width: int = 480) -> bytes:
-    """A small picture by the engine, a WebP file of at most 40 KiB, for browsers without WebGL 2."""
+    """A small picture by the engine, a WebP file of at most 40 KiB: shown until the browser draws, or instead."""
     from PIL import Image
 
     pixels = scene.render(width, round(width / ASPECT), samples=1, depth=6).pixels

@@ -14,6 +14,8 @@ from ..shapes.vector import FloatArray, Vector
 from ..trace.hits import Hits
 
 Interval = tuple[float, float]
+MISTAKES = (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError)
+"""What a request that makes no sense raises, here and in the edits of numbers."""
 
 
 def pick(scene: Scene, request: dict[str, Any]) -> dict[str, Any]:
@@ -122,7 +124,8 @@ def _hit(
     if hit.body != first["body"]:
         hit = _hit_of_one(scene, origin, direction, first)
     return {
-        "name": first["name"], "t": t, "body": first["body"], "face": first["face"], "surface": first["surface"],
+        "name": first["name"], "t": t, "t_error": _finite(hit.t_error),
+        "body": first["body"], "face": first["face"], "surface": first["surface"],
         "entering": first["entering"],
         "point": hit.point.tolist(), "normal": hit.normal.tolist(), "uv": hit.uv.tolist(),
     }  # fmt: skip
