@@ -10,7 +10,7 @@ import pytest
 import conicoid as co
 from conicoid.viewer.widget import answer
 
-from .browser import WIDE, needs_browser
+from .browser import WIDE, needs_browser, until
 from .test_widget_guest import host
 
 pytest.importorskip("anywidget", reason="needs anywidget")
@@ -53,7 +53,7 @@ def opened(browser, tmp_path, kernel):
     if between:
         page.expose_function("kernel", between)
     page.goto((tmp_path / "host.html").as_uri())
-    page.wait_for_function("document.querySelector('.waiting').hidden")
+    until(page, "document.querySelector('.waiting').hidden")
     return page, between
 
 
@@ -127,7 +127,7 @@ def test_a_busy_kernels_answer_takes_the_place_of_the_shaders(browser, tmp_path)
     assert "by the shader" in page.locator(".how").first.inner_text()
     for text in kernel.kept:
         page.evaluate("(text) => window.late(text)", text)
-    page.wait_for_function("document.querySelector('.how').textContent.includes('exact engine')")
+    until(page, "document.querySelector('.how').textContent.includes('exact engine')")
     # It is still the first of the two points that are measured
     assert page.locator(".distance").inner_text() == "Click a second point."
     page.context.close()

@@ -14,7 +14,7 @@ import conicoid as co
 from conicoid.viewer import still_page as module
 from conicoid.viewer.still_page import run_by_a_program
 
-from .browser import WIDE, needs_browser
+from .browser import WIDE, needs_browser, until
 
 pytest.importorskip("anywidget", reason="needs anywidget")
 CAMERA = co.Camera((0, -8, 0), (0, 0, 0), field_of_view=30)
@@ -105,7 +105,7 @@ def test_the_page_draws_and_answers_without_a_network(browser, tmp_path):
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto((tmp_path / "book.html").as_uri())
     frame = page.locator("iframe").element_handle().content_frame()
-    frame.wait_for_function("document.querySelector('.waiting').hidden")
+    until(frame, "document.querySelector('.waiting').hidden")
     box = frame.locator("canvas").bounding_box()
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     frame.wait_for_selector(".hit")
