@@ -16,7 +16,7 @@ import numpy as np
 from ..formats.atomic import replacing
 from ..scene import Scene
 from ..shapes.color import srgb_encode
-from .lowered_data import ASPECT, scene_data
+from .lowered_data import scene_data
 
 SHADERS = (
     "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights", "whitted",
@@ -32,6 +32,8 @@ MODULES = (
 _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=const|let|function|class|async)", re.MULTILINE)
 PREVIEW_BYTES = 40 << 10
+_PREVIEW_ASPECT = 1.5
+"""As wide as most windows: a picture of the same height covers them as the shader's will."""
 
 
 @cache
@@ -102,11 +104,11 @@ def _text(words: str) -> str:
     return words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
 
 
-def preview_of(scene: Scene, width: int = 480) -> bytes:
+def preview_of(scene: Scene, width: int = 540) -> bytes:
     """A small picture by the engine, a WebP file of at most 40 KiB: shown until the browser draws, or instead."""
     from PIL import Image
 
-    pixels = scene.render(width, round(width / ASPECT), samples=1, depth=6).pixels
+    pixels = scene.render(width, round(width / _PREVIEW_ASPECT), samples=1, depth=6).pixels
     bytes_ = np.rint(255 * srgb_encode(np.clip(pixels, 0, 1))).astype(np.uint8)
     for quality in (80, 60, 40, 20, 5):
         stream = io.BytesIO()

@@ -66,13 +66,13 @@ def _crossings(
     found = scene.crossings(origin, direction)
     items = scene.lowered.body_item
     rows: list[dict[str, Any]] = []
-    columns = found.t, found.body, found.face, found.surface, found.entering
-    for t, body, face, surface, entering in zip(*columns, strict=True):
+    columns = found.t, found.t_error, found.body, found.face, found.surface, found.entering
+    for t, error, body, face, surface, entering in zip(*columns, strict=True):
         item = int(items[body])
         if item in hidden or not (scene.bodies[item].shape.is_sheet or kept[0] < t < kept[1]):
             continue
         row = {"t": float(t), "body": int(body), "face": int(face), "surface": int(surface), "entering": bool(entering)}
-        rows.append(row | {"name": name_of(scene, item)})
+        rows.append(row | {"t_error": _finite(error), "name": name_of(scene, item)})
     return rows
 
 
@@ -124,7 +124,7 @@ def _hit(
     if hit.body != first["body"]:
         hit = _hit_of_one(scene, origin, direction, first)
     return {
-        "name": first["name"], "t": t, "t_error": _finite(hit.t_error),
+        "name": first["name"], "t": t, "t_error": first["t_error"],
         "body": first["body"], "face": first["face"], "surface": first["surface"],
         "entering": first["entering"],
         "point": hit.point.tolist(), "normal": hit.normal.tolist(), "uv": hit.uv.tolist(),
