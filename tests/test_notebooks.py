@@ -66,3 +66,18 @@ def numbers(outputs: list[Any]) -> list[float]:
     """The numbers of a cell's last result."""
     text = re.sub(r"array|float64|np\.", "", outputs[-1].data["text/plain"])
     return [float(word) for word in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", text)]
+
+
+@pytest.mark.filterwarnings("default")
+def test_a_scene_in_a_notebook_that_a_program_runs_is_a_page_in_itself(client, tmp_path):
+    """A widget there would have its HTML load a front end from the network."""
+    pytest.importorskip("anywidget", reason="needs anywidget")
+    import nbformat
+
+    book = nbformat.v4.new_notebook()
+    sources = ["import conicoid as co\nscene = co.Scene([co.Sphere()])\nscene.view(height=300)", "scene"]
+    book.cells = [nbformat.v4.new_code_cell(source) for source in sources]
+    nbformat.write(book, tmp_path / "scene.ipynb")
+    for (output,) in client(tmp_path / "scene.ipynb"):
+        assert set(output.data) == {"text/html", "text/plain"}
+        assert "<iframe" in output.data["text/html"]

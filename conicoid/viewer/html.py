@@ -16,7 +16,7 @@ import numpy as np
 from ..formats.atomic import replacing
 from ..scene import Scene
 from ..shapes.color import srgb_encode
-from .lowered_data import ASPECT, scene_data
+from .lowered_data import scene_data
 
 SHADERS = (
     "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights", "whitted",
@@ -26,12 +26,14 @@ SHADERS = (
 PICK_SHADERS = (*SHADERS[:10], "camera", "pick")
 MODULES = (
     "vectors", "tables", "graphics", "camera", "film", "pick", "state", "gestures", "section", "measure", "panel",
-    "details", "editing", "live", "main",
+    "details", "editing", "live", "kernel", "waiting", "main",
 )  # fmt: skip
 """The modules of the page, each after those that it imports."""
 _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=const|let|function|class|async)", re.MULTILINE)
 PREVIEW_BYTES = 40 << 10
+_PREVIEW_ASPECT = 1.5
+"""As wide as most windows: a picture of the same height covers them as the shader's will."""
 
 
 @cache
@@ -56,16 +58,21 @@ def shaders() -> dict[str, Any]:
 
 def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None) -> str:
     """The page as HTML. `preview`: where its small picture is; `served`: what a page needs that can ask its server."""
-    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "preview": preview, "served": served}
+    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "served": served}
     fields = {
         "TITLE": _text(title),
         "CONNECT": "'self'" if served else "'none'",
         "STYLE": asset("page/style.css"),
-        "MARKUP": asset("page/markup.html"),
+        "MARKUP": markup(preview),
         "DATA": embedded(data),
         "SCRIPT": script(),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: fields[match[1]], asset("page/page.html"))
+
+
+def markup(preview: str) -> str:
+    """What a scene stands in. `preview`: where its small picture is; that is there before anything is computed."""
+    return asset("page/markup.html").replace("{{PREVIEW}}", _text(preview))
 
 
 def export(scene: Scene, path: str | os.PathLike[str], title: str | None = None) -> None:
@@ -76,10 +83,15 @@ def export(scene: Scene, path: str | os.PathLike[str], title: str | None = None)
     text = page(
         scene,
         title or os.path.splitext(os.path.basename(path))[0],
-        "data:image/webp;base64," + base64.b64encode(preview_of(scene)).decode(),
+        as_url(preview_of(scene)),
     )
     with replacing(path) as part:
         part.write_text(text, encoding="utf-8")
+
+
+def as_url(preview: bytes) -> str:
+    """A small picture as an address that holds it."""
+    return "data:image/webp;base64," + base64.b64encode(preview).decode()
 
 
 def embedded(data: Any) -> str:
@@ -92,11 +104,11 @@ def _text(words: str) -> str:
     return words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
 
 
-def preview_of(scene: Scene, width: int = 480) -> bytes:
-    """A small picture by the engine, a WebP file of at most 40 KiB, for browsers without WebGL 2."""
+def preview_of(scene: Scene, width: int = 540) -> bytes:
+    """A small picture by the engine, a WebP file of at most 40 KiB: shown until the browser draws, or instead."""
     from PIL import Image
 
-    pixels = scene.render(width, round(width / ASPECT), samples=1, depth=6).pixels
+    pixels = scene.render(width, round(width / _PREVIEW_ASPECT), samples=1, depth=6).pixels
     bytes_ = np.rint(255 * srgb_encode(np.clip(pixels, 0, 1))).astype(np.uint8)
     for quality in (80, 60, 40, 20, 5):
         stream = io.BytesIO()

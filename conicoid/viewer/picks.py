@@ -14,6 +14,8 @@ from ..shapes.vector import FloatArray, Vector
 from ..trace.hits import Hits
 
 Interval = tuple[float, float]
+MISTAKES = (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError)
+"""What a request that makes no sense raises, here and in the edits of numbers."""
 
 
 def pick(scene: Scene, request: dict[str, Any]) -> dict[str, Any]:
@@ -64,13 +66,13 @@ def _crossings(
     found = scene.crossings(origin, direction)
     items = scene.lowered.body_item
     rows: list[dict[str, Any]] = []
-    columns = found.t, found.body, found.face, found.surface, found.entering
-    for t, body, face, surface, entering in zip(*columns, strict=True):
+    columns = found.t, found.t_error, found.body, found.face, found.surface, found.entering
+    for t, error, body, face, surface, entering in zip(*columns, strict=True):
         item = int(items[body])
         if item in hidden or not (scene.bodies[item].shape.is_sheet or kept[0] < t < kept[1]):
             continue
         row = {"t": float(t), "body": int(body), "face": int(face), "surface": int(surface), "entering": bool(entering)}
-        rows.append(row | {"name": name_of(scene, item)})
+        rows.append(row | {"t_error": _finite(error), "name": name_of(scene, item)})
     return rows
 
 
@@ -122,7 +124,8 @@ def _hit(
     if hit.body != first["body"]:
         hit = _hit_of_one(scene, origin, direction, first)
     return {
-        "name": first["name"], "t": t, "body": first["body"], "face": first["face"], "surface": first["surface"],
+        "name": first["name"], "t": t, "t_error": first["t_error"],
+        "body": first["body"], "face": first["face"], "surface": first["surface"],
         "entering": first["entering"],
         "point": hit.point.tolist(), "normal": hit.normal.tolist(), "uv": hit.uv.tolist(),
     }  # fmt: skip

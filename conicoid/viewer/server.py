@@ -10,6 +10,7 @@ from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
+from .picks import MISTAKES
 from .session import Session
 
 _MOST_BYTES = 1 << 16
@@ -110,7 +111,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _ask(self, call: Callable[[Any], Any], body: bytes | None) -> None:
         try:
             answer = call(None if body is None else json.loads(body))
-        except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
+        except MISTAKES as error:
             self._refuse(400, str(error) or type(error).__name__)
             return
         self._answer(200, "application/json", json.dumps(answer, allow_nan=False).encode())

@@ -40,6 +40,9 @@ class Session:
         self._version = 0
         self._trouble: str | None = None
         self._lock = nested_lock()
+        self._previews = nested_lock()
+        self._pictured: Scene | None = None
+        self._picture = b""
 
     def page(self) -> str:
         """The page as it is now."""
@@ -51,9 +54,12 @@ class Session:
             return page(self._scene, self._title, "preview.webp", served)
 
     def preview(self) -> bytes:
-        """The small picture, a WebP file."""
-        with self._lock:
-            return preview_of(self._scene)
+        """The small picture, a WebP file, made once for each scene; other requests need not wait for it."""
+        with self._previews:
+            scene = self._scene
+            if self._pictured is not scene:
+                self._picture, self._pictured = preview_of(scene), scene
+            return self._picture
 
     def version(self, _: Any = None) -> dict[str, Any]:
         """A number that changes when the file does, and what is wrong with it."""

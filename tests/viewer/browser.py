@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,6 +28,15 @@ WIDE = {"width": 760, "height": 260}  # the panel stands beside the canvas
 def launch(tool: Any, *flags: str) -> Any:
     """A browser."""
     return tool.chromium.launch(executable_path=CHROMIUM, args=[*SOFTWARE_GL, *flags])
+
+
+def until(frame: Any, expression: str) -> None:
+    """Until an expression is true, in a page or frame whose policy forbids what `wait_for_function` does."""
+    for _ in range(600):
+        if frame.evaluate(expression):
+            return
+        time.sleep(0.05)
+    raise AssertionError(f"never: {expression}")
 
 
 class Page:
@@ -95,11 +105,7 @@ class Page:
 
     def wait(self, expression: str) -> None:
         """Until an expression is true."""
-        for _ in range(200):
-            if self.ask(expression):
-                return
-            self.page.wait_for_timeout(50)
-        raise AssertionError(f"never: {expression}")
+        until(self.page, expression)
 
     def text(self, selector: str) -> str:
         return str(self.page.locator(selector).inner_text())

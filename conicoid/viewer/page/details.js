@@ -25,8 +25,10 @@ export function showDetails(root, state) {
   const found = state.found;
   if (!found) return;
   const exact = found.by === "engine", text = exact ? exactText : shortText, row = (v) => v.map(text).join("  ");
-  place.append(element("p", { class: "how" }, exact ? "Computed by the exact engine." : "Computed by the shader, in single precision."));
+  const how = exact ? "Computed by the exact engine." : `Computed by the shader, in single precision. ${found.note ?? ""}`;
+  place.append(element("p", { class: "how" }, how.trim()));
   const rows = [["Body", found.name], ["Face", found.face === null ? "section plane" : String(found.face)], ["Distance", text(found.t)],
+    ...(found.t_error === undefined || found.t_error === null ? [] : [["Its error", `at most ${exactText(found.t_error)}`]]),
     ["Point", row(found.point)], ["Normal", row(found.normal)], ["uv", found.uv ? row(found.uv) : "none"], ["Side", found.entering ? "entered here" : "left here"]];
   const first = table(rows);
   first.className = "hit";

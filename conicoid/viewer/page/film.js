@@ -7,9 +7,12 @@ const BAND = 24;         // ms of work at a time
 const SMOOTH = 26;       // ms for a frame in motion
 
 export class Film {
-  constructor(graphics, view) {
+  // view() -> { camera, section, xray, chordScale, softness, depth }; `on` { may(), first(), failed(error) }: whether work
+  // may begin, and calls when the first frame is on the screen and when the scene cannot be drawn
+  constructor(graphics, view, on) {
     this.graphics = graphics;
-    this.view = view;    // () => { camera, section, xray, chordScale, softness, depth }
+    this.view = view;
+    this.on = on;
     this.scale = 0.5;
     this.rate = 300;     // pixels per millisecond, as measured; a guess that no browser stalls on
     this.frames = [null, null];
@@ -20,6 +23,8 @@ export class Film {
     this.moving = false;
     this.waiting = null; // a fence, its pixels and when they were asked for
     this.done = [];
+    this.first = null;   // a fence behind the first frame; true when that is on the screen
+    this.compiling = 0;  // since when the driver has been compiling; 0 when it is not
     const gl = graphics.gl;
     this.smooth = Boolean(gl.getExtension("OES_texture_float_linear"));
     this.tick = this.tick.bind(this);
@@ -66,10 +71,26 @@ export class Film {
     return true;
   }
 
+  // How much of the first frame is there, from 0 to 1
+  get share() { return this.row / Math.max(1, this.size()[1]); }
+
   tick() {
     this.asked = false;
     if (this.graphics.gl.isContextLost()) return;
-    if (!this.finished()) return this.wake();
+    try { this.work(); } catch (error) { this.on.failed(error); }
+  }
+
+  // Whether the shaders are compiled; what the browser shows stands still while some drivers do that
+  ready() {
+    if (!this.on.may()) return false;
+    const ready = ["picture", "show"].map((name) => this.graphics.ready(name)).every(Boolean);
+    this.compiling = ready ? 0 : this.compiling || performance.now();
+    return ready;
+  }
+
+  work() {
+    if (!this.ready() || !this.finished()) return this.wake();
+    this.noteFirst();
     const atRest = !this.moving || performance.now() - this.changedAt > REST;
     if (!atRest) {
       if (this.fresh) this.frameInMotion();
@@ -84,7 +105,15 @@ export class Film {
       return !ready;
     });
     this.band();
-    if (this.samples < most || this.waiting || this.done.length) this.wake();
+    if (this.samples < most || this.waiting || this.done.length || this.first !== true) this.wake();
+  }
+
+  noteFirst() {
+    const gl = this.graphics.gl;
+    if (!this.first || this.first === true || gl.clientWaitSync(this.first, 0, 0) === gl.TIMEOUT_EXPIRED) return;
+    gl.deleteSync(this.first);
+    this.first = true;
+    this.on.first();
   }
 
   frame(slot, width, height) {
@@ -162,6 +191,7 @@ export class Film {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, width, height);
     this.graphics.draw();
+    this.first ??= gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
   }
 
   // Mean linear light of what is shown, rows from the bottom, four numbers a pixel

@@ -5,6 +5,10 @@ const VERTEX = `#version 300 es
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
 const TEXTURE_SHIFT = 11;
 
+export const NO_WEBGL = "This browser offers no WebGL 2. Current versions of Chrome, Edge, Firefox and Safari have it, unless hardware "
+  + "acceleration is switched off in their settings or the graphics driver is on their list of broken ones.";
+export const GAVE_UP = "The graphics driver gave up on the shader of this scene. Loading the page again, or another browser, may help.";
+
 export class LimitError extends Error {}
 
 export class Graphics {
@@ -13,8 +17,9 @@ export class Graphics {
     this.sources = sources;
     const options = { antialias: false, alpha: false, depth: false, preserveDrawingBuffer: true, powerPreference: "high-performance" };
     this.gl = canvas.getContext("webgl2", options);
-    if (!this.gl) throw new LimitError("This browser offers no WebGL 2.");
+    if (!this.gl) throw new LimitError(NO_WEBGL);
     this.floatFilm = Boolean(this.gl.getExtension("EXT_color_buffer_float"));
+    this.parallel = this.gl.getExtension("KHR_parallel_shader_compile");
     this.programs = new Map();
     this.gl.bindVertexArray(this.gl.createVertexArray());
   }
@@ -55,7 +60,8 @@ export class Graphics {
     return texture;
   }
 
-  program(name) {
+  // Hand a program to the driver, which may compile it while the page goes on
+  begun(name) {
     const gl = this.gl;
     const defines = { TEXTURE_WIDTH: 1 << TEXTURE_SHIFT, TEXTURE_SHIFT, ...(name === "show" ? {} : this.sizes) };
     const head = "#version 300 es\nprecision highp float;\nprecision highp int;\n"
@@ -71,18 +77,31 @@ export class Graphics {
       shaders.push(shader);
     }
     gl.linkProgram(program);
+    const made = { program, shaders, uniforms: null };
+    this.programs.set(key, made);
+    return made;
+  }
+
+  // Whether a program can be used at once; a driver that cannot say so is waited for when it is used
+  ready(name) {
+    const { program, uniforms } = this.begun(name);
+    return Boolean(uniforms) || !this.parallel || this.gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR);
+  }
+
+  program(name) {
+    const gl = this.gl, made = this.begun(name), { program, shaders } = made;
+    if (made.uniforms) return made;
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
+      if (gl.isContextLost()) throw new LimitError(GAVE_UP);
       const log = shaders.map((s) => gl.getShaderInfoLog(s)).join("\n") + gl.getProgramInfoLog(program);
       throw new LimitError(`This browser's driver does not take the shader: ${log.slice(0, 2000)}`);
     }
-    const uniforms = new Map();
+    made.uniforms = new Map();
     const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
     for (let i = 0; i < count; i++) {
       const info = gl.getActiveUniform(program, i);
-      uniforms.set(info.name.replace("[0]", ""), gl.getUniformLocation(program, info.name));
+      made.uniforms.set(info.name.replace("[0]", ""), gl.getUniformLocation(program, info.name));
     }
-    const made = { program, uniforms };
-    this.programs.set(key, made);
     return made;
   }
 

@@ -4,7 +4,7 @@ import { showDetails } from "./details.js";
 import { latest, showSliders } from "./editing.js";
 import { Film } from "./film.js";
 import { listen } from "./gestures.js";
-import { Graphics } from "./graphics.js";
+import { GAVE_UP, Graphics } from "./graphics.js";
 import { Server } from "./live.js";
 import { drawMarks } from "./measure.js";
 import { listBodies, showSection } from "./panel.js";
@@ -13,19 +13,25 @@ import { dragged, handlePoint, reach, sectionAlong } from "./section.js";
 import { VIEWS, cameraYaml, nameOf, namedView, newState, viewOf } from "./state.js";
 import { decodedScene } from "./tables.js";
 import { add, dot, minus, size } from "./vectors.js";
+import { Waiting } from "./waiting.js";
 
 const REACH = 64;  // the camera may be so many times further from the origin than from what it looks at
 
 export class Viewer {
-  constructor(root, data) {
+  // `kernel`: of a notebook, where one may answer
+  constructor(root, data, kernel = null) {
     this.root = root;
     this.find = (selector) => root.querySelector(selector);
     this.canvas = this.find("canvas");
     this.title = data.title;
+    this.waiting = new Waiting(root, data.preview);
     this.graphics = new Graphics(this.canvas, data.shaders);
     this.picker = new Picker(this.graphics);
-    this.film = new Film(this.graphics, () => viewOf(this.state));
+    this.film = new Film(this.graphics, () => viewOf(this.state), {
+      may: () => this.waiting.seen(), first: () => this.waiting.end(), failed: (error) => this.failed(error),
+    });
     this.server = data.served ? new Server(data.served) : null;
+    this.kernel = kernel;
     this.accept(data.scene);
     this.wire();
     if (this.server) this.server.watch((answer) => this.answered(answer), (lost) => this.lost(lost));
@@ -53,13 +59,22 @@ export class Viewer {
     this.changed();
   }
 
+  // What cannot be drawn: said over the last picture, or in place of the first
+  failed(error) {
+    if (this.waiting.over) return this.trouble("This scene cannot be drawn.", error.message);
+    this.end();
+    showInstead(this.root, error.message, this.waiting.source);
+  }
+
   answered({ scene, trouble }) {
+    if (this.ended) return;
     if (trouble) return this.trouble("The scene file has mistakes; the last good scene is shown.", trouble);
     try { this.accept(scene, true); } catch (error) { this.trouble("This scene cannot be drawn.", error.message); }
     if (this.state.selected >= 0) this.select(this.state.selected);
   }
 
   lost(lost) {
+    if (this.ended) return;
     if (lost && !this.isLost) this.toast("The server has stopped. The scene can still be looked at.", 1e9);
     if (!lost && this.isLost) this.toast("The server is back.");
     this.isLost = lost;
@@ -131,7 +146,7 @@ export class Viewer {
     this.changed(moving);
   }
 
-  show(name) { this.setCamera(namedView(this.state, this.scene, name, this.aspect), false); }
+  turnTo(name) { this.setCamera(namedView(this.state, this.scene, name, this.aspect), false); }
 
   firstAt(x, y) {
     const ratio = this.canvas.width / this.canvas.clientWidth;
@@ -148,26 +163,55 @@ export class Viewer {
     return add(origin, direction, hit ? hit.t : away / Math.max(0.05, dot(direction, forward) / away));
   }
 
-  async ask(x, y) {
-    const ray = this.rayAt(x, y);
-    if (this.server && !this.isLost) {
-      try { return { ...(await this.server.pick(ray, this.state)), by: "engine" }; } catch (error) { this.toast(error.message); }
-    }
-    const all = this.firstAt(x, y), named = (hit) => nameOf(this.scene, this.scene.body_item[hit.body]);
-    if (!all.length) return { found: null };
-    const [hit] = all, face = (h) => (h.face < 0 ? null : h.face);
-    const crossings = all.map((h) => ({ name: named(h), face: face(h), t: h.t, entering: h.entering }));
-    return { found: { ...hit, name: named(hit), face: face(hit), uv: face(hit) === null ? null : hit.uv, point: add(ray.origin, ray.direction, hit.t), crossings }, by: "shader" };
+  // The exact engine's answer, or null where it has none; it may take long
+  async exactly(ray) {
+    const engine = this.server ?? this.kernel;
+    try { return { ...(await engine.pick(ray, this.state)), by: "engine" }; } catch (error) { this.toast(error.message); }
+    return null;
   }
 
+  byShader(ray, view, x, y, note) {
+    const ratio = this.canvas.width / this.canvas.clientWidth;
+    const all = this.picker.at(view, x * ratio, y * ratio, this.canvas.width, this.canvas.height, 64);
+    if (!all.length) return { found: null };
+    const named = (hit) => nameOf(this.scene, this.scene.body_item[hit.body]);
+    const [hit] = all, face = (h) => (h.face < 0 ? null : h.face);
+    const crossings = all.map((h) => ({ name: named(h), face: face(h), t: h.t, entering: h.entering }));
+    return { found: { ...hit, name: named(hit), face: face(hit), uv: face(hit) === null ? null : hit.uv, point: add(ray.origin, ray.direction, hit.t), crossings }, by: "shader", note };
+  }
+
+  // The engine answers where there is one; the shader does while a kernel is busy, and the engine's answer takes its place
   async click(x, y) {
-    const { found, by } = await this.ask(x, y);
-    this.state.found = found ? { ...found, by } : null;
-    if (this.state.measuring && found) this.state.measured = [...(this.state.measured.length > 1 ? [] : this.state.measured), found.point];
+    const ray = this.rayAt(x, y), view = viewOf(this.state), question = { place: null };
+    this.question = question;
+    let note = "";
+    if (this.server ? !this.isLost : this.kernel) {
+      const exact = this.exactly(ray), late = this.server ? exact : Promise.race([exact, this.kernel.patience()]);
+      const answer = await late;
+      if (this.question !== question || this.ended) return;
+      if (answer) return this.show(answer, question);
+      note = this.server ? "" : "No kernel has answered: it is busy, or there is none.";
+      exact.then((found) => { if (found && this.question === question && !this.ended) this.show(found, question); });
+    }
+    this.show(this.byShader(ray, view, x, y, note), question);
+  }
+
+  // Show an answer; a later one to the same question takes the place of the earlier
+  show({ found, by, note }, question) {
+    this.state.found = found ? { ...found, by, note } : null;
+    if (this.state.measuring && found) this.state.measured = this.withPoint(found.point, question);
     if (!found) this.toast("Nothing is there.");
     this.marks();
     showDetails(this.root, this.state);
     this.find(".found").scrollIntoView?.({ block: "nearest" });
+  }
+
+  withPoint(point, question) {
+    const before = this.state.measured;
+    if (question.place !== null) return before.map((old, k) => (k === question.place ? point : old));
+    const kept = before.length > 1 ? [] : before;
+    question.place = kept.length;
+    return [...kept, point];
   }
 
   async select(item) {
@@ -191,7 +235,7 @@ export class Viewer {
 
   key(key) {
     const views = Object.keys(VIEWS);
-    if (key >= "1" && key <= "6") this.show(views[key - 1]);
+    if (key >= "1" && key <= "6") this.turnTo(views[key - 1]);
     else if (key === "f") this.do("fit");
     else if (key === "h") this.do("home");
     else if (key === "p") this.do("panel");
@@ -252,7 +296,7 @@ export class Viewer {
     this.root.addEventListener("click", (event) => {
       const button = event.target.closest?.("button");
       if (button?.dataset.do) this.do(button.dataset.do);
-      if (button?.dataset.view) this.show(button.dataset.view);
+      if (button?.dataset.view) this.turnTo(button.dataset.view);
       if (button?.dataset.axis) { this.state.section = sectionAlong(this.state, this.scene, button.dataset.axis); this.changed(); }
     });
     const on = (name, event, act) => this.find(`[name=${name}]`).addEventListener(event, (e) => act(e.target));
@@ -276,19 +320,26 @@ export class Viewer {
     this.resize();
     this.canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
+      if (this.ended) return;
+      if (!this.waiting.over) return this.failed(new Error(GAVE_UP));
       this.trouble("The graphics driver has stopped drawing.", "Reload the page to go on.");
     });
     const quality = this.find(".quality");
     this.timer = setInterval(() => {
       const shown = this.film.shown;
+      this.waiting.update(this.film);
       if (shown) quality.textContent = this.film.moving ? `${Math.round(this.film.scale * 100)} % of full resolution while moving` : `${shown.width} × ${shown.height}, ${this.film.samples} samples a pixel`;
     }, 250);
   }
 
   // Give everything back
   end() {
+    if (this.ended) return;
+    this.ended = true;
     this.observer.disconnect();
     clearInterval(this.timer);
+    clearTimeout(this.noteTimer);
+    this.kernel?.end();
     this.graphics.gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
@@ -316,21 +367,30 @@ export class Viewer {
 
 // What stands there instead where the scene cannot be traced
 export function showInstead(root, message, source) {
-  const picture = document.createElement("img");
-  picture.src = source;
-  picture.alt = "A picture of the scene";
-  const box = document.createElement("div");
+  const box = document.createElement("div"), words = document.createElement("p");
   box.className = "instead";
-  const words = document.createElement("p");
   words.setAttribute("role", "alert");
-  words.textContent = `${message} Here is a picture of the scene instead.`;
-  box.append(picture, words);
+  words.textContent = source ? `${message} Here is a picture of the scene instead.` : message;
+  if (source) {
+    const picture = document.createElement("img");
+    picture.src = source;
+    picture.alt = "A picture of the scene";
+    box.append(picture);
+  }
+  box.append(words);
   root.replaceChildren(box);
   root.classList.add("bare");
 }
 
+// A viewer, or what stands there instead
+export function opened(root, data, kernel = null) {
+  const source = data.preview || root.querySelector(".waiting img").src;
+  try { return new Viewer(root, data, kernel); } catch (error) { showInstead(root, error.message, source); }
+  return null;
+}
+
 export function openPage() {
   const root = document.getElementById("conicoid"), data = JSON.parse(document.getElementById("conicoid-data").textContent);
-  try { window.conicoid = new Viewer(root, data); }
-  catch (error) { showInstead(root, error.message, data.preview); }
+  const viewer = opened(root, data);
+  if (viewer) window.conicoid = viewer;
 }
