@@ -117,7 +117,7 @@ def test_100_mb_of_brackets_in_a_process_of_its_own(tmp_path):
     assert ran.returncode == 2
     assert "error: scene.yaml: is too large: 100 MB" in ran.stderr
     assert "Traceback" not in ran.stderr
-    assert time.perf_counter() - started < 20
+    assert time.perf_counter() - started < 60  # what would be parsed takes minutes
 
 
 @pytest.mark.parametrize(
