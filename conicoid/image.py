@@ -28,7 +28,7 @@ class Image:
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 
     array: any real numbers; rows from top to bottom. Colours in uint8 are taken for sRGB bytes, as PNG has them.
-    colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness) or "grey".
+    colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness), or "grey" or "gray".
     vmin, vmax: the numbers at the two ends of the map; by default the least and the greatest finite one.
     Numbers that are not finite are shown in pale grey.
 

@@ -75,6 +75,14 @@ class SceneMeasures(Sequence[Measures]):
             groups[place].append(body)
         return tuple(map(together, groups))
 
+    def __repr__(self) -> str:
+        volumes = ", ".join(f"{body.volume:.9g}" for body in self.bodies[:8]) + (", ..." if len(self) > 8 else "")
+        return f"SceneMeasures(volumes: {volumes})"
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
+        """In a notebook the table."""
+        printer.text(repr(self) if cycle else str(self))
+
     def __str__(self) -> str:
         lines = [f"{'':<28}{'volume':>16}"]
         for material, found in zip(self.materials, self.by_material, strict=True):

@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from ..scene import Scene
+from ..shapes.validate import integer
 from .html import asset, preview_of, script, shaders
 from .lowered_data import scene_data
 
@@ -31,6 +32,7 @@ export default {
 
 def view(scene: Scene, height: int = 480) -> Any:
     """A widget of the scene, `height` pixels high. Raises ImportError where anywidget is not installed."""
+    height = integer("view", "height", height, 1, 10_000)
     return _widget_class()(data=json.dumps(_data(scene)), height=height)
 
 
