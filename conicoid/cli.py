@@ -120,7 +120,7 @@ def export(
 
 @app.command(
     epilog="Examples:\n\n  conicoid info scene.yaml\n\n  conicoid info scene.yaml --check\n\n"
-    "Overlaps may be meant: the body listed first has them. docs/booleans.md says what the check finds."
+    "Overlaps may be intended: the body listed first has them. docs/booleans.md says what the check finds."
 )
 def info(
     context: typer.Context,
@@ -234,7 +234,7 @@ def import_(
     "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
     "Rows: camera, random, picture, build, growth and more against peers; latency, import, command, compile, memory "
     "against what is asked of Conicoid itself, at most.\n\n"
-    'The peers come with `pip install ".[bench]"` in the repository; docs/performance.md says how to read the table, '
+    'The peers come with `pip install ".\\[bench]"` in the repository; docs/performance.md says how to read the table, '
     "docs/exactness-measured.md that of accuracy."
 )
 def bench(

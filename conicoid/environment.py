@@ -39,7 +39,7 @@ def check_environment() -> None:
         if name.startswith("CONICOID_") and name not in KNOWN:
             close = difflib.get_close_matches(name[:_LONGEST], KNOWN, n=1)
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(KNOWN)}"
-            raise ValueError(f"{name[:_LONGEST]} is no variable of Conicoid's: {hint}")
+            raise ValueError(f"{name[:_LONGEST]} is not a Conicoid variable: {hint}")
 
 
 def _check_cache(chosen: str) -> None:

@@ -28,7 +28,7 @@ class Image:
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 
     array: any real numbers; rows from top to bottom. Colours in uint8 are taken for sRGB bytes, as PNG has them.
-    colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness) or "grey".
+    colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness), or "grey" or "gray".
     vmin, vmax: the numbers at the two ends of the map; by default the least and the greatest finite one.
     Numbers that are not finite are shown in pale grey.
 
@@ -52,6 +52,10 @@ class Image:
             raise ValueError(f"Image: array must have shape (height, width, 3) or (height, width), got {values.shape}")
         if not isinstance(colormap, str) or colormap not in COLORMAPS:
             raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}")
+        if values.ndim == 3 and values.dtype.kind in "iu" and values.dtype != np.uint8 and values.max() > 1:
+            raise ValueError(
+                f"Image: array of integers up to {values.max()} must be of uint8, sRGB bytes; got {values.dtype}"
+            )
         vmin, vmax = (None if end is None else _real(name, end) for name, end in (("vmin", vmin), ("vmax", vmax)))
         self.values = values
         if values.ndim == 2:

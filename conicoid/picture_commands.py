@@ -35,7 +35,7 @@ TURNTABLE_EXAMPLES = (
     "Examples:\n\n  conicoid turntable scene.yaml -o spin.gif\n\n"
     "  conicoid turntable scene.yaml -o spin.mp4 --width 1280 --height 720 --frames 120\n\n"
     "Frames are kept beside the output and taken again, so what was interrupted goes on. "
-    "A .mp4 needs `pip install conicoid[video]`."
+    'A .mp4 needs `pip install ".\\[video]"` in the repository.'
 )
 Pixels = Annotated[int, typer.Option(min=1, help="Pixels.")]
 Samples = Annotated[int, typer.Option(min=1, help="Rays for each pixel.")]

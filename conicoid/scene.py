@@ -113,6 +113,10 @@ class Scene(Queries):
             return tuple(self.body(number) for number in range(*name.indices(self.body_count)))
         return self.body(name)
 
+    def __contains__(self, item: object) -> bool:
+        """Is there an entry of a name, or this body?"""
+        return any(item == (body.name if isinstance(item, str) else body) for body in self._bodies)
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
             return NotImplemented

@@ -95,7 +95,9 @@ class Queries:
     @calm
     def contains(self, points: Any) -> Any:
         """bool (...): does any solid contain the point (..., 3)? Primitives hold their boundary, Booleans are exact."""
-        return np.asarray(self.body_at(points) >= 0)[()]
+        from .trace import queries
+
+        return np.asarray(queries.body_at(self.prepared, points, "contains") >= 0)[()]
 
     @calm
     def body_at(self, points: Any) -> Any:
@@ -103,3 +105,8 @@ class Queries:
         from .trace import queries
 
         return queries.body_at(self.prepared, points)
+
+
+for _name, _query in vars(Queries).items():
+    if hasattr(_query, "__wrapped__"):
+        _query.__wrapped__.__qualname__ = f"Scene.{_name}"  # as Python calls it where an argument is missing

@@ -82,7 +82,7 @@ def compile_notes() -> Iterator[None]:
     def note(name: str) -> None:
         if not told:
             told.append(time.perf_counter())
-            say("compiling kernels: only the first run does this, it takes about half a minute ...")
+            say("compiling kernels, which later runs find in the cache: up to half a minute ...")
 
     with on_compile(note):
         yield

@@ -119,3 +119,20 @@ def test_every_hit_of_a_random_mixture_is_named_rightly():
             at += len(centers)
         hits = co.Scene(entries).first_hit([(3.0 * i, 0.0, 5.0) for i in range(at)], DOWN)
         assert hits.name.tolist() == owners
+
+
+def test_names_and_bodies_that_a_scene_holds():
+    ball = co.Body(co.Sphere(), name="ball")
+    scene = co.Scene([ball, co.Box()])
+    assert "ball" in scene
+    assert "box" not in scene
+    assert ball in scene
+    assert co.Body(co.Sphere(2)) not in scene
+
+
+def test_no_body_has_no_measures():
+    found = co.measure(co.Scene([co.Sphere(), co.Sphere(2)]))
+    assert found[1] == found.bodies[1]
+    for number in (-1, 2):
+        with pytest.raises(IndexError, match="must be at least 0 and below 2"):
+            found[number]

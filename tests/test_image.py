@@ -143,3 +143,9 @@ def test_a_write_that_fails_leaves_the_old_file(tmp_path, monkeypatch, name):
         co.Image(np.ones((2, 2, 3))).save(path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_integers_are_bytes_or_no_colours():
+    with pytest.raises(ValueError, match="integers up to 255 must be of uint8, sRGB bytes; got int64"):
+        co.Image(np.array([[[255, 0, 0], [0, 128, 0]]], np.int64))
+    assert np.asarray(co.Image(np.array([[[1, 0, 0]]]))).tolist() == [[[255, 0, 0]]]

@@ -60,8 +60,8 @@ def test_bench_takes_either():
     ("CONICOID_CACHE_DIR", "FILE", "CONICOID_CACHE_DIR must name a folder, got '.*scene.yaml': '.*scene.yaml' is none"),
     ("CONICOID_CACHE_DIR", "FILE/below/it", "must name a folder, got '.*it': '.*scene.yaml' is none"),
     ("CONICOID_CACHE_DIR", "x" * 3000, "must name a folder, got 'x*\\.\\.\\.: file name too long"),
-    ("CONICOID_THREAD", "3", "CONICOID_THREAD is no variable of Conicoid's: did you mean CONICOID_THREADS"),
-    ("CONICOID_" + "X" * 900, "3", "is no variable of Conicoid's: known are CONICOID_THREADS, CONICOID_CACHE_DIR, CONICOID_JIT"),
+    ("CONICOID_THREAD", "3", "CONICOID_THREAD is not a Conicoid variable: did you mean CONICOID_THREADS"),
+    ("CONICOID_" + "X" * 900, "3", "is not a Conicoid variable: known are CONICOID_THREADS, CONICOID_CACHE_DIR, CONICOID_JIT"),
 ])  # fmt: skip
 @pytest.mark.parametrize("command", ["info", "schema"])
 def test_variables_of_the_environment(command, variable, value, message, scene, monkeypatch):
@@ -156,7 +156,7 @@ def test_turntable_without_its_encoder(scene, tmp_path, monkeypatch):
     monkeypatch.setattr(turning, "Frames", None)
     result = run("turntable", scene, "-o", tmp_path / "spin.mp4")
     assert result.exit_code == 1
-    assert "pip install conicoid[video]" in result.stderr
+    assert 'pip install ".[video]"' in result.stderr
 
 
 def test_preparing_is_told_where_it_takes_long(scene, monkeypatch):

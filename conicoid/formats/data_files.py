@@ -40,8 +40,8 @@ def beside(folder: Path, name: str) -> Path:
 def read_table(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
     """(N, columns) float64 from a .npy or .csv file; ValueError says what is wrong, with the row.
 
-    A .csv file has `columns` numbers in each line, with a header line or without; empty lines and
-    lines that begin with # do not count. `header` names the columns in messages.
+    A .csv file has `columns` numbers in each line, after one header line or none; empty lines and
+    lines that begin with # do not count. `header` names the columns, also in messages.
     """
     suffix = path.suffix.lower()
     if suffix not in (".npy", ".csv"):
@@ -71,7 +71,7 @@ def read_array(path: Path) -> tuple[Header, FloatArray | None]:
 
 
 def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
-    values = array("d")
+    values, heading, expected = array("d"), "", f"{columns} numbers ({', '.join(header)})"
     try:
         with io.TextIOWrapper(open_regular(path), encoding="utf-8-sig") as file:
             for number, line in enumerate(_lines(path, file), start=1):
@@ -79,15 +79,35 @@ def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
                 if not words or words[0].startswith("#"):
                     continue
                 row = [_number(word) for word in words]
-                if not values and all(value is None for value in row):
-                    continue  # the header
+                if not values and not heading and all(value is None for value in row):
+                    heading = line.strip()
+                    _check_heading(f"{path.name}:{number}", heading, header)
+                    continue
                 if len(row) != columns or None in row:
-                    expected = f"{columns} numbers ({', '.join(header)})"
                     raise ValueError(f"{path.name}:{number}: must be {expected}, got {line.strip()[:60]!r}")
                 values.extend(value for value in row if value is not None)
     except UnicodeDecodeError:
         raise ValueError(f"{path.name} is not a text in UTF-8") from None
+    if not values and len(_cells(heading)) != columns:
+        found = f"only {heading[:60]!r}" if heading else "nothing"
+        raise ValueError(f"{path.name} must have {expected} in each line, with commas or spaces between, got {found}")
     return np.array(values, dtype=np.float64).reshape(-1, columns)
+
+
+def _cells(heading: str) -> list[str]:
+    return heading.split("," if "," in heading else None)
+
+
+def _check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
+    """ValueError for a header line that names the columns in another order than theirs."""
+    known: dict[str, int] = {}
+    for i, name in enumerate(header):
+        words = name.split()
+        for alias in ("".join(words), words[0][0] + "".join(words[1:]), words[-1]):  # originx, ox, x
+            known.setdefault(alias, i)
+    order = [known.get("".join(c for c in cell.casefold() if c.isalnum()), -1) for cell in _cells(heading)]
+    if sorted(order) == list(range(len(header))) != order:
+        raise ValueError(f"{place}: columns must be in the order {', '.join(header)}, got {heading[:60]!r}")
 
 
 def _lines(path: Path, file: io.TextIOWrapper) -> Iterator[str]:

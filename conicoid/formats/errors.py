@@ -82,11 +82,16 @@ class Suggestions:
         return did_you_mean(name, known)
 
 
+def close_to(name: str, known: Collection[str]) -> str:
+    """The known name that is most like this one; empty where none is."""
+    folded = {item.casefold(): item for item in known if len(item) <= 100}
+    close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=0.6)
+    return folded[close[0]] if close else ""
+
+
 def did_you_mean(name: str, known: Collection[str]) -> str:
     """A suggestion in brackets, or the list of what exists where that is short; empty otherwise."""
+    if close := close_to(name, known):
+        return f" (did you mean {close!r}?)"
     names = [item for item in known if len(item) <= 100]
-    folded = {item.casefold(): item for item in names}
-    close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=0.6)
-    if close:
-        return f" (did you mean {folded[close[0]]!r}?)"
     return f" (known: {', '.join(sorted(names))})" if 0 < len(names) <= 16 else ""

@@ -6,6 +6,7 @@ defaults, are all that reading, writing and the schema need.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import inspect
 import types
@@ -17,7 +18,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..shapes import REGISTRY, Shape
-from ..shapes.material import CONSTRUCTORS, Material
+from ..shapes.material import CONSTRUCTORS, Material, matte
 from ..shapes.vector import Matrix4
 from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text
 from .nodes import Listing, Node, Scalar, Table, is_text
@@ -126,9 +127,9 @@ class ShapeKind(Kind):
 
 
 class MaterialKind(Kind):
-    """A material by one of its constructors or with all its fields, or the name of one under `materials`."""
+    """A material by its constructor or with all its fields, the name of one under `materials`, or a colour."""
 
-    phrase = "a material such as {matte: {...}}, or the name of one under `materials`"
+    phrase = "a material such as {matte: {...}}, or the name of one under `materials`, or a colour such as 'gray'"
 
     def __init__(self) -> None:
         self.written = Tagged({**CONSTRUCTORS, "Material": Material}, "material")
@@ -137,13 +138,16 @@ class MaterialKind(Kind):
         if isinstance(node, Scalar) and is_text(node):
             if node.text in reader.materials:
                 return reader.materials[node.text]
+            with contextlib.suppress(ValueError):
+                return matte(node.text)
             return reader.unknown(node, where, "material", node.text, reader.materials)
         if reader.only_entry(node) is None:
             return reader.expected(node, where, self.phrase)
         return self.written.read(node, reader, where)
 
     def schema(self) -> Schema:
-        return {"anyOf": [{"type": "string"}, {"$ref": "#/$defs/material"}]}
+        described = {"type": "string", "description": "A material under `materials`, or a colour."}
+        return {"anyOf": [described, {"$ref": "#/$defs/material"}]}
 
     def fits(self, node: Node) -> bool:
         return is_text(node) or self.written.fits(node)

@@ -14,13 +14,14 @@ import numpy as np
 from ..shapes.vector import FloatArray
 from .atomic import replacing
 from .data_files import read_array, read_table
-from .errors import printable
+from .errors import close_to, printable
 from .nodes import shortened
 from .npy import NotPlain
 from .npz import Archive
 from .regular import check_memory, open_regular
 
 COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
+ARRAYS = ("origins", "directions", "t_min", "t_max")
 BYTES_OF_A_RAY = 300
 """Its numbers and those of its hit, while they are put together."""
 Arrays = Mapping[str, np.ndarray[Any, Any]]
@@ -68,7 +69,10 @@ def _from_npz(file: Path) -> RayTable:
         if not {"origins", "directions"} <= set(archive.members):
             names = shortened(printable(", ".join(archive.members)) or "nothing", 120)
             raise ValueError(f"must hold the arrays origins and directions (and t_min, t_max), got {names}")
-        arrays: dict[str, Any] = dict(archive.arrays(("origins", "directions", "t_min", "t_max")))
+        for name in archive.members:
+            if name not in ARRAYS and (meant := close_to(name, ARRAYS)):
+                raise ValueError(f"unknown array {shortened(printable(name))!r} (did you mean {meant!r}?)")
+        arrays: dict[str, Any] = dict(archive.arrays(ARRAYS))
     return RayTable(**arrays, source=str(file))
 
 

@@ -53,6 +53,13 @@ class Measures:
     inertia_error: FloatArray
     rays: int
 
+    def __repr__(self) -> str:
+        return f"Measures(volume={self.volume:.9g}, area={self.area:.9g}, rays={self.rays})"
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
+        """In a notebook the table."""
+        printer.text(repr(self) if cycle else str(self))
+
     def __str__(self) -> str:
         rows = [
             ("volume", self.volume, self.volume_error),

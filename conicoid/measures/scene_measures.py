@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..scene_parts import numbered
 from ..shapes.body import Body
 from ..shapes.validate import shown
 from ..shapes.vector import FloatArray
@@ -50,8 +51,10 @@ class SceneMeasures(Sequence[Measures]):
 
     def __getitem__(self, index: Any) -> Any:
         """Of a body by its number, of bodies by a slice, or of a material by its name."""
-        if not isinstance(index, str):
+        if isinstance(index, slice):
             return self.bodies[index]
+        if not isinstance(index, str):
+            return self.bodies[numbered(np.arange(len(self.bodies) + 1), index)[0]]
         named = [place for place, m in enumerate(self.materials) if m is not None and m.name == index]
         if not named:
             known = ", ".join(repr(m.name) for m in self.materials if m is not None and m.name) or "none has a name"
@@ -74,6 +77,14 @@ class SceneMeasures(Sequence[Measures]):
         for body, place in zip(self.bodies, self.places, strict=True):
             groups[place].append(body)
         return tuple(map(together, groups))
+
+    def __repr__(self) -> str:
+        volumes = ", ".join(f"{body.volume:.9g}" for body in self.bodies[:8]) + (", ..." if len(self) > 8 else "")
+        return f"SceneMeasures(volumes: {volumes})"
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
+        """In a notebook the table."""
+        printer.text(repr(self) if cycle else str(self))
 
     def __str__(self) -> str:
         lines = [f"{'':<28}{'volume':>16}"]

@@ -57,8 +57,10 @@ def _draw_numbers(sheet: Sheet, camera: AnyCamera, axis: int, start: FloatArray,
     ends = camera.project(np.array([start, end]), sheet.width, sheet.height)
     along = ends[1] - ends[0]
     length = float(np.hypot(*along))
-    if not length * step / abs(end[axis] - start[axis]) >= _ROOM * sheet.unit:
-        return
+    if not length >= 0.5 * _ROOM * sheet.unit:
+        return  # the axis points at the eye
+    if length * step / abs(end[axis] - start[axis]) < _ROOM * sheet.unit:
+        numbers, points = numbers[-1:], points[-1:]
     across = np.array([-along[1], along[0]]) / length
     across *= np.sign(across[1]) or 1.0  # below the line, or to its right
     for number, place in zip(numbers.tolist(), camera.project(points, sheet.width, sheet.height), strict=True):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import unicodedata
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from ..formats.errors import printable
-from .sheet import Sheet
+from .sheet import Sheet, in_font
 
 if TYPE_CHECKING:
     from ..render.camera import AnyCamera
@@ -56,8 +57,18 @@ def _depths(entries: Ints) -> Ints:
 
 
 def _text(scene: Scene, entry: int) -> str:
-    name = printable(scene.bodies[entry].name or str(int(np.searchsorted(scene.lowered.body_item, entry))))
+    name = drawable(scene.bodies[entry].name or str(int(np.searchsorted(scene.lowered.body_item, entry))))
     return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
+
+
+def drawable(text: str) -> str:
+    """A text in letters that the font has, which are ASCII and a few signs: without accents, others by number."""
+    return "".join(c if in_font(c) else _plain(c) for c in printable(text))
+
+
+def _plain(letter: str) -> str:
+    base = "".join(c for c in unicodedata.normalize("NFKD", letter) if not unicodedata.combining(c))
+    return base.encode("ascii", "backslashreplace").decode()
 
 
 def _put(sheet: Sheet, text: str, place: list[float], taken: list[Box]) -> None:

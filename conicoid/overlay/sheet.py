@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,15 @@ class Sheet:
         share = opacity.mean(axis=(1, 3))
         color = (srgb_decode(drawn[..., :3] / 255) * opacity).mean(axis=(1, 3))
         return np.where(share > 0, pixels * (1 - share) + color, pixels).astype(np.float32)
+
+
+@cache
+def in_font(letter: str) -> bool:
+    """Whether a letter looks other than one that no font has."""
+    from PIL import ImageFont
+
+    font: Any = ImageFont.load_default(20)
+    return letter.isascii() or bytes(font.getmask(letter)) != bytes(font.getmask("\U0010ffff"))
 
 
 def _bytes(color: str) -> tuple[int, int, int]:

@@ -103,7 +103,12 @@ def matte(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """Lambert's law alone."""
+    """Lambert's law alone.
+
+    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
+    ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
+    name, properties: the user's own, as in `Material`.
+    """
     return Material(color=color, ambient=ambient, diffuse=diffuse, name=name, properties=properties)
 
 
@@ -160,7 +165,11 @@ def lacquer(
 def mirror(
     reflectivity: Amount = 0.95, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
 ) -> Material:
-    """A mirror: all that it sends on comes along the mirrored ray."""
+    """A mirror: all that it sends on comes along the mirrored ray.
+
+    reflectivity: the share of light that it mirrors, in [0, 1]: one number, or a colour.
+    name, properties: the user's own, as in `Material`.
+    """
     black = (0.0, 0.0, 0.0)
     return Material(black, ambient=0.0, diffuse=0.0, reflectivity=reflectivity, name=name, properties=properties)
 
@@ -174,7 +183,14 @@ def glass(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A clear dielectric with a sharp highlight; of index WATER it is water."""
+    """A clear dielectric with a sharp highlight; of index WATER it is water.
+
+    refractive_index: of the inside against vacuum, > 0.
+    absorption: per unit length inside, for each channel: light fades by exp(-absorption · length).
+    transparency: the share of light that passes each wall unless mirrored, in [0, 1]: one number, or a colour.
+    specular: how strong the highlights of lights are, in [0, 1]: one number, or a colour.
+    name, properties: the user's own, as in `Material`.
+    """
     return Material(
         (0.0, 0.0, 0.0),
         ambient=0.0,
@@ -221,6 +237,9 @@ def as_material(owner: str, value: Any) -> Material:
         return value
     if isinstance(value, Checker):
         return matte(value)
+    if isinstance(value, str) and value in CONSTRUCTORS:
+        expected = f"materials are made by functions: co.{value}(...), without quotes"
+        raise ValueError(f"{owner}: material must be a Material or a colour, got {value!r}; {expected}")
     if isinstance(value, (str, tuple, list, np.ndarray)):
         return matte(checked_color(owner, "material", value))
     raise TypeError(f"{owner}: material must be a Material such as matte('red'), or a colour, got {no_material(value)}")

@@ -283,7 +283,5 @@ def difference(a: Solid, b: Solid) -> Difference:
 
 def clip(sheet: Sheet, solid: Any, *, keep_inside: bool) -> ClippedSheet:
     if not isinstance(solid, Solid):
-        raise TypeError(
-            f"{type(sheet).__name__}: it can be clipped by a solid alone, being a sheet, not by {what(solid)}"
-        )
+        raise TypeError(f"{type(sheet).__name__}: only a solid can clip it, got {what(solid)}")
     return ClippedSheet(sheet, solid, "inside" if keep_inside else "outside")

@@ -139,7 +139,8 @@ def numbers(owner: str, field: str, value: Any, count: int) -> tuple[float, ...]
     """`value` as a tuple of `count` finite floats."""
     items = _items(value)
     if items is None:
-        raise ValueError(f"{owner}: {field} must be {count} numbers, got {shown(value)}")
+        kind = "the number " if _is_number(value) and isinstance(value, (int, float, np.number)) else ""
+        raise ValueError(f"{owner}: {field} must be {count} numbers, got {kind}{shown(value)}")
     if len(items) != count:
         raise ValueError(f"{owner}: {field} must be {count} numbers, got {len(items)}: {shown(value)}")
     return tuple(number(owner, f"{field}[{i}]", item) for i, item in enumerate(items))

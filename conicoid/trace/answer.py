@@ -27,7 +27,7 @@ NO_SCENE: Any = NoScene()
 
 
 class Answer:
-    """Hits, spans or crossings. Pickled or `detached`, they keep all their fields and leave the scene behind."""
+    """Hits, spans or crossings. Pickled or `detached`, they keep all their fields and do not keep the scene."""
 
     _scene: Prepared
     _views: ClassVar[tuple[str, ...]] = ()

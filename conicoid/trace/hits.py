@@ -67,7 +67,7 @@ class Hits(Answer):
 
     t         float64 (...), in units of the direction's length; inf for a miss
     body, face, surface   int32 (...), -1 for a miss
-    hit       bool (...): whether the ray hit anything; `if hits:` asks it of a single ray
+    hit       bool (...): whether the ray hit anything; of a single ray also `if hits:`
     entering  bool (...): normal·direction < 0; False for a miss
     doubtful  bool (...): the ray took more than the fast formulas
     t_error   float64 (...): t is at most so far from the exact crossing; 0 for a miss
@@ -76,7 +76,7 @@ class Hits(Answer):
     uv        float64 (..., 2); NaN for a miss
     name, material   objects (...): what the body is called and made of; None for a miss
 
-    Pickled, or `detached`, hits keep all these fields and leave the scene behind.
+    Pickled, or `detached`, hits keep all these fields and do not keep the scene.
     """
 
     _views = ("t", "body", "surface", "face", "entering", "doubtful")

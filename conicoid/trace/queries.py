@@ -17,7 +17,8 @@ from ..lowering import Lowered
 from ..shapes.arrays import outside, real_array
 from ..shapes.body import Body
 from ..shapes.labels import NOBODY, Labels
-from ..shapes.validate import LARGEST, shown
+from ..shapes.validate import LARGEST, shown, what
+from .answer import Answer
 from .array_kernels import (
     coherent_packets,
     trace_first,
@@ -82,6 +83,12 @@ def as_rays(origins: Any, directions: Any) -> Rays:
         if directions is not None:
             raise TypeError("query: directions must be left out where a Rays is given")
         return origins
+    if directions is None and isinstance(origins, Answer):
+        raise TypeError(
+            f"query: origins must be arrays or a Rays, got {what(origins)}; use its .rays, or hits.spawn(...)"
+        )
+    if directions is None and type(origins).__module__.startswith("conicoid."):
+        raise TypeError(f"query: origins must be arrays or a Rays, got {what(origins)}")
     if directions is None:
         raise TypeError("query: directions are missing: pass origins and directions, or a Rays")
     return Rays(origins, directions)
@@ -205,15 +212,15 @@ def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     return Crossings(scene, rays, listed(scene, _arguments(scene, rays, t_min, t_max), *_packets(rays), False))
 
 
-def body_at(scene: Prepared, points: Any) -> Any:
+def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
     """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
-    array = points_array("body_at", "points", points)
+    array = points_array(owner, "points", points)
     flat = np.ascontiguousarray(array.reshape(-1, 3))
     bad = outside(flat)
     if len(bad):
         where = [int(i) for i in np.unravel_index(bad[0], array.shape[:-1])] if array.ndim > 1 else ""
         found = tuple(flat[bad[0]].tolist())
-        raise ValueError(f"body_at: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
+        raise ValueError(f"{owner}: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
     bodies, still = np.empty(len(flat), np.int32), np.empty(len(flat), np.int8)
     run_on(
         scene.geometry,

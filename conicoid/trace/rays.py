@@ -69,8 +69,8 @@ class Rays:
         if reason:
             value = (o if reason in (1, 4) else d).reshape(-1, 3)[index]
             where = tuple(int(i) for i in np.unravel_index(index, shape[:-1])) if len(shape) > 1 else ()
-            place = f"[{', '.join(map(str, where))}]" if where else ""
-            raise ValueError(f"Rays: {_REASONS[reason]}, got {tuple(value.tolist())} for ray{place or ''}")
+            place = f" for ray[{', '.join(map(str, where))}]" if where else ""
+            raise ValueError(f"Rays: {_REASONS[reason]}, got {tuple(value.tolist())}{place}")
         self._keep(o, d, np.array([-1], np.int32))
 
     def _keep(

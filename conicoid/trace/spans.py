@@ -55,7 +55,7 @@ class Spans(Answer, ByRay):
     name, material    objects: what the body is called and made of
     materials         tuple: the different materials of the scene's bodies, the columns of lengths(by="material")
 
-    Pickled, or `detached`, spans keep all these fields and leave the scene behind.
+    Pickled, or `detached`, spans keep all these fields and do not keep the scene.
     """
 
     _columns = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped", "_ends")
@@ -159,7 +159,7 @@ class Crossings(Answer, ByRay):
     t_error              float64: t is at most so far from the exact crossing
     name, material       objects: what the body is called and made of
 
-    Pickled, or `detached`, crossings keep all these fields and leave the scene behind.
+    Pickled, or `detached`, crossings keep all these fields and do not keep the scene.
     """
 
     _columns = ("t", "entering", "body", "face", "surface")

@@ -61,7 +61,7 @@ def turntable(
     from. Those that are there already are taken: a turntable that was interrupted goes on, a changed scene has
     others. `keep=False` removes them in the end. `progress(done, count)` is called now and then.
     Raises ValueError for what cannot be written and ImportError where a .mp4 lacks its encoder
-    (`pip install conicoid[video]`), both before the first frame.
+    (extra `video`: `pip install ".[video]"` in the repository), both before the first frame.
     """
     scene, target = as_scene("turntable", scene), Path(checked_path("turntable", path))
     width, height = checked_size(width, height)

@@ -9,14 +9,19 @@ import os
 import re
 from functools import cache
 from importlib import resources
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..formats.atomic import replacing
-from ..scene import Scene
+from ..scene import Scene, as_scene
 from ..shapes.color import srgb_encode
+from ..shapes.validate import path as checked_path
 from .lowered_data import scene_data
+
+if TYPE_CHECKING:
+    from ..shapes.base import Shape
+    from ..shapes.body import Body
 
 SHADERS = (
     "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights", "whitted",
@@ -75,11 +80,15 @@ def markup(preview: str) -> str:
     return asset("page/markup.html").replace("{{PREVIEW}}", _text(preview))
 
 
-def export(scene: Scene, path: str | os.PathLike[str], title: str | None = None) -> None:
+def export(scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str | None = None) -> None:
     """Write the scene as one HTML file that works from a disk.
 
-    Raises ValueError for a scene that a browser cannot hold, with the limit; OSError where it cannot be written.
+    Raises ValueError for a scene that a browser cannot hold, with the limit, and for another suffix than .html;
+    OSError where it cannot be written.
     """
+    scene, path = as_scene("export", scene), checked_path("export", path)
+    if os.path.splitext(path)[1].lower() != ".html":
+        raise ValueError(f"{os.fspath(path)}: pages are saved as .html")
     text = page(
         scene,
         title or os.path.splitext(os.path.basename(path))[0],

@@ -7,6 +7,7 @@ from functools import cache
 from typing import Any
 
 from ..scene import Scene
+from ..shapes.validate import integer
 from .html import as_url, asset, markup, preview_of, script, shaders
 from .lowered_data import scene_data
 from .picks import MISTAKES, pick
@@ -30,6 +31,7 @@ export default {
 
 def view(scene: Scene, height: int = 480) -> Any:
     """A widget of the scene, `height` pixels high. Raises ImportError where anywidget is not installed."""
+    height = integer("view", "height", height, 1, 10_000)
     made = _widget_class()
     preview = preview_of(scene)
     data = {"title": "Scene", "scene": scene_data(scene), "shaders": shaders(), "preview": as_url(preview)}

@@ -7,9 +7,9 @@ import pytest
 
 import conicoid as co
 from conicoid.overlay.axes import _runs
-from conicoid.overlay.labels import _depths
+from conicoid.overlay.labels import _depths, drawable
 from conicoid.overlay.seen import hidden, pixel_sizes
-from conicoid.overlay.sheet import Sheet, nice
+from conicoid.overlay.sheet import Sheet, in_font, nice
 
 SCENE = co.Scene(
     [co.Body(co.Sphere(0.5, (-1.5, 0, 0)), name="left"), co.Sphere(0.5, (1.5, 0, 0))],
@@ -118,3 +118,18 @@ def test_refusals():
             SCENE.render(8, 8, **{name: "yes"})
     with pytest.raises(TypeError, match="render: camera must be a Camera, an OrthographicCamera or None, got str"):
         SCENE.render(8, 8, camera="front")
+
+
+def test_small_pictures_have_a_number_on_each_axis(monkeypatch):
+    told: list[str] = []
+    monkeypatch.setattr(Sheet, "text", lambda self, place, text, color, size: told.append(text))
+    camera = co.Camera((6, -8, 5), (0, 0, 0))
+    co.Scene(co.Sphere(2), camera=camera).render(200, 150, samples=1, axes=True)
+    assert [t for t in told if t in "xyz"] == ["x", "y", "z"]
+    assert [float(t) > 0 for t in told if t not in "xyz"] == [True] * 3
+
+
+def test_names_are_written_in_letters_that_the_font_has():
+    assert drawable("Öffnung é, 45° ±1 …") == "Offnung e, 45° ±1 …"
+    assert drawable("日") == "\\u65e5"
+    assert all(in_font(letter) for letter in drawable("Ångström ß 日本 α"))

@@ -17,7 +17,7 @@ broken(
     3,
     "name 'a' is taken by the body in line 2",
 )
-broken("unknown material", body("{shape: {Sphere: {}}, material: red}"), 2, "unknown material 'red'")
+broken("unknown material", body("{shape: {Sphere: {}}, material: ruby}"), 2, "unknown material 'ruby'")
 broken(
     "misspelt material",
     "materials: {glossy: {phong: {}}}\nbodies:\n  - {shape: {Sphere: {}}, material: glosy}\n",
