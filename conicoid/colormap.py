@@ -18,7 +18,7 @@ _DUSK = (
     (0.96, 0.08, 460),
 )
 _GREY = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
-COLORMAPS = {"dusk": _DUSK, "grey": _GREY, "gray": _GREY}
+COLORMAPS = {"dusk": _DUSK, "grey": _GREY}
 """Name -> control colours."""
 
 # Oklab to the cube roots of cone responses, and those responses to linear Rec. 709 (Ottosson 2020).

@@ -50,6 +50,7 @@ class Image:
             raise ValueError(f"Image: array must hold real numbers, got {values.dtype}")
         if values.size == 0 or not (values.ndim == 2 or (values.ndim == 3 and values.shape[2] == 3)):
             raise ValueError(f"Image: array must have shape (height, width, 3) or (height, width), got {values.shape}")
+        colormap = "grey" if isinstance(colormap, str) and colormap == "gray" else colormap
         if not isinstance(colormap, str) or colormap not in COLORMAPS:
             raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}")
         if values.ndim == 3 and values.dtype.kind in "iu" and values.dtype != np.uint8 and values.max() > 1:
