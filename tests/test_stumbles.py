@@ -128,3 +128,11 @@ def test_measures_show_themselves_in_a_line():
     found = co.measure(co.Box((0, 0, 0), (1, 2, 3)))
     assert repr(found) == "Measures(volume=6, area=22, rays=0)"
     assert repr(co.measure(co.Scene(co.Box((0, 0, 0), (1, 2, 3))))) == "SceneMeasures(volumes: 6)"
+
+
+@pytest.mark.parametrize("name", ["geometry.xml", "scene.txt", "scene.YAML.bak"])
+def test_scenes_do_not_take_the_place_of_other_files(name, tmp_path):
+    for save in (co.Scene([co.Sphere()]).save, lambda path: co.save(co.Sphere(), path)):
+        with pytest.raises(ValueError, match="scenes are saved as .yaml or .json"):
+            save(tmp_path / name)
+    assert not list(tmp_path.iterdir())

@@ -182,6 +182,10 @@ class _SceneReader:
         return None if is_null(node) else MaterialKind().read(node, self.reader, where)
 
 
+SUFFIXES = ("", ".yaml", ".yml", ".json")
+"""Of files that scenes are saved to; one without is YAML."""
+
+
 def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mapping[Material, str] | None = None) -> None:
     """Write a scene so that reading gives an equal one: floats to the last bit, motions step by step.
 
@@ -190,8 +194,12 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
     More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after it and after its content:
     no file of balls is ever overwritten or removed, so that whatever refers to one keeps what it had. They are
     written first and the scene last. Files appear whole or not at all. Raises OSError where they cannot be
-    written, ValueError for what a file cannot say.
+    written, ValueError for what a file cannot say, and for another suffix than .yaml, .yml or .json: a geometry.xml
+    that a scene was imported from is not to become a scene file.
     """
+    suffix = os.path.splitext(path)[1].lower()
+    if suffix not in SUFFIXES:
+        raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json")
     final = real_path(path)
     stem = re.sub(r"[^\w.-]", "_", final.stem)[:40]
     bulk: dict[str, FloatArray] = {}
