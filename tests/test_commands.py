@@ -129,5 +129,10 @@ def test_trace_in_pieces(scene, tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [[], ["--spans"]])
 def test_trace_no_rays(scene, tmp_path, options):
     (tmp_path / "rays.csv").write_text("")
-    assert run("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "out.csv", *options).exit_code == 0
+    done = run("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "out.csv", *options)
+    assert done.exit_code == 2
+    assert "rays.csv" in done.stderr
+    assert not (tmp_path / "out.csv").exists()
+    np.save(tmp_path / "rays.npy", np.zeros((0, 6)))
+    assert run("trace", scene, tmp_path / "rays.npy", "-o", tmp_path / "out.csv", *options).exit_code == 0
     assert len((tmp_path / "out.csv").read_text().splitlines()) == 1
