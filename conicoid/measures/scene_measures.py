@@ -105,12 +105,12 @@ def _line(title: str, found: Measures) -> str:
 def measure_scene(scene: Scene, rays: int | None, seed: int, progress: Progress | None) -> SceneMeasures:
     """Each body by itself. The rays are for all together, but for at least ten thousand for each that needs them."""
     share = max(_FEWEST, (RAYS if rays is None else rays) // max(1, scene.body_count))
+    bodies = scene[:]
     found = []
-    for number in range(scene.body_count):
-        found.append(_measured(scene.body(number), share, rays is None, seed))
+    for body in bodies:
+        found.append(_measured(body, share, rays is None, seed))
         if progress is not None:
-            progress(number + 1, scene.body_count)
-    bodies = [scene.body(number) for number in range(scene.body_count)]
+            progress(len(found), len(bodies))
     materials = scene.materials
     places = {material: place for place, material in enumerate(materials)}
     return SceneMeasures(
