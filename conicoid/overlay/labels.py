@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..formats.errors import printable
+from .seen import grid_of_hits
 from .sheet import Sheet, in_font
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ Ints = npt.NDArray[np.int32]
 def draw_labels(sheet: Sheet, scene: Scene, camera: AnyCamera) -> None:
     """The name of each entry that is seen, or the number of its first body where it has none."""
     step = max(1.0, max(sheet.width, sheet.height) / _FINEST)
-    hits = scene.first_hit(camera.rays(max(1, round(sheet.width / step)), max(1, round(sheet.height / step))))
+    hits = grid_of_hits(scene, camera, sheet.width, sheet.height, step)
     entries = np.where(hits.hit, np.append(scene.lowered.body_item, -1)[hits.body], -1)
     depths = _depths(entries)
     taken: list[Box] = []

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .seen import pixel_sizes, seen
+from .seen import grid_of_hits, pixel_sizes
 from .sheet import Sheet
 
 if TYPE_CHECKING:
@@ -19,7 +19,8 @@ _COLOR = "#7a1fa2"
 
 def draw_normals(sheet: Sheet, scene: Scene, camera: AnyCamera) -> None:
     """An arrow on each point of a grid of pixels that shows a body."""
-    hits = seen(scene, camera, sheet.width, sheet.height, _APART * sheet.unit)
+    hits = grid_of_hits(scene, camera, sheet.width, sheet.height, _APART * sheet.unit)
+    hits = hits[hits.hit]
     lengths = _LONG * sheet.unit * pixel_sizes(camera, hits.point, sheet.height)
     starts = camera.project(hits.point, sheet.width, sheet.height)
     ends = camera.project(hits.point + lengths[:, None] * hits.normal, sheet.width, sheet.height)

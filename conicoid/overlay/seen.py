@@ -34,7 +34,6 @@ def pixel_sizes(camera: AnyCamera, points: Any, height: int) -> Any:
     return 2 * ((points - lens[0]) @ lens[3]) * np.linalg.norm(lens[5]) / height
 
 
-def seen(scene: Scene, camera: AnyCamera, width: int, height: int, step: float) -> Any:
-    """The first hits of rays about `step` pixels apart, in one row."""
-    hits = scene.first_hit(camera.rays(max(1, round(width / step)), max(1, round(height / step))))
-    return hits[hits.hit]
+def grid_of_hits(scene: Scene, camera: AnyCamera, width: int, height: int, step: float) -> Any:
+    """The first hits (rows, columns) of rays about `step` pixels apart."""
+    return scene.first_hit(camera.rays(max(1, round(width / step)), max(1, round(height / step))))
