@@ -60,8 +60,9 @@ def adder(counts: np.ndarray) -> Any:
 
 def count_tiles(add: Any) -> None:
     """Put counters in front of what tiles ask, and what packets ask of what their tile sees."""
-    from conicoid.jit import inline
-    from conicoid.trace import frontier, packet_first
+    from conicoid.compiler.jit import inline
+    from conicoid.engine.packets import first as packet_first
+    from conicoid.engine.packets import frontier
 
     items_met, put_groups, group_in_ball = packet_first.items_met, packet_first.put_groups, packet_first.group_in_ball
     put_children, put_balls = frontier.put_children, frontier.put_balls
@@ -98,8 +99,9 @@ def count_tiles(add: Any) -> None:
 
 def count_packets(add: Any) -> None:
     """Put counters in front of what packets ask on their way down the tree, and of their lanes."""
-    from conicoid.jit import inline
-    from conicoid.trace import packet, packet_first
+    from conicoid.compiler.jit import inline
+    from conicoid.engine.packets import first as packet_first
+    from conicoid.engine.packets import packet
 
     boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam
     lanes_in_ball, ball_lanes = packet.lanes_in_ball, packet.ball_lanes
@@ -130,8 +132,10 @@ def count_packets(add: Any) -> None:
 
 def count_streams(add: Any) -> None:
     """Put counters in front of what streams and single rays ask."""
-    from conicoid.jit import inline
-    from conicoid.trace import kernels, stream, walk
+    from conicoid.compiler.jit import inline
+    from conicoid.engine.single import first as kernels
+    from conicoid.engine.streams import stream
+    from conicoid.engine.tree import walk
 
     put_on_lists, rays_in_balls, balls_met = stream.put_on_lists, stream.rays_in_balls, stream.balls_met
     meet, put_pair, boxes_met = stream.meet, stream.put_pair, walk.boxes_met
@@ -206,7 +210,9 @@ def costs() -> dict[int, float]:
     """Operations of each question, out of the code made for this machine."""
     from numba import njit
 
-    from conicoid.trace import packet, packet_first, stream
+    from conicoid.engine.packets import first as packet_first
+    from conicoid.engine.packets import packet
+    from conicoid.engine.streams import stream
 
     boxes_met, balls_in_beam, lanes_in_ball = packet_first.boxes_met, packet_first.balls_in_beam, packet.lanes_in_ball
     group_in_ball = packet_first.group_in_ball

@@ -33,8 +33,9 @@ _SHAPES = {
 }  # fmt: skip
 _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
-    "Rays": ".trace.rays", "Hits": ".trace.hits", "Spans": ".trace.spans", "Crossings": ".trace.spans",
-    "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".trace.threads",
+    "Rays": ".engine.answers.rays", "Hits": ".engine.answers.hits", "Spans": ".engine.answers.spans",
+    "Crossings": ".engine.answers.spans",
+    "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".engine.threads",
     "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
     "check": ".checks.check", "Finding": ".checks.finding",
     "measure": ".measures.measure", "Measures": ".measures.measure",
@@ -47,6 +48,11 @@ __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedD
 if TYPE_CHECKING:
     from .checks.check import check as check
     from .checks.finding import Finding as Finding
+    from .engine.answers.hits import Hits as Hits
+    from .engine.answers.rays import Rays as Rays
+    from .engine.answers.spans import Crossings as Crossings
+    from .engine.answers.spans import Spans as Spans
+    from .engine.threads import set_threads as set_threads
     from .files import load as load
     from .files import load_openmc as load_openmc
     from .files import save as save
@@ -110,11 +116,6 @@ if TYPE_CHECKING:
     from .shapes.spheres import Spheres as Spheres
     from .shapes.triangle import Triangle as Triangle
     from .shapes.two_sheet_hyperboloid import TwoSheetHyperboloid as TwoSheetHyperboloid
-    from .trace.hits import Hits as Hits
-    from .trace.rays import Rays as Rays
-    from .trace.spans import Crossings as Crossings
-    from .trace.spans import Spans as Spans
-    from .trace.threads import set_threads as set_threads
     from .turntables.turntable import turntable as turntable
     from .warmup import warmup as warmup
 

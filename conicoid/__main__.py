@@ -7,8 +7,8 @@ import signal
 import sys
 from typing import Any, NoReturn
 
-from .exit_codes import DONE, FAILED, INTERRUPTED
-from .streams import open_streams
+from .command_line.exit_codes import DONE, FAILED, INTERRUPTED
+from .command_line.streams import open_streams
 
 
 def main() -> NoReturn:
@@ -28,7 +28,7 @@ def main() -> NoReturn:
 
 def _command(hears: bool) -> Any:
     try:
-        from .cli import main as command
+        from .command_line.cli import main as command
 
         if hears:
             signal.signal(signal.SIGINT, _interrupt)

@@ -12,7 +12,8 @@ import sys
 import threading
 from collections.abc import Callable, Mapping
 
-from . import ahead, jit_cache
+from .compiler import ahead
+from .compiler import cache as jit_cache
 
 
 def picture() -> None:

@@ -20,11 +20,11 @@ from .shapes.validate import path as checked_path
 from .shapes.vector import Box
 
 if TYPE_CHECKING:
-    from .geometry.memory import Memory
+    from .engine.lowering import Lowered
+    from .engine.memory import Memory
+    from .engine.prepared import Prepared
     from .image import Image
-    from .lowering import Lowered
     from .render.camera import Camera, OrthographicCamera
-    from .trace.queries import Prepared
 
 _SAME: Any = object()
 
@@ -214,8 +214,8 @@ class Scene(Queries):
     def _ready(self, *progress: Any) -> Prepared:
         with self._lock:
             if self._prepared is None:
-                from .lowering import lower
-                from .trace.queries import Prepared
+                from .engine.lowering import lower
+                from .engine.prepared import Prepared
 
                 self._prepared = Prepared.of(lower(self._bodies, *progress), self._bodies)
             return self._prepared
@@ -232,7 +232,7 @@ class Scene(Queries):
     @property
     def memory(self) -> Memory:
         """What the prepared scene takes: bytes of its tables and of its tree, and for how many primitives (`cells`)."""
-        from .geometry.memory import memory
+        from .engine.memory import memory
 
         return memory(self.geometry)
 
@@ -264,7 +264,7 @@ class Scene(Queries):
         scale, the names of the bodies (or numbers), arrows along the normals of what is seen.
         `progress(done, count)` is called now and then.
         """
-        from .ahead import expect
+        from .compiler.ahead import expect
         from .image import Image
         from .overlay import drawn_over
         from .render import render

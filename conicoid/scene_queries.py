@@ -12,10 +12,10 @@ from .shapes.validate import callback
 from .shapes.vector import FloatArray
 
 if TYPE_CHECKING:
-    from .trace.hits import Hits
-    from .trace.queries import Prepared
-    from .trace.spans import Crossings, Spans
-    from .trace.threads import Progress
+    from .engine.answers.hits import Hits
+    from .engine.answers.spans import Crossings, Spans
+    from .engine.prepared import Prepared
+    from .engine.threads import Progress
 
 
 class Queries:
@@ -34,10 +34,10 @@ class Queries:
 
         Raises ValueError for rays that cannot be traced, with the index of the first.
         """
-        from .trace import queries
+        from .engine.queries import queries
 
         if self._prepared is None:
-            from .ahead import expect
+            from .compiler.ahead import expect
 
             expect("rays", "streams", "points")
         return queries.first_hit(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
@@ -45,21 +45,21 @@ class Queries:
     @calm
     def occluded(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Any:
         """bool (...): is there any crossing strictly between t_min and t_max?  Equals first_hit(...).t < inf."""
-        from .trace import queries
+        from .engine.queries import queries
 
         return queries.occluded(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
     @calm
     def spans(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Spans:
         """Every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray."""
-        from .trace import queries
+        from .engine.queries import queries
 
         return queries.spans(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
     @calm
     def crossings(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Crossings:
         """Every crossing of each ray with solids and sheets, strictly between t_min and t_max, sorted along the ray."""
-        from .trace import queries
+        from .engine.queries import queries
 
         return queries.crossings(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
 
@@ -72,7 +72,7 @@ class Queries:
 
         `progress(done, count)` is called with numbers of rays.
         """
-        from .trace import integrals, queries
+        from .engine.queries import integrals, queries
 
         callback("lengths", "progress", progress)
         return integrals.lengths(self.prepared, queries.as_rays(origins, directions), t_min, t_max, by, progress)
@@ -86,7 +86,7 @@ class Queries:
 
         `values`: (bodies,) or (bodies, energies), a mapping from names of materials, or the name of a property.
         """
-        from .trace import integrals, queries
+        from .engine.queries import integrals, queries
 
         callback("line_integral", "progress", progress)
         rays = queries.as_rays(origins, directions)
@@ -95,14 +95,14 @@ class Queries:
     @calm
     def contains(self, points: Any) -> Any:
         """bool (...): does any solid contain the point (..., 3)? Primitives hold their boundary, Booleans are exact."""
-        from .trace import queries
+        from .engine.queries import queries
 
         return np.asarray(queries.body_at(self.prepared, points, "contains") >= 0)[()]
 
     @calm
     def body_at(self, points: Any) -> Any:
         """int32 (...): the first listed body that contains the point (..., 3), or -1."""
-        from .trace import queries
+        from .engine.queries import queries
 
         return queries.body_at(self.prepared, points)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 def warmup() -> None:
     """Compile and cache all kernels (about a minute the first time on two cores, some seconds later)."""
-    from .ahead import JOBS, expect
     from .compile_jobs import CALLS
+    from .compiler.ahead import JOBS, expect
 
     expect(*JOBS)
     for call in (_answers, _exact, _pictures, _large, *CALLS.values()):
@@ -56,9 +56,9 @@ def _large() -> None:
     """The tree of a scene that is built by all threads together."""
     import numpy as np
 
+    from .engine.tree.build.large import ALONE
     from .scene import Scene
     from .shapes.spheres import Spheres
-    from .trace.tree.large import ALONE
 
     centers = np.random.default_rng(0).random((ALONE + 1, 3))
     Scene([Spheres(centers, 0.001)]).first_hit((0.0, 0.0, 5.0), (0.0, 0.0, -1.0))

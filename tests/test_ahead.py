@@ -11,8 +11,9 @@ import time
 import pytest
 
 import conicoid
-from conicoid import ahead, compile_jobs
-from conicoid.jit_functions import Kernel
+from conicoid import compile_jobs
+from conicoid.compiler import ahead
+from conicoid.compiler.functions import Kernel
 
 SAYS = "import sys; job = sys.stdin.readline().strip(); print('begin', 'whitted_tiles', flush=True);"
 MAKES = f"{SAYS} print('made', 'whitted_tiles'); print('done', job, flush=True); sys.stdin.readline()"
@@ -180,8 +181,8 @@ def test_jobs_name_kernels_that_there_are_once():
 
 REAL = """
 import conicoid as co, numpy as np
-from conicoid.jit import on_compile
-from conicoid.ahead import JOBS
+from conicoid.compiler.jit import on_compile
+from conicoid.compiler.ahead import JOBS
 made = []
 with on_compile(made.append):
     scene = co.Scene([co.Sphere(1), co.Box((1, -1, -1), (3, 1, 1)) - co.Sphere(1.2, (2, 0, 0))])

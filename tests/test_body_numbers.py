@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.report import listing, totals
+from conicoid.command_line.report import listing, totals
 
 RED, GREEN = co.matte("red"), co.matte("green")
 CENTERS = [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (6.0, 0.0, 0.0)]

@@ -56,7 +56,7 @@ def test_help_lists_what_there_is_and_no_more():
 def test_help_and_mistakes_come_without_the_compiler(tmp_path):
     (tmp_path / "bad.yaml").write_text("bodies: [{shape: {Spere: {}}}]\n")
     code = (
-        "import sys\nfrom conicoid.cli import main\n"
+        "import sys\nfrom conicoid.command_line.cli import main\n"
         "for arguments in (['--help'], ['info', 'bad.yaml'], ['schema']):\n"
         "    sys.argv = ['conicoid', *arguments]\n"
         "    try:\n        main()\n    except SystemExit as stop:\n        print('code', stop.code)\n"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid import lowering
-from conicoid.lowering import parts
-from conicoid.trace.queries import Prepared
+from conicoid.engine import lowering
+from conicoid.engine.lowering import parts
+from conicoid.engine.prepared import Prepared
 
 RAYS = (np.random.default_rng(3).normal(size=(400, 3)) * 4, np.random.default_rng(4).normal(size=(400, 3)))
 

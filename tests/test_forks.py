@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no fo
 PREPARING = """
 import os, threading
 import conicoid as co
-from conicoid import lowering
+from conicoid.engine import lowering
 
 begun, go_on, lower = threading.Event(), threading.Event(), lowering.lower
 scene = co.Scene([co.Sphere(1)])
@@ -44,7 +44,7 @@ print(os.waitpid(forked, 0)[1])
 COMPILING = """
 import os, threading, time
 import conicoid as co
-from conicoid import jit_functions
+from conicoid.compiler import functions as jit_functions
 
 begun, forking = threading.Event(), threading.Event()
 finalize = jit_functions._Program.finalize

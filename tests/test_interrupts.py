@@ -105,7 +105,7 @@ COMPILING = """
 import hashlib, threading
 import numpy as np
 import conicoid as co
-from conicoid import jit_functions
+from conicoid.compiler import functions as jit_functions
 
 go_on = threading.Event()
 finalize = jit_functions._Program.finalize
@@ -120,7 +120,7 @@ jit_functions._Program.finalize = slow
 """
 UNTIL_TOLD, FOR_EVER = COMPILING.format(rounds=10**5), COMPILING.format(rounds=2**31 - 1)
 RAYS = "co.Rays([(0.0, 0.0, 5.0)] * 2, (0.0, 0.0, -1.0))"
-IN_A_CREW = f"from conicoid.trace.threads import run_chunks; run_chunks(lambda a, b: {RAYS}, 4, 1)"
+IN_A_CREW = f"from conicoid.engine.threads import run_chunks; run_chunks(lambda a, b: {RAYS}, 4, 1)"
 
 
 @pytest.mark.parametrize("call", [RAYS, IN_A_CREW])
@@ -146,7 +146,7 @@ def test_what_was_being_compiled_can_be_asked_for_again(tmp_path, monkeypatch):
 
 
 def test_a_second_one_while_the_first_is_seen_to():
-    work = "from conicoid.trace.threads import run_chunks\nimport hashlib, threading\n"
+    work = "from conicoid.engine.threads import run_chunks\nimport hashlib, threading\n"
     work += "def hang(a, b):\n    print('begun\\n', end='', flush=True)\n    hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)\n"
     with child(f"{work}run_chunks(hang, 8, 1)") as running:
         assert running.line() == "begun"
@@ -160,7 +160,7 @@ def test_a_second_one_while_the_first_is_seen_to():
 
 def test_one_more_while_the_process_ends():
     """While children that compile ahead are ended; the last line is that of the first Ctrl-C, and no other."""
-    program = "import os, signal\nfrom conicoid import ahead\nstop = ahead._Others.stop\n"
+    program = "import os, signal\nfrom conicoid.compiler import ahead\nstop = ahead._Others.stop\n"
     program += "def interrupted(self):\n    os.kill(os.getpid(), signal.SIGINT)\n    stop(self)\n"
     program += "ahead._Others.stop = interrupted\nraise KeyboardInterrupt"
     with child(program) as running:
@@ -188,9 +188,9 @@ sys.meta_path.insert(0, Interrupting())
 """
 
 
-EARLY = ["typer", "numpy", "conicoid.trace.kernels"]
+EARLY = ["typer", "numpy", "conicoid.engine.tables"]
 LATE = [
-    "conicoid.cli", "rich", "conicoid.files", "yaml", "conicoid.scene", "numba", "conicoid.jit", "llvmlite.binding",
+    "conicoid.command_line.cli", "rich", "conicoid.files", "yaml", "conicoid.scene", "numba", "conicoid.compiler.jit", "llvmlite.binding",
     "conicoid.render.tiles", "PIL",
 ]  # fmt: skip
 
@@ -222,12 +222,12 @@ setattr(importlib.import_module(module), name, hang)
 PICTURE = ["-o", "x.png", "--width", 8, "--height", 8]
 PLACES = [
     ("os:replace", ["trace", "scene.yaml", "rays.csv", "-o", "x.csv"], 1),
-    ("conicoid.trace.threads:_together", ["render", "scene.yaml", *PICTURE], 4),
+    ("conicoid.engine.threads:_together", ["render", "scene.yaml", *PICTURE], 4),
 ]
 FURTHER = [
-    ("conicoid.lowering:lower", ["info", "scene.yaml"], 1),
-    ("conicoid.lowering:lower", ["render", "scene.yaml", *PICTURE], 1),
-    ("conicoid.trace.threads:_together", ["render", "scene.yaml", *PICTURE], 1),
+    ("conicoid.engine.lowering:lower", ["info", "scene.yaml"], 1),
+    ("conicoid.engine.lowering:lower", ["render", "scene.yaml", *PICTURE], 1),
+    ("conicoid.engine.threads:_together", ["render", "scene.yaml", *PICTURE], 1),
     ("os:replace", ["render", "scene.yaml", *PICTURE], 4),
     ("conicoid.formats.scene_file:read", ["info", "scene.yaml"], 4),
     ("conicoid.checks.check:check", ["info", "scene.yaml", "--check"], 1),
@@ -236,7 +236,7 @@ FURTHER = [
     ("conicoid.viewer.html:page", ["export", "scene.yaml", "x.html"], 1),
     ("conicoid.formats.schema:scene_schema", ["schema"], 4),
     ("conicoid.bench.command:measure", ["bench"], 1),
-    ("conicoid.lowering:lower", ["view", "scene.yaml", "--no-browser"], 1),
+    ("conicoid.engine.lowering:lower", ["view", "scene.yaml", "--no-browser"], 1),
 ]
 
 

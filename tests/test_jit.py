@@ -8,9 +8,9 @@ import numba
 import numpy as np
 import pytest
 
-from conicoid import jit
+from conicoid.compiler import jit
+from conicoid.compiler.jit import helper, inline, kernel
 from conicoid.environment import jit_wanted
-from conicoid.jit import helper, inline, kernel
 
 
 @inline
@@ -87,7 +87,7 @@ for origins, directions in rays + [([3.0, 4.0, 5.0], [-3.0, -4.0, -4.9])]:
     hits, spans, crossings = (getattr(scene, query)(origins, directions) for query in ("first_hit", "spans", "crossings"))
     for value in (hits.t, hits.t_error, hits.point, hits.normal, hits.uv, hits.doubtful, spans.t_enter, crossings.t, crossings.face):
         print(hashlib.sha256(np.ascontiguousarray(value)).hexdigest())
-print("conicoid.jit_functions" in sys.modules)
+print("conicoid.compiler.functions" in sys.modules)
 """
 
 
@@ -99,7 +99,7 @@ def said(program: str, way: str, folder: object) -> list[str]:
 
 
 def test_plain_njit(tmp_path):
-    program = "import sys, conicoid as co; print(len(co.Rays([(0, 0, 5)], (0, 0, -1)).origins)); print('conicoid.jit_functions' in sys.modules)"
+    program = "import sys, conicoid as co; print(len(co.Rays([(0, 0, 5)], (0, 0, -1)).origins)); print('conicoid.compiler.functions' in sys.modules)"
     assert said(program, "plain", tmp_path) == ["1", "False"]
     assert not list(tmp_path.iterdir())
 

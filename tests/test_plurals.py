@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import conicoid as co
-from conicoid import ray_tables, report
+from conicoid.command_line import ray_tables, report
 from conicoid.formats import openmc
 from conicoid.formats.openmc.imported import LegendEntry
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from conicoid import __main__ as entry
-from conicoid import exit_codes
+from conicoid.command_line import exit_codes
 
 from .children import ROOT
 from .command_line import run, written
@@ -214,7 +214,7 @@ def test_too_little_memory_to_begin_with(monkeypatch, capsys, text, said):
     def refuse() -> None:
         raise MemoryError(*filter(None, [text]))
 
-    monkeypatch.setattr("conicoid.cli.main", refuse)
+    monkeypatch.setattr("conicoid.command_line.cli.main", refuse)
     assert entry._command(False) == 1
     assert capsys.readouterr().err == f"error: {said}\n"
 

@@ -160,7 +160,7 @@ def test_turntable_without_its_encoder(scene, tmp_path, monkeypatch):
 
 
 def test_preparing_is_told_where_it_takes_long(scene, monkeypatch):
-    from conicoid import command_parts
+    from conicoid.command_line import parts as command_parts
 
     assert "preparing" not in run("info", scene).stderr
     monkeypatch.setattr(command_parts, "PATIENCE", -1.0)

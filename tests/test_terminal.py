@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 import conicoid as co
-from conicoid import terminal
+from conicoid.command_line import terminal
 from conicoid.formats.errors import SceneFileError
 from conicoid.shapes import labels
 

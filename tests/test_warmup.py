@@ -7,8 +7,8 @@ from .children import child
 PROGRAM = """
 import sys
 import conicoid as co, numpy as np
-from conicoid.jit import on_compile
-from conicoid.jit_functions import Kernel
+from conicoid.compiler.jit import on_compile
+from conicoid.compiler.functions import Kernel
 
 co.warmup()
 found = {

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from ..trace.threads import run_chunks, thread_count
+from ..engine.threads import run_chunks, thread_count
 from .peer import Absent, Peer, distribution, module
 from .scenes import Balls, Floats, Singles
 

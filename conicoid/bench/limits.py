@@ -31,7 +31,7 @@ bodies:
 
 _RENDER = """\
 import sys, time
-from conicoid.cli import main
+from conicoid.command_line.cli import main
 sys.argv = ["conicoid", "render", "scene.yaml", "-o", "picture.png", "--width", "64", "--height", "48"]
 try:
     main()

@@ -15,7 +15,7 @@ from typing import IO
 
 import numpy as np
 
-from ..trace.threads import thread_count
+from ..engine.threads import thread_count
 from .peer import Absent, Peer, distribution
 from .scenes import Balls, Floats, Singles
 

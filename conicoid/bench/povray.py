@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from ..trace.threads import thread_count
+from ..engine.threads import thread_count
 from .peer import Absent, Peer
 from .scenes import Balls, Floats
 

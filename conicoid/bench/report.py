@@ -13,7 +13,7 @@ from typing import Any
 
 from rich.table import Table
 
-from ..trace.threads import thread_count
+from ..engine.threads import thread_count
 from .peer import Absent, Peer
 from .row import Measured, Row, Size
 

@@ -17,14 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
+from ..engine.answers.rays import Rays
+from ..engine.threads import set_threads
 from ..render.camera import Camera
 from ..scene import Scene
 from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.light import AmbientLight, PointLight
 from ..shapes.material import matte
-from ..trace.rays import Rays
-from ..trace.threads import set_threads
 from . import embree, limits, mitsuba, povray, raysect, trimesh
 from .peer import Peer
 from .row import Measured, Row, Size

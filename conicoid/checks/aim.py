@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..lowering import Lowered
+from ..engine.lowering import Lowered
 from ..shapes.vector import FloatArray
 
 Indices = npt.NDArray[np.int64]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..geometry.tables import BALL
+from ..engine.tables import BALL
 from ..shapes.calm import calm
 from ..shapes.validate import callback, integer
 from .aim import Targets, rays_through

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
+from ..engine.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
 from ..shapes.vector import FloatArray
 from .aim import Targets
 

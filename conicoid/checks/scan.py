@@ -102,7 +102,7 @@ class Scan:
             )
 
     def _normals(self, found: Any, rows: Any, points: FloatArray) -> FloatArray:
-        from ..trace.array_kernels import normals_of
+        from ..engine.answers.fields import normals_of
 
         normals = np.empty_like(points)
         faces = np.stack([found.surface[rows], found.face[rows], np.ones_like(found.face[rows])])

@@ -1,4 +1,4 @@
-"""Is a ray inside a closed loop of points? Even-odd, as in geometry/polygon.py, in exact arithmetic."""
+"""Is a ray inside a closed loop of points? Even-odd, as in engine/surface/loop.py, in exact arithmetic."""
 
 from __future__ import annotations
 

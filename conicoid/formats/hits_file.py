@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from ..engine.answers.hits import Hits
+from ..engine.answers.rays import Rays
+from ..engine.arrays.found import Found
+from ..engine.ray import DEAD
 from ..shapes.body import Body
 from ..shapes.disc import Disc
 from ..shapes.labels import Labels
 from ..shapes.sphere import Sphere
-from ..trace.bundle import DEAD
-from ..trace.hits import Found, Hits
-from ..trace.rays import Rays
 from .atomic import replacing
 from .errors import SceneFileError
 from .npy import NotPlain

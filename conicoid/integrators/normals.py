@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from ..geometry.tables import Floats, Geometry
-from ..jit import helper
-from ..trace.kernels import normal_at, resolved
-from ..trace.lanes import close_lanes, lane_hit, lane_ray
-from ..trace.packet import Packet
-from ..trace.packet_first import trace_packet
-from ..trace.scratch import Scratch
+from ..compiler.jit import helper
+from ..engine.body.hit import resolved
+from ..engine.body.scratch import Scratch
+from ..engine.packets.first import trace_packet
+from ..engine.packets.lanes import close_lanes, lane_hit, lane_ray
+from ..engine.packets.packet import Packet
+from ..engine.surface.normal import normal_at
+from ..engine.tables import Floats, Geometry
 
 
 @helper

@@ -7,8 +7,8 @@ from typing import NamedTuple, cast
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.tables import Floats
-from ..jit import allocator, inline
+from ..compiler.jit import allocator, inline
+from ..engine.tables import Floats
 
 FAINT = 2.0**-12
 """A ray that adds less than this share of what it meets is not followed."""

@@ -11,14 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, whole
-from ..jit import allocator, helper, inline
-from ..shading.local import light_at
-from ..shading.look import Look
-from ..shading.materials import Materials, material_row
-from ..shading.media import OUTSIDE
-from ..shading.shadow import through_glass
-from ..trace.lanes import (
+from ..compiler.jit import allocator, helper, inline
+from ..engine.body.scratch import Scratch
+from ..engine.packets.first import trace_packet
+from ..engine.packets.lanes import (
     BEST,
     DX,
     DY,
@@ -33,10 +29,14 @@ from ..trace.lanes import (
     put_idle,
     put_lane_beam,
     put_ray,
-)  # fmt: skip
-from ..trace.packet import Packet, new_lanes, new_packet, with_lanes
-from ..trace.packet_first import trace_packet
-from ..trace.scratch import Scratch
+)
+from ..engine.packets.packet import Packet, new_lanes, new_packet, with_lanes
+from ..engine.tables import Floats, Geometry, whole
+from ..shading.local import light_at
+from ..shading.look import Look
+from ..shading.materials import Materials, material_row
+from ..shading.media import OUTSIDE
+from ..shading.shadow import through_glass
 from .stack import NO_SURFACE, Stack
 from .whitted import Sight, facing, follow, medium_at, shade, shows_light, sight_of, sky
 

@@ -14,9 +14,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..geometry.tables import Floats, Geometry, halted, whole
-from ..geometry.vectors import dot
-from ..jit import helper, inline
+from ..compiler.jit import helper, inline
+from ..engine.body.hit import Hit, resolved
+from ..engine.body.media import media
+from ..engine.body.scratch import Scratch
+from ..engine.numbers.vectors import dot
+from ..engine.single.first import first_crossing, nearest
+from ..engine.surface.normal import normal_at
+from ..engine.tables import Floats, Geometry, halted, whole
 from ..shading.background import background_color
 from ..shading.fresnel import dielectric, schlick
 from ..shading.local import ask_lights, direct_light, surface_color
@@ -25,8 +30,6 @@ from ..shading.materials import Materials, material_row
 from ..shading.media import OUTSIDE, absorbed, index_of, medium_of, unseen
 from ..shading.reflect import reflect
 from ..shading.refract import refract
-from ..trace.kernels import Hit, first_crossing, media, nearest, normal_at, resolved
-from ..trace.scratch import Scratch
 from .stack import NO_SURFACE, Stack, push
 
 Sight: TypeAlias = tuple[float, Any, Any, Any, Any, Any, Any, float, float, float, float, float, float]

@@ -124,7 +124,7 @@ _CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
 
 def _crossings(scene: Scene, origins: FloatArray, direction: FloatArray) -> Iterator[Any]:
     """ray, t, +1 where a solid is left and -1 where it is entered, and |normal·direction| of every crossing."""
-    from ..trace.array_kernels import normals_of
+    from ..engine.answers.fields import normals_of
 
     found = scene.crossings(origins, direction, t_min=-np.inf)
     ray = np.repeat(np.arange(len(origins)), np.diff(found.offsets))

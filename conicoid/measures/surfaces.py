@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.tables import BALL, CELL, REGION, SPHERE
-from ..geometry.tables import PLANE as PLANE_KIND
-from ..lowering import lower
+from ..engine.lowering import lower
+from ..engine.tables import BALL, CELL, REGION, SPHERE
+from ..engine.tables import PLANE as PLANE_KIND
 from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.vector import FloatArray

@@ -22,7 +22,7 @@ from ..shapes.validate import number, positive, shown, vector, what
 from ..shapes.vector import FloatArray, Vector, VectorLike
 
 if TYPE_CHECKING:
-    from ..trace.rays import Rays
+    from ..engine.answers.rays import Rays
 
 UP = (0.0, 0.0, 1.0)
 
@@ -124,7 +124,7 @@ def basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, Fl
 @calm
 def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
     """Rays of the pixel centres of a picture."""
-    from ..trace.rays import Rays
+    from ..engine.answers.rays import Rays
 
     width, height = checked_size(width, height)
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
@@ -138,7 +138,7 @@ def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
 @calm
 def projected(camera: AnyCamera, points: Any, width: int, height: int) -> FloatArray:
     """The pixel coordinates of points: the film coordinates u and v of the rays through them, turned around."""
-    from ..trace.rays import points_array
+    from ..engine.answers.rays import points_array
 
     width, height = checked_size(width, height)
     places = points_array("project", "points", points)

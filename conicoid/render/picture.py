@@ -12,8 +12,8 @@ from .camera import AnyCamera, as_camera, checked_size
 from .fit import fitting_lights
 
 if TYPE_CHECKING:
-    from ..geometry.tables import Geometry
-    from ..trace.threads import Progress
+    from ..engine.tables import Geometry
+    from ..engine.threads import Progress
     from .tiles import Film
 
 INTEGRATORS = ("whitted", "normals")
@@ -45,7 +45,7 @@ def render(
     samples, seed, depth = options["samples"], options["seed"], options["depth"]
     callback("render", "progress", progress)
 
-    from ..trace.threads import run_on
+    from ..engine.threads import run_on
     from . import tiles
 
     view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..jit import inline
+from ..compiler.jit import inline
 
 _WEYL = np.uint64(0x9E3779B97F4A7C15)  # 2⁶⁴ / golden ratio
 _FIRST = np.uint64(0xBF58476D1CE4E5B9)

@@ -11,16 +11,16 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.tables import Floats, Geometry, halted
-from ..geometry.vectors import normalized
+from ..compiler.jit import helper, inline, kernel
+from ..engine.body.scratch import new_scratch
+from ..engine.numbers.vectors import normalized
+from ..engine.packets.lanes import LANES, put_ray
+from ..engine.packets.packet import new_packet
+from ..engine.tables import Floats, Geometry, halted
 from ..integrators.normals import normals_wave
 from ..integrators.stack import NO_SURFACE, new_stack
 from ..integrators.wave import begin_wave, new_wave, whitted_wave
-from ..jit import helper, inline, kernel
 from ..shading.look import Look
-from ..trace.lanes import LANES, put_ray
-from ..trace.packet import new_packet
-from ..trace.scratch import new_scratch
 from .sampler import sample_in_pixel
 
 SIDE = 32

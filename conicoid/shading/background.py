@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from ..jit import inline
+from ..compiler.jit import inline
 from ..shapes.background import DEFAULT_BACKGROUND, Background, Sky
 from ..shapes.color import linear_rgb
 

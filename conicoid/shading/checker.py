@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import inline
+from ..compiler.jit import inline
 
 
 @inline

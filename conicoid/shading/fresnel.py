@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..jit import inline
+from ..compiler.jit import inline
 
 
 @inline

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.vectors import dot
-from ..jit import inline
+from ..compiler.jit import inline
+from ..engine.numbers.vectors import dot
 from ..shapes.color import amount_rgb
 from ..shapes.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..geometry.tables import Floats, Geometry
-from ..geometry.vectors import dot
-from ..jit import helper, inline
-from ..trace.kernels import uv_at
-from ..trace.scratch import Scratch
+from ..compiler.jit import helper, inline
+from ..engine.body.scratch import Scratch
+from ..engine.body.uv import uv_at
+from ..engine.numbers.vectors import dot
+from ..engine.tables import Floats, Geometry
 from .lights import share, towards
 from .look import Look
 from .materials import CHECKER_UV, PLAIN, Materials, color_in_space, color_on_uv, material_row, pick

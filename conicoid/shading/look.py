@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry.tables import Ints
+from ..engine.tables import Ints
 from ..shapes.background import Background
 from ..shapes.light import Light
 from ..shapes.material import Material

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import tables as table
-from ..geometry.tables import Geometry, Ints, Signs, integer
-from ..jit import inline
+from ..compiler.jit import inline
+from ..engine import tables as table
+from ..engine.tables import Geometry, Ints, Signs, integer
 from ..shapes.checker import Checker
 from ..shapes.color import amount_rgb, linear_rgb
 from ..shapes.material import Material

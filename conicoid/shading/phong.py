@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..geometry.vectors import dot, normalized
-from ..jit import inline
+from ..compiler.jit import inline
+from ..engine.numbers.vectors import dot, normalized
 from .reflect import reflect
 
 

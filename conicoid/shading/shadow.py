@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import math
 
-from ..geometry.tables import Geometry
-from ..geometry.vectors import dot
-from ..jit import helper, inline
-from ..trace.kernels import blocked, media, nearest, normal_at
-from ..trace.scratch import Scratch
+from ..compiler.jit import helper, inline
+from ..engine.body.media import media
+from ..engine.body.scratch import Scratch
+from ..engine.numbers.vectors import dot
+from ..engine.single.first import blocked, nearest
+from ..engine.surface.normal import normal_at
+from ..engine.tables import Geometry
 from .fresnel import dielectric
 from .materials import Materials
 from .media import absorbed, index_of, medium_of

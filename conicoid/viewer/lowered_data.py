@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import tables as table
-from ..geometry.tables import Tables, length
+from ..engine import tables as table
+from ..engine.tables import Tables, length
 from ..render.camera import Camera, OrthographicCamera
 from ..render.fit import fitting_lights
 from ..scene import Scene

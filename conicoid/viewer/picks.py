@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..engine.answers.hits import Hits
 from ..scene import Scene
 from ..shapes.validate import number, vector
 from ..shapes.vector import FloatArray, Vector
-from ..trace.hits import Hits
 
 Interval = tuple[float, float]
 MISTAKES = (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError)

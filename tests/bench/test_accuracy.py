@@ -17,7 +17,7 @@ from conicoid.bench.accuracy.reference import Exact, first_crossings
 from conicoid.bench.accuracy.subjects import DOUBLE, SINGLE, unit
 from conicoid.bench.accuracy.tally import EDGES, Answer, Tally
 from conicoid.bench.peer import Absent, Peer
-from conicoid.cli import app
+from conicoid.command_line.cli import app
 
 FAMILY = {family.name: family for family in FAMILIES}
 

@@ -12,7 +12,7 @@ import conicoid as co
 from conicoid.bench import limits, report, rows, scenes
 from conicoid.bench.peer import Absent, Peer
 from conicoid.bench.row import QUICK, Measured, Row, Size
-from conicoid.cli import app
+from conicoid.command_line.cli import app
 
 HERE = Peer("Somebody", "float32", lambda: "Somebody 1")
 

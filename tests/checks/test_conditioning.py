@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import conicoid as co
 from conicoid.checks.changes import changes
 from conicoid.checks.conditioning import conditioning, digits
-from conicoid.cli import app
+from conicoid.command_line.cli import app
 
 from ..shapes.catalogue import SAMPLES
 from .digits_kept import ALL, U, kept, only

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.cli import app
+from conicoid.command_line.cli import app
 
 from ..formats.openmc.models import EXAMPLE_FILES
 

@@ -28,7 +28,7 @@ import resource, signal, sys
 import numpy as np
 import conicoid as co
 from conicoid.formats.ray_file import write_spans
-from conicoid.terminal import user_mistakes
+from conicoid.command_line.terminal import user_mistakes
 
 SPANS = dict(offsets=np.arange(5001), body=np.zeros(5000, int))
 SPANS |= {name: np.ones(5000) for name in ("t_enter", "t_exit", "enter_clipped", "exit_clipped")}

@@ -9,7 +9,7 @@ import PIL.Image
 import pytest
 
 import conicoid as co
-from conicoid.trace.threads import thread_count
+from conicoid.engine.threads import thread_count
 
 from ..command_line import run
 

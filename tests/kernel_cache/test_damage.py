@@ -200,7 +200,7 @@ def test_a_full_disk(small_disk, taken):
 
 def unloadable() -> object:
     """A file that is whole and ours, but of no use: as if the compiler had changed under the same version."""
-    from conicoid.kernel_cache import files
+    from conicoid.compiler.kernel_cache import files
 
     path = kept(Path(os.environ["CONICOID_CACHE_DIR"]))
     assert files.write(path.name, pickle.dumps(("no", "kernel")))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.kernel_cache.old import KEPT, MARK, MARK_TEXT
+from conicoid.compiler.kernel_cache.old import KEPT, MARK, MARK_TEXT
 
 from .tiny import COMPILED, apart, kept
 
@@ -140,7 +140,7 @@ def test_a_folder_that_goes_while_it_is_used_is_made_again(tmp_path):
 def use_of_what_goes() -> object:
     import shutil
 
-    from conicoid.kernel_cache import place
+    from conicoid.compiler.kernel_cache import place
 
     from . import tiny
 

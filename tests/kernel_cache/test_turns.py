@@ -14,7 +14,7 @@ from .tiny import COMPILED, LOADED, Apart, apart, kept, posix_only, used
 
 
 def turn_of(folder: Path):
-    from conicoid.kernel_cache.turn import Turn
+    from conicoid.compiler.kernel_cache.turn import Turn
 
     path = kept(folder)
     return Turn(path.with_name(f"{path.name}.lock"))
@@ -29,7 +29,7 @@ def folder(tmp_path):
 
 def watched() -> object:
     """Tell the test when this process hears that the kernel is being compiled, here or elsewhere."""
-    from conicoid.jit import on_compile
+    from conicoid.compiler.jit import on_compile
 
     from . import tiny
 
@@ -87,7 +87,7 @@ def test_the_turn_of_a_process_that_was_killed_is_over(folder):
 
 
 def impatient() -> object:
-    from conicoid import jit_cache
+    from conicoid.compiler import cache as jit_cache
 
     jit_cache.PATIENCE = 0.2
     return used()
@@ -105,7 +105,7 @@ def test_a_process_that_never_ends_its_turn_is_not_waited_for_forever(folder):
 
 
 def interrupted() -> object:
-    from conicoid import ahead
+    from conicoid.compiler import ahead
 
     def keep_stopping() -> None:
         while True:
@@ -146,7 +146,7 @@ def test_a_compilation_that_fails_ends_the_turn(folder):
 
 
 def without_locks() -> object:
-    from conicoid.kernel_cache import turn
+    from conicoid.compiler.kernel_cache import turn
 
     def none(descriptor: int) -> None:
         raise OSError(38, "Function not implemented")

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.cli import app
+from conicoid.command_line.cli import app
 from conicoid.viewer import export, limits, page
 from conicoid.viewer.html import PREVIEW_BYTES, preview_of
 

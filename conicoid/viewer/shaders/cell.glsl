@@ -1,4 +1,4 @@
-// A cell on a ray: conicoid/geometry/cell.py. At most two spans, each end with the place of its face:
+// A cell on a ray: conicoid/engine/body/cell.py. At most two spans, each end with the place of its face:
 // a row of the cells' planes, -2 - cell for its curved face, NO_PLACE at infinity, CUT_PLACE on the section plane.
 
 const int NO_PLACE = -1;

@@ -1,4 +1,4 @@
-// The crossings of a ray with one body, in order: conicoid/trace/events.py.
+// The crossings of a ray with one body, in order: conicoid/engine/body/boolean.py.
 // The span ends of a region's leaves are events, taken in groups of equal t. Storage is bounded: only the
 // next EVENTS of them are kept, sorted; when they are used up the leaves are asked again for those after.
 

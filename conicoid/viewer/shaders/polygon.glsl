@@ -1,4 +1,4 @@
-// Is a ray inside a closed loop of points, by even-odd? conicoid/geometry/polygon.py.
+// Is a ray inside a closed loop of points, by even-odd? conicoid/engine/surface/loop.py.
 // u and v of a vertex depend on the ray and the vertex alone, so neighbours see one and the same edge.
 
 vec2 seen_along(int axis, vec3 vertex, Ray ray) {

@@ -1,4 +1,4 @@
-// A quadric on a ray: conicoid/geometry/quadric.py in single precision.
+// A quadric on a ray: conicoid/engine/surface/quadric.py in single precision.
 // With y = W (x - anchor) the surface is  sum s_i y_i² + 2 b_i y_i - k = 0; on the ray, about the foot of the
 // perpendicular from the anchor, a t² + 2 b t + c; the discriminant is taken in its moment form.
 

@@ -1,4 +1,4 @@
-// What conicoid/geometry/tables.py calls the tables, as records of two textures: four integers, or four floats.
+// What conicoid/engine/tables.py calls the tables, as records of two textures: four integers, or four floats.
 // Where a table begins stands in u_place. All places are relative to an origin that the page keeps near the camera.
 
 uniform highp sampler2D u_floats;

@@ -13,10 +13,10 @@ import numpy as np
 import yaml
 
 import conicoid as co
+from conicoid.engine.lowering import lower
 from conicoid.formats.errors import SceneFileError
 from conicoid.formats.schema import scene_schema
 from conicoid.formats.yaml_writer import dump
-from conicoid.lowering import lower
 
 from .from_schema import Generator
 from .mutations import bytes_damaged, subtrees, text_damaged, tree_damaged

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import conicoid as co
-from conicoid.cli import app
+from conicoid.command_line.cli import app
 from conicoid.formats import yaml_parser
 
 from .broken import CASES

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.cli import app
+from conicoid.command_line.cli import app
 from conicoid.formats import openmc, scene_file, yaml_parser
 
 from .models import EXAMPLE_FILES

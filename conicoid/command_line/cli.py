@@ -1,0 +1,307 @@
+"""The command line: conicoid render, turntable, view, export, info, trace, import, bench, schema."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from .parts import (
+    STDOUT,
+    Commands,
+    SceneFile,
+    Threads,
+    check_folder,
+    load,
+    name_of,
+    only_with,
+    prepare,
+    refused_files,
+    written,
+)
+from .pictures import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turntable
+from .terminal import Bar, compile_notes, say, show_table, user_mistakes
+
+app = typer.Typer(
+    cls=Commands,
+    help="Exact ray tracing of quadric solids.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Scene files, ray files and results are described in docs/files.md. Exit codes: 0 done, "
+    "2 a mistake in the input, 130 interrupted, 141 nobody reads the results, 1 anything else.",
+)
+
+
+def main() -> None:
+    """The commands; the entry point is in `__main__`."""
+    with user_mistakes():
+        app(prog_name="conicoid")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from .. import __version__
+
+        typer.echo(f"conicoid {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Exact ray tracing of quadric solids."""
+    from ..environment import check_environment
+
+    with user_mistakes():
+        check_environment()
+
+
+app.command(epilog=RENDER_EXAMPLES)(render)
+app.command(epilog=TURNTABLE_EXAMPLES)(turntable)
+
+
+@app.command(
+    epilog="Examples:\n\n  conicoid view scene.yaml\n\n  conicoid view --quadrics\n\n"
+    "The page follows the file as it changes. docs/viewer.md says what can be done on it."
+)
+def view(
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file, YAML or JSON.", show_default=False)
+    ] = None,
+    quadrics: Annotated[bool, typer.Option("--quadrics", help="The nine quadrics, with sliders.")] = False,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+) -> None:
+    """Walk around in a scene in the browser, until Ctrl-C."""
+    with user_mistakes():
+        if (scene is None) != quadrics:
+            raise ValueError("view: give either a scene file or --quadrics")
+        from ..viewer.quadrics import quadrics_scene
+        from ..viewer.server import serve
+        from ..viewer.session import Session, stamp_of
+
+        if scene is None:
+            session = Session(quadrics_scene(), "Nine quadrics", select=0)
+        else:
+            stamp = stamp_of(scene)
+            loaded = load(scene, None)
+            prepare(loaded)
+            session = Session(loaded, scene.stem, scene, stamp=stamp)
+        with compile_notes():
+            session.scene()
+        serve(session, port, browser, say)
+
+
+@app.command(epilog="Example:\n\n  conicoid export scene.yaml scene.html")
+def export(
+    scene: SceneFile,
+    output: Annotated[Path, typer.Argument(metavar="PAGE", help="The page, .html.", show_default=False)],
+) -> None:
+    """Write a scene as one page that any current browser shows, from a disk, with no server."""
+    with user_mistakes():
+        if output.suffix.lower() not in (".html", ".htm"):
+            raise ValueError(f"{output}: pages are saved as .html")
+        check_folder(output)
+        loaded = load(scene, None)
+        from ..viewer import export as write_page
+
+        prepare(loaded)
+        with compile_notes():
+            write_page(loaded, output, scene.stem)
+        say(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")
+
+
+@app.command(
+    epilog="Examples:\n\n  conicoid info scene.yaml\n\n  conicoid info scene.yaml --check\n\n"
+    "Overlaps may be intended: the body listed first has them. docs/booleans.md says what the check finds."
+)
+def info(
+    context: typer.Context,
+    scene: SceneFile,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check", help="Look for overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits."
+        ),
+    ] = False,
+    rays: Annotated[int, typer.Option(min=1, help="Rays for the check.")] = 200_000,
+    seed: Annotated[int, typer.Option(min=0, help="Of the check's random rays.")] = 0,
+) -> None:
+    """List the bodies of a scene with their bounds, and what it takes in memory; check it."""
+    with user_mistakes():
+        only_with(context, "--check", check, "rays", "seed")
+        loaded = load(scene, None)
+        from . import report
+
+        prepare(loaded)
+
+        with compile_notes():
+            lines = [*report.listing(loaded), "", *report.totals(loaded)]
+        for line in lines:
+            typer.echo(line)
+        if not check:
+            return
+        from ..checks.check import check as find
+
+        with compile_notes(), Bar("checking", "step") as bar:
+            findings = find(loaded, rays, seed, bar)
+        for line in report.findings(findings):
+            typer.echo(line)
+
+
+@app.command(
+    epilog="Examples:\n\n  conicoid trace scene.yaml rays.npy -o hits.npz\n\n"
+    "  conicoid trace scene.yaml rays.csv -o spans.csv --spans\n\n"
+    "rays.npy has shape (N, 6): origin and direction. docs/files.md describes all files."
+)
+def trace(
+    scene: SceneFile,
+    rays: Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", help="The results, .npz or .csv; - is .csv on standard output.", show_default=False
+        ),
+    ],
+    spans: Annotated[bool, typer.Option("--spans", help="Every stretch inside a body, not the first hit.")] = False,
+    threads: Threads = None,
+) -> None:
+    """Follow rays through a scene and write what they hit."""
+    with user_mistakes():
+        from ..formats.ray_file import check_output, read_rays, write_hits, write_spans
+
+        if output != STDOUT:
+            check_output(output)
+        check_folder(output)
+        table = read_rays(rays)
+        loaded = load(scene, threads)
+        from . import ray_tables
+
+        with compile_notes():
+            ray_tables.check(table)
+        prepare(loaded, *(() if spans else ("rays", "streams", "points")))
+        with compile_notes(), Bar("tracing", "ray") as bar:
+            arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar)
+        with written(output, ".csv") as file:
+            (write_spans if spans else write_hits)(file, arrays)
+        say(f"{name_of(output)}: {ray_tables.summary(arrays)}")
+
+
+@app.command(
+    "import",
+    epilog="Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"
+    "  conicoid import model.xml -o scene.yaml --no-void\n\ndocs/openmc.md says what becomes of what.",
+)
+def import_(
+    geometry: Annotated[
+        Path, typer.Argument(metavar="GEOMETRY", help="OpenMC's geometry.xml or model.xml.", show_default=False)
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", help="The scene file, .yaml or .json; - is YAML on standard output.", show_default=False
+        ),
+    ],
+    void: Annotated[bool, typer.Option(help="Keep cells without material, as invisible bodies.")] = True,
+    max_bodies: Annotated[int, typer.Option(min=1, help="Refuse what expands into more bodies.")] = 50_000,
+) -> None:
+    """Turn an OpenMC geometry into a scene; cells are coloured by material, and the legend is printed."""
+    with user_mistakes():
+        if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
+            raise ValueError(f"{output}: scenes are saved as .yaml or .json")
+        check_folder(output)
+        from ..formats import openmc, scene_file
+        from ..shapes.labels import counted
+
+        with refused_files(), Bar("expanding", "body") as bar:
+            imported = openmc.read(geometry, void=void, max_bodies=max_bodies, progress=_counted(geometry, bar))
+        with written(output, ".yaml") as file:
+            scene_file.write(imported, file, imported.material_names)
+        for line in (*imported.notes, *imported.legend):
+            typer.echo(line, err=output == STDOUT)
+        say(f"{name_of(output)}: {counted(len(imported.bodies), 'body', 'bodies')}")
+
+
+@app.command(
+    epilog="Examples:\n\n  conicoid bench\n\n  conicoid bench --rows camera-1000 --rows build\n\n"
+    "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
+    "Rows: camera, random, picture, build, growth and more against peers; latency, import, command, compile, memory "
+    "against what is asked of Conicoid itself, at most.\n\n"
+    'The peers come with `pip install ".\\[bench]"` in the repository; docs/performance.md says how to read the table, '
+    "docs/exactness-measured.md that of accuracy."
+)
+def bench(
+    rows: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--rows",
+            help="Only this row; may be repeated. With --accuracy: a shape, a family of rays, float32 or float64.",
+            show_default=False,
+        ),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Small, to see that all works; the ratios mean nothing.")
+    ] = False,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print the table as Markdown, as in the documentation.")
+    ] = False,
+    output: Annotated[
+        Path | None, typer.Option("--json", help="Write the figures to a file as well.", show_default=False)
+    ] = None,
+    accuracy: Annotated[bool, typer.Option("--accuracy", help="Measure errors instead of times.")] = False,
+    rays: Annotated[
+        int | None, typer.Option(min=1, help="With --accuracy: rays of each row.", show_default="100000")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="With --accuracy: a picture of the errors, .png.", show_default=False)
+    ] = None,
+) -> None:
+    """Time the same rays in Conicoid and in every peer that is installed, in turn; or measure how wrong each is."""
+    with user_mistakes():
+        from ..bench import command as times
+        from ..bench.accuracy import command as errors
+
+        for file in filter(None, (output, picture)):
+            check_folder(file)
+        if accuracy and quick and rays is not None:
+            raise ValueError("bench: give either --rays or --quick, which is 2000 of them")
+        if accuracy:
+            shown = errors.measure(rows or (), rays or (2000 if quick else 100_000), output, picture, say)
+        elif rays is not None or picture is not None:
+            raise ValueError("bench: --rays and --picture go with --accuracy")
+        else:
+            shown = times.measure(rows or (), quick, output, say)
+        if markdown:
+            typer.echo(shown.markdown)
+        else:
+            show_table(shown.table, shown.about)
+
+
+@app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")
+def schema() -> None:
+    """Print the JSON Schema of scene files, with which editors complete and check them."""
+    import json
+
+    from ..formats.schema import scene_schema
+
+    with user_mistakes():
+        typer.echo(json.dumps(scene_schema(), indent=2))
+
+
+def _counted(geometry: Path, bar: Bar) -> Any:
+    """Progress that states the number of bodies before the first of them is made."""
+    from ..shapes.labels import counted
+
+    def progress(done: int, count: int) -> None:
+        if done == 0:
+            say(f"{geometry}: expands into {counted(count, 'body', 'bodies')}")
+        bar(done, count)
+
+    return progress

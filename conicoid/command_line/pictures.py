@@ -1,0 +1,191 @@
+"""The commands conicoid render and conicoid turntable."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .parts import (
+    STDOUT,
+    SceneFile,
+    Threads,
+    check_folder,
+    check_stdout,
+    in_rays,
+    load,
+    name_of,
+    only_with,
+    prepare,
+    written,
+)
+from .terminal import Bar, compile_notes, say, user_mistakes
+
+if TYPE_CHECKING:
+    from ..render.camera import AnyCamera
+    from ..scene import Scene
+
+RENDER_EXAMPLES = (
+    "Examples:\n\n  conicoid render scene.yaml -o picture.png\n\n"
+    "  conicoid render scene.yaml -o large.exr --width 1920 --height 1080\n\n"
+    "  conicoid render scene.yaml -o side.png --position 9,0,1 --look-at 0,0,1 --axes --labels"
+)
+TURNTABLE_EXAMPLES = (
+    "Examples:\n\n  conicoid turntable scene.yaml -o spin.gif\n\n"
+    "  conicoid turntable scene.yaml -o spin.mp4 --width 1280 --height 720 --frames 120\n\n"
+    "Frames are kept beside the output and taken again, so what was interrupted goes on. "
+    'A .mp4 needs `pip install ".\\[video]"` in the repository.'
+)
+Pixels = Annotated[int, typer.Option(min=1, help="Pixels.")]
+Samples = Annotated[int, typer.Option(min=1, help="Rays for each pixel.")]
+Integrator = Annotated[str, typer.Option(help="How light is gathered: whitted or normals.")]
+Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same picture, to the bit.")]
+Depth = Annotated[int, typer.Option(min=0, max=10_000, help="Reflections and refractions of a ray, at most.")]
+Axes = Annotated[bool, typer.Option("--axes", help="Draw the axes of the world, with their scale.")]
+Labels = Annotated[bool, typer.Option("--labels", help="Write the names of bodies on them, or their numbers.")]
+Normals = Annotated[bool, typer.Option("--normals", help="Draw arrows along the normals of what is seen.")]
+Position = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z", help="A camera here, not the scene's.", show_default=False)
+]
+LookAt = Annotated[
+    str | None, typer.Option(metavar="X,Y,Z", help="With --position: what it looks at.", show_default="the middle")
+]
+Up = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="With --position.", show_default="0,0,1")]
+FieldOfView = Annotated[float | None, typer.Option(help="With --position: degrees, vertical.", show_default="40")]
+Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the scene's.")]
+
+
+def render(
+    context: typer.Context,
+    scene: SceneFile,
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", help="The picture: .png, .exr, .jpg or .webp; - is .png on standard output.",
+            show_default=False,
+        ),
+    ],
+    width: Pixels = 640,
+    height: Pixels = 480,
+    samples: Samples = 4,
+    integrator: Integrator = "whitted",
+    seed: Seed = 0,
+    depth: Depth = 10,
+    position: Position = None,
+    look_at: LookAt = None,
+    up: Up = None,
+    field_of_view: FieldOfView = None,
+    fit: Fit = False,
+    axes: Axes = False,
+    labels: Labels = False,
+    normals: Normals = False,
+    threads: Threads = None,
+) -> None:  # fmt: skip
+    """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
+    with user_mistakes():
+        from ..image import SUFFIXES
+
+        if output == STDOUT:
+            check_stdout("a picture")
+        elif output.suffix.lower() not in SUFFIXES:
+            raise ValueError(f"{output}: pictures are saved as {', '.join(SUFFIXES)}")
+        check_folder(output)
+        _check_together(context, samples, integrator)
+        loaded = load(scene, threads)
+        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, fit)
+        prepare(loaded, "picture", "rays", "streams", "points")
+        with compile_notes(), Bar("rendering", "ray") as bar:
+            image = loaded.render(
+                width, height, samples, integrator, seed, depth=depth, camera=camera, axes=axes, labels=labels,
+                normals=normals, progress=in_rays(bar, width * height * samples),
+            )  # fmt: skip
+        with written(output, ".png") as file:
+            image.save(file)
+        say(f"{name_of(output)}: {width} x {height} pixels")
+
+
+def turntable(
+    context: typer.Context,
+    scene: SceneFile,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="What moves: .gif, .webp or .mp4.", show_default=False)
+    ],
+    frames: Annotated[int, typer.Option(min=1, help="Pictures of a whole turn.")] = 48,
+    seconds: Annotated[float, typer.Option(help="That a turn takes.")] = 4.0,
+    width: Pixels = 480,
+    height: Pixels = 360,
+    samples: Samples = 4,
+    integrator: Integrator = "whitted",
+    seed: Seed = 0,
+    depth: Depth = 10,
+    position: Position = None,
+    look_at: LookAt = None,
+    up: Up = None,
+    field_of_view: FieldOfView = None,
+    fit: Fit = False,
+    axes: Axes = False,
+    labels: Labels = False,
+    normals: Normals = False,
+    folder: Annotated[
+        Path | None, typer.Option(help="Where frames are kept.", show_default="OUTPUT-frames")
+    ] = None,
+    keep: Annotated[bool, typer.Option(help="Keep the frames in the end.")] = True,
+    threads: Threads = None,
+) -> None:  # fmt: skip
+    """Turn a scene about once: the camera goes around what it looks at."""
+    with user_mistakes():
+        from ..formats.movie import check_movie
+        from ..shapes.validate import positive
+        from ..turntables.turntable import turntable as turn
+
+        check_movie(output, width, height, frames, positive("turntable", "seconds", seconds))
+        check_folder(output)
+        _check_together(context, samples, integrator)
+        loaded = load(scene, threads)
+        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, False)
+        if fit:
+            loaded = loaded.replace(camera=None)
+        prepare(loaded, "picture", "rays", "streams", "points")
+        with compile_notes(), Bar("turning", "ray") as bar:
+            rendered = turn(
+                loaded, output, frames=frames, seconds=seconds, width=width, height=height, samples=samples,
+                integrator=integrator, seed=seed, depth=depth, camera=camera, axes=axes, labels=labels,
+                normals=normals, folder=folder, keep=keep, progress=in_rays(bar, width * height * samples * frames),
+            )  # fmt: skip
+        taken = f", {frames - rendered} of them were there" if rendered < frames else ""
+        say(f"{output}: {frames} frames of {width} x {height} pixels{taken}")
+
+
+def _check_together(context: typer.Context, samples: int, integrator: str) -> None:
+    only_with(context, "--integrator whitted", integrator != "normals", "depth")
+    only_with(context, "--samples 2 or more", samples > 1, "seed")
+    only_with(context, "--position", context.params["position"] is not None, "look_at", "up", "field_of_view")
+    only_with(context, "the scene's camera, without --position", context.params["position"] is None, "fit")
+
+
+def _camera(
+    context: typer.Context, scene: Scene, aspect: float,
+    position: str | None, look_at: str | None, up: str | None, field_of_view: float | None, fit: bool,
+) -> AnyCamera | None:  # fmt: skip
+    """The camera that the options describe; None for the scene's."""
+    if fit:
+        return scene.fitting_camera(aspect)
+    if position is None:
+        return None
+    from ..render.camera import Camera
+
+    low, high = scene.extent
+    target = tuple((0.5 * low + 0.5 * high).tolist()) if look_at is None else _point(context, "--look-at", look_at)
+    more: dict[str, Any] = {} if field_of_view is None else dict(field_of_view=field_of_view)
+    if up is not None:
+        more["up"] = _point(context, "--up", up)
+    return Camera(_point(context, "--position", position), target, **more)
+
+
+def _point(context: typer.Context, option: str, text: str) -> tuple[float, ...]:
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f"{context.info_name}: {option} must be three numbers X,Y,Z, got {text[:80]!r}") from None
+    return x, y, z

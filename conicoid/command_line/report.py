@@ -1,0 +1,74 @@
+"""What `conicoid info` prints: the bodies of a scene, what it takes in memory, what a check has found."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..formats.errors import printable
+from ..shapes.labels import counted, with_bytes
+from ..shapes.quadric import Quadric
+
+if TYPE_CHECKING:
+    from ..checks.finding import Finding
+    from ..engine.memory import Memory
+    from ..scene import Scene
+
+LISTED = 50
+"""Lines of one kind; of more, only the number is told."""
+
+
+def listing(scene: Scene) -> list[str]:
+    """A line for each body: its ids, name, shape and bounds; below a general quadric, which one it is."""
+    lines, number = [], 0
+    for body in scene.bodies[:LISTED]:
+        count = len(getattr(body.shape, "radii", ())) if type(body.shape).__name__ == "Spheres" else 1
+        ids = f"{number}" if count == 1 else f"{number}-{number + count - 1}" if count else "none"
+        number += count
+        name, kind = printable(body.name or ""), type(body.shape).__name__
+        lines.append(f"{ids:>9}  {name:<16} {kind:<22} {_box(*body.shape.bounds)}")
+        if isinstance(body.shape, Quadric):
+            lines.append(f"{'':>9}  {body.shape.classification}")
+    if len(scene.bodies) > LISTED:
+        lines.append(f"{'':>9}  and {counted(len(scene.bodies) - LISTED, 'more entry', 'more entries')}")
+    return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
+
+
+def totals(scene: Scene) -> list[str]:
+    """How many bodies, lights and distinct surfaces there are, how far they reach, and their memory."""
+    from ..engine.tables import SURFACE_KIND, length
+
+    return [
+        f"bodies    {scene.body_count:,}",
+        f"lights    {len(scene.lights):,}",
+        f"surfaces  {int(length(scene.geometry, SURFACE_KIND)):,}",
+        f"bounds    {_box(*scene.bounds)}",
+        f"memory    {_memory(scene.memory)}",
+    ]
+
+
+def findings(found: list[Finding]) -> list[str]:
+    """How many there are, and of each kind the worst."""
+    from ..checks.finding import KINDS
+
+    lines = [f"findings  {len(found):,}"]
+    for kind in KINDS:
+        of_kind = [finding for finding in found if finding.kind == kind]
+        lines.extend(printable(str(finding)) for finding in of_kind[:LISTED])
+        if len(of_kind) > LISTED:
+            lines.append(f"{kind}: and {len(of_kind) - LISTED:,} more")
+    return lines
+
+
+def _box(low: Any, high: Any) -> str:
+    if (low > high).any():
+        return "empty"
+    return "  ".join(f"{axis} [{a:.6g}, {b:.6g}]" for axis, a, b in zip("xyz", low, high, strict=True))
+
+
+def _memory(memory: Memory) -> str:
+    """Bytes in all, and for each primitive."""
+    each = ", ".join(
+        f"{part / max(memory.cells, 1):.0f} bytes a primitive for {name}"
+        for name, part in (("the tables", memory.tables), ("the tree", memory.tree))
+    )
+    return f"{with_bytes(memory.tables + memory.tree)} for {counted(memory.cells, 'primitive', 'primitives')}: {each}"

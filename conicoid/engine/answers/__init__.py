@@ -1,0 +1,1 @@
+"""Rays and answers as users hold them."""

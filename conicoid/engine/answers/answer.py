@@ -1,0 +1,108 @@
+"""What answers of a scene have in common: names and materials of the bodies in them, and a life without the scene."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from ...shapes.carried import restore
+from ...shapes.labels import Labels
+
+if TYPE_CHECKING:
+    from ..prepared import Prepared
+
+
+class NoScene:
+    """In place of the scene of an answer that has been taken from it."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise ValueError("this answer was detached from its scene, or pickled, and holds nothing that can tell")
+
+
+NO_SCENE: Any = NoScene()
+
+
+class Answer:
+    """Hits, spans or crossings. Pickled or `detached`, they keep all their fields and do not keep the scene."""
+
+    _scene: Prepared
+    _views: ClassVar[tuple[str, ...]] = ()
+    """Fields that are other attributes in another form: these are not kept twice."""
+
+    @cached_property
+    def _home(self) -> bytes:
+        return self._scene.key
+
+    @cached_property
+    def _labels(self) -> Labels:
+        return self._scene.labels
+
+    @property
+    def _numbers(self) -> Any:
+        return self.body  # type: ignore[attr-defined]
+
+    @property
+    def name(self) -> Any:
+        """The name of each body, objects of the shape of `body`: a text, or None for a body without and for a miss."""
+        return _frozen(self._labels.names_of(self._numbers))
+
+    @property
+    def material(self) -> Any:
+        """The material of each body, objects of the shape of `body`: as `scene.body(number).material`, None for a miss.
+
+        None is also that of a body without, which is the default one. The paint of single faces is not told.
+        """
+        return _frozen(self._labels.materials_of(self._numbers))
+
+    def detached(self) -> Self:
+        """The same without the scene, which then need not be kept: all fields are worked out, and stay.
+
+        Pickles are like that. Rays spawned from them still know their surface, in any scene with the same surfaces.
+        """
+        result = object.__new__(type(self))
+        result.__setstate__(self.__getstate__())
+        return result
+
+    def __getstate__(self) -> dict[str, Any]:
+        kind = type(self)
+        for field in dir(kind):
+            if not field.startswith("_") and isinstance(getattr(kind, field), (property, cached_property)):
+                getattr(self, field)
+        state = {name: value for name, value in vars(self).items() if name != "_scene" and name not in self._views}
+        return {**state, "_home": self._home, "_labels": self._labels.of_only(self._numbers)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        restore(self, state)
+        self._scene = NO_SCENE
+
+    def __copy__(self) -> Self:
+        result = object.__new__(type(self))
+        vars(result).update(vars(self))
+        return result
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        del memo  # all of it is read-only
+        return self.__copy__()
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+        del copy
+        return boxed(self, dtype)
+
+
+def boxed(thing: Any, dtype: Any) -> Any:
+    """An object as an array () of itself, which is how NumPy's files can keep it; never one of its parts."""
+    if dtype is not None and np.dtype(dtype) != np.dtype(object):
+        raise TypeError(f"{type(thing).__name__} is no array of numbers: its fields are")
+    box = np.empty((), object)
+    box[()] = thing
+    return box
+
+
+def _frozen(values: Any) -> Any:
+    if isinstance(values, np.ndarray):
+        values.flags.writeable = False
+    return values

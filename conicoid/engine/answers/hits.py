@@ -1,0 +1,262 @@
+"""The answer to `first_hit`: what was found, and what is worked out when asked for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...shapes.arrays import without_traces
+from ...shapes.calm import calm
+from ...shapes.labels import counted
+from ...shapes.validate import DOMAIN, outside_domain, shown
+from ...shapes.validate import path as checked_path
+from ...shapes.vector import FloatArray
+from ..arrays.found import Found
+from ..certified.errors import errors_of_points
+from ..certified.exact_errors import bounds_of_t
+from ..ray import DEAD
+from ..threads import run_chunks
+from .answer import NO_SCENE, Answer
+from .fields import faces_of, local_points_of, normals_of, points_along, uvs_of
+from .rays import Rays, lines_of, points_array
+
+if TYPE_CHECKING:
+    from ..prepared import Prepared
+
+_CHUNK = 16384
+
+
+class Hits(Answer):
+    """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
+
+    t         float64 (...), in units of the direction's length; inf for a miss
+    body, face, surface   int32 (...), -1 for a miss
+    hit       bool (...): whether the ray hit anything; of a single ray also `if hits:`
+    entering  bool (...): normal·direction < 0; False for a miss
+    doubtful  bool (...): the ray took more than the fast formulas
+    t_error   float64 (...): t is at most so far from the exact crossing; 0 for a miss
+    point_error   float64 (...): so is the point, in length; NaN for a miss
+    point, local_point, normal   float64 (..., 3); NaN for a miss; the normal is unit and outward
+    uv        float64 (..., 2); NaN for a miss
+    name, material   objects (...): what the body is called and made of; None for a miss
+
+    Pickled, or `detached`, hits keep all these fields and do not keep the scene.
+    """
+
+    _views = ("t", "body", "surface", "face", "entering", "doubtful")
+
+    def __init__(self, scene: Prepared, rays: Rays, found: Found, doubtful: Any = ()) -> None:
+        self._scene, self.rays = scene, rays
+        self._found, self._doubtful = found, np.asarray(doubtful, np.int64)
+
+    def _shaped(self, array: Any, *last: int) -> Any:
+        result = array.reshape((*self.rays.shape, *last))
+        result.flags.writeable = False
+        return result if last else result[()]
+
+    @cached_property
+    def t(self) -> FloatArray:
+        result: FloatArray = self._shaped(self._found.t)
+        return result
+
+    @cached_property
+    def body(self) -> npt.NDArray[np.int32]:
+        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
+        return result
+
+    @property
+    def hit(self) -> npt.NDArray[np.bool_]:
+        """bool (...): did the ray hit anything?"""
+        result: npt.NDArray[np.bool_] = self._shaped(self._found.body >= 0)
+        return result
+
+    @cached_property
+    def _faces(self) -> Any:
+        """(3, n): surface, face number, side."""
+        found = self._found
+        faces = np.empty((3, len(found.t)), np.int32)
+        arguments = (self._scene.geometry, found.entry, found.place, found.turn)
+        run_chunks(lambda a, b: faces_of(*arguments, a, b, faces), len(found.t), _CHUNK)
+        return faces
+
+    @cached_property
+    def surface(self) -> Any:
+        return self._shaped(self._faces[0])
+
+    @cached_property
+    def face(self) -> Any:
+        return self._shaped(self._faces[1])
+
+    @cached_property
+    def entering(self) -> Any:
+        return self._shaped(abs(self._found.turn) == 2)
+
+    @cached_property
+    def _points(self) -> FloatArray:
+        t = self._found.t
+        points = np.empty((len(t), 3))
+        o, d = lines_of(self.rays)
+        run_chunks(lambda a, b: points_along(o, d, t, a, b, points), len(points), _CHUNK)
+        return points
+
+    @cached_property
+    def doubtful(self) -> Any:
+        """bool (...): rays that rounding might have got wrong, and that were decided again with certainty."""
+        result = np.zeros(len(self._found.t), np.bool_)
+        result[self._doubtful] = True
+        return self._shaped(result)
+
+    @cached_property
+    def _errors(self) -> FloatArray:
+        scene, found = self._scene, self._found
+        lines, starts = lines_of(self.rays), self.rays._starts_in(scene)
+        return bounds_of_t(scene, lines, starts, np.zeros(0, np.int64), found.t, self._faces[0])
+
+    @property
+    def t_error(self) -> Any:
+        """A bound on |t - t*|, t* being where the ray as given crosses the surface as given (docs/exactness.md)."""
+        return self._shaped(self._errors)
+
+    @cached_property
+    def point_error(self) -> Any:
+        """A bound on the distance of `point` from the exact one, in length."""
+        errors = np.empty(len(self._errors))
+        arguments = (lines_of(self.rays)[1], self._points, self._errors)
+        run_chunks(lambda a, b: errors_of_points(*arguments, a, b, errors), len(errors), _CHUNK)
+        return self._shaped(errors)
+
+    @property
+    def point(self) -> FloatArray:
+        result: FloatArray = self._shaped(self._points, 3)
+        return result
+
+    @cached_property
+    def local_point(self) -> FloatArray:
+        """The point in the own frame of the body's shape (for a ball of `Spheres`: from its center)."""
+        local, lowered = np.empty_like(self._points), self._scene.lowered
+        arguments = (
+            self._scene.geometry,
+            lowered.frames,
+            lowered.body_frame,
+            self._found.body,
+            self._faces,
+            self._points,
+        )
+        run_chunks(lambda a, b: local_points_of(*arguments, a, b, local), len(local), _CHUNK)
+        result: FloatArray = self._shaped(local, 3)
+        return result
+
+    @cached_property
+    @calm
+    def normal(self) -> FloatArray:
+        normals, points = np.empty_like(self._points), self._points
+        arguments = (self._scene.geometry, self._faces, points)
+        run_chunks(lambda a, b: normals_of(*arguments, a, b, normals), len(normals), _CHUNK)
+        result: FloatArray = self._shaped(without_traces(normals), 3)
+        return result
+
+    @cached_property
+    def uv(self) -> FloatArray:
+        uv = np.empty((len(self._points), 2))
+        arguments = (self._scene.geometry, self._found.body, self._faces, self._points)
+        run_chunks(lambda a, b: uvs_of(*arguments, a, b, uv), len(uv), _CHUNK)
+        result: FloatArray = self._shaped(uv, 2)
+        return result
+
+    @calm
+    def spawn(self, directions: Any) -> Rays:
+        """Rays that start on the hits: no offset, the surface they start on is known and left out.
+
+        `directions` (..., 3) broadcasts to the hits. Misses stay misses, whatever their direction.
+        Raises ValueError for a NaN, infinite or zero direction of a hit, with its index.
+        """
+        shape = (*self.rays.shape, 3)
+        given = points_array("spawn", "directions", directions)
+        try:
+            wanted = np.broadcast_to(given, shape)
+        except ValueError:
+            raise ValueError(f"spawn: directions must broadcast to {shape}, got {given.shape}") from None
+        d = np.array(wanted, order="C")
+        hit = self._found.body >= 0
+        flat = d.reshape(-1, 3)
+        bad = np.flatnonzero(hit & ~(np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)))
+        if len(bad):
+            where = tuple(int(i) for i in np.unravel_index(bad[0], self.rays.shape))
+            raise ValueError(
+                f"spawn: direction must be finite and not zero, got {tuple(flat[bad[0]].tolist())} at {where}"
+            )
+        bad = np.flatnonzero(hit & outside_domain(flat).any(axis=1))
+        if len(bad):
+            where = tuple(int(i) for i in np.unravel_index(bad[0], self.rays.shape))
+            raise ValueError(
+                f"spawn: direction must be {DOMAIN} in every component, got {tuple(flat[bad[0]].tolist())} at {where}"
+            )
+        starts = np.where(hit, self._faces[0], DEAD).astype(np.int32)
+        return Rays._spawned(self._points.reshape(shape).copy(), d, starts, self._home)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all fields as a .npz file, which `co.Hits.load` reads; the scene stays behind, as with `detached`.
+
+        The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
+        """
+        from ...formats.hits_file import write_hits_file
+
+        write_hits_file(_npz("save", path), self)
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Hits:
+        """The hits in a file that `save` wrote, detached from their scene. Nothing in a file is executed.
+
+        Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
+        """
+        from ...formats.hits_file import read_hits_file
+
+        return read_hits_file(_npz("load", path))
+
+    def __len__(self) -> int:
+        return len(self.rays)
+
+    def __bool__(self) -> bool:
+        count = len(self._found.body)
+        if count != 1:
+            raise ValueError(
+                f"Hits: the truth value of {count} hits is ambiguous; use hits.hit.any() or hits.hit.all()"
+            )
+        return bool(self._found.body[0] >= 0)
+
+    def __iter__(self) -> Iterator[Hits]:
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, index: Any) -> Hits:
+        """The hits that an index or mask over the rays' shape selects."""
+        rows = np.arange(len(self._found.t)).reshape(self.rays.shape)[index]
+        flat = np.atleast_1d(rows).ravel()
+        doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()
+        picked = Hits(self._scene, self.rays[index], Found(*(array[flat] for array in self._found)), doubtful)
+        if self._scene is NO_SCENE:
+            self._hand_on(picked, index, flat)
+        return picked
+
+    def _hand_on(self, picked: Hits, index: Any, flat: Any) -> None:
+        """What only the scene could work out again."""
+        rows = {"_points": self._points[flat], "_errors": self._errors[flat], "_faces": self._faces[:, flat]}
+        fields = (name for name in vars(self) if not name.startswith("_") and name not in (*self._views, "rays"))
+        shaped = {name: np.array(getattr(self, name)[index]) for name in fields}
+        picked.__setstate__({**rows, **{name: value[()] for name, value in shaped.items()}, **vars(picked)})
+        vars(picked).update(_home=self._home, _labels=self._labels)
+
+    def __repr__(self) -> str:
+        found = int((self._found.body >= 0).sum())
+        return f"Hits(shape={self.rays.shape}, {found:,} of {counted(len(self._found.t), 'ray', 'rays')} hit)"
+
+
+def _npz(owner: str, path: Any) -> str | os.PathLike[str]:
+    file: str | os.PathLike[str] = checked_path(owner, path)
+    if not os.fspath(file).lower().endswith(".npz"):
+        raise ValueError(f"{owner}: path of hits must end with .npz, got {shown(os.fspath(file))}")
+    return file

@@ -1,0 +1,173 @@
+"""Rays: origins and directions, and the surface each may start on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...shapes.arrays import real_array
+from ...shapes.calm import calm
+from ...shapes.validate import DOMAIN, what
+from ...shapes.vector import FloatArray
+
+if TYPE_CHECKING:
+    from ..prepared import Prepared
+
+
+_REASONS = {
+    1: "origin must be finite",
+    2: "direction must be finite",
+    3: "direction must not be zero",
+    4: f"origin must be {DOMAIN} in every component",
+    5: f"direction must be {DOMAIN} in every component",
+}
+
+
+def points_array(owner: str, field: str, values: Any) -> FloatArray:
+    """`values` as a float64 array (..., 3); a named ValueError otherwise."""
+    array = real_array(owner, field, values, "an array of numbers (..., 3)")
+    if array.ndim == 1 and array.size == 0:
+        array = array.reshape(0, 3)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{owner}: {field} must have shape (..., 3), got {array.shape}")
+    return array
+
+
+class Rays:
+    """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64.
+
+    Directions need not be unit; t is in units of their length. Unpacks to (origins, directions);
+    the surfaces that spawned rays start on are then lost.
+
+    Spawned rays know the surface that they start on, by its number, and whose number that is: asked of a scene with
+    other surfaces they are plain rays, with the same origins and directions.
+
+    Raises ValueError for NaN, infinite or zero input, with the index of the first such ray.
+    """
+
+    __slots__ = ("_home", "_starts", "directions", "origins")
+    origins: FloatArray
+    directions: FloatArray
+    _starts: npt.NDArray[np.int32]  # numbers of surfaces, -1 for none, DEAD; one for all rays or one for each
+    _home: bytes | None  # `Prepared.key` of the scene whose surfaces they are
+
+    @calm
+    def __init__(self, origins: Any, directions: Any) -> None:
+        from .fields import first_invalid
+
+        o, d = points_array("Rays", "origins", origins), points_array("Rays", "directions", directions)
+        try:
+            shape = np.broadcast_shapes(o.shape, d.shape)
+        except ValueError:
+            raise ValueError(f"Rays: origins {o.shape} and directions {d.shape} do not broadcast together") from None
+        o, d = _own(o, shape), _own(d, shape)
+        index, reason = first_invalid(o.reshape(-1, 3), d.reshape(-1, 3))
+        if reason:
+            value = (o if reason in (1, 4) else d).reshape(-1, 3)[index]
+            where = tuple(int(i) for i in np.unravel_index(index, shape[:-1])) if len(shape) > 1 else ()
+            place = f" for ray[{', '.join(map(str, where))}]" if where else ""
+            raise ValueError(f"Rays: {_REASONS[reason]}, got {tuple(value.tolist())}{place}")
+        self._keep(o, d, np.array([-1], np.int32))
+
+    def _keep(
+        self, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32], home: bytes | None = None
+    ) -> None:
+        for array in (origins, directions, starts):
+            array.flags.writeable = False
+        object.__setattr__(self, "origins", origins)
+        object.__setattr__(self, "directions", directions)
+        object.__setattr__(self, "_starts", starts)
+        object.__setattr__(self, "_home", home)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"Rays are read-only: {name} cannot be set")
+
+    @classmethod
+    def _spawned(
+        cls, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32], home: bytes | None = None
+    ) -> Rays:
+        """Rays that start on surfaces (ids, or DEAD) of the scene of a key, without checking them again."""
+        rays = object.__new__(cls)
+        rays._keep(origins, directions, starts, home)
+        return rays
+
+    def _starts_in(self, scene: Prepared) -> npt.NDArray[np.int32]:
+        """The surfaces of a scene that the rays start on. In one with other surfaces: none, and misses stay misses."""
+        starts = self._starts
+        if not starts.size:
+            return np.array([-1], np.int32)
+        if (len(starts) == 1 and starts[0] < 0) or (self._home is not None and self._home == scene.key):
+            return starts
+        return np.minimum(starts, np.int32(-1))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self)._spawned, (self.origins, self.directions, self._starts, self._home)
+
+    @classmethod
+    def concatenate(cls, parts: Iterable[Rays]) -> Rays:
+        """Rays one after the other along the first axis, like `np.concatenate`; single ones count as rows of one.
+
+        Spawned rays keep the surfaces that they start on if these are all of one scene. Raises TypeError for what is
+        no Rays, ValueError for none at all and for shapes that do not fit.
+        """
+        if isinstance(parts, Rays) or not isinstance(parts, Iterable):
+            raise TypeError(f"Rays: parts must be a list of Rays, got {what(parts)}")
+        given = list(parts)
+        for i, part in enumerate(given):
+            if not isinstance(part, Rays):
+                raise TypeError(f"Rays: parts[{i}] must be Rays, got {what(part)}")
+        rows = [part if part.shape else part[None] for part in given]
+        if len({part.shape[1:] for part in rows}) != 1:
+            shapes = ", ".join(str(part.shape) for part in rows[:8]) or "none"
+            raise ValueError(f"Rays: parts must have shapes that differ in the first axis alone, got {shapes}")
+        starts = [np.broadcast_to(part._starts, (part.origins.size // 3,)) for part in rows]
+        origins, directions = (np.concatenate([p[k] for p in map(tuple, rows)]) for k in (0, 1))
+        homes = {part._home for part in rows if (part._starts >= 0).any()}
+        together = np.concatenate(starts)
+        if len(homes) > 1:
+            return cls._spawned(origins, directions, np.minimum(together, np.int32(-1)))
+        return cls._spawned(origins, directions, together, homes.pop() if homes else None)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape."""
+        return self.origins.shape[:-1]
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError("a single ray has no length")
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[FloatArray]:
+        return iter((self.origins, self.directions))
+
+    def __getitem__(self, index: Any) -> Rays:
+        starts = self._starts
+        if len(starts) > 1 or self.origins.size == 3:
+            starts = np.atleast_1d(np.broadcast_to(starts, (self.origins.size // 3,)).reshape(self.shape)[index])
+        o, d = self.origins[index], self.directions[index]
+        if o.shape[-1:] != (3,):
+            raise IndexError(f"Rays: index {index!r} must select whole rays")
+        return Rays._spawned(np.array(o), np.array(d), np.ascontiguousarray(starts.ravel(), dtype=np.int32), self._home)
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+        from .answer import boxed
+
+        del copy
+        return boxed(self, dtype)
+
+    def __repr__(self) -> str:
+        return f"Rays(shape={self.shape})"
+
+
+def lines_of(rays: Rays) -> tuple[FloatArray, FloatArray]:
+    """(origins, directions), both (n, 3)."""
+    return rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)
+
+
+def _own(array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    whole = array if array.shape == shape else np.broadcast_to(array, shape)  # which costs as much as tracing a ray
+    return np.array(whole, dtype=np.float64, order="C")

@@ -1,0 +1,107 @@
+"""The compiled loops behind spans and crossings: chunks of rays in, rows out, and from rows into columns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...compiler.jit import allocator, kernel
+from ..body.entry import collect
+from ..body.rows import CROSSING_COLUMNS, SPAN_COLUMNS, put_in_order, ray_rows, scale_rows, with_room
+from ..body.scratch import Scratch, new_scratch
+from ..packets.lanes import DOUBT
+from ..packets.load import coherent, fill_lanes, packet_row
+from ..packets.packet import new_packet
+from ..packets.rows import list_packet, new_chains, put_chain
+from ..ray import DEAD, Ray, load_ray, scaled_ray
+from ..tables import Floats, Geometry, Ints, Signs, halted
+
+
+@allocator
+def _alone(
+    geometry: Geometry, scratch: Scratch, ray: Ray, spans: bool, rows: Floats, used: int
+) -> tuple[Floats, int, bool]:
+    """The rows of a ray by itself, from rows[used] on: (rows, how many now, doubtful)."""
+    if ray[8] == DEAD or not ray[6] < ray[7] or halted(geometry):
+        return rows, used, False
+    given = ray
+    ray, scale = scaled_ray(given)
+    count, first = collect(geometry, scratch, ray), used
+    rows, used, unsure = ray_rows(geometry, scratch, ray, count, spans, rows, used)
+    scale_rows(rows, first, used, scale, given, spans)
+    return rows, used, unsure
+
+
+@kernel
+def trace_rows(
+    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs,
+) -> Floats:  # fmt: skip
+    """Rows of spans or crossings (see lists.py) of packets begin..end of 64 rays, in the order of their lanes.
+
+    counts[i] rows for ray i, sorted; a doubtful ray has doubts[i] = 1, and no rows.
+    """
+    scratch, bundle, chains = new_scratch(geometry), new_packet(), new_chains()
+    columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
+    rows, found, used = np.empty((64 * (end - begin), columns)), np.empty((256, columns + 1)), 0
+    lanes = bundle.lanes
+    for packet in range(begin, end):
+        if halted(geometry):
+            break
+        fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, False)
+        together, more = coherent(geometry, lanes, 8), 0
+        if together:
+            found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
+            rows = with_room(rows, used, more)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, len(origins))
+            for k in range(n):
+                before, lane, unsure = used, 8 * row + k, True
+                if together and lanes[DOUBT + np.uint64(lane)] == 0.0:
+                    used = put_chain(chains, lane, found, rows, used)
+                    unsure = put_in_order(rows, before, used, spans)
+                if unsure:
+                    ray = load_ray(origins, directions, t_min, t_max, starts, first + k)
+                    rows, used, unsure = _alone(geometry, scratch, ray, spans, rows, before)
+                    rows = with_room(rows, used, more)  # the other lanes' may still be to come
+                used = before if unsure else used
+                counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0
+    return rows[:used].copy()
+
+
+@kernel
+def put_spans(
+    rows: Floats, counts: Ints, offsets: Ints, width: int, begin: int, end: int,
+    t_enter: Floats, t_exit: Floats, body: Ints, clipped: Any, surfaces: Ints,
+) -> None:  # fmt: skip
+    """Rows of packets begin..end into columns: clipped and surfaces (2, n) of both ends."""
+    done = 0
+    for packet in range(begin, end):
+        for line in range(8):
+            first, n = packet_row(packet, line, width, len(counts))
+            for i in range(first, first + n):
+                for k in range(counts[i]):
+                    at = offsets[i] + k
+                    t_enter[at], body[at], t_exit[at] = rows[done, 0], rows[done, 1], rows[done, 2]
+                    clipped[0, at], clipped[1, at] = rows[done, 3] != 0.0, rows[done, 4] != 0.0
+                    surfaces[0, at], surfaces[1, at] = rows[done, 5], rows[done, 6]
+                    done += 1
+
+
+@kernel
+def put_crossings(
+    rows: Floats, counts: Ints, offsets: Ints, width: int, begin: int, end: int,
+    t: Floats, body: Ints, face: Ints, surface: Ints, entering: Any,
+) -> None:  # fmt: skip
+    """Rows of packets begin..end into columns."""
+    done = 0
+    for packet in range(begin, end):
+        for line in range(8):
+            first, n = packet_row(packet, line, width, len(counts))
+            for i in range(first, first + n):
+                for k in range(counts[i]):
+                    at = offsets[i] + k
+                    t[at], body[at], face[at] = rows[done, 0], rows[done, 1], rows[done, 2]
+                    surface[at], entering[at] = rows[done, 3], rows[done, 5] != 0.0
+                    done += 1

@@ -1,0 +1,1 @@
+"""One body and one ray: cells, Boolean bodies, sheets; crossings, ties, media."""

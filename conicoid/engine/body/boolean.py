@@ -1,0 +1,256 @@
+"""The crossings of a ray with one body, in order.
+
+Every leaf of a body's program gives the ends of its spans as events. They are sorted and taken in
+groups of equal t: all leaves of a group turn at once, and only if the body's truth differs before
+and after the group is there a crossing. Coincident faces settle themselves so, without a tolerance.
+"""
+
+from __future__ import annotations
+
+from ...compiler.jit import helper, inline
+from .. import tables as table
+from ..ray import Ray, span_inverse
+from ..surface.nearness import Nearness, at_start, beyond, near, nearness_of
+from ..tables import Geometry, halted, halted_now_and_then, integer, whole
+from ..tree.walk import walk
+from .cell import cell_spans, place_face
+from .gates import root_value, turn_leaf
+from .scratch import CROSS_ENTERS, CROSS_PLACE, CROSS_SENSE, CROSS_T, EVENT, KNOWN, LEAF, ON, PLACE, TIME, Scratch
+
+
+@inline
+def put_event(scratch: Scratch, count: int, t: float, leaf: int, place: int, on: int) -> int:
+    """Event number `count` of a leaf that is entered (1) or left (0); returns how many there are now."""
+    scratch.time[TIME * count] = t
+    at = EVENT * count
+    scratch.event[at + LEAF], scratch.event[at + PLACE], scratch.event[at + ON] = leaf, place, on
+    return count + 1
+
+
+@inline
+def leaves_met(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
+    """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many."""
+    if scratch.found_leaves[KNOWN] >= 0:
+        return scratch.found_leaves[KNOWN]
+    return walk(geometry, scratch.inner_way, program, ray, scratch.found_leaves)
+
+
+@helper
+def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tuple[int, bool]:
+    """Put the span ends of all leaves that the ray can meet into scratch, sorted: (their number, are they doubtful)."""
+    count, doubtful = 0, False
+    if halted(geometry):
+        return count, doubtful
+    inverse = span_inverse(ray)
+    for k in range(leaves_met(geometry, scratch, program, ray)):
+        leaf = scratch.found_leaves[k]
+        spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = cell_spans(
+            geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse
+        )
+        doubtful |= unsure
+        if spans > 0:
+            count = put_event(scratch, count, in1, leaf, a1, 1)
+            count = put_event(scratch, count, out1, leaf, b1, 0)
+        if spans > 1:
+            count = put_event(scratch, count, in2, leaf, a2, 1)
+            count = put_event(scratch, count, out2, leaf, b2, 0)
+    sort_events(scratch, count)
+    return count, doubtful
+
+
+@inline
+def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
+    before = scratch.time[TIME * i]
+    return before > t or (before == t and scratch.event[EVENT * i + LEAF] > leaf)
+
+
+@helper
+def sort_events(scratch: Scratch, count: int) -> None:
+    """By t, then by leaf (Shell's sort, gaps after Ciura 2001 and growing by 9/4)."""
+    time, event, gap = scratch.time, scratch.event, 1
+    while gap < count // 2:
+        gap = gap * 9 // 4 + 1
+    while gap > 0:
+        for i in range(gap, count):
+            t, j = time[TIME * i], i
+            leaf, place, on = event[EVENT * i + LEAF], event[EVENT * i + PLACE], event[EVENT * i + ON]
+            while j >= gap and _later(scratch, j - gap, t, leaf):
+                k = j - gap
+                put_event(
+                    scratch, j, time[TIME * k], event[EVENT * k + LEAF], event[EVENT * k + PLACE], event[EVENT * k + ON]
+                )
+                j = k
+            put_event(scratch, j, t, leaf, place, on)
+        gap = gap * 4 // 9
+
+
+@inline
+def _unsettled(geometry: Geometry, scratch: Scratch, k: int, nearness: Nearness) -> bool:
+    """Might rounding have put event k after the one before it, or together with it? Not on the same surface."""
+    t, before = scratch.time[TIME * k], scratch.time[TIME * (k - 1)]
+    if not near(t, before, nearness):
+        return False
+    here, there = scratch.event[EVENT * k + PLACE], scratch.event[EVENT * (k - 1) + PLACE]
+    return t != before or place_face(geometry, here)[0] != place_face(geometry, there)[0]
+
+
+@helper
+def region_crossings(
+    geometry: Geometry, scratch: Scratch, program: int, ray: Ray, limit: int
+) -> tuple[int, bool, bool]:
+    """(number of crossings in (t_min, t_max), inside just after t_min, doubtful) of a region; stops after `limit`."""
+    events, unsure = gather(geometry, scratch, program, ray)
+    nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
+    found, inside, doubtful = sweep(geometry, scratch, program, ray, nearness, events, limit)
+    return found, inside, unsure | doubtful
+
+
+@helper
+def sweep(
+    geometry: Geometry, scratch: Scratch, program: int, ray: Ray, nearness: Nearness, events: int, limit: int
+) -> tuple[int, bool, bool]:
+    """`region_crossings` from sorted events."""
+    t_min, t_max = ray[6], ray[7]
+    gates, event, unsure = scratch.counts, scratch.event, False
+    done, found = 0, 0
+    while done < events and scratch.time[TIME * done] <= t_min and not halted_now_and_then(geometry, done):
+        turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+        done += 1
+    unsure |= (done > 0) & (done < events) and _unsettled(geometry, scratch, done, nearness)
+    inside = root_value(geometry, gates, program)
+    started_inside = inside
+    behind = done - 1
+    while behind >= 0 and abs(scratch.time[TIME * behind]) <= nearness[0]:
+        unsure |= _at_start(geometry, scratch, behind, ray, nearness)
+        behind -= 1
+    while done < events and found < limit and not halted_now_and_then(geometry, done):
+        t = scratch.time[TIME * done]
+        unsure |= _at_start(geometry, scratch, done, ray, nearness) | beyond(t, nearness)
+        if not t < t_max:
+            break
+        first = done
+        while done < events and scratch.time[TIME * done] == t and not halted_now_and_then(geometry, done):
+            turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+            done += 1
+            unsure |= done < events and _unsettled(geometry, scratch, done, nearness)
+        after = root_value(geometry, gates, program)
+        if after != inside:
+            inside = after
+            reported = _report(geometry, scratch, first, done, ray[8], after, found)
+            found += reported
+            started_inside ^= reported == 0
+    turn_back(geometry, scratch, program, done)
+    return found, started_inside, unsure
+
+
+@inline
+def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: Nearness) -> bool:
+    t = scratch.time[TIME * k]
+    surface = surface_of(geometry, scratch.event[EVENT * k + PLACE], t)
+    return at_start(t, surface == ray[8], ray[6], nearness[0])
+
+
+@helper
+def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> None:
+    """Undo the first `done` events: every leaf is outside again."""
+    first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
+    if last - first <= done:
+        for gate in range(first, last):
+            scratch.counts[gate] = integer(geometry, table.GATE_START, gate)
+        return
+    for i in range(done - 1, -1, -1):
+        if halted_now_and_then(geometry, i):
+            return
+        at = EVENT * i
+        turn_leaf(geometry, scratch.counts, scratch.event[at + LEAF], scratch.event[at + ON] == 0)
+
+
+@helper
+def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
+    """(inside just before t, inside just after t) of a region."""
+    events, _ = gather(geometry, scratch, program, ray)
+    event, done = scratch.event, 0
+    while done < events and scratch.time[TIME * done] < t and not halted_now_and_then(geometry, done):
+        turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+        done += 1
+    before = root_value(geometry, scratch.counts, program)
+    while done < events and scratch.time[TIME * done] <= t and not halted_now_and_then(geometry, done):
+        turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+        done += 1
+    after = root_value(geometry, scratch.counts, program)
+    turn_back(geometry, scratch, program, done)
+    return before, after
+
+
+@inline
+def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: int, entered: bool, n: int) -> int:
+    """The crossing shows the first leaf of the group that turned the way the body did. 0: it is the ray's start."""
+    event, chosen = scratch.event, first
+    for i in range(first, last):
+        sense = integer(geometry, table.LEAF_SENSE, event[EVENT * i + LEAF])
+        if (event[EVENT * i + ON] == 1) == (entered == (sense > 0)):
+            chosen = i
+            break
+    t, place = scratch.time[TIME * chosen], event[EVENT * chosen + PLACE]
+    sense = integer(geometry, table.LEAF_SENSE, event[EVENT * chosen + LEAF])
+    put_crossing(scratch, n, t, place, sense, 1 if entered else 0)
+    return 0 if t == 0.0 and place_face(geometry, place)[0] == start else 1
+
+
+@helper
+def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
+    """(is the point at t in a region, its leaves taken as closed, is that doubtful)"""
+    ox, oy, oz, dx, dy, dz, _, _, start = ray
+    ray = (ox, oy, oz, dx, dy, dz, t, t, start)
+    nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
+    events, unsure = gather(geometry, scratch, program, ray)
+    for sweep in range(2):
+        for i in range(events):
+            if halted_now_and_then(geometry, i):
+                break
+            enters, end = scratch.event[EVENT * i + ON] == 1, scratch.time[TIME * i]
+            unsure |= near(end, t, nearness)
+            if end < t or (enters and end == t):
+                turn_leaf(geometry, scratch.counts, scratch.event[EVENT * i + LEAF], enters == (sweep == 0))
+        if sweep == 0:
+            inside = root_value(geometry, scratch.counts, program)
+    return inside, unsure
+
+
+@inline
+def put_crossing(scratch: Scratch, n: int, t: float, place: int, sense: int, enters: int) -> None:
+    """Crossing n of a body, into scratch."""
+    at = EVENT * n
+    scratch.time[TIME * n + CROSS_T] = t
+    scratch.event[at + CROSS_PLACE], scratch.event[at + CROSS_SENSE], scratch.event[at + CROSS_ENTERS] = (
+        place, sense, enters,
+    )  # fmt: skip
+
+
+@inline
+def crossing(scratch: Scratch, n: int) -> tuple[float, int, int, bool]:
+    """(t, place, sense of its leaf, is the body entered) of crossing n of a body."""
+    t, event, at = scratch.time[TIME * n + CROSS_T], scratch.event, EVENT * n
+    place, sense = whole(event[at + CROSS_PLACE]), whole(event[at + CROSS_SENSE])
+    return t, place, sense, event[at + CROSS_ENTERS] == 1
+
+
+@inline
+def counts_in(t: float, surface: int, ray: Ray) -> bool:
+    """Is a crossing within (t_min, t_max), and not the one that the ray starts on?"""
+    return ray[6] < t < ray[7] and not (t == 0.0 and surface == ray[8])
+
+
+@inline
+def left_out(t: float, surface: int, ray: Ray) -> bool:
+    """Is a crossing the one that the ray starts on, and within an interval that begins before it?
+
+    Then a body counts before it as it does beyond, so that crossings and spans go together.
+    """
+    return ray[6] < t < ray[7] and t == 0.0 and surface == ray[8]
+
+
+@inline
+def surface_of(geometry: Geometry, place: int, t: float) -> int:
+    """The surface of a place where it matters: at t = 0, where it may be the one that the ray starts on."""
+    return place_face(geometry, place)[0] if t == 0.0 else whole(-1)

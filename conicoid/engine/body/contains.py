@@ -1,0 +1,113 @@
+"""Is a point inside? Leaves are closed, Boolean combinations exact. (A surface's value has a sign at a point.)"""
+
+from __future__ import annotations
+
+from ...compiler.jit import helper, inline
+from .. import tables as table
+from ..numbers.errorfree import two_difference
+from ..numbers.sure import sign
+from ..numbers.vectors import dot
+from ..ray import Ray
+from ..surface.decide import OPEN, Rest, curved_terms, plane_terms
+from ..surface.quadric import quadric_rounding, quadric_value
+from ..surface.records import load_limits, load_plane, load_quadric, load_sphere
+from ..tables import BALL, CELL, PLANE, REGION, SPHERE, Geometry, integer
+from .boolean import leaves_met
+from .gates import root_value, turn_leaf
+from .scratch import EVENT, LEAF, Scratch
+
+_ROUNDING = 2.0**-44
+
+
+_OFF_CENTER = 2.0**-40
+
+
+INSIDE = 1
+"""OUTSIDE is 0, and OPEN 2: not certain."""
+
+
+@inline
+def point_ray(x: float, y: float, z: float) -> Ray:
+    """A ray that is a point."""
+    return x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, -1
+
+
+@inline
+def _plane_value(geometry: Geometry, row: int, x: float, y: float, z: float) -> tuple[float, float]:
+    """(value, by how much it may be off)."""
+    nx, ny, nz, over, ax, ay, az = load_plane(geometry, row)
+    (px, ex), (py, ey), (pz, ez) = two_difference(x, ax), two_difference(y, ay), two_difference(z, az)
+    height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
+    terms = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
+    return height, _ROUNDING * terms + load_limits(geometry, table.PLANE_LIMITS, row)[1]
+
+
+@helper
+def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: float) -> int:
+    """The sign of a surface's value at a point, or OPEN."""
+    row, kind = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.SURFACE_KIND, surface)
+    if kind == PLANE:
+        value, off = _plane_value(geometry, row, x, y, z)
+    elif kind == SPHERE:
+        cx, cy, cz, r = load_sphere(geometry, row)
+        px, py, pz = x - cx, y - cy, z - cz
+        square = px * px + py * py + pz * pz
+        value, off = square - r * r, _OFF_CENTER * (square + r * r)
+    else:
+        quadric = load_quadric(geometry, row)
+        rests, at = rest.quadrics, 19 * row
+        value = quadric_value(quadric, x, y, z)
+        off = quadric_rounding(quadric, x, y, z, rests[at], rests[at + 1], rests[at + 2])
+    if abs(value) > off:
+        return 1 if value > 0.0 else -1
+    if kind == PLANE:
+        return sign(plane_terms(geometry, rest, surface, point_ray(x, y, z), 0.0)[0])
+    return sign(curved_terms(geometry, rest, surface, point_ray(x, y, z), 0.0)[2])
+
+
+@helper
+def cell_holds(geometry: Geometry, rest: Rest, cell: int, x: float, y: float, z: float) -> int:
+    """INSIDE if the point is on the inner side of every face, or on it; OPEN where that is not certain."""
+    held, quadric = INSIDE, integer(geometry, table.CELL_QUADRIC, cell)
+    first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
+    for slot in range(first, last + 1 if quadric >= 0 else last):
+        if slot == last:
+            where, inner = side(geometry, rest, quadric, x, y, z), integer(geometry, table.CELL_SIDE, cell)
+        else:
+            where = side(geometry, rest, integer(geometry, table.PLANE_SURFACE, slot), x, y, z)
+            inner = integer(geometry, table.PLANE_SIDE, slot)
+        if where == OPEN:
+            held = OPEN
+        elif where * inner > 0:
+            return 0
+    return held
+
+
+@helper
+def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x: float, y: float, z: float) -> int:
+    """Does an entry's body contain the point? INSIDE, 0 or OPEN."""
+    kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
+    if kind == BALL:
+        where = side(geometry, rest, index, x, y, z)
+        return OPEN if where == OPEN else (INSIDE if where <= 0 else 0)
+    if kind == CELL:
+        return cell_holds(geometry, rest, index, x, y, z)
+    if kind != REGION:
+        return 0
+    held, certain = 0, True
+    for k in range(leaves_met(geometry, scratch, index, point_ray(x, y, z))):
+        if table.halted_now_and_then(geometry, k):
+            break
+        leaf = scratch.found_leaves[k]
+        holds = cell_holds(geometry, rest, integer(geometry, table.LEAF_CELL, leaf), x, y, z)
+        certain &= holds != OPEN
+        if holds == INSIDE:
+            turn_leaf(geometry, scratch.counts, leaf, True)
+            scratch.event[EVENT * held + LEAF] = leaf
+            held += 1
+    inside = root_value(geometry, scratch.counts, index)
+    for k in range(held):
+        if table.halted_now_and_then(geometry, k):
+            break
+        turn_leaf(geometry, scratch.counts, scratch.event[EVENT * k + LEAF], False)
+    return (INSIDE if inside else 0) if certain else OPEN

@@ -1,0 +1,32 @@
+"""The media on both sides of a crossing."""
+
+from __future__ import annotations
+
+from ...compiler.jit import helper
+from .. import tables as table
+from ..ray import Ray, scaled_ray
+from ..tables import Geometry, Signs, integer
+from .entry import collect, entry_sides
+from .scratch import Scratch
+
+
+@helper
+def media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: Signs) -> tuple[int, int]:
+    """(before, after): the first body with is_medium[body] != 0 that the ray is in, just before and after t.
+
+    -1 for none. All that crosses at the same t acts together.
+    """
+    ray, scale = scaled_ray(ray)
+    t = t / scale
+    ox, oy, oz, dx, dy, dz, _, _, start = ray
+    here = (ox, oy, oz, dx, dy, dz, t, t, start)
+    before, after = -1, -1
+    for k in range(collect(geometry, scratch, here)):
+        entry = scratch.found[k]
+        body = integer(geometry, table.ENTRY_BODY, entry)
+        if is_medium[body] == 0 or (before >= 0 and after >= 0):
+            continue
+        was_inside, is_inside = entry_sides(geometry, scratch, entry, here, t)
+        before = body if was_inside and before < 0 else before
+        after = body if is_inside and after < 0 else after
+    return before, after

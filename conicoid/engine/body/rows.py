@@ -1,0 +1,193 @@
+"""All crossings or spans of rays, as rows of a growing table.
+
+A span:      t_enter, body, t_exit, enter clipped, exit clipped, surfaces of both ends (-1: none), off, off
+A crossing:  t, body, face, surface, side, entered, off
+
+`off` is by how much rounding may have moved an end. Where the ray is one of ranks (see ranks.py), t is a rank.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...compiler.jit import allocator, helper, inline
+from .. import tables as table
+from ..ray import Ray
+from ..tables import Floats, Geometry, Ints, integer, whole
+from .boolean import crossing
+from .entry import crossed_face, entry_crossings, entry_nearness, is_solid
+from .scratch import Scratch
+
+SPAN_COLUMNS, SPAN_OFF = 9, 7
+CROSSING_COLUMNS, CROSSING_OFF = 7, 6
+_FEW = 12
+
+
+@allocator
+def with_room(rows: Floats, used: int, more: int) -> Floats:
+    """The rows, in a larger table where theirs has no room for some more."""
+    if used + more <= len(rows):
+        return rows
+    larger = np.empty((2 * len(rows) + more + 64, rows.shape[1]))
+    larger[:used] = rows[:used]
+    return larger
+
+
+@inline
+def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
+    _, place, sense, _ = crossing(scratch, c)
+    return crossed_face(geometry, entry, place, sense)[0]
+
+
+@helper
+def _put_spans(
+    geometry: Geometry, scratch: Scratch, entry: int, crossings: int, inside: bool, ray: Ray, off: float,
+    rows: Floats, used: int,
+) -> int:  # fmt: skip
+    """Rows of the spans between an entry's crossings, which stand in scratch; returns how many there are now."""
+    body = integer(geometry, table.ENTRY_BODY, entry)
+    enter, surface, before = ray[6], whole(-1), 0.0
+    for c in range(crossings + 1):
+        at_end = c == crossings
+        t, beyond, after = ray[7], whole(-1), 0.0
+        if not at_end:
+            t, beyond, after = crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), off
+        if inside:
+            rows[used, 0], rows[used, 1], rows[used, 2] = enter, body, t
+            rows[used, 3], rows[used, 4] = 1.0 if surface < 0 else 0.0, 1.0 if at_end else 0.0
+            rows[used, 5], rows[used, 6] = surface, beyond
+            rows[used, 7], rows[used, 8] = before, after
+            used += 1
+        inside = not inside
+        enter, surface, before = t, beyond, after
+    return used
+
+
+@helper
+def _put_crossings(
+    geometry: Geometry, scratch: Scratch, entry: int, crossings: int, off: float, rows: Floats, used: int
+) -> int:
+    """Rows of an entry's crossings, which stand in scratch; returns how many there are now."""
+    body = integer(geometry, table.ENTRY_BODY, entry)
+    for c in range(crossings):
+        t, place, sense, enters = crossing(scratch, c)
+        surface, face, side = crossed_face(geometry, whole(entry), place, sense)
+        rows[used, 0], rows[used, 1] = t, body
+        rows[used, 2], rows[used, 3], rows[used, 4] = face, surface, side
+        rows[used, 5], rows[used, 6] = 1.0 if enters else 0.0, off
+        used += 1
+    return used
+
+
+@inline
+def put_rows(
+    geometry: Geometry, scratch: Scratch, entry: int, crossings: int, inside: bool, ray: Ray, off: float,
+    spans: bool, rows: Floats, used: int,
+) -> int:  # fmt: skip
+    """Rows of an entry's spans or crossings; there must be room for one more than it has crossings."""
+    if spans:
+        return _put_spans(geometry, scratch, entry, crossings, inside, ray, off, rows, used)
+    return _put_crossings(geometry, scratch, entry, crossings, off, rows, used)
+
+
+@inline
+def _order(rows: Floats, i: int, j: int, columns: int) -> int:
+    """-1, 0 or 1: does row i come before row j, with it, or after it, by their first columns?"""
+    for k in range(columns):
+        if rows[i, k] != rows[j, k]:
+            return 1 if rows[i, k] > rows[j, k] else -1
+    return 0
+
+
+@helper
+def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
+    """Order a few rows by their first columns; what is equal there stays as it stands."""
+    for i in range(first + 1, last):
+        j = i
+        while j > first and _order(rows, j - 1, j, columns) > 0:
+            for k in range(rows.shape[1]):
+                rows[j - 1, k], rows[j, k] = rows[j, k], rows[j - 1, k]
+            j -= 1
+
+
+@helper
+def _sort_places(rows: Floats, first: int, order: Ints, columns: int) -> None:
+    """Order the numbers of many rows by the rows' first columns, then as they stand (Shell's sort)."""
+    gap = 1
+    while gap < len(order) // 2:
+        gap = gap * 9 // 4 + 1
+    while gap > 0:
+        for i in range(gap, len(order)):
+            here, j = order[i], i
+            while j >= gap:
+                after = _order(rows, first + order[j - gap], first + here, columns)
+                if after < 0 or (after == 0 and order[j - gap] < here):
+                    break
+                order[j] = order[j - gap]
+                j -= gap
+            order[j] = here
+        gap = gap * 4 // 9
+
+
+@allocator
+def _sort_many_rows(rows: Floats, first: int, last: int, columns: int) -> None:
+    """As `_insert_rows`, for many."""
+    order = np.empty(last - first, np.int32)
+    for i in range(last - first):
+        order[i] = i
+    _sort_places(rows, first, order, columns)
+    before = rows[first:last].copy()
+    for i in range(last - first):
+        rows[first + i] = before[order[i]]
+
+
+@helper
+def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> bool:
+    """Might rounding have changed the order of two rows? Not of two on the same surface, at the same t."""
+    for i in range(first + 1, last):
+        near = abs(rows[i, 0] - rows[i - 1, 0]) <= rows[i, off] + rows[i - 1, off]
+        if near and (rows[i, 0] != rows[i - 1, 0] or rows[i, surface] != rows[i - 1, surface]):
+            return True
+    return False
+
+
+@inline
+def put_in_order(rows: Floats, first: int, last: int, spans: bool) -> bool:
+    """Sort the rows of a ray; might rounding have changed their order?"""
+    if last - first < 2:
+        return False
+    if last - first <= _FEW:
+        _insert_rows(rows, first, last, 2 if spans else 3)
+    else:
+        _sort_many_rows(rows, first, last, 2 if spans else 3)
+    return _unsettled(rows, first, last, 5 if spans else 3, SPAN_OFF if spans else CROSSING_OFF)
+
+
+@helper
+def scale_rows(rows: Floats, first: int, last: int, scale: float, given: Ray, spans: bool) -> None:
+    """Back to the length that the ray's direction had; clipped ends are those of the given interval, to the bit."""
+    if scale == 1.0:
+        return
+    for i in range(first, last):
+        rows[i, 0] = given[6] if spans and rows[i, 3] != 0.0 else rows[i, 0] * scale
+        if spans:
+            rows[i, 2] = given[7] if rows[i, 4] != 0.0 else rows[i, 2] * scale
+
+
+@allocator
+def ray_rows(
+    geometry: Geometry, scratch: Scratch, ray: Ray, count: int, spans: bool, rows: Floats, used: int
+) -> tuple[Floats, int, bool]:
+    """Spans or crossings of entries scratch.found[:count] from rows[used] on: (rows, how many now, doubtful)."""
+    first, doubtful = used, False
+    for k in range(count):
+        entry = scratch.found[k]
+        if spans and not is_solid(geometry, entry):
+            continue
+        crossings, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
+        doubtful |= unsure
+        if crossings > 0 or inside:
+            off = entry_nearness(geometry, entry, ray)[0]
+            rows = with_room(rows, used, crossings + 1)
+            used = put_rows(geometry, scratch, entry, crossings, inside, ray, off, spans, rows, used)
+    return rows, used, put_in_order(rows, first, used, spans) | doubtful

@@ -1,0 +1,62 @@
+"""The coordinates uv of a point of a face, and a point in the own frame of a ball."""
+
+from __future__ import annotations
+
+import math
+
+from ...compiler.jit import inline
+from .. import tables as table
+from ..numbers.vectors import dot
+from ..surface.records import anchor_of
+from ..tables import Geometry, integer, real
+
+
+@inline
+def _uv_row(geometry: Geometry, row: int, k: int, x: float, y: float, z: float) -> float:
+    at = geometry.places[table.FACE_UV] + 13 * row + k
+    f = geometry.floats
+    return dot(f[at], f[at + 1], f[at + 2], x, y, z) + f[at + 3]
+
+
+@inline
+def turns(x: float, y: float) -> float:
+    """The angle of (x, y) as a fraction of a full turn, in [0, 1)."""
+    angle = math.atan2(y, x) / (2.0 * math.pi)
+    angle = angle + 1.0 if angle < 0.0 else angle
+    return 0.0 if angle >= 1.0 else angle + 0.0
+
+
+@inline
+def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: float, z: float) -> tuple[float, float]:
+    """uv of a point of a face, by the map its shape documents."""
+    first = integer(geometry, table.BODY_FACE, body)
+    if first < 0:
+        return ball_uv(geometry, -1 - first, surface, x, y, z)
+    a = _uv_row(geometry, first + face, 1, x, y, z)
+    b = _uv_row(geometry, first + face, 5, x, y, z)
+    if real(geometry, table.FACE_UV, 13 * (first + face)) == 0.0:
+        return a, b
+    return turns(a, b), _uv_row(geometry, first + face, 9, x, y, z)
+
+
+@inline
+def from_center(
+    geometry: Geometry, frame: int, surface: int, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """A point relative to the center of one of many balls, along the ball's own axes."""
+    cx, cy, cz = anchor_of(geometry, surface)
+    x, y, z = x - cx, y - cy, z - cz
+    at = geometry.places[table.BALL_FRAMES] + 9 * frame
+    f = geometry.floats
+    return (
+        dot(f[at], f[at + 1], f[at + 2], x, y, z),
+        dot(f[at + 3], f[at + 4], f[at + 5], x, y, z),
+        dot(f[at + 6], f[at + 7], f[at + 8], x, y, z),
+    )
+
+
+@inline
+def ball_uv(geometry: Geometry, frame: int, surface: int, x: float, y: float, z: float) -> tuple[float, float]:
+    """(longitude / 360, height in [0, 1]) on one of many balls."""
+    x, y, z = from_center(geometry, frame, surface, x, y, z)
+    return turns(x, y), 0.5 * z / math.sqrt(dot(x, y, z, x, y, z)) + 0.5

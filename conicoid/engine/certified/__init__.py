@@ -1,0 +1,1 @@
+"""Doubtful rays and points decided with certainty, and bounds on what is told of crossings."""

@@ -1,0 +1,165 @@
+"""A ray whose ranks are known (see ranks.py): which of a body's crossings lie within its interval, and where.
+
+The origin is the rank 0. Other ends of an interval are compared with the t that is told of a crossing, each body
+by itself, as the fast formulas do: so first hits, occlusion, spans and crossings agree on what an interval holds,
+whichever of them took the fast formulas. Of crossings that are told in another order than they come in, a later one
+is within the interval if the one before it is.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...compiler.jit import allocator, helper, inline
+from .. import tables as table
+from ..body.boolean import crossing, leaves_met, put_crossing
+from ..body.entry import crossed_face, entry_crossings, is_solid
+from ..body.hit import Hit, no_hit
+from ..body.rows import CROSSING_OFF, SPAN_OFF, put_in_order, put_rows, with_room
+from ..body.scratch import KNOWN, TIME, Scratch
+from ..ray import Ray
+from ..tables import Floats, Geometry, integer
+from .ranks import Ranks, entry_program, ray_of_ranks, t_of
+
+
+@inline
+def find_leaves(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray) -> None:
+    """The leaves that the true ray may meet of an entry, for the kernels that trace ranks."""
+    program = entry_program(geometry, entry)
+    forget_leaves(scratch)
+    if program >= 0:
+        scratch.found_leaves[KNOWN] = leaves_met(geometry, scratch, program, ray)
+
+
+@inline
+def forget_leaves(scratch: Scratch) -> None:
+    """Undo `find_leaves`."""
+    scratch.found_leaves[KNOWN] = -1
+
+
+@inline
+def _told(geometry: Geometry, scratch: Scratch, ranks: Ranks, entry: int, n: int) -> tuple[float, float]:
+    """(rank, t) of crossing n of an entry."""
+    rank, place, sense, _ = crossing(scratch, n)
+    return rank, t_of(ranks, crossed_face(geometry, entry, place, sense)[0], rank)
+
+
+@helper
+def told_crossings(
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, entry: int, ray: Ray
+) -> tuple[int, bool]:
+    """(number of an entry's crossings in (t_min, t_max), inside just after t_min); they are in scratch, t is a rank.
+
+    What the fast formulas say of where each is, is in scratch.time[TIME * n].
+    """
+    count, inside, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray[8]), 1 << 30)
+    first = 0
+    while first < count:
+        rank, t = _told(geometry, scratch, ranks, entry, first)
+        if rank > 0.0 if ray[6] == 0.0 else t > ray[6]:
+            break
+        inside = not inside
+        first += 1
+    for k in range(first, count):
+        rank, t = _told(geometry, scratch, ranks, entry, k)
+        if rank >= 0.0 if ray[7] == 0.0 else t >= ray[7]:
+            return k - first, inside
+        _, place, sense, enters = crossing(scratch, k)
+        put_crossing(scratch, k - first, rank, place, sense, 1 if enters else 0)
+        scratch.time[TIME * (k - first)] = t
+    return count - first, inside
+
+
+@helper
+def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> Hit:
+    """The first crossing of the entries scratch.found[:count]; t is the latest that is said of any at its rank."""
+    best, latest = no_hit(), -math.inf
+    for k in range(count):
+        entry = scratch.found[k]
+        find_leaves(geometry, scratch, entry, ray)
+        crossings, _ = told_crossings(geometry, stand, scratch, ranks, entry, ray)
+        rank, place, sense, enters = crossing(scratch, 0)
+        body = integer(geometry, table.ENTRY_BODY, entry)
+        if crossings > 0 and rank <= best[0]:
+            latest = max(latest if rank == best[0] else -math.inf, scratch.time[0])
+            if rank < best[0] or body < best[1]:
+                best = rank, body, entry, place, sense, enters, 0.0, False
+    forget_leaves(scratch)
+    if best[2] < 0:
+        return best
+    return latest, best[1], best[2], best[3], best[4], best[5], 0.0, False
+
+
+@helper
+def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, rows: Floats, used: int) -> int:
+    """Where an entry's crossings are reported, into the last columns of its rows; returns how many rows there are."""
+    for c in range(crossings):
+        t = scratch.time[TIME * c]
+        if not spans:
+            rows[used + c, CROSSING_OFF] = t
+        else:
+            rows[used, SPAN_OFF + 1 if inside else SPAN_OFF] = t
+            used += 1 if inside else 0
+            inside = not inside
+    return used + (crossings if not spans else (1 if inside else 0))
+
+
+@inline
+def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, float]:
+    """(is it a crossing, its rank, what is said of where) of row i's first end, or of a span's last."""
+    if not spans:
+        return not last, rows[i, 0], rows[i, CROSSING_OFF]
+    return rows[i, 4 if last else 3] == 0.0, rows[i, 2 if last else 0], rows[i, SPAN_OFF + 1 if last else SPAN_OFF]
+
+
+@allocator
+def _in_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
+    """From ranks to t, of the length that the ray's direction had; clipped ends to those of the interval.
+
+    What has one rank has one t, whatever body it belongs to, and t rises with the ranks: it is the latest so far.
+    """
+    low, high = math.inf, -math.inf
+    for i in range(first, last):
+        for end in range(2):
+            crosses, rank, _ = _end(rows, i, spans, end == 1)
+            if crosses:
+                low, high = min(low, rank), max(high, rank)
+    latest = np.full(int(high - low) + 1 if low <= high else 0, -math.inf)
+    for i in range(first, last):
+        for end in range(2):
+            crosses, rank, t = _end(rows, i, spans, end == 1)
+            if crosses:
+                latest[int(rank - low)] = max(latest[int(rank - low)], t * scale)
+    for k in range(1, len(latest)):
+        latest[k] = max(latest[k], latest[k - 1])
+    for i in range(first, last):
+        crosses, rank, _ = _end(rows, i, spans, True)
+        if spans:
+            rows[i, 2] = latest[int(rank - low)] if crosses else given[7]
+        crosses, rank, _ = _end(rows, i, spans, False)
+        rows[i, 0] = latest[int(rank - low)] if crosses else given[6]
+
+
+@allocator
+def rows_of_ranks(
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, given: Ray, scale: float, count: int,
+    spans: bool, rows: Floats, used: int,
+) -> tuple[Floats, int]:  # fmt: skip
+    """Rows (see lists.py) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
+    first, along = used, ray_of_ranks(ray[8])
+    for k in range(count):
+        entry = scratch.found[k]
+        if spans and not is_solid(geometry, entry):
+            continue
+        find_leaves(geometry, scratch, entry, ray)
+        crossings, inside = told_crossings(geometry, stand, scratch, ranks, entry, ray)
+        if crossings > 0 or inside:
+            rows = with_room(rows, used, crossings + 1)
+            put_rows(geometry, scratch, entry, crossings, inside, along, 0.0, spans, rows, used)
+            used = _put_places(scratch, crossings, inside, spans, rows, used)
+    forget_leaves(scratch)
+    put_in_order(rows, first, used, spans)
+    _in_t(rows, first, used, given, scale, spans)
+    return rows, used

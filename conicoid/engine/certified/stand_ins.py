@@ -1,0 +1,93 @@
+"""The simple surfaces that stand in for those of a ray whose ranks are known (see ranks.py)."""
+
+from __future__ import annotations
+
+import math
+
+from ...compiler.jit import helper, inline
+from .. import tables as table
+from ..body.scratch import Scratch
+from ..surface.decide import CROSSES
+from ..surface.records import is_curved
+from ..tables import POLYGON, SPHERE, Geometry, integer
+from .ranks import Ranks
+
+
+@helper
+def put_stand_ins(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, start: int, count: int) -> None:
+    """Write the surfaces that are crossed at ranks, and the outlines, into the records of `stand`."""
+    for k in range(ranks.size[0]):
+        surface = ranks.surfaces[k]
+        row = integer(geometry, table.SURFACE_ROW, surface)
+        crosses, sense = ranks.verdict[2 * surface] == CROSSES, float(ranks.verdict[2 * surface + 1])
+        low, high = 0.0, 0.0
+        if crosses:
+            low, high = ranks.rank[ranks.first[surface]], ranks.rank[ranks.first[surface] + 1]
+        kind = integer(geometry, table.SURFACE_KIND, surface)
+        if not is_curved(geometry, surface):
+            _put_plane(stand, row, crosses, sense, low)
+        elif kind == SPHERE:
+            _put_sphere(stand, row, crosses, low, high)
+        else:
+            first = ranks.first[surface]
+            ends = crosses and ranks.high[first] > -math.inf, crosses and ranks.high[first + 1] < math.inf
+            _put_quadric(stand, row, crosses, sense, low, high, ends, surface == start)
+    for k in range(count):
+        entry = scratch.found[k]
+        if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
+            _put_outline(geometry, stand, ranks, integer(geometry, table.ENTRY_INDEX, entry))
+
+
+@inline
+def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: float) -> None:
+    f, at = stand.floats, stand.places[table.PLANES] + 7 * row
+    f[at], f[at + 1], f[at + 2] = (sense, 0.0, 0.0) if crosses else (0.0, 1.0, 0.0)
+    f[at + 3] = -sense * rank if crosses else sense
+    f[at + 4], f[at + 5], f[at + 6] = 0.0, 0.0, 0.0
+
+
+@inline
+def _put_sphere(stand: Geometry, row: int, crosses: bool, low: float, high: float) -> None:
+    f, at = stand.floats, stand.places[table.SPHERES] + 4 * row
+    f[at], f[at + 1], f[at + 2] = 0.5 * (low + high), 0.0 if crosses else 5.0, 0.0
+    f[at + 3] = 0.5 * (high - low) if crosses else 1.0
+
+
+@inline
+def _put_quadric(
+    stand: Geometry, row: int, crosses: bool, sense: float, low: float, high: float, ends: tuple[bool, bool],
+    starts: bool,
+) -> None:  # fmt: skip
+    """± ((x - middle)² - half²), or a plane where one root is infinite, or a constant."""
+    f, at = stand.floats, stand.places[table.QUADRICS] + 19 * row
+    for k in range(19):
+        f[at + k] = 0.0
+    f[at + 3], f[at + 7], f[at + 11] = 1.0, 1.0, 1.0
+    if crosses and ends[0] and ends[1]:
+        half = 0.5 * (high - low)
+        f[at], f[at + 12], f[at + 18] = 0.5 * (low + high), sense, sense * half * half
+    elif crosses:
+        f[at], f[at + 15] = (high, 0.5) if ends[1] else (low, -0.5)
+    elif starts:
+        f[at + 12] = sense
+    else:
+        f[at + 18] = -sense
+
+
+@inline
+def _put_outline(geometry: Geometry, stand: Geometry, ranks: Ranks, polygon: int) -> None:
+    """A triangle about the x axis, or a point beside it, with as many vertices."""
+    first, last = (
+        integer(geometry, table.POLYGON_FIRST, polygon),
+        integer(geometry, table.POLYGON_FIRST, polygon + 1),
+    )
+    for vertex in range(first, last):
+        y, z = 0.0, 4.0
+        if vertex == first:
+            y, z = -3.0, -2.0
+        elif vertex == first + 1:
+            y, z = 3.0, -2.0
+        if ranks.loops[polygon] == 0:
+            y, z = 5.0, 5.0
+        at = stand.places[table.VERTICES] + 3 * vertex
+        stand.floats[at], stand.floats[at + 1], stand.floats[at + 2] = 0.0, y, z

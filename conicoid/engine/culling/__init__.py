@@ -1,0 +1,35 @@
+"""Vectors of eight floats, spelled out where the compiler would not find them by itself.
+
+It vectorises loops over many lanes, but unrolls a loop over the eight children of a node or the
+eight rows of a packet first, and then leaves it scalar. So these few are written in LLVM's own
+vectors, which it lowers to whatever the machine has. IEEE arithmetic as elsewhere.
+"""
+
+from .balls import balls_in_beam, balls_met, group_in_ball, lanes_in_ball
+from .bits import bit_count, highest_bit, lowest_bit
+from .boxes import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lanes_in_box
+from .items import (
+    BOX,
+    CODE,
+    ENTERED,
+    ITEM_ROW,
+    ITEMS_SIZE,
+    MOST_ITEMS,
+    items_met,
+    keep_items,
+    put_balls,
+    put_children,
+    put_groups,
+    put_numbers,
+)
+from .lists import FROM_THE_START, put_on_lists, rays_in_balls, records_in_lanes, waiting
+from .rows import extent, extents, load_eight, prefetch, prefetch_soon, prefetch_to_write, reach, store_eight, widen
+
+__all__ = [
+    "BEAM", "BOX", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
+    "LAST", "LOW_I", "LOW_O", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met", "extent",
+    "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_in_ball", "lanes_in_box",
+    "load_eight", "lowest_bit", "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children",
+    "put_groups", "put_numbers", "put_on_lists", "rays_in_balls", "reach", "records_in_lanes",
+    "store_eight", "waiting", "widen",
+]  # fmt: skip

@@ -1,0 +1,141 @@
+"""Eight balls against a beam or a ray."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+from numba.extending import intrinsic
+
+from ...compiler.jit import inline
+from ..ray import Ray
+from ..tables import Floats
+from .boxes import beam_code
+from .code import BITS, INT64, Code
+
+_DOUBT, _LEAST = 1e-13, 1e-290
+
+
+def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
+    """The boxes around eight balls."""
+    b, (x, y, z, r) = c.builder, c.balls(floats, at, stride)
+    r = b.fmul(r, c.constant(1.0 + 1e-14))
+    return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _balls_in_beam(
+    typing_context: Any, balls: Any, at: Any, stride: Any, beam: Any, start: Any, near: Any
+) -> Any:  # fmt: skip
+    def sides(c: Code, floats: Any, arguments: Any) -> list[Any]:
+        return sides_of_balls(c, floats, arguments[1], arguments[2])
+
+    return types.int64(balls, types.int64, types.int64, beam, types.int64, near), beam_code(sides, 3, True)
+
+
+@inline
+def balls_in_beam(floats: Floats, at: int, stride: int, count: int, beam: Floats, start: int, near: Floats) -> int:
+    """`boxes_met` for the boxes around up to eight balls, which are laid out as for `balls_met`."""
+    return _balls_in_beam(floats, at, stride, beam, start, near) & ((1 << count) - 1)
+
+
+def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared: Any) -> Any:
+    """How deep the foot of the perpendicular is in balls: r² - |center - foot d|², raised (`balls_met`)."""
+    b = c.builder
+    off = [c.fused(b.fneg(foot), direction[k], center[k]) for k in range(3)]
+    slack = c.fused(b.fadd(c.product(center, center), squared), c.constant(_DOUBT), c.constant(_LEAST))
+    return b.fadd(b.fsub(squared, c.product(off, off)), slack)
+
+
+def balls_missed(
+    c: Code, center: list[Any], direction: list[Any], per_square: Any, radius: Any, first: Any, last: Any
+) -> Any:
+    """Which of eight balls their rays miss for certain; `center` is seen from the origin (`balls_met`)."""
+    b, squared = c.builder, c.builder.fmul(radius, radius)
+    foot = b.fmul(c.product(center, direction), per_square)
+    inside = _depth(c, center, direction, foot, squared)
+    half = c.root(b.fmul(inside, per_square))
+    # What is not a number counts as met
+    missed = b.fcmp_ordered("<", inside, c.constant(0.0))
+    missed = b.or_(missed, b.fcmp_ordered(">", b.fsub(foot, half), last))
+    return b.or_(missed, b.fcmp_ordered("<", b.fadd(foot, half), first))
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _balls_met(
+    typing_context: Any, floats: Any, at: Any, stride: Any,
+    ox: Any, oy: Any, oz: Any, dx: Any, dy: Any, dz: Any, inverse: Any, first: Any, last: Any,
+) -> Any:  # fmt: skip
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        balls = c.data(signature, arguments, 0)
+        origin, direction = arguments[3:6], [c.spread(d) for d in arguments[6:9]]
+        rows = c.balls(balls, arguments[1], arguments[2])
+        center = [b.fsub(rows[k], c.spread(origin[k])) for k in range(3)]
+        inverse, first, last = (c.spread(number) for number in arguments[9:])
+        missed = balls_missed(c, center, direction, inverse, rows[3], first, last)
+        return b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
+
+    number = types.float64
+    return types.int64(floats, types.int64, types.int64, *[number] * 9), code
+
+
+@inline
+def balls_met(floats: Floats, at: int, stride: int, count: int, ray: Ray, inverse: float, last: float) -> int:
+    """Which of up to eight balls a ray may meet between its t_min and `last`, as bits; `inverse` is 1 / d·d.
+
+    The balls' x begin at floats[at], their y, z and radii `stride` further each. A ball is left out only if
+    the ray misses it for certain: the square of the half chord is raised by more than all
+    roundings can take away from it, 1e-13 of the squares of distance and radius, which moves both ends
+    by more than what rounding does to them too.
+    """
+    ox, oy, oz, dx, dy, dz, t_min, _, _ = ray
+    return _balls_met(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last) & ((1 << count) - 1)
+
+
+def _lanes_in_ball(groups: int) -> Any:
+    def in_ball(typing_context: Any, lanes: Any, at: Any, x: Any, y: Any, z: Any, r: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, b = Code(context, builder), builder
+            rays, ball = c.data(signature, arguments, 0), [c.spread(number) for number in arguments[2:]]
+            squared, met = b.fmul(ball[3], ball[3]), INT64(0)
+            for group in range(groups):
+                # Origin, direction; 1 / d·d and 1 / |d| or more; the interval
+                rows = (0, 1, 2, 9, 10, 11, 12, 13, 6, 7, 8)
+                row = [c.eight(rays, arguments[1], 64 * k + 8 * group) for k in rows]
+                center, direction = [b.fsub(ball[k], row[k]) for k in range(3)], row[3:6]
+                foot = b.fmul(c.product(center, direction), row[6])
+                apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
+                reach = b.fmul(c.fused(apart, c.constant(_DOUBT), ball[3]), row[7])
+                first, last = b.fsub(foot, reach), b.fadd(foot, reach)
+                # What is not a number counts as met
+                missed = b.fcmp_ordered("<", _depth(c, center, direction, foot, squared), c.constant(0.0))
+                missed = b.or_(missed, b.fcmp_ordered(">", first, c.smaller(row[9], row[10])))
+                missed = b.or_(missed, b.fcmp_ordered("<", last, row[8]))
+                bits = b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
+                met = b.or_(met, b.shl(bits, INT64(8 * group)))
+            return met
+
+        return types.int64(lanes, types.int64, *[types.float64] * 4), code
+
+    return intrinsic(in_ball)
+
+
+_in_ball_64, _in_ball_16, _in_ball_8 = _lanes_in_ball(8), _lanes_in_ball(2), _lanes_in_ball(1)
+
+
+@inline
+def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float, groups: int) -> int:
+    """Which lanes of a packet of two or eight groups of eight may meet a ball, as bits; see `balls_met`.
+
+    Where it is entered is told without a root: within 1 / |d| of a radius of the foot of the perpendicular.
+    """
+    if groups == 8:
+        return _in_ball_64(lanes, 0, x, y, z, r)
+    return _in_ball_16(lanes, 0, x, y, z, r)
+
+
+@inline
+def group_in_ball(lanes: Floats, group: int, x: float, y: float, z: float, r: float) -> int:
+    """`lanes_in_ball` for one group of eight."""
+    return _in_ball_8(lanes, 8 * group, x, y, z, r)

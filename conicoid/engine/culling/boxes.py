@@ -1,0 +1,101 @@
+"""Eight boxes against a beam or a ray, a box against the lanes of a packet."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+from numba.extending import intrinsic
+
+from ...compiler.jit import inline
+from ..tables import Floats
+from .code import DOUBLE, INT64, Code
+
+Point = tuple[float, float, float]
+
+# Numbers of a beam, in the order of its block: where it starts and ends in t comes last
+LOW_O, HIGH_O, LOW_I, HIGH_I, FIRST, LAST = 0, 3, 6, 9, 12, 13
+BEAM = 14
+
+
+def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
+    """(first, last) t of a beam, rays[begin:], in eight boxes with six sides."""
+    b = c.builder
+    first, last = c.spread(c.number(rays, begin, FIRST)), c.spread(c.number(rays, begin, LAST))
+    none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
+    for axis in range(3):
+        # The low corner must not lie beyond the box's high side, nor the high corner before its low side
+        for corner, slope, side, upward in ((LOW_O, LOW_I, 3, True), (HIGH_O, HIGH_I, 0, False)):
+            o = c.spread(c.number(rays, begin, corner + axis))
+            inverse = c.number(rays, begin, slope + axis)
+            t = b.fmul(b.fsub(sides[side + axis], o), c.spread(inverse))
+            rises = b.fcmp_ordered(">" if upward else "<", inverse, DOUBLE(0.0))
+            last = c.smaller(b.select(rises, t, all_of_it), last)
+            first = c.larger(b.select(rises, none, t), first)
+    return first, last
+
+
+def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:
+    """The code of `boxes_met` for eight boxes with six `sides_of`; the beam is argument number `beam`.
+
+    Where it does not tell where they are entered, it has no last argument.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        floats, rays = (c.data(signature, arguments, k) for k in (0, beam))
+        first, last = stretches(c, sides_of(c, floats, arguments), rays, arguments[beam + 1])
+        if tells_where:
+            c.store(first, c.data(signature, arguments, beam + 2), INT64(0), 0)
+        return b.zext(c.overlaps(first, last), INT64)
+
+    return code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, near: Any) -> Any:
+    """Which of the eight boxes at boxes[at:] a beam meets, as bits; where it enters each goes into near[:8].
+
+    The beam (beam[start:], see `BEAM`) holds all points o + t d, t in [first, last], with o and d
+    between two corners each: x(t) lies between low o + t low d and high o + t high d as long as t >= 0 (or the
+    corners of d are equal), so every axis gives two linear conditions on t. A single ray is the beam whose
+    corners are equal.
+    """
+    code = beam_code(lambda c, floats, arguments: [c.eight(floats, arguments[1], 8 * k) for k in range(6)], 2, True)
+    return types.int64(boxes, types.int64, beam, types.int64, near), code
+
+
+def _lanes_in_box(groups: int) -> Any:
+    def in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx: Any, hy: Any, hz: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, b = Code(context, builder), builder
+            rays, sides = c.data(signature, arguments, 0), [c.spread(side) for side in arguments[1:]]
+            met: Any = INT64(0)
+            for group in range(groups):
+                rows = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in range(9)]
+                first, last = rows[6], c.smaller(rows[7], rows[8])
+                for axis in range(3):
+                    s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
+                    t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
+                    first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+                bits = b.zext(c.overlaps(first, last), INT64)
+                met = b.or_(met, b.shl(bits, INT64(8 * group)))
+            return met
+
+        return types.int64(lanes, *[types.float64] * 6), code
+
+    return intrinsic(in_box)
+
+
+_in_box_64, _in_box_16 = _lanes_in_box(8), _lanes_in_box(2)
+
+
+@inline
+def lanes_in_box(lanes: Floats, low: Point, high: Point, groups: int) -> int:
+    """Which lanes of a packet of two or eight groups of eight meet a box, as bits.
+
+    The block of lanes begins with rows of 64: origins, inverse directions, t_min, t_max, nearest hits.
+    """
+    if groups == 8:
+        return _in_box_64(lanes, low[0], low[1], low[2], high[0], high[1], high[2])
+    return _in_box_16(lanes, low[0], low[1], low[2], high[0], high[1], high[2])

@@ -1,0 +1,175 @@
+"""Rows of lanes: their extremes, and eight rays or hits at once from and to a user's arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from ...compiler.jit import inline
+from ..tables import Floats
+from .code import EIGHT, INT64, WIDTH, Code
+
+
+def _extent(groups: int) -> Any:
+    def least_and_greatest(typing_context: Any, lanes: Any, row: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c = Code(context, builder)
+            pointer, at = c.data(signature, arguments, 0), arguments[1]
+            low = high = c.eight(pointer, at, 0)
+            for group in range(1, groups):
+                value = c.eight(pointer, at, 8 * group)
+                low, high = c.smaller(value, low), c.larger(value, high)
+            parts = [c.folded(low, c.smaller), c.folded(high, c.larger)]
+            return context.make_tuple(builder, signature.return_type, parts)
+
+        return types.UniTuple(types.float64, 2)(lanes, types.int64), code
+
+    return intrinsic(least_and_greatest)
+
+
+_extent_64, _extent_16 = _extent(8), _extent(2)
+
+
+@inline
+def extent(lanes: Floats, row: Any, groups: int) -> tuple[float, float]:
+    """(least, greatest) of the lanes of two or eight groups of eight from lanes[row]."""
+    if groups == 8:
+        return _extent_64(lanes, row)
+    return _extent_16(lanes, row)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> Any:
+    """The least of each of eight groups of lanes from lanes[row] into lanes[low:], the greatest into lanes[high:]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c = Code(context, builder)
+        pointer = c.data(signature, arguments, 0)
+        columns = c.transposed([c.eight(pointer, arguments[1], 8 * group) for group in range(8)])
+        for place, join in ((arguments[2], c.smaller), (arguments[3], c.larger)):
+            joined = columns
+            while len(joined) > 1:
+                joined = [join(joined[k], joined[k + 1]) for k in range(0, len(joined), 2)]
+            c.store(joined[0], pointer, place, 0)
+        return context.get_dummy_value()
+
+    whole = types.int64
+    return types.void(lanes, whole, whole, whole), code
+
+
+def _reach(groups: int) -> Any:
+    def furthest(typing_context: Any, lanes: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, pointer = Code(context, builder), Code(context, builder).data(signature, arguments, 0)
+            ends = [
+                c.smaller(c.eight(pointer, INT64(0), 64 * 7 + 8 * k), c.eight(pointer, INT64(0), 64 * 8 + 8 * k))
+                for k in range(groups)
+            ]
+            most = ends[0]
+            for end in ends[1:]:
+                most = c.larger(end, most)
+            return c.folded(most, c.larger)
+
+        return types.float64(lanes), code
+
+    return intrinsic(furthest)
+
+
+_reach_64, _reach_16 = _reach(8), _reach(2)
+
+
+@inline
+def reach(lanes: Floats, groups: int) -> float:
+    """The greatest of min(t_max, nearest hit) of the lanes of two or eight groups of eight."""
+    if groups == 8:
+        return _reach_64(lanes)
+    return _reach_16(lanes)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any) -> Any:
+    """Eight points (x, y, z) from row `first` into three rows of 64 lanes, from lanes[at:]; zeros become positive."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        source, target = c.data(signature, arguments, 0), c.data(signature, arguments, 2)
+        begin = b.mul(arguments[1], INT64(3))
+        parts = [b.fadd(c.eight(source, begin, 8 * k), c.constant(0.0)) for k in range(3)]
+        number = ir.IntType(32)
+        pair = b.shuffle_vector(
+            parts[0], parts[1], ir.Constant(ir.VectorType(number, 16), list(range(16)))
+        )  # the first 16 floats
+        last = b.shuffle_vector(
+            parts[2], ir.Constant(EIGHT, ir.Undefined), ir.Constant(ir.VectorType(number, 16), [*range(8), *range(8)])
+        )
+        for axis in range(3):
+            places = ir.Constant(ir.VectorType(number, WIDTH), [axis + 3 * k for k in range(WIDTH)])
+            c.store(b.shuffle_vector(pair, last, places), target, arguments[3], 64 * axis)
+        return context.get_dummy_value()
+
+    return types.none(points, types.int64, lanes, types.int64), code
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: Any) -> Any:
+    """Eight lanes from lanes[at:], as they are or as whole numbers, to numbers[first:]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        value = c.eight(c.data(signature, arguments, 0), arguments[1], 0)
+        kind = context.get_data_type(signature.args[2].dtype)
+        wide = ir.VectorType(kind, WIDTH)
+        if signature.args[2].dtype != types.float64:
+            value = b.fptosi(value, wide)
+        place = b.bitcast(c.place(c.data(signature, arguments, 2), arguments[3], 0), wide.as_pointer())
+        b.store(value, place, align=1)
+        return context.get_dummy_value()
+
+    return types.none(lanes, types.int64, numbers, types.int64), code
+
+
+def _prefetch(to_write: int, level: int) -> Any:
+    def ask(typing_context: Any, array: Any, at: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            c, number, byte = Code(context, builder), ir.IntType(32), ir.IntType(8).as_pointer()
+            place = builder.bitcast(c.place(c.data(signature, arguments, 0), arguments[1], 0), byte)
+            kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+            function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+            builder.call(function, [place, number(to_write), number(level), number(1)])
+            return context.get_dummy_value()
+
+        return types.none(array, types.int64), code
+
+    return intrinsic(ask)
+
+
+prefetch = _prefetch(0, 2)
+"""prefetch(array, at): ask for the memory of an array from its element `at`, counted flat, to be read."""
+prefetch_soon = _prefetch(0, 3)
+"""The same, to be read at once."""
+prefetch_to_write = _prefetch(1, 3)
+"""The same, to be written."""
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def widen(typing_context: Any, points: Any, first: Any, extremes: Any, at: Any) -> Any:
+    """Eight points (x, y, z) from row `first` on join the extremes of others.
+
+    From extremes[at:] stand 24 least and 24 greatest numbers, those of axis k in every third from the k-th on.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        source, target = c.data(signature, arguments, 0), c.data(signature, arguments, 2)
+        begin, at = b.mul(arguments[1], INT64(3)), arguments[3]
+        for k in (0, 8, 16):
+            value = c.eight(source, begin, k)
+            c.store(c.smaller(value, c.eight(target, at, k)), target, at, k)
+            c.store(c.larger(value, c.eight(target, at, 24 + k)), target, at, 24 + k)
+        return context.get_dummy_value()
+
+    return types.none(points, types.int64, extremes, types.int64), code

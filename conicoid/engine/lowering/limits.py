@@ -1,0 +1,224 @@
+"""How far the fast formulas can be trusted: the numbers that rays are told doubtful by.
+
+Every bound of docs/exactness.md depends on a scene only through a few numbers of each surface and cell.
+They are worked out here, once. R is how far from a surface's anchor the bodies reach that it bounds, kappa the
+share of a value's terms by which rounding may change it, and the bounds hold for rays within `far` of the scene.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..surface.nearness import RELATIVE
+from ..tables import CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables
+from .surfaces import Remainders
+
+Whole = npt.NDArray[Any]
+
+ROUNDINGS = 2.0**-47
+"""kappa of a quadric whose anchor is exact: 64 roundings."""
+BALL = 2.0**-40
+"""kappa of a sphere: its center may be off by 2^-46 of its radius."""
+_FLAT = 2.0**-49
+_FAR = 2.0**45
+_CHUNK = 1 << 14
+_LEAST = 1e-100
+"""Times the square of a direction's least component that is still a number."""
+_WIDE, _WIDEST = 2.0**10, 2.0**20
+"""Bodies without an end are taken to be so many times as large as the scene; those of exact planes, so many times."""
+
+
+@dataclass
+class _Uses:
+    """Which surface bounds which cell, sheet or polygon, and in which entry's box."""
+
+    surfaces: list[Whole] = field(default_factory=list)
+    owners: list[Whole] = field(default_factory=list)
+    entries: list[Whole] = field(default_factory=list)
+
+    def add(self, surfaces: Whole, owners: Whole, entries: Whole) -> None:
+        known = (surfaces >= 0) & (entries >= 0)
+        self.surfaces.append(surfaces[known])
+        self.owners.append(owners[known])
+        self.entries.append(entries[known])
+
+
+def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
+    """The tables with `plane_limits`, `quadric_limits`, and those of cells, programs, sheets and polygons."""
+    cells, sheets, polygons = len(tables.cell_quadric), len(tables.sheet_surface), len(tables.polygon_surface)
+    uses, cell_entry = _Uses(), np.full(cells, -1)
+    kind, index = tables.entry_kind, tables.entry_index
+    own = np.flatnonzero(kind == CELL)
+    cell_entry[index[own]] = own
+    for program, entry in _programs(tables):
+        first, last = tables.program_leaf[program : program + 2]
+        cell_entry[tables.leaf_cell[first:last]] = entry
+    uses.add(tables.cell_quadric, np.arange(cells), cell_entry)
+    planes = np.repeat(np.arange(cells), np.diff(tables.cell_first))
+    uses.add(tables.plane_surface, planes, cell_entry[planes])
+    for which, column, base in (
+        (SHEET, tables.sheet_surface, cells),
+        (POLYGON, tables.polygon_surface, cells + sheets),
+    ):
+        own = np.flatnonzero(kind == which)
+        uses.add(column[index[own]], base + index[own], own)
+    surface, owner, users = (np.concatenate(part) for part in (uses.surfaces, uses.owners, uses.entries))
+    size = _size(tables, boxes) if len(surface) else 1.0
+    reach, bounded = _reaches(tables, boxes, surface, users, size)
+    kappa = _kappas(tables, rest, surface, reach)
+    around = np.where(bounded, np.abs(np.where(bounded[:, None], boxes[users], 0.0)).sum(axis=1), _WIDE * size)
+    limits = _owners(
+        tables.surface_kind[surface] == 0, owner, reach, bounded, kappa, around, size, cells + sheets + polygons
+    )
+    per_surface = np.zeros((3, int(surface.max(initial=-1)) + 1))
+    for numbers, of_use in zip(per_surface, (reach, kappa, ~bounded), strict=True):
+        np.maximum.at(numbers, surface, of_use)
+    of_cells = limits[:cells]
+    return tables._replace(
+        plane_limits=_planes(tables, rest, *per_surface[:2]),
+        quadric_limits=_quadrics(tables, *per_surface),
+        cell_limits=of_cells,
+        program_limits=_merged(tables, of_cells),
+        sheet_limits=limits[cells : cells + sheets],
+        polygon_limits=limits[cells + sheets :],
+    )
+
+
+def _programs(tables: Tables) -> list[tuple[int, int]]:
+    """(program, the entry that it belongs to)."""
+    found = []
+    for entry in np.flatnonzero(tables.entry_kind >= REGION).tolist():
+        kind, index = tables.entry_kind[entry], int(tables.entry_index[entry])
+        clip = {SHEET: tables.sheet_program, POLYGON: tables.polygon_program}.get(int(kind))
+        program = index if clip is None else int(clip[index])
+        if program >= 0:
+            found.append((program, entry))
+    return found
+
+
+def _anchors(tables: Tables, surface: Whole) -> Floats:
+    kind, row = tables.surface_kind[surface], tables.surface_row[surface]
+    anchors = np.empty((len(surface), 3))
+    for which, table, first in ((0, tables.planes, 4), (1, tables.spheres, 0), (2, tables.quadrics, 0)):
+        anchors[kind == which] = table[row[kind == which], first : first + 3]
+    return anchors
+
+
+def _reaches(
+    tables: Tables, boxes: Floats, surface: Whole, entry: Whole, size: float
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """(how far from its anchor a surface is used, is that bounded) of every use."""
+    anchors = _anchors(tables, surface)
+    low, high = boxes[entry, :3], boxes[entry, 3:]
+    bounded = np.asarray(np.isfinite(low).all(axis=1) & np.isfinite(high).all(axis=1))
+    away = np.where(bounded[:, None], np.maximum(np.abs(low - anchors), np.abs(high - anchors)), 0.0)
+    reach = np.sqrt((away**2).sum(axis=1)) * (1 + 1e-12) + 1e-300
+    reach = np.where(bounded, reach, _WIDE * size)
+    ball = tables.surface_kind[surface] == SPHERE
+    reach[ball] = tables.spheres[tables.surface_row[surface[ball]], 3]
+    return reach, bounded
+
+
+def _size(tables: Tables, boxes: Floats) -> float:
+    """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics."""
+    numbers = [np.abs(tables.planes[:, 4:7]).ravel(), np.abs(tables.quadrics[:, :3]).ravel()]
+    for begin in range(0, len(boxes), _CHUNK):
+        part = np.abs(boxes[begin : begin + _CHUNK])
+        numbers.append(np.max(part, where=np.isfinite(part), initial=0.0, keepdims=True).ravel())
+    a, b, k = _sizes(tables.quadrics)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        numbers += [np.sqrt(k / a), b / a, k / b]
+    known = np.concatenate(numbers)
+    return float(np.max(known[np.isfinite(known)], initial=0.0)) or 1.0
+
+
+def _sizes(quadrics: Floats) -> tuple[Floats, Floats, Floats]:
+    """Bounds on the second-order, linear and constant terms at distance 1 from the anchor."""
+    rows = np.sqrt((quadrics[:, 3:12].reshape(-1, 3, 3) ** 2).sum(axis=2))
+    squares, linear = np.abs(quadrics[:, 12:15]), np.abs(quadrics[:, 15:18])
+    return (squares * rows**2).sum(axis=1), (linear * rows).sum(axis=1), np.abs(quadrics[:, 18])
+
+
+def _kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> Floats:
+    kind, row = tables.surface_kind[surface], tables.surface_row[surface]
+    kappa = np.full(len(surface), BALL)
+    flat, curved = kind == 0, kind == 2
+    kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), _FLAT, 0.0)
+    off = np.sqrt((rest.quadrics[:, :3] ** 2).sum(axis=1))
+    kappa[curved] = ROUNDINGS + 8.0 * off[row[curved]] / reach[curved]
+    return kappa
+
+
+def _inexact(rest: Floats) -> npt.NDArray[np.bool_]:
+    return np.asarray((rest != 0.0).any(axis=1))
+
+
+def _owners(
+    flat: Any, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, around: Floats, size: float, count: int
+) -> Floats:
+    """(count, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be."""
+    limits = np.zeros((count, 2))
+    limits[:, 1] = math.inf
+    exact = ~bounded & flat & (kappa == 0)
+    off = 0.5 * np.sqrt(kappa) * reach + RELATIVE * np.where(exact, _WIDEST * size, around)
+    np.maximum.at(limits[:, 0], owner, off)
+    far = np.where(bounded, _FAR * reach, np.where(exact, _WIDEST * size, _WIDE * size))
+    np.minimum.at(limits[:, 1], owner, far)
+    return limits
+
+
+def _planes(tables: Tables, rest: Remainders, reach: Floats, kappa: Floats) -> Floats:
+    """(planes, 2): the square of the least rate that is certain, for |d| = 1; the least height of parallel rays."""
+    result = np.zeros((len(tables.planes), 2))
+    own = np.flatnonzero(tables.surface_kind[: len(reach)] == 0)
+    row = tables.surface_row[own]
+    length = np.sqrt((tables.planes[row, :3] ** 2).sum(axis=1))
+    result[row, 0] = (np.maximum(2.0 * np.sqrt(kappa[own]), 2.0**-40) * length) ** 2
+    plain = (
+        ~_inexact(rest.planes[row]) & ((tables.planes[row, :3] != 0).sum(axis=1) == 1) & (tables.planes[row, 3] == 0)
+    )
+    slack = 2.0**-40 * (length * reach[own] + np.abs(tables.planes[row, 3]))
+    result[row, 1] = np.where(plain, 0.0, slack)
+    return result
+
+
+def _quadrics(tables: Tables, reach: Floats, kappa: Floats, endless: Floats) -> Floats:
+    """(quadrics, 2): the least discriminant that is certain, for |d| = 1; the least value along rulings.
+
+    The latter is infinite where a body has no end and a direction's part along an axis that bends is a sum: rounding
+    may have made that 0, where the ray comes to a wall, however far away.
+    """
+    result = np.zeros((len(tables.quadrics), 2))
+    own = np.flatnonzero(tables.surface_kind[: len(reach)] == 2)
+    row, r, share = tables.surface_row[own], reach[own], kappa[own]
+    a, b, k = (part[row] for part in _sizes(tables.quadrics))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        terms = 10.0 * a * r * r + 6.0 * b * r + k
+        result[row, 0] = np.where(r > 0, 4.0 * share * (terms / r) ** 2, math.inf)
+    result[row, 1] = np.where((endless[own] > 0) & ~_plain(tables.quadrics[row]), math.inf, share * terms)
+    return result
+
+
+def _plain(quadrics: Floats) -> npt.NDArray[np.bool_]:
+    """Is each axis along which a quadric bends one of the world's, and its coefficient no number that underflows?"""
+    rows, squares, linear = quadrics[:, 3:12].reshape(-1, 3, 3), quadrics[:, 12:15], quadrics[:, 15:18]
+    size = np.abs(rows).max(axis=2)
+    curved = (squares == 0) | (np.abs(squares) * size**2 > _LEAST)
+    along = ((rows != 0).sum(axis=2) <= 1) & curved & ((linear == 0) | (np.abs(linear) * size > _LEAST))
+    return np.asarray((along | ((squares == 0) & (linear == 0))).all(axis=1))
+
+
+def _merged(tables: Tables, cells: Floats) -> Floats:
+    """The limits of programs: the widest of their leaves'."""
+    result = np.zeros((len(tables.program_leaf) - 1, 2))
+    result[:, 1] = math.inf
+    program = np.repeat(np.arange(len(result)), np.diff(tables.program_leaf))
+    leaves = cells[tables.leaf_cell]
+    np.maximum.at(result[:, 0], program, leaves[:, 0])
+    np.minimum.at(result[:, 1], program, leaves[:, 1])
+    return result

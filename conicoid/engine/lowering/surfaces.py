@@ -1,0 +1,313 @@
+"""The scene-wide table of surfaces: each distinct plane or quadric once.
+
+Surfaces are rounded to float64 records; records that are equal to the bit, and that nothing was rounded in, are
+one surface. Where records are merely close, the exact names (`key`, 3000-bit arithmetic) decide: surfaces written
+twice, scaled, negated, or reached by different motions that are equal on paper become one. Which of
+their records stands for all, and so gives the anchor, does not depend on the order they came in.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
+from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
+from .records import floats, record_of, rests
+
+_CLOSE = 1e-11
+_NEARLY = 1e-6
+_CHUNK = 1 << 13
+_WIDTHS = ((PLANE, 7), (SPHERE, 4), (QUADRIC, 19))
+
+
+@dataclass
+class SurfaceArrays:
+    """The finished table, and for each surface added its id and the sense it has there (+1 or -1)."""
+
+    kind: Signs
+    row: Ints
+    planes: Floats
+    spheres: Floats
+    quadrics: Floats
+    ids: Ints
+    senses: Signs
+    rest: Remainders
+    exact: list[Surface]  # what the first of them were before they were rounded; the others are bulk balls
+
+
+@dataclass
+class Remainders:
+    """What rounding took from the numbers of each record: the exact number is the record's plus this, to 2^-106."""
+
+    planes: Floats
+    spheres: Floats  # shorter than the table: bulk balls have none
+    quadrics: Floats
+    vertices: Floats = field(default_factory=lambda: np.zeros((0, 3)))  # of polygons
+
+
+@dataclass
+class SurfaceTable:
+    """Collects surfaces; `finish` finds which are the same."""
+
+    kinds: list[int] = field(default_factory=list)
+    records: list[tuple[float, ...]] = field(default_factory=list)
+    rests: list[tuple[float, ...]] = field(default_factory=list)
+    senses: list[int] = field(default_factory=list)  # +1, or -1 where the record is the surface turned over
+    surfaces: list[Surface] = field(default_factory=list)
+    names: list[list[tuple[Key, int]]] = field(default_factory=list)  # none, or one: its exact name, once asked for
+    balls: list[Floats] = field(default_factory=list)
+    ball_count: int = 0
+    # Surfaces whose records are rounded, and the first one with the same numbers before they were
+    rounded: dict[int, int] = field(default_factory=dict)
+    known: dict[Any, int] = field(default_factory=dict)
+
+    def add(self, surface: Surface) -> int:
+        """The temporary number of a surface, >= 0."""
+        kind, numbers = record_of(surface)
+        sense = 1
+        if kind == PLANE and _leading(numbers) < 0:
+            # A plane's normal leads with a positive number: which side a ray within it counts to
+            # must not depend on who wrote the plane first
+            numbers, sense = (*(-x for x in numbers[:4]), *numbers[4:]), -1
+        rest = rests(numbers)
+        if any(rest):
+            self.rounded[len(self.kinds)] = self.known.setdefault((kind, numbers), len(self.kinds))
+        self.kinds.append(kind)
+        self.records.append(floats(numbers))
+        self.rests.append(rest)
+        self.senses.append(sense)
+        self.surfaces.append(surface)
+        self.names.append([])
+        return len(self.kinds) - 1
+
+    def append(self, other: SurfaceTable) -> int:
+        """Add the single surfaces of another table; the number of the first of them."""
+        begin = len(self.kinds)
+        first = {own: self.known.setdefault(key, begin + own) for key, own in other.known.items()}
+        self.rounded.update((begin + number, first[own]) for number, own in other.rounded.items())
+        self.kinds.extend(other.kinds)
+        self.records.extend(other.records)
+        self.rests.extend(other.rests)
+        self.senses.extend(other.senses)
+        self.surfaces.extend(other.surfaces)
+        self.names.extend(other.names)  # the same lists: what is worked out in one scene is known in all
+        return begin
+
+    def add_balls(self, spheres: Floats) -> Ints:
+        """Temporary numbers, < 0, of (N, 4) centers and radii."""
+        first = self.ball_count
+        self.ball_count += len(spheres)
+        self.balls.append(spheres)
+        return -1 - np.arange(first, self.ball_count, dtype=np.int32)
+
+    def finish(self) -> SurfaceArrays:
+        """Number the distinct surfaces. ids and senses are ordered as added, bulk balls after the rest."""
+        kinds = np.array(self.kinds, dtype=np.int8)
+        planes, spheres, quadrics = (_rows(self.records, kinds, kind, width) for kind, width in _WIDTHS)
+        rest = Remainders(*(_rows(self.rests, kinds, kind, width) for kind, width in _WIDTHS))
+        all_spheres = end_to_end([spheres, *self.balls])
+        single, count = len(kinds), len(kinds) + self.ball_count
+        kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
+        kind[:single] = kinds
+        row[single:] += np.int32(len(spheres) - single)
+        for k in (PLANE, SPHERE, QUADRIC):
+            member = kinds == k
+            row[:single][member] = np.arange(member.sum())
+        first = np.arange(count, dtype=np.int32)
+        for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
+            if _has_equal(table):
+                members = np.flatnonzero(kind == k)
+                plain = ~np.isin(members, list(self.rounded))
+                _merge_equal(first, members[plain], table[plain])
+        first[list(self.rounded)] = list(self.rounded.values())
+        senses = np.ones(count, np.int8)
+        senses[:single] = self.senses
+        self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
+        # Number the representatives in the order they came
+        leads = first == np.arange(count, dtype=np.int32)
+        exact = [self.surfaces[i] for i in np.flatnonzero(leads[:single]).tolist()]
+        if leads.all():
+            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, exact)
+        number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
+        return SurfaceArrays(kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses, rest, exact)
+
+    def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
+        """The exact name of a surface, and its sense."""
+        if index >= len(self.surfaces):
+            x, y, z, r = (float(v) for v in spheres[row[index]])
+            return QuadricSurface((1.0, 1.0, 1.0), ORIGIN, Fraction(r) ** 2, UPRIGHT, (x, y, z)).key()
+        if not self.names[index]:
+            self.names[index].append(self.surfaces[index].key())
+        return self.names[index][0]
+
+    def _merge_exact(
+        self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Floats
+    ) -> None:
+        """Among records that are close, let the exact names decide."""
+        single = len(self.surfaces)
+        distinct = np.flatnonzero(first[:single] == np.arange(single))
+        flat = kind[distinct] == PLANE
+        clusters = list(_clusters(distinct[flat], _plane_features(planes[row[distinct[flat]]])))
+        curved = distinct[~flat]
+        if len(curved):  # bulk balls among themselves are equal to the bit or not at all
+            curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
+            clusters += _clusters(curved, _quadric_features(kind[curved], row[curved], spheres, quadrics))
+        tables = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
+        named: dict[int, tuple[int, int]] = {}
+        for cluster in clusters:
+            equal: dict[Any, list[tuple[int, int]]] = {}
+            for index in cluster.tolist():
+                key, sense = self._name(index, spheres, row)
+                equal.setdefault(key, []).append((index, sense))
+            for members in equal.values():
+                # The record that stands for them does not depend on the order they came in
+                chosen, its_sense = min(members, key=lambda m: (kind[m[0]] != SPHERE, *tables[kind[m[0]]][row[m[0]]]))
+                for index, sense in members:
+                    named[index] = (chosen, 1 if kind[index] == PLANE else sense * its_sense)
+        if named:
+            merged = np.fromiter(named, np.int64, len(named))
+            found = np.array([named[index] for index in named])
+            representative, turned = np.arange(len(first)), np.ones(len(first), np.int8)
+            representative[merged], turned[merged] = found[:, 0], found[:, 1]
+            senses *= turned[first]
+            first[:] = representative[first]
+
+    def _balls_near(
+        self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: Floats
+    ) -> npt.NDArray[np.int64]:
+        """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
+        single = len(self.surfaces)
+        middle = spheres[:1, :3].mean(axis=0) if len(spheres) else np.zeros(3)
+        numbers = _coefficients(kind[curved], row[curved], spheres, quadrics, middle)
+        round_ = np.abs(numbers[:, :6] - (1, 1, 1, 0, 0, 0)).max(axis=1) < _NEARLY
+        if self.ball_count == 0 or not round_.any():
+            return np.zeros(0, np.int64)
+        across = np.random.default_rng(20261123).normal(size=3)
+        own = np.sort(-numbers[round_, 6:9] @ across)
+        balls = spheres[len(spheres) - self.ball_count :]
+        others = np.concatenate([(balls[a : a + _CHUNK, :3] - middle) @ across for a in range(0, len(balls), _CHUNK)])
+        reach = _NEARLY * max(float(np.abs(others).max()), float(np.abs(own).max()))
+        near = np.searchsorted(own, others - reach) < np.searchsorted(own, others + reach, side="right")
+        found = single + np.flatnonzero(near)
+        distinct: npt.NDArray[np.int64] = found[first[found] == found]
+        return distinct
+
+
+def end_to_end(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    """Concatenated; no copy where all but one are empty."""
+    filled = [part for part in parts if len(part)]
+    return np.concatenate(filled) if len(filled) > 1 else (filled or parts)[0]
+
+
+def _leading(numbers: tuple[Any, ...]) -> Any:
+    """The first component of a plane's normal that is not zero, as a float."""
+    return next((x for x in numbers[:3] if float(x)), 0)
+
+
+def _rows(records: list[tuple[float, ...]], kinds: Signs, kind: int, width: int) -> Floats:
+    rows = [record for record, k in zip(records, kinds.tolist(), strict=True) if k == kind]
+    return np.array(rows, dtype=np.float64).reshape(len(rows), width)
+
+
+def _mixed(table: Floats) -> npt.NDArray[np.uint64]:
+    """A number for each row, equal for equal rows (zeros of both signs alike)."""
+    mixed = np.zeros(len(table), np.uint64)
+    for begin in range(0, len(table), _CHUNK):
+        words = (table[begin : begin + _CHUNK] + 0.0).view(np.uint64)
+        part = mixed[begin : begin + _CHUNK]
+        for column in range(words.shape[1]):
+            part ^= words[:, column]
+            part *= np.uint64(0x9E3779B97F4A7C15)
+            part ^= part >> np.uint64(29)
+    return mixed
+
+
+def _has_equal(table: Floats) -> bool:
+    """Might two rows be equal?  In a large table without any, much faster than to look for them."""
+    mixed = _mixed(table)
+    mixed.sort()
+    return bool((mixed[1:] == mixed[:-1]).any())
+
+
+def _merge_equal(first: Any, members: Any, table: Floats) -> None:
+    """Point each member at the earliest one with the same record to the bit (zeros of both signs alike)."""
+    order = np.argsort(_mixed(table), kind="stable")
+    same = np.zeros(len(order), bool)
+    same[1:] = (table[order[1:]] == table[order[:-1]]).all(axis=1)
+    head = np.maximum.accumulate(np.where(same, 0, np.arange(len(order))))
+    first[members[order]] = members[order[head]]
+
+
+def _plane_features(planes: Floats) -> Floats:
+    normals, over, anchors = planes[:, :3], planes[:, 3], planes[:, 4:]
+    lengths = np.linalg.norm(normals, axis=1)
+    center = anchors.mean(axis=0) if len(anchors) else np.zeros(3)
+    offsets = ((anchors - center) * normals).sum(axis=1) - over
+    return _scaled(np.column_stack([normals / lengths[:, None], offsets / lengths]), 3, (3,), ())
+
+
+def _quadric_features(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats) -> Floats:
+    """Coefficients about the middle of the scene, scaled to order one."""
+    ball = kind == SPHERE
+    anchors = np.concatenate([spheres[row[ball], :3], quadrics[row[~ball], :3]])
+    middle = anchors.mean(axis=0) if len(anchors) else np.zeros(3)
+    return _scaled(_coefficients(kind, row, spheres, quadrics, middle), 6, (6, 7, 8), (9,))
+
+
+def _coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
+    """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1."""
+    count = len(kind)
+    ball = kind == SPHERE
+    anchors = np.empty((count, 3))
+    anchors[ball], anchors[~ball] = spheres[row[ball], :3], quadrics[row[~ball], :3]
+    p = anchors - middle
+    result = np.zeros((count, 10))
+    result[ball, :3] = 1.0
+    result[ball, 6:9] = -p[ball]
+    result[ball, 9] = (p[ball] ** 2).sum(axis=1) - spheres[row[ball], 3] ** 2
+    q = quadrics[row[~ball]]
+    w, s, b = q[:, 3:12].reshape(-1, 3, 3), q[:, 12:15], q[:, 15:18]
+    a = np.einsum("nki,nk,nkj->nij", w, s, w)
+    shift = -np.einsum("nki,ni->nk", w, p[~ball])
+    result[~ball, :6] = a[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    result[~ball, 6:9] = np.einsum("nki,nk->ni", w, s * shift + b)
+    result[~ball, 9] = (s * shift**2 + 2 * b * shift).sum(axis=1) - q[:, 18]
+    size = np.abs(result[:, :6]).max(axis=1, keepdims=True, initial=0.0)
+    return result / np.where(size > 0, size, 1.0)
+
+
+def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second_order: tuple[int, ...]) -> Floats:
+    """Fix the sign by the leading columns; divide lengths and squared lengths by the scene's own."""
+    if not len(features):
+        return features
+    rng = np.random.default_rng(20261120)
+    sign = np.sign(features[:, :leading] @ rng.normal(size=leading))
+    features = features * np.where(sign == 0, 1.0, sign)[:, None]
+    reach = np.abs(features[:, list(first_order)]).max()
+    reach = max(reach, math.sqrt(np.abs(features[:, list(second_order)]).max())) if second_order else reach
+    if reach > 0 and math.isfinite(reach):
+        features[:, list(first_order)] /= reach
+        features[:, list(second_order)] /= reach  # twice, as its square may be beyond float64
+        features[:, list(second_order)] /= reach
+    return features
+
+
+def _clusters(members: Any, features: Floats) -> Iterable[Any]:
+    """Groups of members whose features agree to about 1e-11 along a random direction."""
+    if len(members) < 2:
+        return
+    rng = np.random.default_rng(20261121)
+    place = features @ rng.normal(size=features.shape[1])
+    order = np.argsort(place)
+    near = np.diff(place[order]) <= _CLOSE
+    starts = np.flatnonzero(np.concatenate([[True], ~near]))
+    ends = np.concatenate([starts[1:], [len(order)]])
+    for start, end in zip(starts[ends - starts > 1], ends[ends - starts > 1], strict=True):
+        yield members[order[start:end]]

@@ -1,0 +1,1 @@
+"""The route of packets: 64 coherent rays side by side."""

@@ -1,0 +1,262 @@
+"""Boolean bodies of a few leaves met by the lanes of a packet.
+
+The same sweep as for a single ray (see `events`), all lanes at once: every leaf gives its spans; then
+each lane goes from one span end to the next and asks the body's program there, all ends at equal t
+together, until the truth turns. Nothing is sorted and nothing branches on a lane.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...compiler.jit import choose, helper, inline
+from .. import tables as table
+from ..surface.nearness import Nearness, lengths_of
+from ..tables import Floats, Geometry, Ints, integer
+from .cells import face_lanes
+from .lanes import (
+    DOUBT,
+    ENDS,
+    FOUND,
+    INSIDE,
+    LANES,
+    LATEST,
+    NARROW_IN,
+    NARROW_OUT,
+    NEW_ENTERS,
+    NEW_PLACE,
+    NEW_SENSE,
+    NEXT,
+    NOW,
+    OFF,
+    SEEKS,
+    T_MAX,
+    T_MIN,
+    WITHIN,
+    eights,
+    lane_nearness,
+    take,
+)
+from .spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, put_spans
+
+MOST = 16
+"""Leaves, and gates, of a body that is traced in lanes."""
+
+LEAVES_SIZE = MOST * LEAF
+TRUTHS_SIZE = MOST * LANES
+
+
+@inline
+def in_lanes(geometry: Geometry, program: int) -> bool:
+    """Is the body small enough to be traced in lanes?"""
+    leaves = integer(geometry, table.PROGRAM_LEAF, program + 1) - integer(geometry, table.PROGRAM_LEAF, program)
+    gates = integer(geometry, table.PROGRAM_GATE, program + 1) - integer(geometry, table.PROGRAM_GATE, program)
+    return leaves <= MOST and gates <= MOST
+
+
+@helper
+def _leaf_spans(
+    geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, narrows: bool, first: int, last: int
+) -> tuple[int, int]:
+    """A leaf's spans into its rows from leaves[at]: (how many of them any lane has, how many lanes still seek).
+
+    Where `narrows`, the body lies within the leaf: a lane seeks on within its spans only.
+    """
+    if face_lanes(geometry, lanes, cell, first, last) == 0:
+        return 0, 0
+    first, last = eights(first, last)
+    row, second = np.uint64(at), np.uint64(at + SPAN)
+    several = put_spans(geometry, lanes, leaves, at, cell, True, first, last)
+    near = 0
+    for i in range(first, last):
+        begin = min(leaves[row + IN + i], leaves[second + IN + i])
+        end = max(leaves[row + OUT + i], leaves[second + OUT + i])
+        low, high = max(lanes[NARROW_IN + i], begin), min(lanes[NARROW_OUT + i], end)
+        off = lanes[OFF + i]
+        counts = (low <= high + off) & (lanes[SEEKS + i] == 1.0)
+        near += 1 if counts else 0
+        lanes[FOUND + i] = low
+        lanes[NEXT + i] = high
+        lanes[DOUBT + i] = choose(narrows & (abs(high - low) <= off) & counts, 1.0, lanes[DOUBT + i])
+    if narrows:
+        for i in range(first, last):
+            lanes[SEEKS + i] = choose(lanes[FOUND + i] < lanes[NEXT + i], lanes[SEEKS + i], 0.0)
+            lanes[NARROW_IN + i], lanes[NARROW_OUT + i] = lanes[FOUND + i], lanes[NEXT + i]
+    return 0 if near == 0 else (2 if several > 0 else 1), near
+
+
+@helper
+def _count_span(
+    lanes: Floats, leaves: Floats, truths: Floats, at: int, gate: int, change: float, first: int, last: int
+) -> None:
+    """Add `change` to a gate where NOW is in a span, and let NEXT be its next end, if it is the first."""
+    first, last = eights(first, last)
+    row, counter = np.uint64(at), np.uint64(gate * LANES)
+    for i in range(first, last):
+        now, begin, end = lanes[NOW + i], leaves[row + IN + i], leaves[row + OUT + i]
+        truths[counter + i] += choose((begin <= now) & (now < end), change, 0.0)
+        later = choose(begin > now, begin, choose(end > now, end, math.inf))
+        lanes[NEXT + i] = min(lanes[NEXT + i], later)
+
+
+@helper
+def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, first: int, last: int) -> None:
+    """Every leaf is outside."""
+    first, last = eights(first, last)
+    begin = integer(geometry, table.PROGRAM_GATE, program)
+    for gate in range(begin, integer(geometry, table.PROGRAM_GATE, program + 1)):
+        start, counter = float(integer(geometry, table.GATE_START, gate)), np.uint64((gate - begin) * LANES)
+        for i in range(first, last):
+            truths[counter + i] = start
+    for i in range(first, last):
+        lanes[NEXT + i] = math.inf
+
+
+@helper
+def _pass_on(
+    truths: Floats, gate: int, parent: int, need: float, start: float, sign: float, first: int, last: int
+) -> None:
+    """Count a gate's change, if it has one, in its parent."""
+    first, last = eights(first, last)
+    counter, above = np.uint64(gate * LANES), np.uint64(parent * LANES)
+    for i in range(first, last):
+        changed = (truths[counter + i] >= need) != (start >= need)
+        truths[above + i] += choose(changed, sign, 0.0)
+
+
+@helper
+def _settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
+    """Count from the leaves' gates up to the root; parents stand before their children."""
+    begin = integer(geometry, table.PROGRAM_GATE, program)
+    for gate in range(integer(geometry, table.PROGRAM_GATE, program + 1) - 1, begin, -1):
+        need, start = integer(geometry, table.GATE_NEED, gate), integer(geometry, table.GATE_START, gate)
+        falls = (start >= need) != (integer(geometry, table.GATE_NEGATED, gate) == 1)
+        parent = integer(geometry, table.GATE_PARENT, gate) - begin
+        _pass_on(truths, gate - begin, parent, float(need), float(start), -1.0 if falls else 1.0, first, last)
+
+
+@helper
+def _advance(
+    geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, first: int, last: int
+) -> int:
+    """Note where the truth has turned, go on to the next end; returns how many lanes still seek."""
+    first, last = eights(first, last)
+    root = integer(geometry, table.PROGRAM_GATE, program)
+    need, negated = float(integer(geometry, table.GATE_NEED, root)), integer(geometry, table.GATE_NEGATED, root) == 1
+    seeking = 0
+    for i in range(first, last):
+        truth = 1.0 if (truths[i] >= need) != negated else 0.0
+        turned = (truth != lanes[INSIDE + i]) & (lanes[SEEKS + i] == 1.0) & (not starts)
+        lanes[FOUND + i] = choose(turned, lanes[NOW + i], lanes[FOUND + i])
+        lanes[NEW_ENTERS + i] = choose(turned, truth, lanes[NEW_ENTERS + i])
+        lanes[INSIDE + i] = truth
+        t, off = lanes[NEXT + i], lanes[OFF + i]
+        sought = lanes[SEEKS + i] == 1.0
+        lanes[DOUBT + i] = choose(sought & (t - lanes[NOW + i] <= off), 1.0, lanes[DOUBT + i])
+        lanes[LATEST + i] = choose(sought, lanes[NOW + i], lanes[LATEST + i])
+        lanes[ENDS + i] += choose(sought & (not starts), 1.0, 0.0)
+        lanes[NOW + i] = t
+        on = sought & ~turned
+        seeks = on & (t < lanes[T_MAX + i]) & (t <= lanes[WITHIN + i] + off)
+        lanes[SEEKS + i] = 1.0 if seeks else 0.0
+        seeking += 1 if seeks else 0
+    return seeking
+
+
+@helper
+def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: int, last: int) -> None:
+    """Where a span's end is the crossing found and turns the way the body does, its face shows."""
+    first, last = eights(first, last)
+    row = np.uint64(at)
+    for i in range(first, last):
+        begin, end = leaves[row + IN + i], leaves[row + OUT + i]
+        latest, t_min = lanes[LATEST + i], lanes[T_MIN + i]
+        lanes[ENDS + i] -= choose((begin > t_min) & (begin <= latest), 1.0, 0.0)
+        lanes[ENDS + i] -= choose((end > t_min) & (end <= latest), 1.0, 0.0)
+        t, rises = lanes[FOUND + i], (lanes[NEW_ENTERS + i] == 1.0) == (sense > 0.0)
+        shown = choose(rises, begin, end)
+        place = choose(rises, leaves[row + PLACE_OF_IN + i], leaves[row + PLACE_OF_OUT + i])
+        shows = shown == t
+        lanes[NEW_PLACE + i] = choose(shows, place, lanes[NEW_PLACE + i])
+        lanes[NEW_SENSE + i] = choose(shows, sense, lanes[NEW_SENSE + i])
+
+
+@helper
+def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
+    first, last = eights(first, last)
+    for i in range(first, last):
+        off, far = lane_nearness(lanes, i, lengths)
+        lanes[OFF + i] = off
+        lanes[DOUBT + i] = choose(far < 0.0, 1.0, lanes[DOUBT + i])
+        lanes[NARROW_IN + i] = lanes[T_MIN + i]
+        lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], lanes[WITHIN + i] + off)  # as far as a tie
+        lanes[SEEKS + i] = 1.0 if lanes[NARROW_IN + i] < lanes[NARROW_OUT + i] else 0.0
+
+
+@helper
+def leaves_of_lanes(
+    geometry: Geometry, lanes: Floats, leaves: Floats, spans: Ints, program: int, first: int, last: int
+) -> int:
+    """Spans of all leaves, those first that the body lies within; returns how many lanes still seek.
+
+    spans[k]: how many spans leaf k has, at most.
+    """
+    _begin(lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program), first, last)
+    root = integer(geometry, table.PROGRAM_GATE, program)
+    within = integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
+    begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
+    seeking = 1
+    for sweep in range(2):
+        for leaf in range(begin, end):
+            narrows = within and integer(geometry, table.LEAF_GATE, leaf) == root
+            narrows &= integer(geometry, table.LEAF_NEGATED, leaf) == 0
+            if narrows != (sweep == 0):
+                continue
+            k, cell = leaf - begin, integer(geometry, table.LEAF_CELL, leaf)
+            spans[k], near = _leaf_spans(geometry, lanes, leaves, k * LEAF, cell, narrows, first, last)
+            seeking = near if narrows else seeking
+            if seeking == 0:
+                return 0
+    return seeking
+
+
+@helper
+def region_lanes(
+    geometry: Geometry, lanes: Floats, leaves: Floats, truths: Floats, spans: Ints,
+    program: int, entry: int, body: int, first: int, last: int,
+) -> None:  # fmt: skip
+    """The first crossing of a Boolean body."""
+    if leaves_of_lanes(geometry, lanes, leaves, spans, program, first, last) == 0:
+        return
+    first, last = eights(first, last)
+    lengths = lengths_of(geometry, table.PROGRAM_LIMITS, program)
+    for i in range(first, last):
+        lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
+        lanes[LATEST + i], lanes[ENDS + i] = lanes[T_MIN + i], 0.0
+    begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
+    root = integer(geometry, table.PROGRAM_GATE, program)
+    starts, seeking = True, 1
+    while seeking > 0:
+        _reset(geometry, lanes, truths, program, first, last)
+        for leaf in range(begin, end):
+            k = leaf - begin
+            change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf) == 1 else 1.0
+            gate = integer(geometry, table.LEAF_GATE, leaf) - root
+            for s in range(spans[k]):
+                _count_span(lanes, leaves, truths, k * LEAF + s * SPAN, gate, change, first, last)
+        _settle_gates(geometry, truths, program, first, last)
+        seeking = _advance(geometry, lanes, truths, program, starts, first, last)
+        starts = False
+    for leaf in range(end - 1, begin - 1, -1):
+        k, sense = leaf - begin, float(integer(geometry, table.LEAF_SENSE, leaf))
+        for s in range(spans[k]):
+            _choose_face(lanes, leaves, k * LEAF + s * SPAN, sense, first, last)
+    for i in range(first, last):
+        t, sense, enters = lanes[FOUND + i], lanes[NEW_SENSE + i], lanes[NEW_ENTERS + i]
+        far = lane_nearness(lanes, i, lengths)[1]
+        # Ends that were not told apart: as many as were gone by more than there were steps
+        unsure = ((abs(t) > far) & (abs(t) < math.inf)) | (lanes[ENDS + i] != 0.0)
+        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
+        take(lanes, i, t, lanes[OFF + i], entry, body, lanes[NEW_PLACE + i], sense, enters)

@@ -1,0 +1,214 @@
+"""First hits of coherent rays, 64 at a time.
+
+A packet asks about the items that its tile sees, the nearest first. Where that is not known, and below items that are
+nodes, it goes down the tree as one beam, which is tested against all eight children of a node at
+once; only what it reaches is asked by the lanes.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...compiler.jit import helper, inline
+from .. import tables as table
+from ..body.scratch import Scratch
+from ..culling import (
+    BOX,
+    CODE,
+    ENTERED,
+    FIRST,
+    LAST,
+    balls_in_beam,
+    bit_count,
+    boxes_met,
+    group_in_ball,
+    items_met,
+    lowest_bit,
+    put_groups,
+    put_numbers,
+)
+from ..culling.items import MOST_CHOSEN
+from ..tables import Floats, Geometry, Signs, whole
+from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
+from ..tree.walk import ITS_BOX, ITS_CODE, ITS_T, on_stack, push_met, push_roots, put_on_stack, scene_tree
+from .frontier import ITEM_COUNT
+from .lanes import BEAM_AT, GROUP_BEAMS, GROUPS_AT, put_group_beams, shorten_beam
+from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet, retire
+
+_MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
+
+
+@inline
+def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bits: int) -> int:
+    """Those of a node's children that a lane meets, of those that are told by bits."""
+    met = 0
+    at = geometry.places[table.NODE_BOXES] + 48 * node
+    while bits != 0:
+        child = lowest_bit(bits)
+        bits &= bits - 1
+        if lanes_in_child(geometry, lanes, groups, at + child) != 0:
+            met |= 1 << child
+    return met
+
+
+@inline
+def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]:
+    """Find `most` of the items from number `item` on that the beam meets, or a few more.
+
+    Returns how many there are, and with which number to go on.
+    """
+    seen, lanes, count = packet.items, packet.lanes, 0
+    while count < most and item < items and seen[ENTERED + item] <= lanes[BEAM_AT + LAST]:
+        bits = items_met(seen, item, lanes, BEAM_AT) & ((1 << min(8, items - item)) - 1)
+        put_numbers(item, bits, packet.asked, count)
+        count += bit_count(bits)
+        item += 8
+    return count, item
+
+
+@inline
+def _ball_of(geometry: Geometry, items: Floats, k: int) -> tuple[int, int, int]:
+    """(where its leaf begins, the leaf's length, its place there) of an item that is a ball."""
+    first, last = leaf_range(whole(items[CODE + k]))
+    return leaf_at(geometry, first), last - first, -2 - whole(items[BOX + k])
+
+
+@inline
+def _group_at_ball(geometry: Geometry, packet: Packet, pair: int) -> int:
+    """Which of a group of lanes may meet a ball; see `PAIRS`."""
+    at, size, place = _ball_of(geometry, packet.items, pair >> 3)
+    x, y, z, r = leaf_ball(geometry, at, size, place)
+    return group_in_ball(packet.lanes, pair & 7, x, y, z, r)
+
+
+@inline
+def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
+    """Find what is to be asked of the balls among the chosen items; returns how many pairs there are.
+
+    Step by step for all of them, without branches, so that what one is found to be does not hold up the next.
+    """
+    items, asked, count, kept = packet.items, packet.asked, 0, 0
+    split = packet.lanes[GROUP_BEAMS] != 0.0
+    for j in range(chosen):
+        k = packet.asked[j]
+        if items[BOX + k] >= -1.0:
+            continue
+        if split:
+            count += put_groups(items, k, packet.lanes, GROUPS_AT, asked, PAIRS + count)
+        else:
+            asked[PAIRS + count] = 8 * k
+            count += 1
+    if not split:
+        return count
+    for j in range(count):
+        asked[PAIRS + kept] = asked[PAIRS + j]
+        kept += 1 if _group_at_ball(geometry, packet, asked[PAIRS + j]) != 0 else 0
+    return kept
+
+
+@inline
+def _meet_chosen(
+    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool, chosen: int
+) -> int:
+    """Meet the balls among the chosen items. The others go to the stack, whose height is returned."""
+    way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
+    for j in range(chosen - 1, -1, -1):
+        k = packet.asked[j]
+        if items[BOX + k] >= -1.0:
+            put_on_stack(way, top, items[CODE + k], items[BOX + k], items[ENTERED + k])
+            top += 1
+    count = _put_pairs(geometry, packet, chosen)
+    for j in range(count):
+        pair = packet.asked[PAIRS + j]
+        at, size, place = _ball_of(geometry, items, pair >> 3)
+        if lanes[GROUP_BEAMS] != 0.0:
+            met = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: a lane may have met something
+        else:
+            met = lanes_at_ball(geometry, lanes, groups, at + place, size)
+        if met != 0:
+            meet(geometry, scratch, packet, blocks, at, size, place, met)
+            if any_hit:
+                retire(lanes, groups)
+    if count > 0:
+        shorten_beam(lanes, groups)
+    return top
+
+
+@inline
+def _meet_balls(
+    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool,
+    at: int, count: int,
+) -> None:  # fmt: skip
+    """A leaf of balls: the beam sorts out those that it misses, the lanes ask about the others."""
+    lanes, near = packet.lanes, scratch.way
+    bits, near[0] = 1, -math.inf
+    if count > 1:
+        bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, near)
+    while bits != 0:
+        k, others = lowest_bit(bits), bits & (bits - 1)
+        while others != 0:
+            other = lowest_bit(others)
+            others &= others - 1
+            k = other if near[other] < near[k] else k
+        bits &= ~(1 << k)
+        if near[k] > lanes[BEAM_AT + LAST]:
+            break
+        met = lanes_at_ball(geometry, lanes, groups, at + k, count)
+        if met != 0:
+            meet(geometry, scratch, packet, blocks, at, count, k, met)
+            if any_hit:
+                retire(lanes, groups)
+            shorten_beam(lanes, groups)
+
+
+@helper
+def trace_packet(
+    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, narrow: bool, blocks: Signs, any_hit: bool
+) -> None:
+    """First hits, or any, of the rays in the first groups of eight lanes, which are `ordinary`; see `lane_hit`.
+
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
+    narrow, the children of nodes are asked for by the lanes too.
+    """
+    way, lanes = scratch.way, packet.lanes
+    items, item, top, most = whole(packet.items[ITEM_COUNT]), 0, 0, 2
+    if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
+        items, top = 0, push_roots(geometry, way, scene_tree(geometry))
+    if items > _MANY:
+        put_group_beams(lanes)
+    boxes = geometry.places[table.NODE_BOXES]
+    while True:
+        if top == 0:
+            # Few at first: what they hide need not be asked about
+            chosen, item = _choose(packet, item, items, most)
+            most = min(2 * most, MOST_CHOSEN - 8)
+            if chosen == 0:
+                break
+            top = _meet_chosen(geometry, scratch, packet, groups, blocks, any_hit, chosen)
+            continue
+        top -= 1
+        if way[on_stack(top) + ITS_T] > lanes[BEAM_AT + LAST]:
+            continue
+        at = on_stack(top)
+        code, box = whole(way[at + ITS_CODE]), whole(way[at + ITS_BOX])
+        if code >= 0:
+            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, way)
+            if not narrow:
+                bits = _children_met(geometry, lanes, groups, code, bits)
+            top = push_met(geometry, way, code, bits, top)
+            continue
+        begin, end = leaf_range(code)
+        at, count = leaf_at(geometry, begin), end - begin
+        if box >= 0 and is_round(geometry, at, count):
+            _meet_balls(geometry, scratch, packet, groups, blocks, any_hit, at, count)
+            continue
+        met = (1 << (8 * groups)) - 1 if groups < 8 else -1
+        if box >= 0:
+            met = lanes_in_child(geometry, lanes, groups, boxes + 48 * (box >> 3) + (box & 7))
+            if met == 0:
+                continue
+        for k in range(count):
+            meet(geometry, scratch, packet, blocks, at, count, k, met)
+        if any_hit:
+            retire(lanes, groups)
+        shorten_beam(lanes, groups)

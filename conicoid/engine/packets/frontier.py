@@ -1,0 +1,162 @@
+"""What part of the tree a tile of packets sees, so that not each of its packets starts at the roots.
+
+The beam that holds all rays of the tile goes down the tree first, the nearest first, to balls and to leaves of other
+things. Of these items quarters of the tile keep what their beams meet, and of those each packet, eight at a time.
+(The entry points of multi-level ray tracing, taken down to the leaves: Reshetov, Soupikov, Hurley, SIGGRAPH 2005.)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compiler.jit import allocator, helper, inline
+from .. import tables as table
+from ..culling import (
+    BOX,
+    CODE,
+    ENTERED,
+    ITEM_ROW,
+    ITEMS_SIZE,
+    MOST_ITEMS,
+    bit_count,
+    items_met,
+    keep_items,
+    put_balls,
+    put_children,
+)
+from ..tables import Floats, Geometry, integer, whole
+from ..tree.leaf import is_round, leaf_at, leaf_range
+from ..tree.walk import ask_for
+
+_MOST_FOUND = MOST_ITEMS - 1024  # nodes and leaves: the rest is for the balls of the nearest leaves
+_MOST_ROOTS = 64
+_SORTED = 64  # so many are put in order; their children follow that
+_AHEAD = 10
+
+
+ITEM_COUNT = ITEMS_SIZE
+"""Behind a frontier's items (see `simd.items`): how many there are, or -1: nothing is known.
+
+They are in order from the nearest to the furthest, or nearly so: nodes, leaves, and balls of leaves.
+"""
+
+
+class Level(NamedTuple):
+    """Two levels of a tree, as far as a beam meets them."""
+
+    found: Any  # int64: nodes and leaves; the upper half is the number of the box, -1 for none
+    t: Floats  # where the beam enters
+
+
+@allocator
+def new_frontier() -> Floats:
+    """Memory for one thread; nothing is known."""
+    items = np.empty(ITEMS_SIZE + 1)
+    items[ITEM_COUNT] = -1.0
+    return items
+
+
+@allocator
+def new_level() -> Level:
+    """Memory for one thread."""
+    return Level(np.empty(2 * ITEM_ROW, np.int64), np.empty(2 * ITEM_ROW))
+
+
+@inline
+def _code(found: Any) -> Any:
+    """Of a node or leaf."""
+    return np.int64(np.int32(found))
+
+
+@inline
+def _sort(level: Level, begin: int, end: int) -> None:
+    for k in range(begin + 1, end):
+        found, t, slot = level.found[k], level.t[k], k
+        while slot > begin and level.t[slot - 1] > t:
+            level.found[slot], level.t[slot] = level.found[slot - 1], level.t[slot - 1]
+            slot -= 1
+        level.found[slot], level.t[slot] = found, t
+
+
+@inline
+def _descend(
+    geometry: Geometry, level: Level, beam: Floats, start: int, begin: int, count: int, other: int
+) -> tuple[int, int]:
+    """Replace the nodes of a level by their children that the beam meets, at level.found[other:], in order.
+
+    Returns how many there are then, and how many nodes were replaced.
+    """
+    found, end, nodes = level.found, other, 0
+    for k in range(begin, begin + count):
+        code = _code(found[k])
+        if k + _AHEAD < begin + count:
+            ask_for(geometry, _code(found[k + _AHEAD]))
+        if code >= 0 and end - other + begin + count - k + 8 <= _MOST_FOUND:
+            end += put_children(
+                geometry.floats, geometry.places[table.NODE_BOXES] + 48 * code,
+                geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code, 8 * code,
+                beam, start, found, level.t, end,
+            )  # fmt: skip
+            nodes += 1
+        else:
+            found[end], level.t[end] = found[k], level.t[k]
+            end += 1
+    return end - other, nodes
+
+
+@inline
+def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: float) -> None:
+    """Item k: a node or leaf in a box, -1 if in none."""
+    items[CODE + k], items[BOX + k], items[ENTERED + k] = code, box, t
+    at = geometry.places[table.NODE_BOXES] + 48 * (box >> 3) + (box & 7)
+    for side in range(6):
+        open_end = -math.inf if side < 3 else math.inf
+        items[k + side * ITEM_ROW] = geometry.floats[at + 8 * side] if box >= 0 else open_end
+
+
+@helper
+def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats, start: int, tree: int) -> None:
+    """What of a tree a beam (from beam[start:]) meets."""
+    roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
+    count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
+    items[ITEM_COUNT] = -1.0
+    if count > _MOST_ROOTS:
+        return
+    for k in range(count):
+        level.found[k], level.t[k] = np.int64(-1) << 32 | integer(geometry, table.ROOTS, roots + k) & 0xFFFFFFFF, 0.0
+    while nodes > 0:
+        if count <= _SORTED:
+            _sort(level, here, here + count)
+        count, nodes = _descend(geometry, level, beam, start, here, count, other)
+        here, other = other, here
+    end = 0
+    for k in range(here, here + count):
+        code, box = _code(level.found[k]), level.found[k] >> 32
+        if k + _AHEAD < here + count:
+            ask_for(geometry, _code(level.found[k + _AHEAD]))
+        first, n = leaf_range(code)
+        n -= first
+        at = leaf_at(geometry, first)
+        if code < 0 and box >= 0 and is_round(geometry, at, n) and end + here + count - k + 8 <= MOST_ITEMS:
+            end += put_balls(geometry.floats, at, n, code, beam, start, items, end)
+        else:
+            _put(geometry, items, end, code, box, level.t[k])
+            end += 1
+    # Where this one or one that follows is entered
+    for k in range(end - 2, -1, -1):
+        items[ENTERED + k] = min(items[ENTERED + k], items[ENTERED + k + 1])
+    items[ITEM_COUNT] = end
+
+
+@helper
+def narrow_frontier(items: Floats, beam: Floats, start: int, narrowed: Floats) -> None:
+    """What of a tile a narrower beam (from beam[start:]) meets."""
+    end, count = 0, whole(items[ITEM_COUNT])
+    for first in range(0, count, 8):
+        bits = items_met(items, first, beam, start) & ((1 << min(8, count - first)) - 1)
+        keep_items(items, first, bits, narrowed, end)
+        end += bit_count(bits)
+    narrowed[ITEM_COUNT] = end if count >= 0 else -1

@@ -1,0 +1,240 @@
+"""A packet: 64 rays side by side, a row of 64 floats for each of their numbers.
+
+All rows stand in one block of floats, numbers of things too, at places the compiler knows: so it
+sees that what a loop over lanes writes is not what it reads, and makes vectors of it. Lanes are counted
+by unsigned numbers, else it must think of places counted from the end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...compiler.jit import choose, helper, inline
+from ..body.hit import Hit
+from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, extents, reach
+from ..ray import Ray
+from ..surface.nearness import RELATIVE, STARTING, Nearness, ray_size, ray_unit
+from ..tables import Floats, whole
+from ..tree.walk import reciprocal
+
+LANES = 64
+
+# Where the rows begin. `simd` relies on the order of the first fourteen
+(
+    OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, UNIT, START, BEST, BODY, ENTRY, PLACE, SENSE,
+    ENTERS, A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN, NOW, NEXT, INSIDE,
+    SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS, AWAY, BESIDE, UNSURE, DOUBT, LATEST,
+    ENDS, OFF, OWN,
+) = (np.uint64(row) for row in range(0, 52 * LANES, LANES))  # fmt: skip
+BEAM_AT = 52 * LANES
+ALL = np.uint64(LANES)
+SOME_START = BEAM_AT + BEAM
+"""Not 0 where some lane starts on a surface."""
+SLOPES = BEAM_AT + BEAM + 1
+"""Not 0 once the inverse directions are worked out."""
+SHARED = BEAM_AT + BEAM + 2
+"""Not 0 where all lanes have one origin."""
+SPREAD = BEAM_AT + BEAM + 3
+"""How far apart components of the directions are, at most."""
+LEAST_START = BEAM_AT + BEAM + 4
+GROUP_BEAMS = BEAM_AT + BEAM + 5
+"""Not 0 once the beams of the eight groups are known."""
+GROUPS_AT = BEAM_AT + BEAM + 6
+"""Their numbers, as in a beam, eight of each."""
+SIZE = GROUPS_AT + 96
+
+
+@inline
+def eights(first: int, last: int) -> tuple[Any, Any]:
+    """The same numbers, multiples of 8 in [0, 64], made such that the compiler knows that they are."""
+    return np.uint64(first) & np.uint64(56), np.uint64(last) & np.uint64(120)
+
+
+@inline
+def put_ray(lanes: Floats, i: Any, ray: Ray) -> None:
+    """A ray into lane i."""
+    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    i = np.uint64(i)
+    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = ox + 0.0, oy + 0.0, oz + 0.0
+    lanes[DX + i], lanes[DY + i], lanes[DZ + i] = dx, dy, dz
+    lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = t_min, t_max, start
+
+
+@inline
+def put_limits(lanes: Floats, t_min: float, t_max: float, start: int) -> None:
+    """The same interval and start for all lanes."""
+    for i in range(ALL):
+        lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = t_min, t_max, start
+
+
+@inline
+def put_origin(lanes: Floats, x: float, y: float, z: float) -> None:
+    """The same origin for all lanes."""
+    for i in range(ALL):
+        lanes[OX + i], lanes[OY + i], lanes[OZ + i] = x, y, z
+
+
+@inline
+def put_line(lanes: Floats, i: Any, origins: Floats, directions: Floats, k: Any) -> None:
+    """Origin and direction k into lane i, with zeros that are positive (`load_ray`)."""
+    i, k = np.uint64(i), np.uint64(k)
+    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = origins[k, 0] + 0.0, origins[k, 1] + 0.0, origins[k, 2] + 0.0
+    lanes[DX + i], lanes[DY + i], lanes[DZ + i] = directions[k, 0] + 0.0, directions[k, 1] + 0.0, directions[k, 2] + 0.0
+
+
+@inline
+def put_idle(lanes: Floats, i: Any, like: Any) -> None:
+    """A lane without a ray, where lane `like` has one: it looks the same way through an empty interval."""
+    i, like = np.uint64(i), np.uint64(like)
+    lanes[OX + i], lanes[OY + i], lanes[OZ + i] = lanes[OX + like], lanes[OY + like], lanes[OZ + like]
+    lanes[DX + i], lanes[DY + i], lanes[DZ + i] = lanes[DX + like], lanes[DY + like], lanes[DZ + like]
+    lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i] = lanes[T_MIN + like], -math.inf, lanes[START + like]
+
+
+@inline
+def prepare_lanes(lanes: Floats, groups: int) -> None:
+    """What follows from the rays of the first groups of eight; nothing is hit yet."""
+    first, last = eights(0, 8 * groups)
+    for i in range(first, last):
+        dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
+        inverse = 1.0 / (dx * dx + dy * dy + dz * dz)
+        unit = ray_unit(dx, dy, dz, inverse)
+        away = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
+        lanes[INVERSE + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, unit, away
+        lanes[BESIDE + i] = choose(lanes[START + i] >= 0.0, away * STARTING, away)
+        lanes[BEST + i], lanes[WITHIN + i], lanes[DOUBT + i] = math.inf, math.inf, 0.0
+        lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
+        lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
+    lanes[SLOPES], lanes[GROUP_BEAMS] = 0.0, 0.0
+    lanes[LEAST_START], last = extent(lanes, START, groups)
+    lanes[SOME_START] = 1.0 if last >= 0.0 else 0.0
+
+
+@inline
+def put_slopes(lanes: Floats, groups: int) -> None:
+    """The inverse directions, if they are not there yet: only boxes need them."""
+    if lanes[SLOPES] == 0.0:
+        first, last = eights(0, 8 * groups)
+        for i in range(first, last):
+            lanes[IX + i], lanes[IY + i] = reciprocal(lanes[DX + i]), reciprocal(lanes[DY + i])
+            lanes[IZ + i] = reciprocal(lanes[DZ + i])
+        lanes[SLOPES] = 1.0
+
+
+@inline
+def put_lane_beam(lanes: Floats, groups: int, shared: bool) -> None:
+    """The beam that holds all lanes (where t >= 0, or they are parallel), which may be known to share an origin."""
+    spread, apart = 0.0, 0.0
+    for axis in range(3):
+        row = np.uint64(LANES * axis)
+        first = last = lanes[OX + row]
+        if not shared:
+            first, last = extent(lanes, OX + row, groups)
+        low, high = extent(lanes, DX + row, groups)
+        lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = first, last
+        lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
+        spread, apart = max(spread, high - low), max(apart, last - first)
+    lanes[SHARED], lanes[SPREAD] = 1.0 if apart == 0.0 else 0.0, spread
+    lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN, groups)[0]
+    shorten_beam(lanes, groups)
+
+
+@helper
+def put_group_beams(lanes: Floats) -> None:
+    """The beams of the eight groups of a packet (t >= 0)."""
+    for axis in range(3):
+        row, low, high = np.uint64(LANES * axis), GROUPS_AT + 8 * axis, GROUPS_AT + 24 + 8 * axis
+        extents(lanes, OX + row, low, high)
+        extents(lanes, DX + row, low + 48, high + 48)
+    for k in range(48):
+        at = np.uint64(GROUPS_AT + 48 + k)
+        lanes[at] = reciprocal(lanes[at])
+    lanes[GROUP_BEAMS] = 1.0
+
+
+@inline
+def close_lanes(lanes: Floats, count: int) -> None:
+    """The first `count` lanes have rays: make the others idle, and all ready to be traced."""
+    for i in range(count, LANES):
+        put_idle(lanes, i, 0)
+    prepare_lanes(lanes, 8)
+    put_lane_beam(lanes, 8, False)
+
+
+@inline
+def put_beam_from(lanes: Floats, groups: int, x: float, y: float, z: float) -> None:
+    """The beam from a point where all lanes end at t = 1 back to their origins: narrower than theirs."""
+    for axis in range(3):
+        source = x if axis == 0 else (y if axis == 1 else z)
+        low, high = extent(lanes, OX + np.uint64(LANES * axis), groups)
+        lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = source, source
+        lanes[BEAM_AT + LOW_I + axis] = reciprocal(low - source)
+        lanes[BEAM_AT + HIGH_I + axis] = reciprocal(high - source)
+
+
+@inline
+def shorten_beam(lanes: Floats, groups: int) -> None:
+    """The beam ends where the last of its lanes does."""
+    lanes[BEAM_AT + LAST] = reach(lanes, groups)
+
+
+@inline
+def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
+    """The ray in lane i, up to t_max."""
+    i = np.uint64(i)
+    return (
+        lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
+        lanes[T_MIN + i], t_max, whole(lanes[START + i]),
+    )  # fmt: skip
+
+
+@inline
+def lane_nearness(lanes: Floats, i: int, lengths: Nearness) -> Nearness:
+    """Limits of lengths as limits of a lane's t."""
+    unit = lanes[UNIT + i]
+    return lengths[0] * unit + RELATIVE * lanes[BESIDE + i], lengths[1] * (0.5 * unit) - lanes[AWAY + i]
+
+
+@inline
+def take(
+    lanes: Floats, i: int, t: float, off: float, entry: int, body: int, place: float, sense: float, enters: float
+) -> None:
+    """Keep the nearer of a lane's hit and a new one, as `kernels.nearer` does.
+
+    Equal t is always doubtful here: a single ray finds out whether both lie on the same surface.
+    """
+    best, within = lanes[BEST + i], lanes[WITHIN + i]
+    closer = (t < best) | ((t == best) & (body < lanes[BODY + i]))
+    lanes[DOUBT + i] = choose(abs(t - best) <= off + (within - best), 1.0, lanes[DOUBT + i])
+    lanes[BEST + i] = choose(closer, t, best)
+    lanes[WITHIN + i] = choose(closer, t + off, within)
+    lanes[BODY + i] = choose(closer, body, lanes[BODY + i])
+    lanes[ENTRY + i] = choose(closer, entry, lanes[ENTRY + i])
+    lanes[PLACE + i] = choose(closer, place, lanes[PLACE + i])
+    lanes[SENSE + i] = choose(closer, sense, lanes[SENSE + i])
+    lanes[ENTERS + i] = choose(closer, enters, lanes[ENTERS + i])
+
+
+@inline
+def put_turns(lanes: Floats) -> int:
+    """The senses of the hits' leaves, doubled where a body is entered; returns how many lanes are doubtful."""
+    doubtful = 0
+    for i in range(ALL):
+        lanes[TURN + i] = lanes[SENSE + i] * (1.0 + lanes[ENTERS + i])
+        doubtful += 1 if lanes[DOUBT + i] != 0.0 else 0
+    return doubtful
+
+
+@inline
+def lane_hit(lanes: Floats, i: Any) -> Hit:
+    """What lane i has met."""
+    i = np.uint64(i)
+    t = lanes[BEST + i]
+    off = lanes[WITHIN + i] - t if t < math.inf else 0.0
+    return (
+        t, whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(lanes[PLACE + i]),
+        whole(lanes[SENSE + i]), lanes[ENTERS + i] == 1.0, off, lanes[DOUBT + i] != 0.0,
+    )  # fmt: skip

@@ -1,0 +1,135 @@
+"""A packet of 64 rays, and how its lanes meet what stands in a leaf."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compiler.jit import allocator, choose, helper, inline
+from ..body.hit import within
+from ..body.meet import try_entry
+from ..body.scratch import Scratch
+from ..culling import highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
+from ..culling.items import MOST_CHOSEN
+from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
+from ..tree.leaf import leaf_ball, leaf_item
+from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
+from .cells import ball_lanes, cell_lanes
+from .frontier import new_frontier
+from .lanes import (
+    BEST,
+    BODY,
+    DOUBT,
+    ENTERS,
+    ENTRY,
+    PLACE,
+    SENSE,
+    SIZE,
+    T_MAX,
+    T_MIN,
+    WITHIN,
+    eights,
+    lane_hit,
+    lane_ray,
+    put_slopes,
+)
+
+PAIRS = MOST_CHOSEN + 8
+"""Where the pairs of a packet begin: eight times an item, and a group of lanes that may meet it."""
+
+
+class Packet(NamedTuple):
+    """Memory of a packet."""
+
+    lanes: Floats
+    leaves: Floats  # spans of a body's leaves
+    truths: Floats  # true inputs of its gates
+    spans: Ints  # how many spans each leaf has, at most
+    items: Floats  # what of the scene's tree may be met, if that is known: a frontier
+    asked: Any  # int64: the next of the items that its beam meets; from `PAIRS` on what is asked of them, see there
+
+
+@allocator
+def _aligned(count: int) -> Floats:
+    """Room for some floats that begins where a line of the cache does: vectors of eight lie in one line each."""
+    room = np.empty(count + 7)
+    first = -(room.ctypes.data >> 3) & 7
+    return room[first : first + count]
+
+
+@allocator
+def new_packet() -> Packet:
+    """Memory for one thread."""
+    lanes, leaves, truths = _aligned(SIZE), _aligned(LEAVES_SIZE), _aligned(TRUTHS_SIZE)
+    asked = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
+    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), asked)
+
+
+@inline
+def with_lanes(packet: Packet, lanes: Floats) -> Packet:
+    """A packet of other rays in the same memory, of which as much is known of the scene."""
+    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked)
+
+
+@allocator
+def new_lanes() -> Floats:
+    """Memory for the lanes of another packet (`with_lanes`)."""
+    return _aligned(SIZE)
+
+
+@helper
+def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int, met: int) -> None:
+    """Large bodies and sheets: each lane that meets the box by itself."""
+    while met != 0:
+        i = np.uint64(lowest_bit(met))
+        met &= met - 1
+        if not lanes[T_MIN + i] < lanes[T_MAX + i]:
+            continue
+        hit = try_entry(geometry, scratch, entry, lane_ray(lanes, i, lanes[T_MAX + i]), lane_hit(lanes, i))
+        lanes[BEST + i], lanes[BODY + i], lanes[ENTRY + i] = hit[0], hit[1], hit[2]
+        lanes[PLACE + i], lanes[SENSE + i], lanes[ENTERS + i] = hit[3], hit[4], 1.0 if hit[5] else 0.0
+        lanes[WITHIN + i], lanes[DOUBT + i] = within(hit), 1.0 if hit[7] else 0.0
+
+
+@inline
+def retire(lanes: Floats, groups: int) -> None:
+    """Make the lanes idle that have met something."""
+    first, last = eights(0, 8 * groups)
+    for i in range(first, last):
+        lanes[T_MAX + i] = choose(lanes[BEST + i] < math.inf, -math.inf, lanes[T_MAX + i])
+
+
+@inline
+def lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> int:
+    """The lanes that meet the box with its six sides at floats[at::8]."""
+    put_slopes(lanes, groups)
+    f = geometry.floats
+    return lanes_in_box(lanes, (f[at], f[at + 8], f[at + 16]), (f[at + 24], f[at + 32], f[at + 40]), groups)
+
+
+@inline
+def lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
+    """The lanes that may meet a ball with its numbers at floats[at::stride]."""
+    f = geometry.floats
+    return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride], groups)
+
+
+@inline
+def meet(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
+) -> None:
+    """Item k of the leaf of `count` at floats[at:], asked by the lanes that are told by bits, or more."""
+    lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
+    kind, index, body, entry = leaf_item(geometry, at, count, k)
+    if len(blocks) > 0 and blocks[body] == 0:
+        return
+    if kind == BALL:
+        ball_lanes(lanes, leaf_ball(geometry, at, count, k), index, entry, body, first, last)
+    elif kind == CELL:
+        cell_lanes(geometry, lanes, index, entry, body, first, last)
+    elif kind == REGION and in_lanes(geometry, index):
+        region_lanes(geometry, lanes, packet.leaves, packet.truths, packet.spans, index, entry, body, first, last)
+    else:
+        _one_by_one(geometry, scratch, lanes, entry, met)

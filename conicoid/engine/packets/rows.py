@@ -1,0 +1,252 @@
+"""All crossings or spans of coherent rays, 64 at a time.
+
+A packet goes down the tree once, as for first hits, and finds the spans of balls, cells and leaves in lanes. From there
+on every lane that has any goes by itself, by the same code as a single ray.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compiler.jit import allocator, helper, inline
+from .. import tables as table
+from ..body.boolean import put_event, sort_events, sweep
+from ..body.entry import crossings_of_roots, crossings_of_spans, entry_crossings, entry_nearness
+from ..body.rows import put_rows, with_room
+from ..body.scratch import Scratch
+from ..culling import balls_in_beam, boxes_met, highest_bit, lowest_bit
+from ..ray import Ray
+from ..surface.nearness import lengths_of, lengths_of_ball
+from ..surface.records import load_sphere
+from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, integer, whole
+from ..tree.leaf import is_round, leaf_at, leaf_item, leaf_range
+from ..tree.walk import ITS_BOX, ITS_CODE, on_stack, push_met, push_roots, scene_tree
+from .booleans import MOST, in_lanes, leaves_of_lanes
+from .lanes import BEAM_AT, DOUBT, LANES, SEEKS, T_MAX, T_MIN, lane_nearness, lane_ray
+from .packet import Packet, lanes_at_ball, lanes_in_child
+from .spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, spans_of_ball, spans_of_cell
+
+Found = tuple[int, bool, float, bool]
+"""Of a lane and an entry: crossings, which stand in scratch; inside just after t_min; off; doubtful"""
+
+
+_MOST_ROWS = LANES * (4 * MOST + 1)
+"""Of an entry that is traced in lanes."""
+
+
+Item = tuple[Any, Any, Any]
+"""kind, index and number of an entry"""
+
+
+class Chains(NamedTuple):
+    """The rows of each lane: a chain from the last to the first, by the last column of a row; -1 ends it."""
+
+    last: Ints
+    rows: Ints  # how many
+
+
+@allocator
+def new_chains() -> Chains:
+    """Memory for one thread."""
+    return Chains(np.empty(LANES, np.int32), np.empty(LANES, np.int32))
+
+
+@inline
+def _in_ball(geometry: Geometry, scratch: Scratch, packet: Packet, surface: int, i: Any, ray: Ray) -> Found:
+    """What lane i has of a ball, whose spans are known."""
+    low, high = packet.leaves[IN + i], packet.leaves[OUT + i]
+    if not low < high:
+        return 0, False, 0.0, False
+    x, y, z, radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    nearness = lane_nearness(packet.lanes, i, lengths_of_ball(x, y, z, radius))
+    if not (low < ray[7] + nearness[0] and high > ray[6] - nearness[0]):
+        return 0, False, 0.0, False
+    count, inside, unsure = crossings_of_roots(scratch, surface, ray, nearness, low, high)
+    return count, inside, nearness[0], unsure
+
+
+@inline
+def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i: Any, ray: Ray) -> Found:
+    """What lane i has of a cell, whose spans are known."""
+    first, second = _span(packet.leaves, 0, i), _span(packet.leaves, SPAN, i)
+    spans = (1 if first[0] < first[1] else 0) + (1 if second[0] < second[1] else 0)
+    if spans == 0:
+        return 0, False, 0.0, False
+    if not first[0] < first[1]:
+        first = second
+    nearness = lane_nearness(packet.lanes, i, lengths_of(geometry, table.CELL_LIMITS, cell))
+    in1, out1, a1, b1 = first
+    in2, out2, a2, b2 = second
+    found = (spans, in1, out1, a1, b1, in2, out2, a2, b2, False)
+    count, inside, unsure = crossings_of_spans(geometry, scratch, ray, nearness, found)
+    return count, inside, nearness[0], unsure
+
+
+@inline
+def _span(leaves: Floats, at: int, i: Any) -> tuple[float, float, int, int]:
+    row = np.uint64(at) + i
+    return leaves[row + IN], leaves[row + OUT], whole(leaves[row + PLACE_OF_IN]), whole(leaves[row + PLACE_OF_OUT])
+
+
+@inline
+def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: int, i: Any, ray: Ray) -> Found:
+    """What lane i has of a Boolean body, the spans of whose leaves are known."""
+    if packet.lanes[SEEKS + i] == 0.0:
+        return 0, False, 0.0, False
+    events = 0
+    begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
+    for leaf in range(begin, end):
+        for s in range(packet.spans[leaf - begin]):
+            t_in, t_out, a, b = _span(packet.leaves, (leaf - begin) * LEAF + s * SPAN, i)
+            if t_in < t_out:
+                events = put_event(scratch, events, t_in, leaf, a, 1)
+                events = put_event(scratch, events, t_out, leaf, b, 0)
+    sort_events(scratch, events)
+    nearness = lane_nearness(packet.lanes, i, lengths_of(geometry, table.PROGRAM_LIMITS, program))
+    count, inside, unsure = sweep(geometry, scratch, program, ray, nearness, events, 1 << 30)
+    return count, inside, nearness[0], unsure
+
+
+@helper
+def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int) -> bool:
+    """The spans of a ball, cell or small body in the eights of lanes that are told by bits; False if there are none."""
+    lanes, leaves, first, last = packet.lanes, packet.leaves, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
+    if kind == BALL:
+        spans_of_ball(geometry, lanes, leaves, 0, index, first, last)
+        return True
+    if kind == CELL:
+        return spans_of_cell(geometry, lanes, leaves, 0, index, first, last)
+    return leaves_of_lanes(geometry, lanes, leaves, packet.spans, index, first, last) > 0
+
+
+@helper
+def _lane_rows(
+    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, item: Item, met: int,
+    rows: Floats, used: int,
+) -> int:  # fmt: skip
+    """The rows of a ball, cell or small body in the lanes that are told by bits; returns how many there are now."""
+    lanes = packet.lanes
+    kind, index, entry = item
+    while met != 0:
+        i = np.uint64(lowest_bit(met))
+        met &= met - 1
+        if lanes[DOUBT + i] != 0.0 or not lanes[T_MIN + i] < lanes[T_MAX + i]:
+            continue
+        ray = lane_ray(lanes, i, lanes[T_MAX + i])
+        if kind == BALL:
+            found = _in_ball(geometry, scratch, packet, index, i, ray)
+        elif kind == CELL:
+            found = _in_cell(geometry, scratch, packet, index, i, ray)
+        else:
+            found = _in_region(geometry, scratch, packet, index, i, ray)
+        used = _keep(geometry, scratch, packet, chains, spans, entry, found, i, ray, rows, used)
+    return used
+
+
+@inline
+def _keep(
+    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, entry: int,
+    found: Found, i: Any, ray: Ray, rows: Floats, used: int,
+) -> int:  # fmt: skip
+    """Put what a lane has of an entry at the end of its chain, or doubt it; returns how many rows there are now."""
+    count, inside, off, unsure = found
+    if unsure:
+        packet.lanes[DOUBT + i] = 1.0
+    if unsure or (count == 0 and not inside):
+        return used
+    now = put_rows(geometry, scratch, entry, count, inside, ray, off, spans, rows, used)
+    for k in range(used, now):
+        rows[k, rows.shape[1] - 1] = chains.last[i]
+        chains.last[i] = k
+    chains.rows[i] += now - used
+    return now
+
+
+@allocator
+def _one_by_one(
+    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, entry: int, met: int,
+    rows: Floats, used: int,
+) -> tuple[Floats, int]:  # fmt: skip
+    """The rows of a large body or a sheet in the lanes that are told by bits."""
+    lanes = packet.lanes
+    while met != 0:
+        i = np.uint64(lowest_bit(met))
+        met &= met - 1
+        if lanes[DOUBT + i] != 0.0 or not lanes[T_MIN + i] < lanes[T_MAX + i]:
+            continue
+        ray = lane_ray(lanes, i, lanes[T_MAX + i])
+        count, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
+        found = (count, inside, entry_nearness(geometry, entry, ray)[0], unsure)
+        rows = with_room(rows, used, count + 1)
+        used = _keep(geometry, scratch, packet, chains, spans, entry, found, i, ray, rows, used)
+    return rows, used
+
+
+@allocator
+def _meet(
+    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, item: Item, met: int,
+    rows: Floats, used: int,
+) -> tuple[Floats, int]:  # fmt: skip
+    """The rows of an entry in the lanes that are told by bits."""
+    kind, index, entry = item
+    if spans and kind > REGION:
+        return rows, used
+    if kind > REGION or (kind == REGION and not in_lanes(geometry, index)):
+        return _one_by_one(geometry, scratch, packet, chains, spans, entry, met, rows, used)
+    if _prepare(geometry, packet, kind, index, met):
+        rows = with_room(rows, used, _MOST_ROWS)
+        used = _lane_rows(geometry, scratch, packet, chains, spans, item, met, rows, used)
+    return rows, used
+
+
+@allocator
+def list_packet(
+    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, rows: Floats
+) -> tuple[Floats, int]:
+    """The spans or crossings of the rays of an `ordinary` packet, in chains through rows: (the rows, how many).
+
+    Lanes whose DOUBT is set do not have all of theirs.
+    """
+    way, lanes, used = scratch.way, packet.lanes, 0
+    for i in range(LANES):
+        chains.last[i], chains.rows[i] = -1, 0
+    top = push_roots(geometry, way, scene_tree(geometry))
+    boxes = geometry.places[table.NODE_BOXES]
+    while top > 0:
+        top -= 1
+        code, box = whole(way[on_stack(top) + ITS_CODE]), whole(way[on_stack(top) + ITS_BOX])
+        if code >= 0:
+            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, way)
+            top = push_met(geometry, way, code, bits, top)
+            continue
+        begin, end = leaf_range(code)
+        at, count = leaf_at(geometry, begin), end - begin
+        balls = box >= 0 and is_round(geometry, at, count)
+        bits, met = (1 << count) - 1, -1
+        if balls and count > 1:
+            bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, way)
+        elif box >= 0 and not balls:
+            met = lanes_in_child(geometry, lanes, 8, boxes + 48 * (box >> 3) + (box & 7))
+        while bits != 0:
+            k = lowest_bit(bits)
+            bits &= bits - 1
+            if balls:
+                met = lanes_at_ball(geometry, lanes, 8, at + k, count)
+            if met != 0:
+                kind, index, _, entry = leaf_item(geometry, at, count, k)
+                item = kind, index, entry
+                rows, used = _meet(geometry, scratch, packet, chains, spans, item, met, rows, used)
+    return rows, used
+
+
+@helper
+def put_chain(chains: Chains, i: int, found: Floats, rows: Floats, used: int) -> int:
+    """The rows of a lane into rows[used:], which have room; returns how many rows there are now."""
+    row, after = chains.last[i], used + chains.rows[i]
+    for k in range(after - 1, used - 1, -1):
+        for column in range(rows.shape[1]):
+            rows[k, column] = found[row, column]
+        row = int(found[row, rows.shape[1]])
+    return after

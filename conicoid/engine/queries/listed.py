@@ -1,0 +1,43 @@
+"""Spans and crossings of arrays of rays: traced in chunks, put together in the rays' order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arrays.listed import Listed, _Piece
+from ..arrays.rows import trace_rows
+from ..certified.settle import settled_rows
+from ..ray import Arguments
+from ..tables import Geometry
+from ..threads import chunk_size, run_on
+
+if TYPE_CHECKING:
+    from ..prepared import Prepared
+
+_PACKETS = 64
+
+
+def listed(scene: Prepared, arguments: Arguments, width: int, packets: int, spans: bool) -> Listed:
+    """All spans, or crossings, of some packets of rays; `width`: see `bundle.packet_row`."""
+    count = len(arguments[0])
+    counts, doubts = np.zeros(count, np.int32), np.zeros(count, np.int8)
+    offsets, pieces = np.zeros(count + 1, np.int64), []
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        rows = trace_rows(geometry, *arguments, width, spans, begin, end, counts, doubts)
+        pieces.append(_Piece(rows, counts, offsets, width, begin, end))
+
+    run_on(scene.geometry, work, packets, chunk_size(packets, _PACKETS), count)
+    doubtful = np.flatnonzero(doubts)
+    if not len(doubtful):
+        np.cumsum(counts, out=offsets[1:])
+        return Listed(offsets, pieces)
+    settled = settled_rows(scene, arguments, doubtful, spans)
+    own = np.array([len(rows) for rows in settled], np.int32)
+    every = counts.copy()
+    every[doubtful] = own
+    np.cumsum(every, out=offsets[1:])
+    last = _Piece(np.concatenate(settled), own, offsets[doubtful], 0, 0, -(-len(doubtful) // 64))
+    return Listed(offsets, [*pieces, last])

@@ -1,0 +1,188 @@
+"""Queries on arrays of rays: chunked over threads, any leading shape in, the same shape out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...shapes.arrays import outside, real_array
+from ...shapes.validate import LARGEST, shown, what
+from ...shapes.vector import FloatArray
+from ..answers.answer import Answer
+from ..answers.hits import Hits
+from ..answers.rays import Rays, points_array
+from ..answers.spans import Crossings, Spans
+from ..arrays.first import coherent_packets, trace_first, trace_occluded, trace_ordered
+from ..arrays.found import Found
+from ..body.hit import DOUBTFUL
+from ..certified.membership import locate
+from ..certified.settle import doubted, settle_bodies, settle_hits
+from ..packets.tile import tile_count
+from ..prepared import Prepared
+from ..ray import Arguments
+from ..streams.order import ray_order
+from ..threads import chunk_size, run_on
+from .listed import listed
+from .scan_lines import row_length
+
+_CHUNK = 4096
+_TILES = 32
+_FEW = 32
+_STREAM = 8192
+
+
+def as_rays(origins: Any, directions: Any) -> Rays:
+    """The Rays of a query's first two arguments: arrays, or a `Rays` alone."""
+    if isinstance(origins, Rays):
+        if directions is not None:
+            raise TypeError("query: directions must be left out where a Rays is given")
+        return origins
+    if directions is None and isinstance(origins, Answer):
+        raise TypeError(
+            f"query: origins must be arrays or a Rays, got {what(origins)}; use its .rays, or hits.spawn(...)"
+        )
+    if directions is None and type(origins).__module__.startswith("conicoid."):
+        raise TypeError(f"query: origins must be arrays or a Rays, got {what(origins)}")
+    if directions is None:
+        raise TypeError("query: directions are missing: pass origins and directions, or a Rays")
+    return Rays(origins, directions)
+
+
+def limits_of(rays: Rays, name: str, value: Any) -> FloatArray:
+    """t_min or t_max as one value, or one for each ray."""
+    expected = f"a number or broadcast to {rays.shape}"
+    array = real_array("query", name, value, expected)
+    try:
+        flat = array.reshape(1) if array.ndim == 0 else np.broadcast_to(array, rays.shape).reshape(-1)
+    except ValueError:
+        raise ValueError(f"query: {name} must be {expected}, got {shown(value)}") from None
+    if np.isnan(flat).any():
+        raise ValueError(f"query: {name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(flat))[0])}")
+    return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
+
+
+def _arguments(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Arguments:
+    return (
+        rays.origins.reshape(-1, 3),
+        rays.directions.reshape(-1, 3),
+        limits_of(rays, "t_min", t_min),
+        limits_of(rays, "t_max", t_max),
+        rays._starts_in(scene),
+    )
+
+
+def _packets(rays: Rays) -> tuple[int, int]:
+    """(width of the picture that the rays make or 0, how many packets of 64 they make)."""
+    shape, count = rays.shape, rays.origins.size // 3
+    width = row_length(rays) if len(shape) == 1 else shape[-1] if len(shape) > 1 and min(shape[-2:]) >= 8 else 0
+    if width == 0:
+        return 0, -(-count // 64)
+    return width, -(-width // 8) * -(-count // (8 * width))
+
+
+def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
+    """The nearest crossing of each ray in (t_min, t_max)."""
+    arguments = _arguments(scene, rays, t_min, t_max)
+    found = Found.new(len(arguments[0]))
+    width, packets = _packets(rays)
+    tiles = tile_count(width, len(arguments[0]))
+    if not _in_order(scene, arguments, width, packets):
+        _trace_streams(scene, arguments, False, found)
+    else:
+        run_on(
+            scene.geometry,
+            lambda geometry, a, b: trace_first(geometry, *arguments, width, a, b, *found),
+            tiles,
+            chunk_size(tiles, _TILES),
+            len(arguments[0]),
+        )
+    doubtful = np.flatnonzero(found.turn > DOUBTFUL // 2)
+    if len(doubtful):
+        settle_hits(scene, arguments, doubtful, found)
+        doubtful = doubted(scene, arguments, doubtful, found)
+    return Hits(scene, rays, found, doubtful)
+
+
+def _trace_streams(scene: Prepared, arguments: Arguments, any_hit: bool, found: Found) -> None:
+    """First hits, or any, of rays in no order: sorted, and in streams."""
+    order = ray_order(scene.geometry, arguments[0], arguments[1])
+    streams = -(-len(order) // _STREAM)
+    run_on(
+        scene.geometry,
+        lambda geometry, a, b: trace_ordered(geometry, *arguments, order, _STREAM, any_hit, a, b, *found),
+        streams,
+        chunk_size(streams, 8),
+        len(order),
+    )
+
+
+def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -> bool:
+    """Should rays be traced as they come? Yes if they are few, or if every other packet of them is coherent."""
+    if packets < _FEW:
+        return True
+    asked = 64
+    return coherent_packets(scene.geometry, *arguments, width, packets, asked) >= asked // 2
+
+
+def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
+    """Is there any crossing in (t_min, t_max)?  bool of the rays' shape."""
+    arguments = _arguments(scene, rays, t_min, t_max)
+    width, packets = _packets(rays)
+    tiles = tile_count(width, len(arguments[0]))
+    if _in_order(scene, arguments, width, packets):
+        result: Any = np.zeros(len(arguments[0]), np.int8)
+        run_on(
+            scene.geometry,
+            lambda geometry, a, b: trace_occluded(geometry, *arguments, width, a, b, result),
+            tiles,
+            chunk_size(tiles, _TILES),
+            len(arguments[0]),
+        )
+        doubtful = np.flatnonzero(result >= DOUBTFUL)
+    else:
+        found = Found.new(len(arguments[0]))
+        _trace_streams(scene, arguments, True, found)
+        result, doubtful = found.body >= 0, np.flatnonzero(found.turn > DOUBTFUL // 2)
+    if len(doubtful):
+        result[doubtful] = _settled(scene, arguments, doubtful)
+    return result.astype(np.bool_).reshape(rays.shape)[()]
+
+
+def _settled(scene: Prepared, arguments: Arguments, which: Any) -> Any:
+    """Do these rays hit anything?  In exact arithmetic; bool."""
+    some = tuple(part if len(part) == 1 else part[which] for part in arguments)
+    found = Found.new(len(which))
+    settle_hits(scene, some, np.arange(len(which)), found)
+    return found.body >= 0
+
+
+def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
+    """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
+    return Spans(scene, rays, listed(scene, _arguments(scene, rays, t_min, t_max), *_packets(rays), True))
+
+
+def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
+    """Every crossing of each ray with every body in (t_min, t_max), sheets too."""
+    return Crossings(scene, rays, listed(scene, _arguments(scene, rays, t_min, t_max), *_packets(rays), False))
+
+
+def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
+    """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
+    array = points_array(owner, "points", points)
+    flat = np.ascontiguousarray(array.reshape(-1, 3))
+    bad = outside(flat)
+    if len(bad):
+        where = [int(i) for i in np.unravel_index(bad[0], array.shape[:-1])] if array.ndim > 1 else ""
+        found = tuple(flat[bad[0]].tolist())
+        raise ValueError(f"{owner}: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
+    bodies, still = np.empty(len(flat), np.int32), np.empty(len(flat), np.int8)
+    run_on(
+        scene.geometry,
+        lambda geometry, a, b: locate(geometry, scene.rest, flat, a, b, bodies, still),
+        len(flat),
+        _CHUNK,
+        len(flat),
+    )
+    settle_bodies(scene, flat, np.flatnonzero(still), bodies)
+    return bodies.reshape(array.shape[:-1])[()]

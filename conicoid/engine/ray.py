@@ -1,0 +1,63 @@
+"""A ray as the engine takes it, out of a user's arrays."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..compiler.jit import inline
+from .tables import Floats, Ints
+
+Ray: TypeAlias = tuple[float, float, float, float, float, float, float, float, int]
+"""origin (3), direction (3), t_min, t_max, id of the surface the ray starts on or -1"""
+
+
+Arguments: TypeAlias = tuple[Any, Any, Any, Any, Any]
+"""of kernels: origins, directions, limits, where rays start"""
+
+DEAD = -2
+"""Start of a ray that does not exist: the continuation of a miss."""
+
+
+@inline
+def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, i: int) -> Ray:
+    """Ray i; t_min, t_max and starts hold one value for all or one for each.
+
+    Zeros become positive, so that equal origins are the same to the bit.
+    """
+    start = np.int64(starts[i if len(starts) > 1 else 0])
+    first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
+    ox, oy, oz = origins[i, 0] + 0.0, origins[i, 1] + 0.0, origins[i, 2] + 0.0
+    dx, dy, dz = directions[i, 0] + 0.0, directions[i, 1] + 0.0, directions[i, 2] + 0.0
+    return ox, oy, oz, dx, dy, dz, first, last, start  # type: ignore[return-value]
+
+
+_FAR = 2.0**100
+_LARGEST = sys.float_info.max
+
+
+@inline
+def _finite(t: float, scaled: float) -> float:
+    """A scaled end of an interval; beyond all crossings, but finite, if it was."""
+    return scaled if abs(scaled) < math.inf or abs(t) == math.inf else math.copysign(_LARGEST, t)
+
+
+@inline
+def scaled_ray(ray: Ray) -> tuple[Ray, float]:
+    """The ray with a direction whose squares neither overflow nor underflow, by a power of two; and that power."""
+    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    largest = max(abs(dx), max(abs(dy), abs(dz)))
+    if 1.0 / _FAR < largest < _FAR:
+        return ray, 1.0
+    scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
+    low, high = _finite(t_min, t_min / scale), _finite(t_max, t_max / scale)
+    return (ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
+
+
+@inline
+def span_inverse(ray: Ray) -> float:
+    """1 / d·d"""
+    return 1.0 / (ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])

@@ -1,0 +1,1 @@
+"""The route of streams: thousands of rays in no order, sorted."""

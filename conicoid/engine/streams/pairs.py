@@ -1,0 +1,99 @@
+"""Rays of a stream and balls that they may meet, pair by pair: 64 are tested at once, in lanes.
+
+A pair is a lane, whatever leaf the ball is of. It is tested as `kernels.try_ball` does it, to the bit; whose
+hit is nearer is told afterwards, one pair after the other, since two may have the same ray.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compiler.jit import allocator, helper, inline
+from ..body.cell import NO_PLACE
+from ..body.hit import Hit
+from ..culling import records_in_lanes
+from ..surface.nearness import along, at_start, lengths_of_ball
+from ..surface.quadric import sphere_roots
+from ..tables import Floats, Geometry, whole
+from ..tree.leaf import leaf_number
+
+MOST = 64
+
+# Rows of 64 lanes: the two records of a ray (`stream`), the ball, what comes out
+(
+    OX, OY, OZ, _IX, _IY, _IZ, T_MIN, _LAST, DX, DY, DZ, INVERSE, START, T_MAX, _BEST, _OFF,
+    X, Y, Z, RADIUS, SURFACE, BODY, ENTRY, T, ERROR, ENTERS, UNSURE,
+) = (np.uint64(row) for row in range(0, 27 * MOST, MOST))  # fmt: skip
+_SECOND = 8 * MOST
+
+
+class Pairs(NamedTuple):
+    """Pairs that wait to be tested."""
+
+    lanes: Floats
+    rays: Any  # (64,) int64: their rays
+
+
+@allocator
+def new_pairs() -> Pairs:
+    """Memory for one thread."""
+    return Pairs(np.zeros(27 * MOST), np.zeros(MOST, np.int64))
+
+
+@inline
+def put_pair(pairs: Pairs, at: int, ray: int, geometry: Geometry, leaf: int, size: int, place: int) -> None:
+    """Pair number `at`: a ray of a stream, and the ball that stands at a place of a leaf of some size."""
+    lanes, i = pairs.lanes, np.uint64(at)
+    pairs.rays[i] = ray
+    lanes[X + i] = leaf_number(geometry, leaf, size, place, 0)
+    lanes[Y + i] = leaf_number(geometry, leaf, size, place, 1)
+    lanes[Z + i] = leaf_number(geometry, leaf, size, place, 2)
+    lanes[RADIUS + i] = leaf_number(geometry, leaf, size, place, 3)
+    lanes[SURFACE + i] = leaf_number(geometry, leaf, size, place, 5)
+    lanes[BODY + i] = leaf_number(geometry, leaf, size, place, 6)
+    lanes[ENTRY + i] = leaf_number(geometry, leaf, size, place, 7)
+
+
+@helper
+def meet_pairs(pairs: Pairs, rays: Floats, more: Floats, count: int) -> None:
+    """Where the rays of the first `count` pairs meet their balls; `rays` and `more` hold eight numbers of each ray."""
+    lanes, numbers = pairs.lanes, pairs.rays
+    for k in range(count, (count + 7) & -8):
+        numbers[k] = numbers[0]
+    for k in range(0, count, 8):
+        records_in_lanes(rays, numbers, k, lanes, k)
+        records_in_lanes(more, numbers, k, lanes, _SECOND + k)
+    for i in range(np.uint64(count + 7) & np.uint64(120)):
+        _test_lane(lanes, i)
+
+
+@inline
+def _test_lane(lanes: Floats, i: Any) -> None:
+    ox, oy, oz, dx, dy, dz = lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
+    sphere, inverse = (lanes[X + i], lanes[Y + i], lanes[Z + i], lanes[RADIUS + i]), lanes[INVERSE + i]
+    t_min, t_max, start = lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i]
+    starts = start == lanes[SURFACE + i]
+    low, high, _, crosses, unsure = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, starts)
+    lengths = lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3])
+    off, far = along((ox, oy, oz, dx, dy, dz, t_min, t_max, start), inverse, lengths)
+    enters = crosses & (low > t_min) & (low < t_max) & ((low != 0.0) | (not starts))
+    leaves = crosses & (high > t_min) & (high < t_max) & ((high != 0.0) | (not starts))
+    near = at_start(low, starts, t_min, off) | at_start(high, starts, t_min, off)
+    unsure |= (crosses & near) | (far < 0.0)
+    lanes[T + i] = low if enters else (high if leaves else math.inf)
+    lanes[ERROR + i] = off
+    lanes[ENTERS + i] = 1.0 if enters else 0.0
+    lanes[UNSURE + i] = 1.0 if unsure else 0.0
+
+
+@inline
+def pair_hit(pairs: Pairs, at: int) -> Hit:
+    """What pair number `at` has come to; t = inf if the ray does not meet the ball."""
+    lanes, i = pairs.lanes, np.uint64(at)
+    return (
+        lanes[T + i], whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(NO_PLACE), whole(1),
+        lanes[ENTERS + i] == 1.0, lanes[ERROR + i], lanes[UNSURE + i] == 1.0,
+    )  # fmt: skip

@@ -1,0 +1,243 @@
+"""First hits of rays in no order, thousands at a time.
+
+All go down the tree together: at a node every ray of a list is tested against the eight children, and
+is put on the lists of those that it meets. So a node is fetched once for many rays, and one
+ray's arithmetic fills the waiting times of another's. The rays look into one octant; the
+children wait in its order, the nearest first. After Barringer and Akenine-Möller,
+Dynamic ray stream traversal (ACM TOG 33, 2014).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...compiler.jit import allocator, helper, inline
+from .. import tables as table
+from ..body.hit import DOUBTFUL, Hit, nearer, turn_of, within
+from ..body.meet import meet
+from ..body.scratch import Scratch
+from ..culling import FROM_THE_START, balls_met, lowest_bit, put_on_lists, rays_in_balls, waiting
+from ..ray import Ray
+from ..tables import BALL, Floats, Geometry, Ints, Signs, halted, integer, whole
+from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_number, leaf_range
+from ..tree.walk import ask_for, reciprocal, scene_tree
+from .pairs import MOST, Pairs, meet_pairs, new_pairs, pair_hit, put_pair
+
+# Eight numbers of a ray that boxes are tested with, in the order of `put_on_lists`: a line of the cache
+ORIGIN, SLOPES, T_MIN, LAST = 0, 3, 6, 7
+# Eight more, which balls are tested with too, and how far away what it has met is; in the order of `pairs`
+D, INVERSE, START, T_MAX, BEST, OFF = 0, 3, 4, 5, 6, 7
+# What that is
+BODY, ENTRY, PLACE, TURN = 0, 1, 2, 3
+_SEVERAL = 3  # so many rays go to a leaf together
+
+
+class Stream(NamedTuple):
+    """Memory of a stream of rays."""
+
+    rays: Floats  # 8 numbers each
+    more: Floats  # 8 numbers each
+    hits: Ints  # 4 numbers each
+    lists: Any  # int64: rays that meet something, list after list, each with where, as `waiting` tells
+    stack: Ints  # 4 each: what is met, where its list begins, how many rays it has, where its siblings' memory ends
+    keys: Floats  # (8,) how far a node's children are
+    counts: Ints  # (8,) how many rays they have
+    asked: Any  # (136,) int64: 16 times a ray, and the place in its leaf of what it may meet
+    pairs: Pairs
+
+
+@allocator
+def new_stream(geometry: Geometry, most: int) -> Stream:
+    """Memory for streams of up to `most` rays."""
+    depth = integer(geometry, table.TREE_DEPTH, 0)
+    room = (most + 8) * (depth + 16)  # a list takes up a multiple of eight
+    return Stream(
+        np.empty(8 * most), np.empty(8 * most), np.empty(4 * most, np.int32), np.empty(room, np.int64),
+        np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int32), np.empty(136, np.int64), new_pairs(),
+    )  # fmt: skip
+
+
+@inline
+def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
+    """Ray k of a stream; nothing is hit yet."""
+    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
+    rays, more, hits, at, what = stream.rays, stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
+    rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2] = ox, oy, oz
+    rays[at + SLOPES], rays[at + SLOPES + 1], rays[at + SLOPES + 2] = reciprocal(dx), reciprocal(dy), reciprocal(dz)
+    rays[at + T_MIN], rays[at + LAST] = t_min, t_max
+    more[at + D], more[at + D + 1], more[at + D + 2] = dx, dy, dz
+    more[at + INVERSE], more[at + START] = 1.0 / (dx * dx + dy * dy + dz * dz), start
+    more[at + T_MAX], more[at + BEST], more[at + OFF] = t_max, math.inf, 0.0
+    hits[what + BODY], hits[what + ENTRY], hits[what + PLACE], hits[what + TURN] = -1, -1, -1, 1
+
+
+@inline
+def _ray(stream: Stream, k: int) -> Ray:
+    rays, more, at = stream.rays, stream.more, np.uint64(8 * k)
+    return (
+        rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2],
+        more[at + D], more[at + D + 1], more[at + D + 2], rays[at + T_MIN], more[at + T_MAX], whole(more[at + START]),
+    )  # fmt: skip
+
+
+@inline
+def octant_of(x: float, y: float, z: float) -> int:
+    """Bit k is set where coordinate k of a direction is negative."""
+    return (1 if x < 0.0 else 0) | (2 if y < 0.0 else 0) | (4 if z < 0.0 else 0)
+
+
+@inline
+def _octant(stream: Stream) -> int:
+    """The octant that all rays of a stream look into."""
+    return octant_of(stream.more[D], stream.more[D + 1], stream.more[D + 2])
+
+
+@inline
+def stream_hit(stream: Stream, k: int) -> Hit:
+    """What ray k has met."""
+    more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
+    unsure = hits[what + TURN] > DOUBTFUL // 2
+    turn = whole(hits[what + TURN] - (DOUBTFUL if unsure else 0))
+    sense = whole(1 if turn > 0 else -1)
+    body, entry, place = whole(hits[what + BODY]), whole(hits[what + ENTRY]), whole(hits[what + PLACE])
+    return more[at + BEST], body, entry, place, sense, turn != sense, more[at + OFF], unsure
+
+
+@inline
+def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
+    more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
+    more[at + BEST], more[at + OFF] = hit[0], hit[6]
+    hits[what + BODY], hits[what + ENTRY], hits[what + PLACE], hits[what + TURN] = hit[1], hit[2], hit[3], turn_of(hit)
+    done = any_hit and hit[2] >= 0
+    stream.rays[at + LAST] = -math.inf if done else min(more[at + T_MAX], within(hit))
+
+
+@inline
+def _compare(geometry: Geometry, stream: Stream, k: int, new: Hit, any_hit: bool) -> None:
+    """Ray k keeps the nearer of its hit and a new one, which may be a miss."""
+    at = np.uint64(8 * k)
+    if new[7] or not new[0] - stream.more[at + BEST] > new[6] + stream.more[at + OFF]:
+        _keep(stream, k, nearer(geometry, stream_hit(stream, k), new), any_hit)
+
+
+@helper
+def _settle_pairs(geometry: Geometry, stream: Stream, waiting_pairs: int, any_hit: bool) -> int:
+    """Test the pairs that wait; returns how many are left: none."""
+    meet_pairs(stream.pairs, stream.rays, stream.more, waiting_pairs)
+    for n in range(waiting_pairs):
+        _compare(geometry, stream, stream.pairs.rays[n], pair_hit(stream.pairs, n), any_hit)
+    return 0
+
+
+@inline
+def _descend(
+    geometry: Geometry, stream: Stream, octant: int, node: int, begin: int, count: int, room: int, top: int
+) -> int:  # fmt: skip
+    """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
+    lists, counts, its = stream.lists, stream.counts, (count + 7) & -8
+    at = geometry.places[table.NODE_BOXES] + 48 * node
+    put_on_lists(geometry.floats, at, octant, stream.rays, lists, begin, count, room, counts)
+    # The nearest on top, as the first ray of the list sees it
+    first, base, boxes = 8 * waiting(lists[begin])[0], top, geometry.floats
+    dx, dy, dz = stream.more[first + D], stream.more[first + D + 1], stream.more[first + D + 2]
+    stack, keys = stream.stack, stream.keys
+    for child in range(8):
+        code = integer(geometry, table.NODE_CHILDREN, 8 * node + child)
+        if counts[child] == 0 or code == 0:
+            continue
+        ask_for(geometry, code)
+        key = (
+            (boxes[at + child] + boxes[at + 24 + child]) * dx
+            + (boxes[at + 8 + child] + boxes[at + 32 + child]) * dy
+            + (boxes[at + 16 + child] + boxes[at + 40 + child]) * dz
+        )
+        slot = top
+        while slot > base and keys[slot - base - 1] < key:
+            keys[slot - base] = keys[slot - base - 1]
+            for j in range(4):
+                stack[4 * slot + j] = stack[4 * (slot - 1) + j]
+            slot -= 1
+        keys[slot - base] = key
+        stack[4 * slot], stack[4 * slot + 1] = code, room + its * child
+        stack[4 * slot + 2], stack[4 * slot + 3] = counts[child], room + 8 * its
+        top += 1
+    return top
+
+
+@inline
+def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, left: int) -> int:
+    """Find the items of a leaf that the first eight rays of a list may meet; returns how many, put into `asked`."""
+    lists, asked, count = stream.lists, stream.asked, 0
+    if left >= _SEVERAL:
+        return rays_in_balls(geometry.floats, at, size, stream.rays, stream.more, lists, begin, left, asked)
+    for j in range(begin, begin + left):
+        k, t = waiting(lists[j])
+        reach = stream.rays[8 * k + LAST]
+        if t > reach:
+            continue
+        ray, inverse = _ray(stream, k), stream.more[8 * k + INVERSE]
+        for eight in range(0, size, 8):
+            bits = balls_met(geometry.floats, at + eight, size, size - eight, ray, inverse, reach)
+            while bits != 0:
+                asked[count] = k << 4 | eight + lowest_bit(bits)
+                bits &= bits - 1
+                count += 1
+    return count
+
+
+@inline
+def _meet(
+    geometry: Geometry, scratch: Scratch, stream: Stream, code: int, begin: int, count: int, paired: int,
+    blocks: Signs, any_hit: bool,
+) -> int:  # fmt: skip
+    """The entries of a leaf, for all rays of a list; returns how many pairs wait to be tested now."""
+    first, last = leaf_range(code)
+    at, size = leaf_at(geometry, first), last - first
+    for j in range(begin, begin + count, 8):
+        for n in range(_sift(geometry, stream, at, size, j, begin + count - j)):
+            k, place = stream.asked[n] >> 4, stream.asked[n] & 15
+            if len(blocks) > 0 and blocks[whole(leaf_number(geometry, at, size, place, 6))] == 0:
+                continue
+            if whole(leaf_number(geometry, at, size, place, 4)) == BALL:
+                put_pair(stream.pairs, paired, k, geometry, at, size, place)
+                paired += 1
+                if paired == MOST:
+                    paired = _settle_pairs(geometry, stream, paired, any_hit)
+                continue
+            item, ball = leaf_item(geometry, at, size, place), leaf_ball(geometry, at, size, place)
+            best, ray, inverse = stream_hit(stream, k), _ray(stream, k), stream.more[8 * k + INVERSE]
+            hit = meet(geometry, scratch, item, ball, ray, inverse, best)
+            if hit[0] != best[0] or hit[1] != best[1] or hit[7] != best[7]:
+                _keep(stream, k, hit, any_hit)
+    return paired
+
+
+@helper
+def trace_stream(
+    geometry: Geometry, scratch: Scratch, stream: Stream, count: int, blocks: Signs, any_hit: bool
+) -> None:
+    """First hits, or any, of the first `count` rays of a stream, of one octant; `stream_hit` tells what each has met.
+
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
+    """
+    if count == 0:
+        return
+    stack, tree, octant = stream.stack, scene_tree(geometry), _octant(stream)
+    for k in range(count):
+        stream.lists[k] = k + FROM_THE_START
+    first, top, paired = integer(geometry, table.TREE_ROOT, tree), 0, 0
+    for k in range(first, integer(geometry, table.TREE_ROOT, tree + 1)):
+        stack[4 * top], stack[4 * top + 1] = integer(geometry, table.ROOTS, k), 0
+        stack[4 * top + 2], stack[4 * top + 3] = count, (count + 7) & -8
+        top += 1
+    while top > 0 and not halted(geometry):
+        top -= 1
+        code, begin, its, room = stack[4 * top], stack[4 * top + 1], stack[4 * top + 2], stack[4 * top + 3]
+        if code >= 0:
+            top = _descend(geometry, stream, octant, code, begin, its, room, top)
+        else:
+            paired = _meet(geometry, scratch, stream, code, begin, its, paired, blocks, any_hit)
+    _settle_pairs(geometry, stream, paired, any_hit)

@@ -1,0 +1,197 @@
+"""What a surface does to a ray, decided: on which side it begins, whether it is crossed, where to 30 digits.
+
+The same formulas as in quadric.py and plane.py, in numbers that carry a bound on their error. A surface
+is its record together with what rounding took from it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+from ...compiler.jit import helper, inline
+from .. import tables as table
+from ..numbers.errorfree import two_difference
+from ..numbers.sure import (
+    Sure,
+    dot3,
+    inner,
+    minus,
+    moment,
+    opposite,
+    over,
+    plus,
+    product,
+    remainder,
+    root,
+    scaled,
+    sign,
+    sure,
+    times,
+)
+from ..ray import Ray
+from ..tables import PLANE, SPHERE, Floats, Geometry, integer
+from .records import anchor_of, load_plane, load_quadric, load_sphere
+
+CROSSES, MISSES, OPEN = 1, 0, 2
+
+Decision: TypeAlias = tuple[int, int, Sure, Sure]
+"""Of a plane: (CROSSES, sign of its rate, t, t) or (MISSES, sign of its height, ...). Of a curved surface: (CROSSES,
+sign of a, low, high) or (MISSES, the sign of its value all along, ...). OPEN where that is not certain."""
+
+_NOTHING: Sure = (0.0, 0.0, 0.0)
+Terms: TypeAlias = tuple[Sure, Sure, Sure, Sure]
+"""a, b, c and b² - a c"""
+
+
+class Rest(NamedTuple):
+    """What rounding took from records and corners of polygons, flat; from spheres beyond the end: nothing."""
+
+    planes: Floats
+    spheres: Floats
+    quadrics: Floats
+    vertices: Floats
+
+
+@inline
+def _difference(x: float, y: float) -> Sure:
+    high, low = two_difference(x, y)
+    return high, low, 0.0
+
+
+@inline
+def _from(x: float, y: float, rest: float, t: float, d: float) -> Sure:
+    """x + t d - y, with what rounding took from y."""
+    place = plus(_difference(x, y), product(t, d))
+    return place if rest == 0.0 else minus(place, remainder(rest))
+
+
+@helper
+def plane_terms(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float) -> tuple[Sure, Sure]:
+    """(height, rate) of a plane on a ray, about its point at t."""
+    ox, oy, oz, dx, dy, dz, _, _, _ = ray
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    nx, ny, nz, above, ax, ay, az = load_plane(geometry, row)
+    at = 7 * row
+    n0, n1, n2 = sure(nx, rest.planes[at]), sure(ny, rest.planes[at + 1]), sure(nz, rest.planes[at + 2])
+    p0, p1, p2 = _from(ox, ax, 0.0, t, dx), _from(oy, ay, 0.0, t, dy), _from(oz, az, 0.0, t, dz)
+    height = plus(inner(n0, n1, n2, p0, p1, p2), sure(above, rest.planes[at + 3]))
+    return height, dot3(dx, dy, dz, n0, n1, n2)
+
+
+@helper
+def decide_plane(geometry: Geometry, rest: Rest, surface: int, ray: Ray, starts: bool) -> Decision:
+    """A plane on a ray; t = 0 on the plane that it starts on."""
+    height, rate = plane_terms(geometry, rest, surface, ray, 0.0)
+    rises = sign(rate)
+    if rises == OPEN:
+        return OPEN, 0, _NOTHING, _NOTHING
+    if rises == 0:
+        side = 0 if starts else sign(height)
+        return (OPEN if side == OPEN else MISSES), side, _NOTHING, _NOTHING
+    t = _NOTHING if starts else opposite(over(height, rate))
+    return CROSSES, rises, t, t
+
+
+@helper
+def _sphere_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float) -> Terms:
+    ox, oy, oz, dx, dy, dz, _, _, _ = ray
+    cx, cy, cz, radius = load_sphere(geometry, row)
+    r0, r1, r2, r3 = 0.0, 0.0, 0.0, 0.0
+    if 4 * row < len(rest.spheres):
+        at = 4 * row
+        r0, r1, r2, r3 = rest.spheres[at], rest.spheres[at + 1], rest.spheres[at + 2], rest.spheres[at + 3]
+    p0, p1, p2 = _from(ox, cx, r0, t, dx), _from(oy, cy, r1, t, dy), _from(oz, cz, r2, t, dz)
+    r = sure(radius, r3)
+    a = plus(plus(product(dx, dx), product(dy, dy)), product(dz, dz))
+    b = dot3(dx, dy, dz, p0, p1, p2)
+    square = times(r, r)
+    c = minus(inner(p0, p1, p2, p0, p1, p2), square)
+    m0 = minus(scaled(p1, dz), scaled(p2, dy))
+    m1 = minus(scaled(p2, dx), scaled(p0, dz))
+    m2 = minus(scaled(p0, dy), scaled(p1, dx))
+    return a, b, c, minus(times(a, square), inner(m0, m1, m2, m0, m1, m2))
+
+
+@helper
+def _quadric_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float) -> Terms:
+    ox, oy, oz, dx, dy, dz, _, _, _ = ray
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, q0, q1, q2, l0, l1, l2, constant = load_quadric(
+        geometry, row
+    )
+    at, r = 19 * row, rest.quadrics
+    p0, p1, p2 = _from(ox, ax, r[at], t, dx), _from(oy, ay, r[at + 1], t, dy), _from(oz, az, r[at + 2], t, dz)
+    u0, u1, u2 = sure(w00, r[at + 3]), sure(w01, r[at + 4]), sure(w02, r[at + 5])
+    v0, v1, v2 = sure(w10, r[at + 6]), sure(w11, r[at + 7]), sure(w12, r[at + 8])
+    z0, z1, z2 = sure(w20, r[at + 9]), sure(w21, r[at + 10]), sure(w22, r[at + 11])
+    s0, s1, s2 = sure(q0, r[at + 12]), sure(q1, r[at + 13]), sure(q2, r[at + 14])
+    b0, b1, b2 = sure(l0, r[at + 15]), sure(l1, r[at + 16]), sure(l2, r[at + 17])
+    k = sure(constant, r[at + 18])
+    e0, e1, e2 = dot3(dx, dy, dz, u0, u1, u2), dot3(dx, dy, dz, v0, v1, v2), dot3(dx, dy, dz, z0, z1, z2)
+    y0, y1, y2 = inner(u0, u1, u2, p0, p1, p2), inner(v0, v1, v2, p0, p1, p2), inner(z0, z1, z2, p0, p1, p2)
+    f0, f1, f2 = times(s0, e0), times(s1, e1), times(s2, e2)
+    g0, g1, g2 = times(s0, y0), times(s1, y1), times(s2, y2)
+    g = inner(b0, b1, b2, e0, e1, e2)
+    a = inner(f0, f1, f2, e0, e1, e2)
+    b = plus(inner(f0, f1, f2, y0, y1, y2), g)
+    c = minus(plus(inner(g0, g1, g2, y0, y1, y2), scaled(inner(b0, b1, b2, y0, y1, y2), 2.0)), k)
+    m0, m1, m2 = moment(y1, e2, y2, e1), moment(y2, e0, y0, e2), moment(y0, e1, y1, e0)
+    squares = inner(times(s1, s2), times(s0, s2), times(s0, s1), times(m0, m0), times(m1, m1), times(m2, m2))
+    mixed = inner(m0, m1, m2, moment(f1, b2, f2, b1), moment(f2, b0, f0, b2), moment(f0, b1, f1, b0))
+    discriminant = plus(minus(times(a, k), squares), plus(times(g, g), scaled(mixed, 2.0)))
+    return a, b, c, discriminant
+
+
+@inline
+def curved_terms(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float) -> Terms:
+    """Of a sphere or quadric on a ray, about its point at t."""
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+        return _sphere_terms(geometry, rest, row, ray, t)
+    return _quadric_terms(geometry, rest, row, ray, t)
+
+
+@inline
+def _foot(geometry: Geometry, surface: int, ray: Ray, starts: bool) -> float:
+    """About where a ray is nearest to the anchor of a sphere or quadric; 0 if it starts there."""
+    x, y, z = anchor_of(geometry, surface)
+    along = (x - ray[0]) * ray[3] + (y - ray[1]) * ray[4] + (z - ray[2]) * ray[5]
+    foot = along / (ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])
+    return 0.0 if starts or not abs(foot) < math.inf else foot
+
+
+@helper
+def decide_curved(geometry: Geometry, rest: Rest, surface: int, ray: Ray, starts: bool) -> Decision:
+    """A sphere or quadric on a ray; of the one that it starts on, the root nearest to t = 0 comes out as 0."""
+    foot = _foot(geometry, surface, ray, starts)
+    a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, foot)
+    bends, crosses, value = sign(a), sign(discriminant), sign(c)
+    if bends == OPEN or crosses == OPEN:
+        return OPEN, 0, _NOTHING, _NOTHING
+    if crosses <= 0:
+        all_along = bends if bends != 0 else value
+        return (OPEN if all_along == OPEN else MISSES), all_along, _NOTHING, _NOTHING
+    q, from_origin = root(discriminant), sure(foot)
+    q = opposite(plus(b, q)) if b[0] >= 0.0 else minus(q, b)
+    second = plus(over(c, q), from_origin)
+    if bends == 0:
+        if sign(b) == OPEN:
+            return OPEN, 0, _NOTHING, _NOTHING
+        # One root; the other has gone to the infinity where b grows it to
+        falls = b[0] < 0.0
+        nowhere = (math.inf if falls else -math.inf, 0.0, 0.0)
+        second = _NOTHING if starts else second
+        return CROSSES, 0, (second if falls else nowhere), (nowhere if falls else second)
+    first = plus(over(q, a), from_origin)
+    low, high = (first, second) if (b[0] >= 0.0) == (bends > 0) else (second, first)
+    if starts:
+        gone = sign(plus(low, high))  # which of them is nearer to 0
+        if gone == OPEN or gone == 0:
+            return OPEN, 0, _NOTHING, _NOTHING
+        low, high = (_NOTHING, high) if gone > 0 else (low, _NOTHING)
+    return CROSSES, bends, low, high
+
+
+@inline
+def is_plane(geometry: Geometry, surface: int) -> bool:
+    return integer(geometry, table.SURFACE_KIND, surface) == PLANE

@@ -1,0 +1,29 @@
+"""The unit normal of a surface at a point."""
+
+from __future__ import annotations
+
+from ...compiler.jit import inline
+from .. import tables as table
+from ..numbers.vectors import normalized
+from ..tables import PLANE, SPHERE, Geometry, integer
+from .quadric import quadric_gradient
+from .records import load_plane, load_quadric, load_sphere
+
+
+@inline
+def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Unit normal of a surface at a point, times `side`; a cone's apex has its axis."""
+    kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
+    if kind == PLANE:
+        plane = load_plane(geometry, row)
+        nx, ny, nz = plane[0], plane[1], plane[2]
+    elif kind == SPHERE:
+        cx, cy, cz, _ = load_sphere(geometry, row)
+        nx, ny, nz = x - cx, y - cy, z - cz
+    else:
+        quadric = load_quadric(geometry, row)
+        nx, ny, nz = quadric_gradient(quadric, x, y, z)
+        if nx == 0.0 and ny == 0.0 and nz == 0.0:
+            nx, ny, nz = quadric[9], quadric[10], quadric[11]
+    nx, ny, nz = normalized(nx, ny, nz)
+    return side * nx, side * ny, side * nz

@@ -1,0 +1,273 @@
+"""A quadric on a ray: its two crossings, stable at any distance and any scale.
+
+The surface is  sum s_i y_i² + 2 b_i y_i - k = 0  with y = W (x - anchor). On the ray, with the
+origin moved to the foot of the perpendicular from the anchor, it is  a t² + 2 b t + c, and the
+discriminant b² - a c is taken in its moment form, m = y × e with e = W d:
+
+    a k + (b·e)² - (s2 s3 m1² + s1 s3 m2² + s1 s2 m3²) + 2 m·((s∘e) × b)
+
+which does not cancel far from the surface (derived in docs/theory.md).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+from ...compiler.jit import fma, helper, inline
+from ..numbers.doubled import Pair, negative, pair_dot, pair_product, pair_scaled, pair_sum
+from ..numbers.errorfree import difference_of_products, two_difference
+from ..numbers.vectors import dot
+
+Quadric: TypeAlias = tuple[
+    float, float, float, float, float, float, float, float, float, float,
+    float, float, float, float, float, float, float, float, float,
+]  # fmt: skip
+"""anchor (3), rows W (9), squares s (3), linear b (3), constant k"""
+
+Sphere: TypeAlias = tuple[float, float, float, float]
+"""center (3), radius"""
+
+Roots: TypeAlias = tuple[float, float, bool, bool, bool]
+"""low, high, outside, crosses, unsure: inside is ]low, high[, or its outside where `outside`. Without
+crossings (a touch counts as none) the ray is inside all along if `outside`, else nowhere. `unsure`: rounding
+might change that, or the roots by more than the limits of their surface say."""
+
+Limits: TypeAlias = tuple[float, float]
+"""least discriminant that is certain, for |d| = 1; least value along rulings, infinite where these are never certain"""
+
+_CANCELS = 2.0**-10
+_ROUNDED = 2.0**-44
+_LEAST_OF_BALLS = 2.0**-31
+"""Of a sphere's discriminant, for |d| = 1, as a share of r²."""
+_STARTING = 1024.0
+"""So many times larger the least discriminant is at the surface that a ray starts on, which its origin is beside."""
+
+
+@inline
+def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, unsure: bool) -> Roots:
+    """Roots of a t² + 2 b t + c from its discriminant; each by the formula that does not cancel.
+
+    q = -(b + sign(b) sqrt(b² - a c)); t = q / a and c / q. For a = 0 the first becomes the infinity
+    at the right end, so that a linear function needs no branch of its own.
+    """
+    crosses = discriminant > 0.0
+    q = -(b + math.copysign(math.sqrt(discriminant if crosses else 1.0), b))
+    first, second = q / a + shift, c / q + shift
+    outside = a < 0.0 or (a == 0.0 and not crosses and c < 0.0)
+    return min(first, second), max(first, second), outside, crosses, unsure
+
+
+@inline
+def sphere_roots(
+    sphere: Sphere, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
+) -> Roots:
+    """Crossings of a ray with |x - c| = r; `inverse` is 1 / d·d, `starts`: the origin lies on it.
+
+    The ray tracing notes' algebraic method about the foot of the perpendicular, which is their geometric one.
+    """
+    cx, cy, cz, r = sphere
+    px, ex = two_difference(ox, cx)
+    py, ey = two_difference(oy, cy)
+    pz, ez = two_difference(oz, cz)
+    a = dot(dx, dy, dz, dx, dy, dz)
+    foot = 0.0 if starts else -dot(px, py, pz, dx, dy, dz) * inverse
+    px, py, pz = fma(foot, dx, px) + ex, fma(foot, dy, py) + ey, fma(foot, dz, pz) + ez
+    b = dot(px, py, pz, dx, dy, dz)
+    mx = difference_of_products(py, dz, pz, dy)
+    my = difference_of_products(pz, dx, px, dz)
+    mz = difference_of_products(px, dy, py, dx)
+    c = 0.0 if starts else dot(px, py, pz, px, py, pz) - r * r
+    discriminant = b * b if starts else a * (r * r) - dot(mx, my, mz, mx, my, mz)
+    least = (_LEAST_OF_BALLS * _STARTING if starts else _LEAST_OF_BALLS) * (r * r)
+    return roots_of(a, b, c, discriminant, foot, not abs(discriminant) * inverse >= least)
+
+
+@inline
+def quadric_roots(
+    quadric: Quadric,
+    limits: Limits,
+    ox: float,
+    oy: float,
+    oz: float,
+    dx: float,
+    dy: float,
+    dz: float,
+    inverse: float,
+    starts: bool,
+) -> Roots:
+    """Crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on it."""
+    a, b, c, discriminant, foot, cancels, straight, ruling = quadratic_on_ray(
+        quadric, ox, oy, oz, dx, dy, dz, inverse, starts
+    )
+    if cancels:
+        a, b, c, discriminant = careful_quadratic(quadric, ox, oy, oz, dx, dy, dz, foot)
+    return settled_roots(a, b, c, discriminant, foot, starts, straight, ruling, inverse, limits)
+
+
+@inline
+def settled_roots(
+    a: float,
+    b: float,
+    c: float,
+    discriminant: float,
+    foot: float,
+    starts: bool,
+    straight: bool,
+    ruling: bool,
+    inverse: float,
+    limits: Limits,
+) -> Roots:
+    """Roots; the one a ray starts on is taken out by setting c = 0: what remains is t = 0 and -2 b / a."""
+    discriminant = b * b if starts else discriminant
+    c = 0.0 if starts else c
+    least = limits[0] * _STARTING if starts else limits[0]
+    certain = (abs(c) > limits[1]) if ruling else (abs(discriminant) * inverse >= least)
+    # A root at infinity is one only where nothing bends, whatever rounding took
+    certain &= (straight & (limits[1] < math.inf)) | (a != 0.0)
+    return roots_of(a, b, c, discriminant, foot, not certain)
+
+
+@inline
+def quadratic_on_ray(
+    quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
+) -> tuple[float, float, float, float, float, bool, bool, bool]:
+    """(a, b, c, b² - a c, foot, cancels, straight, ruling): the quadric on the ray about o + foot d.
+
+    `cancels`: terms of a or of the discriminant do, and all of it is to be done again in two floats.
+    `straight`: every term of a is zero. `ruling`: of b's share in it too, the ray runs along the axis of a cylinder.
+    """
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
+    # Origin relative to the anchor in two floats, then the foot of the perpendicular
+    px, ux = two_difference(ox, ax)
+    py, uy = two_difference(oy, ay)
+    pz, uz = two_difference(oz, az)
+    foot = 0.0 if starts else -dot(px, py, pz, dx, dy, dz) * inverse
+    px, py, pz = fma(foot, dx, px) + ux, fma(foot, dy, py) + uy, fma(foot, dz, pz) + uz
+    # Own coordinates
+    e0, y0 = dot(w00, w01, w02, dx, dy, dz), dot(w00, w01, w02, px, py, pz)
+    e1, y1 = dot(w10, w11, w12, dx, dy, dz), dot(w10, w11, w12, px, py, pz)
+    e2, y2 = dot(w20, w21, w22, dx, dy, dz), dot(w20, w21, w22, px, py, pz)
+    # Restriction to the ray
+    f0, f1, f2 = s0 * e0, s1 * e1, s2 * e2
+    g = dot(b0, b1, b2, e0, e1, e2)
+    a = dot(f0, f1, f2, e0, e1, e2) + 0.0
+    b = dot(f0, f1, f2, y0, y1, y2) + g
+    c = dot(fma(s0, y0, 2.0 * b0), fma(s1, y1, 2.0 * b1), fma(s2, y2, 2.0 * b2), y0, y1, y2) - k
+    # Discriminant in moment form
+    m0 = difference_of_products(y1, e2, y2, e1)
+    m1 = difference_of_products(y2, e0, y0, e2)
+    m2 = difference_of_products(y0, e1, y1, e0)
+    t0, t1, t2 = s1 * s2 * (m0 * m0), s0 * s2 * (m1 * m1), s0 * s1 * (m2 * m2)
+    h = dot(m0, m1, m2, f1 * b2 - f2 * b1, f2 * b0 - f0 * b2, f0 * b1 - f1 * b0)
+    discriminant = (a * k - ((t0 + t1) + t2)) + fma(g, g, 2.0 * h)
+    # Where terms cancel
+    size = abs(f0 * e0) + abs(f1 * e1) + abs(f2 * e2)
+    terms = abs(size * k) + abs(t0) + abs(t1) + abs(t2) + g * g + 2.0 * abs(h)
+    cancels = (abs(discriminant) < _CANCELS * terms) | (abs(a) < _CANCELS * size)
+    straight = size == 0.0
+    ruling = straight & (abs(b0 * e0) + abs(b1 * e1) + abs(b2 * e2) == 0.0)
+    return a, b, c, discriminant, foot, cancels, straight, ruling
+
+
+@helper
+def careful_quadratic(
+    quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, foot: float
+) -> tuple[float, float, float, float]:
+    """(a, b, c, b² - a c) of a quadric on a ray about o + foot d, evaluated in two floats, rounded once."""
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
+    px = pair_sum(two_difference(ox, ax), _product(foot, dx))
+    py = pair_sum(two_difference(oy, ay), _product(foot, dy))
+    pz = pair_sum(two_difference(oz, az), _product(foot, dz))
+    d0, d1, d2 = (dx, 0.0), (dy, 0.0), (dz, 0.0)
+    e0, y0 = pair_dot(w00, w01, w02, d0, d1, d2), pair_dot(w00, w01, w02, px, py, pz)
+    e1, y1 = pair_dot(w10, w11, w12, d0, d1, d2), pair_dot(w10, w11, w12, px, py, pz)
+    e2, y2 = pair_dot(w20, w21, w22, d0, d1, d2), pair_dot(w20, w21, w22, px, py, pz)
+    a = pair_dot(s0, s1, s2, pair_product(e0, e0), pair_product(e1, e1), pair_product(e2, e2))
+    g = pair_dot(b0, b1, b2, e0, e1, e2)
+    b = pair_sum(pair_dot(s0, s1, s2, pair_product(e0, y0), pair_product(e1, y1), pair_product(e2, y2)), g)
+    c = pair_dot(s0, s1, s2, pair_product(y0, y0), pair_product(y1, y1), pair_product(y2, y2))
+    c = pair_sum(c, pair_sum(pair_dot(2.0 * b0, 2.0 * b1, 2.0 * b2, y0, y1, y2), (-k, 0.0)))
+    m0 = _moment(y1, e2, y2, e1)
+    m1 = _moment(y2, e0, y0, e2)
+    m2 = _moment(y0, e1, y1, e0)
+    f0, f1, f2 = pair_scaled(e0, s0), pair_scaled(e1, s1), pair_scaled(e2, s2)
+    t0 = pair_product(_product(s1, s2), pair_product(m0, m0))
+    t1 = pair_product(_product(s0, s2), pair_product(m1, m1))
+    t2 = pair_product(_product(s0, s1), pair_product(m2, m2))
+    h0 = pair_product(m0, pair_sum(pair_scaled(f1, b2), pair_scaled(f2, -b1)))
+    h1 = pair_product(m1, pair_sum(pair_scaled(f2, b0), pair_scaled(f0, -b2)))
+    h2 = pair_product(m2, pair_sum(pair_scaled(f0, b1), pair_scaled(f1, -b0)))
+    squares = pair_sum(pair_sum(t0, t1), t2)
+    mixed = pair_dot(2.0, 2.0, 2.0, h0, h1, h2)
+    discriminant = pair_sum(pair_sum(pair_scaled(a, k), negative(squares)), pair_sum(pair_product(g, g), mixed))
+    return a[0] + 0.0, b[0], c[0], discriminant[0]
+
+
+@inline
+def _product(a: float, b: float) -> Pair:
+    p = a * b
+    return p, fma(a, b, -p)
+
+
+@inline
+def _moment(a: Pair, b: Pair, c: Pair, d: Pair) -> Pair:
+    """a b - c d"""
+    return pair_sum(pair_product(a, b), negative(pair_product(c, d)))
+
+
+@inline
+def quadric_value(quadric: Quadric, x: float, y: float, z: float) -> float:
+    """The left side of the equation at a point: <= 0 inside."""
+    y0, y1, y2 = own_coordinates(quadric, x, y, z)
+    s0, s1, s2, b0, b1, b2, k = (
+        quadric[12],
+        quadric[13],
+        quadric[14],
+        quadric[15],
+        quadric[16],
+        quadric[17],
+        quadric[18],
+    )
+    return dot(fma(s0, y0, 2.0 * b0), fma(s1, y1, 2.0 * b1), fma(s2, y2, 2.0 * b2), y0, y1, y2) - k
+
+
+@inline
+def quadric_rounding(
+    quadric: Quadric, x: float, y: float, z: float, rest_x: float, rest_y: float, rest_z: float
+) -> float:
+    """By how much rounding may have changed `quadric_value`, that of the anchor too, from which it took the rest."""
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
+    px, py, pz = abs(x - ax), abs(y - ay), abs(z - az)
+    ex, ey, ez = abs(rest_x), abs(rest_y), abs(rest_z)
+    size0, beside0 = _terms(w00, w01, w02, s0, b0, px, py, pz, ex, ey, ez)
+    size1, beside1 = _terms(w10, w11, w12, s1, b1, px, py, pz, ex, ey, ez)
+    size2, beside2 = _terms(w20, w21, w22, s2, b2, px, py, pz, ex, ey, ez)
+    return _ROUNDED * (size0 + size1 + size2 + abs(k)) + 2.0 * (beside0 + beside1 + beside2)
+
+
+@inline
+def _terms(
+    w0: float, w1: float, w2: float, s: float, b: float,
+    px: float, py: float, pz: float, ex: float, ey: float, ez: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Along one axis, without signs: s y² + 2 b y with y = w·p, and by how much that changes from p to p + e."""
+    y, beside = dot(abs(w0), abs(w1), abs(w2), px, py, pz), dot(abs(w0), abs(w1), abs(w2), ex, ey, ez)
+    return (abs(s) * y + 2.0 * abs(b)) * y, (abs(s) * (2.0 * y + beside) + 2.0 * abs(b)) * beside
+
+
+@inline
+def quadric_gradient(quadric: Quadric, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Wᵀ (s∘y + b): half the gradient at a point (the ray tracing notes' normal of a quadric)."""
+    _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric
+    y0, y1, y2 = own_coordinates(quadric, x, y, z)
+    g0, g1, g2 = fma(s0, y0, b0), fma(s1, y1, b1), fma(s2, y2, b2)
+    return dot(w00, w10, w20, g0, g1, g2), dot(w01, w11, w21, g0, g1, g2), dot(w02, w12, w22, g0, g1, g2)
+
+
+@inline
+def own_coordinates(quadric: Quadric, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """W (x - anchor)"""
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22 = quadric[:12]
+    px, py, pz = x - ax, y - ay, z - az
+    return dot(w00, w01, w02, px, py, pz), dot(w10, w11, w12, px, py, pz), dot(w20, w21, w22, px, py, pz)

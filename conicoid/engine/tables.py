@@ -1,0 +1,249 @@
+"""The arrays that kernels read: a scene, lowered. Everything refers to everything else by number."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..compiler.jit import inline, look
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Ints: TypeAlias = npt.NDArray[np.int32]
+Signs: TypeAlias = npt.NDArray[np.int8]
+
+# Kinds of surface
+PLANE, SPHERE, QUADRIC = 0, 1, 2
+# Kinds of entry (a leaf of the scene's tree)
+BALL, CELL, REGION, SHEET, POLYGON = 0, 1, 2, 3, 4
+
+
+class Tables(NamedTuple):
+    """Surfaces, cells, programs, sheets, entries and their tree, as named arrays. Row counts in brackets."""
+
+    # Surfaces: each distinct one once. [surfaces]
+    surface_kind: Signs
+    surface_row: Ints  # row in the table of its kind
+    planes: Floats  # [planes, 7] normal, height of the anchor over the plane, anchor
+    spheres: Floats  # [spheres, 4] center, radius
+    quadrics: Floats  # [quadrics, 19] anchor, rows, squares, linear, constant
+
+    # Cells: at most one quadric, and planes. [cells]
+    cell_quadric: Ints  # surface or -1
+    cell_side: Signs  # +1: inside where the quadric is <= 0; -1: where >= 0
+    cell_face: Ints  # face number of the quadric
+    cell_first: Ints  # [cells + 1] first plane
+    plane_surface: Ints  # [planes of cells]
+    plane_side: Signs  # +1: inside where n·x <= offset; -1: where >=
+    plane_face: Ints
+
+    # Programs: Boolean trees as counting gates. [programs + 1] first leaf and first gate; gate 0 of each is its root
+    program_leaf: Ints
+    program_gate: Ints
+    leaf_cell: Ints  # [leaves]
+    leaf_gate: Ints  # the gate it feeds
+    leaf_negated: Signs  # 1: feeds the complement
+    leaf_sense: Signs  # +1, or -1 under an odd number of complements: which way its faces look
+    leaf_bounds: Floats  # [leaves, 6] low, high; infinite where unbounded
+    gate_parent: Ints  # [gates] -1 for a root
+    gate_need: Ints  # true when at least so many inputs are
+    gate_negated: Signs  # 1: feeds the complement of its value
+    gate_start: Ints  # true inputs while every leaf is outside
+
+    # Sheets. [sheets]
+    sheet_surface: Ints
+    sheet_program: Ints  # what clips it, or -1
+    sheet_side: Signs  # +1: its normal is the gradient
+    sheet_one_sided: Signs
+    polygon_surface: Ints  # [polygons] its plane
+    polygon_side: Signs  # +1: its normal is the plane's
+    polygon_first: Ints  # [polygons + 1] first vertex
+    polygon_program: Ints
+    vertices: Floats  # [vertices, 3]
+
+    # Entries: what the tree holds, at most one a body. [entries]
+    entry_kind: Signs
+    entry_index: Ints  # surface, cell, program, sheet or polygon
+    entry_body: Ints
+    body_face: Ints  # [bodies] first face row; -1 - k: a ball of many, with frame k
+    ball_frames: Floats  # [frames, 9] world directions to those of the balls' own axes
+    face_uv: Floats  # [faces, 13] 1 for angular, then 3 x 4 matrix from world coordinates
+
+    # Trees, 8 wide: one over the leaves of each program, and last the scene's over its entries
+    node_boxes: Floats  # [nodes, 6, 8] low xyz, high xyz; infinite where what they hold is; (inf, -inf) where empty
+    node_children: Ints  # [nodes, 8] 0 empty; > 0 node; < 0 leaf -(first << 4 | count) - 1
+    tree_order: Ints  # what the trees hold, in leaf order
+    tree_root: Ints  # [programs + 2] first of its roots
+    roots: Ints  # where a walk begins: a node, and leaves of what no box holds
+    tree_depth: Ints  # [1] the most that a walk's stack holds
+    leaf_items: Floats  # [8 tree_order] what leaves hold: see engine/tree/leaf.py
+    extent: Floats  # [5] diagonal of the box of what is bounded, an entry's share of it, its middle
+
+    # How far the fast formulas can be trusted (engine/lowering/limits.py)
+    plane_limits: Floats  # [planes, 2] square of the least certain rate, least certain height of parallel rays
+    quadric_limits: Floats  # [quadrics, 2] least certain discriminant, least certain value along rulings
+    cell_limits: Floats  # [cells, 2] what t may be off by, for |d| = 1; the farthest |o| + |t d|
+    program_limits: Floats  # [programs, 2] the same
+    sheet_limits: Floats  # [sheets, 2]
+    polygon_limits: Floats  # [polygons, 2]
+
+
+# The number of each table, by which kernels find it
+(
+    SURFACE_KIND,
+    SURFACE_ROW,
+    PLANES,
+    SPHERES,
+    QUADRICS,
+    CELL_QUADRIC,
+    CELL_SIDE,
+    CELL_FACE,
+    CELL_FIRST,
+    PLANE_SURFACE,
+    PLANE_SIDE,
+    PLANE_FACE,
+    PROGRAM_LEAF,
+    PROGRAM_GATE,
+    LEAF_CELL,
+    LEAF_GATE,
+    LEAF_NEGATED,
+    LEAF_SENSE,
+    LEAF_BOUNDS,
+    GATE_PARENT,
+    GATE_NEED,
+    GATE_NEGATED,
+    GATE_START,
+    SHEET_SURFACE,
+    SHEET_PROGRAM,
+    SHEET_SIDE,
+    SHEET_ONE_SIDED,
+    POLYGON_SURFACE,
+    POLYGON_SIDE,
+    POLYGON_FIRST,
+    POLYGON_PROGRAM,
+    VERTICES,
+    ENTRY_KIND,
+    ENTRY_INDEX,
+    ENTRY_BODY,
+    BODY_FACE,
+    BALL_FRAMES,
+    FACE_UV,
+    NODE_BOXES,
+    NODE_CHILDREN,
+    TREE_ORDER,
+    TREE_ROOT,
+    ROOTS,
+    TREE_DEPTH,
+    LEAF_ITEMS,
+    EXTENT,
+    PLANE_LIMITS,
+    QUADRIC_LIMITS,
+    CELL_LIMITS,
+    PROGRAM_LIMITS,
+    SHEET_LIMITS,
+    POLYGON_LIMITS,
+) = range(52)
+LENGTHS = len(Tables._fields)
+"""In `Geometry.places` a table's length stands so far behind where it begins."""
+HALT = 2 * LENGTHS
+"""In `Geometry.places`: not 0 if kernels are to end soon, with whatever they have by then."""
+STEPS = HALT + 1
+"""In `Geometry.places`: about how many steps one ray may take at most, if it meets all there is."""
+
+
+class Geometry(NamedTuple):
+    """`Tables` as kernels take them: end to end in one array of integers and one of floats.
+
+    Handing three arrays of one dimension from function to function costs little, forty would not.
+    """
+
+    places: npt.NDArray[np.int64]  # [2 tables + 2] where each table begins, then their lengths; HALT, STEPS
+    integers: Ints
+    floats: Floats
+
+
+_SPARE = 8  # floats after the last: leaves are read eight at a time
+_LINE = 8  # floats in a line of memory; every table of floats begins at one
+
+
+def _aligned(count: int) -> Floats:
+    """An array that begins at a line of memory."""
+    room = np.empty(count + _LINE)
+    skip = -room.ctypes.data % (_LINE * room.itemsize) // room.itemsize
+    return room[skip : skip + count]
+
+
+def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
+    """Lay the tables end to end; those of the numbers `later` get room that the caller fills."""
+    arrays: tuple[npt.NDArray[Any], ...] = tables
+    places = np.zeros(2 * LENGTHS + 2, np.int64)
+    places[STEPS] = _steps(tables)
+    ends = [0, 0]
+    for k, table in enumerate(arrays):
+        real = table.dtype == np.float64
+        places[k], places[LENGTHS + k] = ends[real], table.size
+        ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
+    geometry = Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + _SPARE))
+    geometry.floats[ends[1] :] = 0.0
+    for k, table in enumerate(arrays):
+        if table.dtype == np.float64:
+            end = int(places[k] + places[LENGTHS + k])
+            geometry.floats[end : end + -end % _LINE] = 0.0
+        if k not in later:
+            _room(geometry, k, table)[...] = table
+    return geometry
+
+
+def _steps(tables: Tables) -> int:
+    """Every entry and corner is met; and of a body every leaf, which may turn all gates."""
+    leaves, gates = (np.diff(first).astype(np.int64) for first in (tables.program_leaf, tables.program_gate))
+    return len(tables.entry_kind) + len(tables.vertices) + int(np.dot(leaves, gates))
+
+
+def shared(tables: Tables, geometry: Geometry) -> Tables:
+    """The tables that were packed, as views of what kernels take."""
+    arrays: tuple[npt.NDArray[Any], ...] = tables
+    return Tables(*(_room(geometry, k, table) for k, table in enumerate(arrays)))
+
+
+def _room(geometry: Geometry, k: int, table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    begin, size = int(geometry.places[k]), int(length(geometry, k))
+    numbers: npt.NDArray[Any] = geometry.floats if table.dtype == np.float64 else geometry.integers
+    return numbers[begin : begin + size].reshape(-1, *table.shape[1:]) if size else numbers[:0].reshape(table.shape)
+
+
+@inline
+def whole(x: float) -> Any:
+    """A number as an int64: of a literal, or of a number of a thing that stands among floats."""
+    return np.int64(x)
+
+
+@inline
+def halted(geometry: Geometry) -> bool:
+    """Is nobody waiting any more for what comes out?"""
+    return look(geometry.places, HALT) != 0
+
+
+@inline
+def halted_now_and_then(geometry: Geometry, k: int) -> bool:
+    """`halted`, looked at in some rounds of a loop, which k counts."""
+    return (k & 63) == 0 and halted(geometry)
+
+
+@inline
+def integer(geometry: Geometry, table: int, index: int) -> Any:
+    """An element of a table of integers, an int64."""
+    return np.int64(geometry.integers[geometry.places[table] + index])
+
+
+@inline
+def real(geometry: Geometry, table: int, index: int) -> float:
+    """An element of a table of floats, counted flat."""
+    return geometry.floats[geometry.places[table] + index]
+
+
+@inline
+def length(geometry: Geometry, table: int) -> int:
+    """How many elements a table has."""
+    return geometry.places[LENGTHS + table]

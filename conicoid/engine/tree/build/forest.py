@@ -1,0 +1,90 @@
+"""Trees one after the other in common tables, each with the roots that a walk begins at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...tables import Floats, Ints, Tables
+from ..leaf import ROWS
+from .branches import WIDTH
+from .build import Tree, build
+from .nodes import leaf_code
+from .records import ENDLESS, Survey, records_of, stand_ins, survey
+
+MOST = 8  # entries in a leaf of a tree
+_BESIDE = 15  # in a leaf beside it
+_NONE = np.zeros(0, np.int32)
+
+
+class Forest:
+    """Collects trees; `put_boxes` fills in the boxes of their nodes, once there is a place for them."""
+
+    def __init__(self) -> None:
+        self.trees: list[Tree] = []
+        self.children: list[Ints] = [np.zeros((0, WIDTH), np.int32)]
+        self.order: list[Ints] = [_NONE]
+        self.roots: list[int] = []
+        self.ends: list[int] = [0]
+        self.node_count = 0
+        self.placed = 0
+        self.depth = 1
+        self.levels = 0
+
+    def add(self, boxes: Floats, first_item: int, costs: Floats | None = None) -> Survey:
+        """A tree over items first_item, ... with boxes (n, 6); `costs` (n,) of testing each. Empty boxes go nowhere."""
+        boxes = np.ascontiguousarray(boxes)
+        found = survey(boxes)
+        limits = stand_ins(found.ends)
+        for pattern in range(ENDLESS):
+            if found.counts[pattern] == 0:
+                continue
+            every = found.counts[pattern] == len(boxes)
+            rows = _NONE if every else np.flatnonzero(found.patterns == pattern).astype(np.int32)
+            records = records_of(boxes, rows, first_item, np.zeros(0) if costs is None else costs, limits)
+            self._plant(build(records, limits, MOST))
+        self.add_beside(np.flatnonzero(found.patterns == ENDLESS).astype(np.int32) + np.int32(first_item))
+        return found
+
+    def _plant(self, tree: Tree) -> None:
+        items, inner, leaf = tree.items(), tree.children > 0, tree.children < 0
+        tree.children[inner] += self.node_count
+        tree.children[leaf] -= self.placed << 4
+        self.roots.append(self.node_count)
+        self.trees.append(tree)
+        self.children.append(tree.children)
+        self.order.append(items)
+        self.node_count += len(tree.children)
+        self.placed += len(items)
+        self.levels = max(self.levels, tree.levels)
+
+    def add_beside(self, items: Ints) -> None:
+        """Items that no box holds."""
+        for first in range(0, len(items), _BESIDE):
+            self.roots.append(leaf_code(self.placed + first, min(_BESIDE, len(items) - first)))
+        self.order.append(items)
+        self.placed += len(items)
+
+    def end_tree(self) -> None:
+        """What is added from now on belongs to the next tree."""
+        # A node taken from the stack puts at most eight in its place, at every level
+        self.depth = max(self.depth, len(self.roots) - self.ends[-1] + WIDTH * (self.levels + 1))
+        self.levels = 0
+        self.ends.append(len(self.roots))
+
+    def in_tables(self, tables: Tables) -> Tables:
+        """The tables with the trees, but for the boxes of the nodes and the items of the leaves."""
+        return tables._replace(
+            node_boxes=np.broadcast_to(0.0, (self.node_count, 6, WIDTH)),
+            node_children=np.concatenate(self.children),
+            tree_order=np.concatenate(self.order),
+            tree_root=np.array(self.ends, dtype=np.int32),
+            roots=np.array(self.roots, dtype=np.int32),
+            tree_depth=np.array([self.depth], dtype=np.int32),
+            leaf_items=np.broadcast_to(0.0, ROWS * self.placed),
+        )
+
+    def put_boxes(self, floats: Floats, at: int) -> None:
+        """Write the boxes of all nodes to floats[at:]."""
+        for tree in self.trees:
+            tree.put_boxes(floats, at)
+            at += 6 * WIDTH * len(tree.children)

@@ -1,0 +1,93 @@
+"""The table of what stands in the leaves of the scene's tree; see `engine/tree/leaf.py`."""
+
+from __future__ import annotations
+
+import math
+
+from ....compiler.jit import inline, kernel
+from ... import tables as table
+from ...surface.nearness import BESIDE
+from ...surface.records import load_sphere
+from ...tables import BALL, CELL, Floats, Geometry, integer, length
+from ...threads import run_chunks
+from ..leaf import ROUND, leaf_at, leaf_range
+from .round_cells import around_cell
+
+_CHUNK = 1 << 14
+
+
+def put_items(geometry: Geometry, boxes: Floats) -> None:
+    """Fill the table LEAF_ITEMS, for the scene's own tree; boxes (n, 6) of the entries."""
+    run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.NODE_CHILDREN, a, b), _children(geometry), _CHUNK)
+    roots = int(length(geometry, table.ROOTS))
+    run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.ROOTS, a, b), roots, _CHUNK)
+
+
+def _children(geometry: Geometry) -> int:
+    return int(length(geometry, table.NODE_CHILDREN))
+
+
+@kernel
+def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: int) -> None:
+    """The leaves among codes begin..end of a table; those of bodies' trees have no items."""
+    for k in range(begin, end):
+        code = integer(geometry, codes, k)
+        if code >= 0:
+            continue
+        first, last = leaf_range(code)
+        if first < length(geometry, table.TREE_ORDER) - len(boxes):
+            continue
+        at, count, rounds = leaf_at(geometry, first), last - first, 0
+        for j in range(count):
+            rounds += _put_item(geometry, boxes, at + j, count, integer(geometry, table.TREE_ORDER, first + j))
+        if rounds == count:
+            geometry.floats[at + 4 * count] += ROUND
+
+
+@inline
+def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int) -> int:
+    """Returns 1 if the ball is less to look at than the box, in the mean over all directions."""
+    f, kind = geometry.floats, integer(geometry, table.ENTRY_KIND, entry)
+    ball = _around(geometry, boxes, kind, entry)
+    f[at], f[at + count], f[at + 2 * count], f[at + 3 * count] = ball
+    f[at + 4 * count] = kind
+    f[at + 5 * count] = integer(geometry, table.ENTRY_INDEX, entry)
+    f[at + 6 * count] = integer(geometry, table.ENTRY_BODY, entry)
+    f[at + 7 * count] = entry
+    if kind == BALL:  # whose box need not be read
+        return 1
+    a, b, c = _width(boxes, entry, 0), _width(boxes, entry, 1), _width(boxes, entry, 2)
+    return 1 if math.pi * ball[3] * ball[3] <= 0.5 * (a * b + b * c + c * a) else 0
+
+
+@inline
+def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> tuple[float, float, float, float]:
+    """A ball that holds an entry: itself, if it is one, or that around its box; of infinite radius, if need be."""
+    if kind == BALL:
+        surface = integer(geometry, table.ENTRY_INDEX, entry)
+        return load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    x, y, z = _middle(boxes, entry, 0), _middle(boxes, entry, 1), _middle(boxes, entry, 2)
+    a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)
+    reach = math.sqrt(a * a + b * b + c * c) * (1.0 + 1e-14) + 1e-150
+    reach += BESIDE * (abs(x) + abs(y) + abs(z) + reach)
+    if kind == CELL:
+        ball = around_cell(geometry, integer(geometry, table.ENTRY_INDEX, entry), x, y, z, reach)
+        if ball[3] < reach:
+            return ball
+    return x, y, z, reach
+
+
+@inline
+def _width(boxes: Floats, entry: int, k: int) -> float:
+    return boxes[entry, k + 3] - boxes[entry, k]
+
+
+@inline
+def _middle(boxes: Floats, entry: int, k: int) -> float:
+    middle = 0.5 * boxes[entry, k] + 0.5 * boxes[entry, k + 3]
+    return middle if math.isfinite(middle) else 0.0
+
+
+@inline
+def _half(boxes: Floats, entry: int, k: int, middle: float) -> float:
+    return max(boxes[entry, k + 3] - middle, middle - boxes[entry, k])

@@ -1,0 +1,62 @@
+"""Leaves of the scene's tree: what stands in one, side by side in one block of floats.
+
+A leaf of n entries has eight rows of n numbers: x, y, z and radii of balls around them, kinds, indices, bodies and
+entries, so that whoever comes to a leaf waits for one place of memory only. A ball's own is the exact one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TypeAlias
+
+from ...compiler.jit import inline
+from .. import tables as table
+from ..surface.quadric import Sphere
+from ..tables import Geometry, whole
+
+ROWS = 8
+ROUND = 0.5
+"""Added to the kind of the first entry where all balls of a leaf are less to look at than the entries' boxes."""
+
+Item: TypeAlias = tuple[Any, Any, Any, Any]
+"""kind, index, body, entry"""
+
+
+@inline
+def leaf_range(code: int) -> tuple[int, int]:
+    """(first, last) places in `tree_order` of a leaf."""
+    first, count = (-code - 1) >> 4, (-code - 1) & 15
+    return first, first + count
+
+
+@inline
+def leaf_at(geometry: Geometry, first: int) -> int:
+    """Where in the floats the leaf with this first place begins."""
+    return geometry.places[table.LEAF_ITEMS] + ROWS * first
+
+
+@inline
+def is_round(geometry: Geometry, at: int, count: int) -> bool:
+    """Are balls around the items of a leaf less to look at than boxes?"""
+    kind = geometry.floats[at + 4 * count]
+    return kind != math.floor(kind)
+
+
+@inline
+def leaf_item(geometry: Geometry, at: int, count: int, k: int) -> Item:
+    """Item k of the leaf of `count` at floats[at:]."""
+    f, at = geometry.floats, at + k
+    return whole(f[at + 4 * count]), whole(f[at + 5 * count]), whole(f[at + 6 * count]), whole(f[at + 7 * count])
+
+
+@inline
+def leaf_ball(geometry: Geometry, at: int, count: int, k: int) -> Sphere:
+    """The ball around item k."""
+    f, at = geometry.floats, at + k
+    return f[at], f[at + count], f[at + 2 * count], f[at + 3 * count]
+
+
+@inline
+def leaf_number(geometry: Geometry, at: int, count: int, k: int, row: int) -> float:
+    """Number `row` of the eight of item k: its ball, kind, index, body and entry, as they stand there."""
+    return geometry.floats[at + row * count + k]

@@ -1,0 +1,138 @@
+"""Walking a tree of boxes along a ray: the scene's own over its entries, a large body's over its leaves.
+
+The memory of a walk, its `way`, is one block of floats: where a beam enters the eight boxes that were tested last,
+the beam that is the ray, and a stack of what is still to be visited.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...compiler.jit import helper, inline
+from .. import tables as table
+from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch_soon
+from ..ray import Ray
+from ..tables import Floats, Geometry, Ints, integer, length, whole
+from .leaf import leaf_at, leaf_range
+
+OWN_BEAM = 8
+"""Where the beam begins, behind the eight places."""
+_STACK, _ROW = 24, 3
+ITS_CODE, ITS_BOX, ITS_T = 0, 1, 2
+"""Of what is on the stack: a node, or a leaf; its box, -1 for none; where the ray enters it."""
+assert _STACK >= OWN_BEAM + BEAM
+
+
+@inline
+def way_size(depth: int) -> int:
+    """How long the block of a walk is whose stack holds up to `depth`."""
+    return _STACK + _ROW * depth
+
+
+@inline
+def on_stack(k: int) -> int:
+    """Where number k of the stack begins."""
+    return _STACK + _ROW * k
+
+
+@inline
+def put_on_stack(way: Floats, k: int, code: float, box: float, t: float) -> None:
+    """Number k of the stack."""
+    at = on_stack(k)
+    way[at + ITS_CODE], way[at + ITS_BOX], way[at + ITS_T] = code, box, t
+
+
+@inline
+def reciprocal(d: float) -> float:
+    """1 / d, finite: a direction along a wall of a box lies on one side of it."""
+    return 1.0 / d if abs(d) > 1e-290 else math.copysign(1e290, d)
+
+
+@inline
+def put_beam(beam: Floats, at: int, ray: Ray) -> None:
+    """The beam that is one ray, at beam[at:]."""
+    for axis in range(3):
+        o, d = (ray[0], ray[3]) if axis == 0 else ((ray[1], ray[4]) if axis == 1 else (ray[2], ray[5]))
+        beam[at + LOW_O + axis], beam[at + HIGH_O + axis] = o, o
+        beam[at + LOW_I + axis], beam[at + HIGH_I + axis] = reciprocal(d), reciprocal(d)
+    beam[at + FIRST], beam[at + LAST] = ray[6], ray[7]
+
+
+@inline
+def ask_for(geometry: Geometry, code: int) -> None:
+    """Ask for the memory of a node or leaf that is soon to be visited."""
+    if code >= 0:
+        at = geometry.places[table.NODE_BOXES] + 48 * code
+        for line in range(6):
+            prefetch_soon(geometry.floats, at + 8 * line)
+        prefetch_soon(geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code)
+    else:
+        first, last = leaf_range(code)
+        at = leaf_at(geometry, first)
+        for k in range(0, 4 * (last - first), 8):  # the balls
+            prefetch_soon(geometry.floats, at + k)
+
+
+@inline
+def push_met(geometry: Geometry, way: Floats, node: int, bits: int, top: int) -> int:
+    """Put the children of a node that are told by bits on the stack, the nearest on top; returns its height.
+
+    way[:8] tells where they are entered.
+    """
+    base = top
+    while bits != 0:
+        i = lowest_bit(bits)
+        bits &= bits - 1
+        t, child = way[i], integer(geometry, table.NODE_CHILDREN, 8 * node + i)
+        if child == 0:
+            continue
+        ask_for(geometry, child)
+        slot = top
+        while slot > base and way[on_stack(slot - 1) + ITS_T] < t:
+            before = on_stack(slot - 1)
+            put_on_stack(way, slot, way[before + ITS_CODE], way[before + ITS_BOX], way[before + ITS_T])
+            slot -= 1
+        put_on_stack(way, slot, float(child), float(8 * node + i), t)
+        top += 1
+    return top
+
+
+@inline
+def push_node(geometry: Geometry, way: Floats, node: int, top: int) -> int:
+    """Put the children of a node that the way's own beam meets on the stack; returns its height."""
+    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES] + 48 * node, way, OWN_BEAM, way)
+    return push_met(geometry, way, node, bits, top)
+
+
+@inline
+def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
+    """Start a walk: what no box holds is on top. Returns the height of the stack."""
+    first, last = integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)
+    for k in range(first, last):
+        put_on_stack(way, k - first, float(integer(geometry, table.ROOTS, k)), -1.0, -math.inf)
+    return last - first
+
+
+@helper
+def walk(geometry: Geometry, way: Floats, tree: int, ray: Ray, found: Ints) -> int:
+    """Put everything whose box the ray meets within its interval into `found`; returns how many."""
+    count = 0
+    put_beam(way, OWN_BEAM, ray)
+    top = push_roots(geometry, way, tree)
+    while top > 0:
+        top -= 1
+        code = whole(way[on_stack(top) + ITS_CODE])
+        if code >= 0:
+            top = push_node(geometry, way, code, top)
+            continue
+        first, last = leaf_range(code)
+        for k in range(first, last):
+            found[count] = integer(geometry, table.TREE_ORDER, k)
+            count += 1
+    return count
+
+
+@inline
+def scene_tree(geometry: Geometry) -> int:
+    """The number of the tree over all entries."""
+    return length(geometry, table.TREE_ROOT) - 2

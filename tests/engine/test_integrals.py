@@ -1,0 +1,219 @@
+"""Path lengths and line integrals by body and by material, of all rays at once and of some at a time."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.engine.queries import integrals
+from conicoid.formats.openmc import read
+
+
+def kind(name, **properties):
+    return co.matte(name=name, properties=properties)
+
+
+ENERGIES = 3
+FUEL, CLAD = kind("fuel", density=10.3, mu=[1.0, 2.0, 3.0]), kind("clad", density=6.5, mu=[0.5, 0.25, 0.125])
+WATER, GAS = kind("water", density=0.75, mu=0), kind("water", density=0.0, mu=0)
+"""A pencil along x through the middle: 1.5 of water, 0.25 of clad, 1 of fuel, 0.25 of clad, 1 of a gas called water too."""
+BALL, SHELL = co.Sphere(0.5, (2.25, 0, 0)), co.Sphere(0.75, (2.25, 0, 0))
+PENCIL = co.Scene(
+    [
+        co.Body(BALL, FUEL), co.Body(SHELL - BALL, CLAD, "shell"), co.Body(co.Box((0, -1, -1), (3, 1, 1)) - SHELL, WATER),
+        co.Body(co.Spheres([(4, 0, 0), (9, 0, 0)], [0.5, 1]), GAS), co.Body(co.Plane((1, 0, 0), 50), "red"), co.Disc((0, 0, 99), (0, 0, 1), 1),
+    ]
+)  # fmt: skip
+ALONG = (-5, 0, 0), (1, 0, 0)
+
+
+def test_lengths_by_material():
+    assert PENCIL.materials == PENCIL.spans(*ALONG).materials == (FUEL, CLAD, WATER, GAS, co.matte("red"), None)
+    assert PENCIL.spans(*ALONG).lengths(by="material").tolist() == [1, 0.5, 1.5, 3, 0, 0]
+    assert PENCIL.spans((-5, 0, 0), (2, 0, 0)).lengths("material").tolist() == [1, 0.5, 1.5, 3, 0, 0]
+    assert PENCIL.lengths(*ALONG, by="material").tolist() == [1, 0.5, 1.5, 3, 0, 0]
+    assert PENCIL.lengths(*ALONG).tolist() == [1, 0.5, 1.5, 1, 2, 0, 0]
+    assert PENCIL.lengths([ALONG[0]] * 2, ALONG[1], t_max=[5, 7.5], by="material")[:, 2].tolist() == [0, 1.5]
+    assert co.Scene([]).lengths(np.zeros((3, 3)), (1, 0, 0), by="material").shape == (3, 0)
+
+
+def test_integrals_by_name():
+    spans = PENCIL.spans(*ALONG)
+    assert spans.line_integral("density", otherwise=0) == 10.3 + 6.5 * 0.5 + 0.75 * 1.5
+    assert (
+        spans.line_integral("density") == 10.3 + 6.5 * 0.5 + 0.75 * 1.5
+    )  # what only sheets are made of is not asked for
+    assert spans.line_integral("mu").tolist() == [1 + 0.25, 2 + 0.125, 3 + 0.0625]
+    assert spans.line_integral({"fuel": 2, "clad": 4, "water": 8}) == 2 + 2 + 8 * 4.5
+    assert spans.line_integral({"fuel": [2, 4], "clad": 0, "water": [0, 1]}).tolist() == [2, 4 + 4.5]
+    assert spans.line_integral({"clad": 1}, otherwise=0) == 0.5
+    assert spans.line_integral({"clad": 1}, otherwise=[0, 2]).tolist() == [0.5, 0.5 + 2 * 5.5]
+    assert PENCIL.line_integral({"clad": 1}, *ALONG, otherwise=0) == 0.5
+
+
+def test_integrals_of_arrays():
+    values = np.arange(7.0)
+    both = np.stack([values, values**2], axis=1)
+    expected = 0.5 * 1 + 1.5 * 2 + 1 * 3 + 2 * 4
+    assert PENCIL.spans(*ALONG).line_integral(values) == expected
+    assert PENCIL.spans(*ALONG).line_integral(both).tolist() == [expected, 0.5 + 6 + 9 + 32]
+    grid = np.broadcast_to(ALONG[0], (4, 5, 3))
+    assert PENCIL.line_integral(both, grid, ALONG[1]).shape == (4, 5, 2)
+    assert PENCIL.line_integral(both, co.Rays(grid, ALONG[1]))[3, 4, 0] == expected
+
+
+def test_a_zero_stays_zero_on_infinite_spans():
+    scene = co.Scene([co.Body(co.HalfSpace((1, 0, 0), 0), kind("void", mu=[0, 1]))])
+    assert scene.line_integral("mu", (5, 0, 0), (-1, 0, 0)).tolist() == [0, math.inf]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ("densty", "no property 'densty' for material 'fuel', material 'clad', .*; otherwise=0"),
+        (
+            {"fuel": 1},
+            "no value for material 'clad', material 'water', material 'water'; otherwise=0 .or another value. stands",
+        ),
+        ({"fule": 1}, "values: no material is called 'fule'; materials: 'fuel', 'clad', 'water'"),
+        (
+            {"fuel": [1, 2], "clad": [1], "water": 0},
+            "must be as many for each material, got 2 for material 'fuel' and 1 for material 'clad'",
+        ),
+        (
+            {"fuel": [[1]], "clad": 1, "water": 1},
+            r"values\['fuel'\] must be a number or an array \(energies,\), got shape \(1, 1\)",
+        ),
+        ({"fuel": "a", "clad": 1, "water": 1}, r"values\['fuel'\] must be a number or an array \(energies,\), got 'a'"),
+        (np.zeros((7, 2, 2)), r"values must have shape \(7,\) or \(7, energies\), got \(7, 2, 2\)"),
+        (np.zeros((6, 2)), r"values must have shape \(7,\) or \(7, energies\), got \(6, 2\)"),
+    ],
+)
+def test_what_is_missing_is_told(values, message):
+    for ask in (PENCIL.spans(*ALONG).line_integral, lambda v: PENCIL.line_integral(v, *ALONG)):
+        with pytest.raises(ValueError, match="line_integral: .*" + message):
+            ask(values)
+
+
+def test_other_refusals():
+    with pytest.raises(ValueError, match="lengths: by must be 'body' or 'material', got 'name'"):
+        PENCIL.lengths(*ALONG, by="name")
+    with pytest.raises(ValueError, match="line_integral: otherwise goes with values by name"):
+        PENCIL.line_integral(np.zeros(7), *ALONG, otherwise=0)
+    texts = co.Scene(co.Body(co.Sphere(), kind("x", mu="much", table=[[1, 2]])))
+    for name in ("mu", "table"):
+        with pytest.raises(ValueError, match=f"property '{name}' of material 'x' must be a number or an array"):
+            texts.line_integral(name, *ALONG)
+    with pytest.raises(ValueError, match="no property 'mu' for bodies without a material"):
+        co.Scene([co.Sphere()]).line_integral("mu", *ALONG)
+    rays = np.broadcast_to(np.zeros(3), (2**20, 3))
+    with pytest.raises(ValueError, match="lengths: an array of 1048576 rays x 1000 bodies would take 8 GiB"):
+        co.Scene([co.Spheres(np.arange(3000.0).reshape(-1, 3), 1)]).lengths(rays, (1, 0, 0))
+
+
+def crowd():
+    """Balls and shells of four materials, and many rays at random."""
+    random = np.random.default_rng(1)
+    kinds = [FUEL, CLAD, WATER, GAS]
+    bodies = [
+        co.Body(co.Sphere(r, tuple(c)), kinds[k % 4])
+        for k, (r, c) in enumerate(zip(random.uniform(0.2, 2, 60), random.normal(size=(60, 3)), strict=True))
+    ]
+    return co.Scene(bodies), random.normal(0, 3, (3000, 3)), random.normal(size=(3000, 3))
+
+
+ROUTES = {
+    "flat": lambda o, d: co.Rays(o, d),
+    "picture": lambda o, d: co.Rays(o.reshape(50, 60, 3), d[0]),
+    "long rows": lambda o, d: co.Rays(o.reshape(2, 1500, 3), d.reshape(2, 1500, 3)),
+    "three axes": lambda o, d: co.Rays(o.reshape(10, 10, 30, 3), d.reshape(10, 10, 30, 3)),
+    "one": lambda o, d: co.Rays(o[0], d[0]),
+    "none": lambda o, d: co.Rays(o[:0], d[:0]),
+}
+
+
+@pytest.mark.parametrize("route", ROUTES)
+@pytest.mark.parametrize("most", [40, 700, 1 << 20])
+def test_some_at_a_time_gives_the_same_bits(route, most, monkeypatch):
+    monkeypatch.setattr(integrals, "MOST_SPANS", most)
+    scene, origins, directions = crowd()
+    rays = ROUTES[route](origins, directions)
+    ends = np.random.default_rng(2).uniform(0, 9, rays.shape)
+    weights = np.random.default_rng(3).normal(size=(60, 2))
+    for limits in ({}, {"t_max": ends}, {"t_min": -ends, "t_max": 5}):
+        whole = scene.spans(rays, **limits)
+        for by in ("body", "material"):
+            assert np.array_equal(scene.lengths(rays, **limits, by=by), whole.lengths(by))
+        for values in (weights, weights[:, 0], "mu", "density"):
+            again = scene.line_integral(values, rays, **limits)
+            assert np.array_equal(again, whole.line_integral(values))
+            assert type(again) is type(whole.line_integral(values))
+
+
+def test_pictures_in_flat_lists_and_spawned_rays(monkeypatch):
+    monkeypatch.setattr(integrals, "MOST_SPANS", 5000)
+    scene, _, _ = crowd()
+    camera = co.Camera((9, 8, 7), (0, 0, 0))
+    flat = co.Rays(*(lines.reshape(-1, 3) for lines in camera.rays(160, 120)))
+    hits = scene.first_hit(camera.rays(40, 32))
+    for rays in (flat, hits.spawn((0, 0, 1)), hits.spawn(-hits.rays.directions)):
+        assert np.array_equal(scene.line_integral("mu", rays), scene.spans(rays).line_integral("mu"))
+
+
+def test_spans_are_not_kept(monkeypatch):
+    """However many rays there are, no more spans than `MOST_SPANS` are held, once it is seen how many rays have."""
+    monkeypatch.setattr(integrals, "MOST_SPANS", 2000)
+    held, real = [], integrals.spans
+
+    def counted(*arguments):
+        found = real(*arguments)
+        held.append(len(found.body))
+        return found
+
+    monkeypatch.setattr(integrals, "spans", counted)
+    scene, origins, _ = crowd()
+    calls = []
+    scene.lengths(
+        np.resize(origins, (20_000, 3)), -origins[0], progress=lambda done, count: calls.append((done, count))
+    )
+    assert sum(held) > 30_000
+    assert max(held) < 3000
+    assert calls[-1] == (20_000, 20_000)
+    assert len(calls) == len(held)
+    assert all(a < b for (a, _), (b, _) in pairwise(calls))
+
+
+def test_pickled_spans_know_materials_that_no_ray_met():
+    spans = PENCIL.spans([ALONG[0], (-5, 0, 0.6)], ALONG[1])
+    for again in (
+        pickle.loads(pickle.dumps(spans)),
+        spans.detached(),
+        pickle.loads(pickle.dumps(spans[1]))[...],
+        spans[1:],
+    ):
+        assert again.materials == PENCIL.materials
+        assert np.array_equal(
+            again.lengths("material"), spans.lengths("material")[-len(again) :].reshape(again.lengths("material").shape)
+        )
+        assert np.array_equal(
+            again.line_integral("mu")[..., 0],
+            np.reshape(spans.line_integral("mu")[-len(again) :, 0], again.line_integral("mu").shape[:-1]),
+        )
+
+
+def test_void_of_a_model_is_a_material(tmp_path):
+    path = tmp_path / "model.xml"
+    path.write_text("""<model><materials><material id="4" name="iron"><density units="g/cm3" value="8"/></material></materials><geometry>
+        <surface id="1" type="sphere" coeffs="0 0 0 1"/><surface id="2" type="sphere" coeffs="0 0 0 3" boundary="vacuum"/>
+        <cell id="1" material="4" region="-1"/><cell id="2" material="void" region="1 -2"/></geometry></model>""")
+    scene = co.load_openmc(path)
+    assert [material.name for material in scene.materials] == ["iron", "void"]
+    assert scene.lengths((-9, 0, 0), (1, 0, 0), by="material").tolist() == [2, 4]
+    assert scene.line_integral("density", (-9, 0, 0), (1, 0, 0)) == 16
+    assert scene.line_integral({"void": 1, "iron": 0}, (-9, 0, 0), (1, 0, 0)) == 4
+    assert co.Scene(read(path, void=False).bodies).line_integral("density", (-9, 0, 0), (1, 0, 0)) == 16

@@ -1,0 +1,213 @@
+"""What a tile sees: no box or ball that one of its rays meets is ever left out, and nothing is counted twice."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.engine.culling import (
+    BOX,
+    CODE,
+    ENTERED,
+    ITEM_ROW,
+    ITEMS_SIZE,
+    MOST_ITEMS,
+    group_in_ball,
+    put_balls,
+    put_children,
+    put_groups,
+    put_numbers,
+)
+from conicoid.engine.packets.frontier import ITEM_COUNT, narrow_frontier, new_frontier
+from conicoid.engine.packets.lanes import GROUPS_AT, SIZE, close_lanes, put_group_beams, put_ray
+from conicoid.engine.packets.tile import new_tile, open_tile
+from conicoid.engine.queries.queries import _arguments
+from conicoid.engine.tree.walk import reciprocal
+
+from .test_simd_lists import stretch
+
+
+def beam_of(origins, directions):
+    """The block of numbers of the beam that holds some rays, from t = 0 on."""
+    slopes = [
+        [reciprocal(d) for d in row] for row in (directions.min(axis=0).tolist(), directions.max(axis=0).tolist())
+    ]
+    return np.concatenate([origins.min(axis=0), origins.max(axis=0), *slopes, [0.0, math.inf]])
+
+
+def some_rays(rng, count, spread):
+    origin = rng.uniform(-2, 2, 3)
+    direction = rng.uniform(-0.5, 0.5, 3) - origin
+    return origin + rng.uniform(-spread, spread, (count, 3)), direction + rng.uniform(-spread, spread, (count, 3))
+
+
+@numba.njit
+def children(boxes, codes, beam, found, t, end):
+    return put_children(boxes, 0, codes, 0, 16, beam, 0, found, t, end)
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.05, 0.4])
+def test_children_that_a_ray_of_the_beam_meets_are_found(spread):
+    rng, met = np.random.default_rng(int(100 * spread)), 0
+    for _ in range(100):
+        low = rng.uniform(-1, 0.5, (8, 3))
+        boxes = np.concatenate([low, low + rng.uniform(0.1, 1, (8, 3))], axis=1)
+        codes = np.array([3, -20, 0, 7, -5, 9, 0, 2], np.int32)
+        origins, directions = some_rays(rng, 20, spread)
+        found, t = np.full(20, 99, np.int64), np.full(20, -7.0)
+        count = children(boxes.T.ravel().copy(), codes, beam_of(origins, directions), found, t, 2)
+        items = {
+            int(number >> 32): (int(np.int32(number & 0xFFFFFFFF)), t[2 + j])
+            for j, number in enumerate(found[2 : 2 + count])
+        }
+        assert found[:2].tolist() == [99, 99]
+        assert len(items) == count
+        for k in range(8):
+            rays = [stretch(boxes[k], o, d, (0.0, math.inf)) for o, d in zip(origins, directions, strict=True)]
+            meets = codes[k] != 0 and any(first < last for first, last in rays)
+            met += meets
+            if meets:
+                code, entered = items[16 + k]
+                assert code == codes[k]
+                assert entered <= min(first for first, last in rays if first < last) + 1e-12
+            elif spread == 0.0 or codes[k] == 0:
+                assert 16 + k not in items
+    assert met > 50
+
+
+@numba.njit
+def leaf(balls, count, beam, items, end):
+    return put_balls(balls, 0, count, -77, beam, 0, items, end)
+
+
+@numba.njit
+def numbers(first, bits, found, end):
+    put_numbers(first, bits, found, end)
+
+
+@pytest.mark.parametrize("count", [1, 3, 8])
+def test_balls_of_a_leaf_become_items_in_boxes_that_hold_them(count):
+    rng, met = np.random.default_rng(count), 0
+    for _ in range(60):
+        centers, radii = rng.uniform(-1, 1, (count, 3)), rng.uniform(0.1, 0.6, count)
+        origins, directions = some_rays(rng, 10, 0.1)
+        items = np.full(ITEMS_SIZE, np.nan)
+        floats = np.concatenate([centers.T.ravel(), radii, np.zeros(8)])
+        end = 5 + leaf(floats, count, beam_of(origins, directions), items, 5)
+        balls = {int(-2 - items[BOX + k]): k for k in range(5, end)}
+        assert len(balls) == end - 5
+        for j in range(count):
+            apart = np.linalg.norm(np.cross(centers[j] - origins, directions), axis=1) / np.linalg.norm(
+                directions, axis=1
+            )
+            ahead = ((centers[j] - origins) * directions).sum(axis=1) > 0
+            if (ahead & (apart < radii[j])).any():
+                met += 1
+                k = balls[j]
+                sides = items[k : 6 * ITEM_ROW : ITEM_ROW]
+                assert (sides[:3] <= centers[j] - radii[j]).all()
+                assert (sides[3:] >= centers[j] + radii[j]).all()
+                assert items[CODE + k] == -77
+                assert 0.0 <= items[ENTERED + k] < math.inf
+    assert met >= 10
+
+
+def test_numbers_told_by_bits_are_put_one_after_the_other():
+    found = np.full(12, -1, np.int64)
+    numbers(40, 0b10100110, found, 2)
+    assert found[:6].tolist() == [-1, -1, 41, 42, 45, 47]
+
+
+def test_what_a_quarter_meets_is_kept_in_order():
+    """Items in slabs along x, of which beams along y meet some: told by their places alone."""
+    count = 1000
+    rng = np.random.default_rng(3)
+    x = rng.uniform(0, 1, count)
+    everything, some = new_frontier(), new_frontier()
+    everything[ITEM_COUNT] = count
+    for row, values in enumerate((x, -1.0, -1.0, x + 0.01, 1.0, 1.0, np.arange(count), np.arange(count), -2.0)):
+        everything[row * ITEM_ROW : row * ITEM_ROW + count] = values
+    beam = np.concatenate([[0.4, -9, 0], [0.5, -9, 0], [reciprocal(0.0), 1, reciprocal(0.0)] * 2, [0.0, math.inf]])
+    numba.njit(lambda a, b, c: narrow_frontier(a, b, 0, c))(everything, beam, some)
+    expected = np.flatnonzero((x <= 0.5) & (x + 0.01 >= 0.4))
+    assert some[ITEM_COUNT] == len(expected)
+    assert some[CODE : CODE + len(expected)].tolist() == expected.tolist()
+    assert np.array_equal(some[: len(expected)], x[expected])
+
+
+@numba.njit
+def groups_at_ball(lanes, rays, item, ball, pairs):
+    """Pairs of a packet of 64 rays and a ball, and the lanes of each group that may meet it."""
+    for i in range(64):
+        ray = rays[i]
+        put_ray(lanes, i, (ray[0], ray[1], ray[2], ray[3], ray[4], ray[5], 0.0, np.inf, -1))
+    close_lanes(lanes, 64)
+    put_group_beams(lanes)
+    bits = np.empty(8, np.int64)
+    for group in range(8):
+        bits[group] = group_in_ball(lanes, group, ball[0], ball[1], ball[2], ball[3])
+    return put_groups(item, 0, lanes, GROUPS_AT, pairs, 0), bits
+
+
+@pytest.mark.parametrize("spread", [0.05, 0.3])
+def test_groups_of_lanes_that_meet_a_ball_are_asked(spread):
+    rng, met, left_out = np.random.default_rng(5), 0, 0
+    for _ in range(200):
+        origins, directions = some_rays(rng, 64, spread)
+        origins, directions = origins[np.lexsort(origins.T)], directions[np.lexsort(directions.T)]
+        middle, r = origins[rng.integers(64)] + 3 * directions[rng.integers(64)], rng.uniform(0.01, 0.3)
+        item = np.zeros(ITEMS_SIZE)
+        item[0 : 6 * ITEM_ROW : ITEM_ROW] = np.concatenate([middle - r, middle + r]) + np.repeat([-1e-12, 1e-12], 3)
+        pairs, ball = np.full(16, -1, np.int64), np.append(middle, r)
+        count, bits = groups_at_ball(np.empty(SIZE), np.concatenate([origins, directions], axis=1), item, ball, pairs)
+        apart = np.linalg.norm(np.cross(middle - origins, directions), axis=1) / np.linalg.norm(directions, axis=1)
+        lanes = (apart < r) & (((middle - origins) * directions).sum(axis=1) > 0)
+        assert set(np.flatnonzero(lanes) // 8) <= set(pairs[:count].tolist()) <= set(range(8))
+        for i in np.flatnonzero(lanes):
+            assert bits[i // 8] >> (i % 8) & 1
+        met += lanes.sum()
+        left_out += 8 - count
+    assert met > 100
+    assert left_out > 100
+
+
+def deep_scene():
+    """20,000 balls in a long corridor, and parallel rays along it: one tile sees all of them, more than it can hold."""
+    rng = np.random.default_rng(1)
+    scene = co.Scene([co.Spheres(rng.uniform(0, 1, (20_000, 3)) * (1, 1, 100), np.full(20_000, 0.006))])
+    x, y = np.meshgrid((np.arange(32) + 0.5) / 32, (np.arange(32) + 0.5) / 32)
+    origins = np.stack([x, y, np.full_like(x, -1.0)], axis=-1)
+    return scene, co.Rays(origins, np.broadcast_to((0.0, 0.0, 1.0), origins.shape).copy())
+
+
+def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
+    scene, rays = deep_scene()
+    origins, directions = _arguments(scene.prepared, rays, 0.0, math.inf)[:2]
+
+    @numba.njit
+    def seen(geometry, origins, directions):
+        tile = new_tile()
+        open_tile(geometry, tile, np.empty(SIZE), origins, directions, 0, 32)
+        return tile.seen
+
+    found = seen(scene.prepared.geometry, origins, directions)
+    count = int(found[ITEM_COUNT])
+    codes, boxes = found[CODE : CODE + count], found[BOX : BOX + count]
+    assert MOST_ITEMS - 64 < count <= MOST_ITEMS
+    assert (codes >= 0).any()
+    assert (boxes < -1).any()
+    entered = found[ENTERED : ENTERED + count]
+    assert (np.diff(entered) >= 0).all(), "of this one and all that follow"
+
+
+def test_hits_are_the_same_where_a_tile_holds_nodes():
+    scene, rays = deep_scene()
+    order = np.random.default_rng(2).permutation(1024)
+    together = scene.first_hit(rays)
+    apart = scene.first_hit(rays.origins.reshape(-1, 3)[order], rays.directions.reshape(-1, 3)[order])
+    assert np.array_equal(together.t.ravel()[order], apart.t)
+    assert 0.3 < np.isfinite(apart.t).mean() < 1.0

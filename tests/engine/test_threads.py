@@ -1,0 +1,112 @@
+"""Chunks of work on threads: every one once, whatever their sizes and however many threads there are."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.compiler import beside
+from conicoid.engine import threads
+from conicoid.engine.tables import HALT, STEPS
+
+SCENE = co.Scene([co.Sphere(1) - co.Box((0, 0, 0), (2, 2, 2)), co.Spheres([(3, 0, 0), (5, 0, 0)], 0.5)])
+STEPS_OF_SCENE = 2 * 1 + 3  # a difference of two leaves has one gate; three entries
+
+
+@pytest.fixture
+def four_threads():
+    co.set_threads(4)
+    yield
+    co.set_threads(None)
+
+
+def few_threads(monkeypatch, most: int) -> list[threading.Thread]:
+    """A system that gives no more than so many threads at a time."""
+    begun: list[threading.Thread] = []
+    start = threading.Thread.start
+
+    def start_some(thread):
+        if sum(other.is_alive() for other in begun) >= most:
+            raise RuntimeError("can't start new thread")
+        begun.append(thread)
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", start_some)
+    return begun
+
+
+@pytest.mark.parametrize("most", [0, 1, 2])
+def test_work_goes_on_with_the_threads_that_there_are(four_threads, monkeypatch, most):
+    begun, done = few_threads(monkeypatch, most), []
+    threads.run_chunks(lambda a, b: done.extend(range(a, b)), 1000, 7)
+    assert sorted(done) == list(range(1000))
+    assert not any(thread.is_alive() for thread in begun)
+    picture = SCENE.render(40, 40, samples=1).pixels
+    hits = SCENE.first_hit(np.tile((0.1, 0.2, 5.0), (5000, 1)), (0.0, 0.0, -1.0))
+    monkeypatch.undo()
+    assert np.array_equal(picture, SCENE.render(40, 40, samples=1).pixels)
+    assert np.array_equal(hits.t, SCENE.first_hit(np.tile((0.1, 0.2, 5.0), (5000, 1)), (0.0, 0.0, -1.0)).t)
+
+
+def test_an_error_in_the_calling_thread_is_raised(four_threads, monkeypatch):
+    few_threads(monkeypatch, 0)
+
+    def fail(a: int, b: int) -> None:
+        raise MemoryError(a)
+
+    with pytest.raises(MemoryError):
+        threads.run_chunks(fail, 100, 1)
+    with pytest.raises(MemoryError):
+        beside.beside(lambda: fail(0, 1), "x")
+
+
+def test_an_error_ends_the_others(four_threads):
+    """The others look whether they are to end, as kernels do; only two of the chunks ever begin."""
+    begun: list[int] = []
+
+    def work(geometry, begin: int, end: int) -> None:
+        begun.append(begin)
+        if begin == 0:
+            raise MemoryError
+        while not geometry.places[HALT]:
+            pass
+
+    co.set_threads(2)
+    with pytest.raises(MemoryError):
+        threads.run_on(SCENE.geometry, work, 100, 1, 1)
+    assert len(begun) <= 2
+    assert SCENE.geometry.places[HALT] == 0
+
+
+@pytest.mark.parametrize("progress", [None, lambda done, count: None])
+@pytest.mark.parametrize("count", [1, 2, 999, 1000])
+def test_every_chunk_once(four_threads, count, progress):
+    seen = []
+    threads.run_on(SCENE.geometry, lambda geometry, a, b: seen.append((a, b)), count, 100, 1, progress)
+    ends = sorted(seen)
+    assert [ends[0][0], ends[-1][1]] == [0, count]
+    assert all(before[1] == after[0] for before, after in itertools.pairwise(ends))
+    assert max(b - a for a, b in seen) <= 100
+
+
+def test_chunks_grow_while_they_are_short_and_shrink_when_they_are_long():
+    assert [threads.next_size(size, 0.001, 32) for size in (1, 4, 16, 20, 32)] == [2, 8, 32, 32, 32]
+    assert threads.next_size(16, 0.02, 32) == 16
+    assert [threads.next_size(size, 1.0, 32) for size in (1, 32)] == [1, 1]
+    assert threads.next_size(32, 0.08, 32) == 4  # as many as take 10 ms
+
+
+def test_steps_are_counted():
+    assert SCENE.geometry.places[STEPS] == STEPS_OF_SCENE
+    assert co.Scene([co.Polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)])]).geometry.places[STEPS] == 1 + 3
+
+
+@pytest.mark.parametrize(("rays", "elsewhere"), [(1, False), ((1 << 24) // STEPS_OF_SCENE + 1, True)])
+def test_what_may_take_long_is_not_done_by_the_thread_that_hears_of_control_c(rays, elsewhere):
+    workers = []
+    threads.run_on(SCENE.geometry, lambda *_: workers.append(threading.current_thread()), 1, 1, rays)
+    assert (workers[0] is not threading.main_thread()) == elsewhere

@@ -1,0 +1,237 @@
+"""The trees: everything is in them once and within its boxes, whatever its shape and however many threads build them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.engine import threads
+
+from .nodes import Nodes
+
+
+def balls(count, seed=0, size=0.5):
+    random = np.random.default_rng(seed)
+    return random.uniform(-1, 1, (count, 3)), size / max(count, 1) ** (1 / 3) * random.uniform(0.5, 1, count)
+
+
+def nearest(centers, radii, origins, directions):
+    """First crossings of unit rays with balls, each with all: the textbook's formula."""
+    result = np.full(len(origins), math.inf)
+    for center, radius in zip(centers, radii, strict=True):
+        apart = origins - center
+        half, power = (apart * directions).sum(axis=1), (apart**2).sum(axis=1) - radius**2
+        square = half * half - power
+        root = np.sqrt(np.maximum(square, 0))
+        t = np.where(-half - root > 0, -half - root, -half + root)
+        result = np.where((square > 0) & (t > 0), np.minimum(result, t), result)
+    return result
+
+
+def rays(count, seed=1):
+    random = np.random.default_rng(seed)
+    directions = random.normal(size=(count, 3))
+    return random.uniform(-2, 2, (count, 3)), directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+SCENES = {
+    "none": (np.zeros((0, 3)), np.zeros(0)),
+    "one": (np.zeros((1, 3)), np.ones(1)),
+    "two": balls(2),
+    "five": balls(5),
+    "hundred": balls(100),
+    "thousands": balls(3000),
+    "one center": (np.zeros((500, 3)), np.linspace(0.1, 1, 500)),
+    "the same ball": (np.ones((100, 3)), np.ones(100)),
+    "on a line": (np.linspace((-1, -1, 0), (1, 1, 0), 300), np.full(300, 0.01)),
+    "on a plane": (balls(300)[0] * (1, 1, 0), np.full(300, 0.02)),
+    "each ten times the last": (10.0 ** -np.arange(60)[:, None] * (1, 0.3, 0.2), 10.0 ** -np.arange(60) * 0.1),
+    "far away": (balls(200)[0] + (1e9, 0, 0), balls(200)[1]),
+    "a dense place": (balls(2000)[0] * np.where(np.arange(2000)[:, None] < 1000, 1, 1e-12), np.full(2000, 1e-13)),
+    "huge": (balls(50)[0] * 1e99, balls(50)[1] * 1e99),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_entry_stands_in_one_leaf_within_the_boxes_over_it(name):
+    Nodes(co.Scene([co.Spheres(*SCENES[name])])).check()
+
+
+@pytest.mark.parametrize("name", ["one", "two", "five", "hundred", "one center", "on a line", "on a plane"])
+def test_hits_are_those_of_every_ball_asked_by_itself(name):
+    centers, radii = SCENES[name]
+    origins, directions = rays(3000)
+    found = co.Scene([co.Spheres(centers, radii)]).first_hit(origins, directions).t
+    expected = nearest(centers, radii, origins, directions)
+    assert np.isfinite(expected).any()
+    # All but the rays that graze, by the textbook's formula
+    same = np.isfinite(found) == np.isfinite(expected)
+    both = np.isfinite(found) & np.isfinite(expected)
+    same[both] = np.abs(found[both] - expected[both]) < 1e-9
+    assert same.mean() > 0.999
+
+
+def test_a_large_tree_is_the_same_on_any_number_of_threads():
+    """More entries than one thread builds alone, a third of them in one place."""
+    centers, radii = balls(60_000)
+    centers[::3] = 0.25
+    radii[::3] = np.linspace(0.001, 0.002, 20_000)
+    built = []
+    try:
+        for count in (1, 2, 5):
+            threads.set_threads(count)
+            built.append(co.Scene([co.Spheres(centers, radii)]))
+            assert built[-1].memory.cells == 60_000
+    finally:
+        threads.set_threads(None)
+    for other in built[1:]:
+        for one, two in zip(built[0].geometry, other.geometry, strict=True):
+            assert one.tobytes() == two.tobytes()
+    Nodes(built[0]).check()
+
+
+def test_a_large_tree_finds_what_a_small_one_does():
+    """Each of six parts of a large scene by itself; the nearest of all."""
+    centers, radii = balls(30_000)
+    origins, directions = rays(5000)
+    parts = [co.Scene([co.Spheres(centers[k::6], radii[k::6])]).first_hit(origins, directions) for k in range(6)]
+    whole = co.Scene([co.Spheres(centers, radii)]).first_hit(origins, directions)
+    t = np.array([part.t for part in parts])
+    body = np.array([np.where(part.body >= 0, 6 * part.body + k, -1) for k, part in enumerate(parts)])
+    assert np.array_equal(whole.t, t.min(axis=0))
+    assert np.array_equal(whole.body, body[t.argmin(axis=0), np.arange(5000)])
+
+
+def test_centers_that_are_all_equal_are_halved():
+    scene = co.Scene([co.Spheres(np.ones((40_000, 3)), np.linspace(1, 2, 40_000))])
+    Nodes(scene).check()
+    assert scene.first_hit((1, 1, 9), (0, 0, -1)).t == 6
+
+
+ROUND = {
+    "x": dict(yy=1, zz=1),
+    "y": dict(xx=1, zz=1),
+    "z": dict(xx=1, yy=1),
+}
+
+
+def endless_cylinder(axis, place, radius):
+    """All points within radius of a line along an axis."""
+    offset = np.array(place, dtype=float)
+    offset["xyz".index(axis)] = 0.0
+    return co.Quadric(coefficients=dict(ROUND[axis], constant=-(radius**2))).translate(tuple(offset))
+
+
+def into_cylinder(axis, place, radius, origins, directions):
+    """(enter, leave) of rays: the plane quadratic, by itself."""
+    k = [i for i in range(3) if "xyz"[i] != axis]
+    apart, along = origins[:, k] - np.array(place)[k], directions[:, k]
+    a, b, c = (along**2).sum(axis=1), (along * apart).sum(axis=1), (apart**2).sum(axis=1) - radius**2
+    root = np.sqrt(np.maximum(b * b - a * c, 0))
+    return np.where(b * b > a * c, (-b - root) / a, math.inf), np.where(b * b > a * c, (-b + root) / a, math.inf)
+
+
+@pytest.fixture(scope="module")
+def endless():
+    """Cylinders without ends along each axis, balls, and planes across and askew."""
+    random = np.random.default_rng(5)
+    cylinders = [("xyz"[i % 3], random.uniform(-9, 9, 3), random.uniform(0.1, 0.4)) for i in range(240)]
+    items = [endless_cylinder(*cylinder) for cylinder in cylinders]
+    extra = [co.Spheres(*balls(50, size=2)), co.HalfSpace((0, 0, 1), -30.0), co.HalfSpace((1, 2, 3), -300.0)]
+    return cylinders, co.Scene([*items, *extra])
+
+
+def test_what_is_endless_along_some_axes_stands_in_trees(endless):
+    """Those endless along x, y, z each have a tree; half-spaces are endless along all three."""
+    cylinders, scene = endless
+    nodes = Nodes(scene)
+    nodes.check()
+    assert sorted(nodes.beside()) == [len(cylinders) + 50, len(cylinders) + 51]
+    assert len([root for root in nodes.roots if root >= 0]) == 4
+
+
+def test_hits_of_endless_things_are_those_of_each_by_itself(endless):
+    cylinders, scene = endless
+    origins, directions = rays(4000)
+    origins = origins * 5
+    directions[:300] = np.eye(3)[np.arange(300) % 3] * np.where(np.arange(300)[:, None] % 2, 1, -1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.array([into_cylinder(*cylinder, origins, directions) for cylinder in cylinders])
+    t = np.where(ends > 0, ends, math.inf).min(axis=(0, 1))
+    expected = np.minimum(t, nearest(*balls(50, size=2), origins, directions))
+    for normal, offset in (((0, 0, 1), -30.0), ((1, 2, 3), -300.0)):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = (offset - origins @ normal) / (directions @ np.array(normal))
+        expected = np.where(crossing > 0, np.minimum(expected, crossing), expected)
+    found = scene.first_hit(origins, directions)
+    assert (found.t < math.inf).mean() > 0.9
+    assert np.array_equal(np.isfinite(found.t), np.isfinite(expected))
+    finite = np.isfinite(expected)
+    assert np.allclose(found.t[finite], expected[finite], rtol=1e-9, atol=0)
+
+
+def test_whole_lines_through_endless_things(endless):
+    """t from -inf: the spans of each cylinder are its two roots."""
+    cylinders, scene = endless
+    origins, directions = rays(200)
+    spans = scene.spans(origins, directions, t_min=-math.inf)
+    ends = np.array([into_cylinder(*cylinder, origins, directions) for cylinder in cylinders])
+    ray = np.repeat(np.arange(200), np.diff(spans.offsets))
+    of_cylinder = spans.body < len(cylinders)
+    assert of_cylinder.sum() == np.isfinite(ends[:, 0]).sum()
+    body, ray = spans.body[of_cylinder], ray[of_cylinder]
+    assert np.allclose(spans.t_enter[of_cylinder], ends[body, 0, ray], rtol=1e-8, atol=1e-8)
+    assert np.allclose(spans.t_exit[of_cylinder], ends[body, 1, ray], rtol=1e-8, atol=1e-8)
+
+
+def pins(side):
+    """A square lattice of endless pins."""
+    places = [(x, y, 0.0) for y in range(side) for x in range(side)]
+    return co.Scene([endless_cylinder("z", place, 0.3) for place in places])
+
+
+def test_pins_are_located_by_few_nodes():
+    """Sixteen times as many pins: two halvings more on each axis, hardly more than one more level of eights."""
+    random = np.random.default_rng(3)
+    mean = {}
+    for side in (8, 32):
+        scene = pins(side)
+        points = random.uniform((-0.5, -0.5, -1e6), (side - 0.5, side - 0.5, 1e6), (500, 3))
+        nearest_pin = np.rint(points[:, :2])
+        inside = ((points[:, :2] - nearest_pin) ** 2).sum(axis=1) < 0.09
+        expected = np.where(inside, nearest_pin[:, 0] + side * nearest_pin[:, 1], -1)
+        assert np.array_equal(scene.body_at(points), expected)
+        nodes = Nodes(scene)
+        nodes.check()
+        assert nodes.beside() == []
+        mean[side] = np.mean([nodes.visits(point) for point in points])
+    assert mean[32] < mean[8] + 2
+    assert mean[32] < 4
+
+
+def test_long_thin_bodies_across_each_other():
+    """Rods turned every way: their boxes overlap, the hits are still those of each by itself."""
+    random = np.random.default_rng(9)
+    starts, ends = random.uniform(-1, 1, (2, 150, 3))
+    scene = co.Scene([co.Cylinder(tuple(a), tuple(b), 0.01) for a, b in zip(starts, ends, strict=True)])
+    Nodes(scene).check()
+    origins, directions = rays(1000)
+    alone = np.array([co.Scene([body]).first_hit(origins, directions).t for body in scene.bodies])
+    assert np.array_equal(scene.first_hit(origins, directions).t, alone.min(axis=0))
+
+
+def test_bodies_of_many_leaves_have_trees_of_their_own():
+    """A union of balls is met where the balls are."""
+    centers, radii = balls(60)
+    union = co.Sphere(radii[0], tuple(centers[0]))
+    for center, radius in zip(centers[1:], radii[1:], strict=True):
+        union = union | co.Sphere(radius, tuple(center))
+    origins, directions = rays(2000)
+    outside = (((origins[:, None] - centers) ** 2).sum(axis=2) > radii**2).all(axis=1)
+    found = co.Scene([union]).first_hit(origins[outside], directions[outside]).t
+    assert np.array_equal(
+        found, co.Scene([co.Spheres(centers, radii)]).first_hit(origins[outside], directions[outside]).t
+    )
