@@ -117,9 +117,9 @@ def count_packets(add: Any) -> None:
         return balls_in_beam(floats, at, stride, count, beam, start, near)
 
     @inline
-    def counted_ball(lanes, x, y, z, r, groups):
+    def counted_ball(lanes, x, y, z, r):
         add(BALL, 1)
-        return lanes_in_ball(lanes, x, y, z, r, groups)
+        return lanes_in_ball(lanes, x, y, z, r)
 
     @inline
     def counted_lanes(lanes, sphere, surface, entry, body, first, last):
@@ -212,7 +212,9 @@ def costs() -> dict[int, float]:
 
     from conicoid.engine.packets import first as packet_first
     from conicoid.engine.packets import packet
+    from conicoid.engine.ray import Ray
     from conicoid.engine.streams import stream
+    from conicoid.engine.surface.quadric import Sphere
 
     boxes_met, balls_in_beam, lanes_in_ball = packet_first.boxes_met, packet_first.balls_in_beam, packet.lanes_in_ball
     group_in_ball = packet_first.group_in_ball
@@ -220,13 +222,15 @@ def costs() -> dict[int, float]:
     questions: dict[int, tuple[Any, float]] = {
         NODE: (lambda f, r, n, c, k: boxes_met(f, k, r, 0, n), 1),
         LEAF: (lambda f, r, n, c, k: balls_in_beam(f, k, 8, 8, r, 0, n), 1),
-        BALL: (lambda f, r, n, c, k: lanes_in_ball(r, f[0], f[1], f[2], f[3], 8), 1),
+        BALL: (lambda f, r, n, c, k: lanes_in_ball(r, f[0], f[1], f[2], f[3]), 1),
         GROUP: (lambda f, r, n, c, k: group_in_ball(r, 0, f[0], f[1], f[2], f[3]), 1),
         # Written twice: for lanes with one origin, and for others
-        LANES: (lambda f, r, n, c, k: ball_lanes(r, (f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 8), 2),
+        LANES: (lambda f, r, n, c, k: ball_lanes(r, Sphere(f[0], f[1], f[2], f[3]), 0, 0, 0, 0, 8), 2),
         STREAM_NODE: (lambda f, r, n, c, k: put_on_lists(f, 0, k, r, n, 0, 8, 64, c), 8),
         STREAM_LEAF: (
-            lambda f, r, n, c, k: balls_met(f, k, 8, 8, (f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, k), f[6], 1.0),
+            lambda f, r, n, c, k: balls_met(
+                f, k, 8, 8, Ray(f[0], f[1], f[2], f[3], f[4], f[5], 0.0, 1.0, k), f[6], 1.0
+            ),
             1,
         ),
     }

@@ -4,15 +4,49 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from ..compiler.jit import inline
 from .tables import Floats, Ints
 
-Ray: TypeAlias = tuple[float, float, float, float, float, float, float, float, int]
-"""origin (3), direction (3), t_min, t_max, id of the surface the ray starts on or -1"""
+
+class Ray(NamedTuple):
+    """One ray and its interval, open at both ends."""
+
+    ox: float
+    oy: float
+    oz: float
+    dx: float
+    dy: float
+    dz: float
+    t_min: float
+    t_max: float
+    start: Any  # int64: the surface that it starts on, -1 for none, DEAD
+
+
+class Line(NamedTuple):
+    """Origin and direction of a ray."""
+
+    ox: float
+    oy: float
+    oz: float
+    dx: float
+    dy: float
+    dz: float
+
+
+@inline
+def line_of(ray: Ray) -> Line:
+    """The line of a ray."""
+    return Line(ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz)
+
+
+@inline
+def with_limits(ray: Ray, t_min: float, t_max: float) -> Ray:
+    """A ray within another interval."""
+    return Ray(ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, t_min, t_max, ray.start)
 
 
 Arguments: TypeAlias = tuple[Any, Any, Any, Any, Any]
@@ -32,7 +66,7 @@ def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, 
     first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
     ox, oy, oz = origins[i, 0] + 0.0, origins[i, 1] + 0.0, origins[i, 2] + 0.0
     dx, dy, dz = directions[i, 0] + 0.0, directions[i, 1] + 0.0, directions[i, 2] + 0.0
-    return ox, oy, oz, dx, dy, dz, first, last, start  # type: ignore[return-value]
+    return Ray(ox, oy, oz, dx, dy, dz, first, last, start)
 
 
 _FAR = 2.0**100
@@ -54,10 +88,10 @@ def scaled_ray(ray: Ray) -> tuple[Ray, float]:
         return ray, 1.0
     scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
     low, high = _finite(t_min, t_min / scale), _finite(t_max, t_max / scale)
-    return (ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
+    return Ray(ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
 
 
 @inline
 def span_inverse(ray: Ray) -> float:
     """1 / d·d"""
-    return 1.0 / (ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])
+    return 1.0 / (ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)

@@ -17,7 +17,7 @@ def normals_wave(geometry: Geometry, scratch: Scratch, packet: Packet, colors: F
     """Add the colours of the first surfaces' normals to those of a packet's first `count` rays."""
     lanes = packet.lanes
     close_lanes(lanes, count)
-    trace_packet(geometry, scratch, packet, 8, True, scratch.nothing, False)
+    trace_packet(geometry, scratch, packet, scratch.nothing, False)
     for i in range(count):
         t, body, surface, _, side = resolved(geometry, lane_hit(lanes, i))
         if body < 0:

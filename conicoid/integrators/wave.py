@@ -31,6 +31,7 @@ from ..engine.packets.lanes import (
     put_ray,
 )
 from ..engine.packets.packet import Packet, new_lanes, new_packet, with_lanes
+from ..engine.ray import Ray
 from ..engine.tables import Floats, Geometry, whole
 from ..shading.local import light_at
 from ..shading.look import Look
@@ -102,7 +103,7 @@ def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, count: in
     """What the first `count` rays meet."""
     lanes = wave.seen.lanes
     close_lanes(lanes, count)
-    trace_packet(geometry, scratch, wave.seen, 8, True, scratch.nothing, False)
+    trace_packet(geometry, scratch, wave.seen, scratch.nothing, False)
     for i in range(count):
         ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(lanes, i, math.inf)
         sight = sight_of(geometry, scratch, look.materials, ox, oy, oz, dx, dy, dz, NO_SURFACE, lane_hit(lanes, i))
@@ -126,7 +127,7 @@ def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, count: int)
         x, y, z = sight[7], sight[8], sight[9]
         lx, ly, lz, end, _, _, part = light_at(light, row, x, y, z, nx, ny, nz, -dx, -dy, -dz)
         if part != 0.0:
-            put_ray(lanes, i, (x, y, z, lx, ly, lz, 0.0, end, sight[2]))
+            put_ray(lanes, i, Ray(x, y, z, lx, ly, lz, 0.0, end, sight[2]))
             wave.sights[i, _ASKS], some = 1.0, i
     return some
 
@@ -141,11 +142,11 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
     for i in range(LANES):
         if i >= count or wave.sights[i, _ASKS] == 0.0:
             put_idle(lanes, i, some)
-    prepare_lanes(lanes, 8)
-    put_lane_beam(lanes, 8, False)
+    prepare_lanes(lanes)
+    put_lane_beam(lanes, False)
     if light.parallel == 0:
-        put_beam_from(lanes, 8, light.position[0], light.position[1], light.position[2])
-    trace_packet(geometry, scratch, with_lanes(wave.seen, lanes), 8, True, materials.opaque, True)
+        put_beam_from(lanes, light.position[0], light.position[1], light.position[2])
+    trace_packet(geometry, scratch, with_lanes(wave.seen, lanes), materials.opaque, True)
     for i in range(count):
         if wave.sights[i, _ASKS] == 0.0:
             continue

@@ -19,6 +19,7 @@ from ..engine.body.hit import Hit, resolved
 from ..engine.body.media import media
 from ..engine.body.scratch import Scratch
 from ..engine.numbers.vectors import dot
+from ..engine.ray import Ray
 from ..engine.single.first import first_crossing, nearest
 from ..engine.surface.normal import normal_at
 from ..engine.tables import Floats, Geometry, halted, whole
@@ -69,17 +70,17 @@ def first_noticed(
     outside: Any = whole(OUTSIDE)
     before, after = outside, outside
     while body >= 0:
-        ray = (ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
+        ray = Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
         if materials.opaque[body] == 0:
-            here = (ox, oy, oz, dx, dy, dz, np.nextafter(t, -math.inf), np.nextafter(t, math.inf), start)
+            here = Ray(ox, oy, oz, dx, dy, dz, np.nextafter(t, -math.inf), np.nextafter(t, math.inf), start)
             other = first_crossing(geometry, scratch, here, materials.opaque, False)
-            if other[1] >= 0:
+            if other.body >= 0:
                 _, body, surface, face, side = resolved(geometry, other)
         in_front, behind = media(geometry, scratch, ray, t, materials.medium)
         before, after = medium_of(materials, in_front), medium_of(materials, behind)
         if materials.medium[body] == 0 or not unseen(materials, body, before, after):
             break
-        t, body, surface, face, side = nearest(geometry, scratch, (ox, oy, oz, dx, dy, dz, t, math.inf, start))
+        t, body, surface, face, side = nearest(geometry, scratch, Ray(ox, oy, oz, dx, dy, dz, t, math.inf, start))
     return t, body, surface, face, side, before, after
 
 
@@ -111,7 +112,7 @@ def opaque_reflectance(row: object, cosine: float) -> tuple[float, float, float]
 @helper
 def medium_at(geometry: Geometry, scratch: Scratch, materials: Materials, x: float, y: float, z: float) -> int:
     """The medium at a point, of a scene that has transparent bodies."""
-    ray = (x, y, z, 0.0, 0.0, 1.0, 0.0, math.inf, NO_SURFACE)
+    ray = Ray(x, y, z, 0.0, 0.0, 1.0, 0.0, math.inf, whole(NO_SURFACE))
     return medium_of(materials, media(geometry, scratch, ray, 0.0, materials.medium)[1])
 
 
@@ -184,7 +185,7 @@ def follow(
         ox, oy, oz, dx, dy, dz = floats[0], floats[1], floats[2], floats[3], floats[4], floats[5]
         wr, wg, wb = floats[6], floats[7], floats[8]
         start, turns, medium = stack.numbers[size, 0], stack.numbers[size, 1], stack.numbers[size, 2]
-        ray = (ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
+        ray = Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
         hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
         sight = sight_of(geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start, hit)
         if sight[1] < 0:

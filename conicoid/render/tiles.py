@@ -16,7 +16,8 @@ from ..engine.body.scratch import new_scratch
 from ..engine.numbers.vectors import normalized
 from ..engine.packets.lanes import LANES, put_ray
 from ..engine.packets.packet import new_packet
-from ..engine.tables import Floats, Geometry, halted
+from ..engine.ray import Ray
+from ..engine.tables import Floats, Geometry, halted, whole
 from ..integrators.normals import normals_wave
 from ..integrators.stack import NO_SURFACE, new_stack
 from ..integrators.wave import begin_wave, new_wave, whitted_wave
@@ -66,7 +67,7 @@ def camera_rays(
         for column in range(left, min(width, left + _SQUARE)):
             x, y = sample_in_pixel(seed, row * width + column, sample, samples)
             ox, oy, oz, dx, dy, dz = camera_ray(lens, column + x, row + y, width, height)
-            put_ray(lanes, count, (ox, oy, oz, dx, dy, dz, 0.0, math.inf, NO_SURFACE))
+            put_ray(lanes, count, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
             count += 1
     return count
 

@@ -13,6 +13,7 @@ from ..compiler.jit import helper, inline
 from ..engine.body.media import media
 from ..engine.body.scratch import Scratch
 from ..engine.numbers.vectors import dot
+from ..engine.ray import Ray
 from ..engine.single.first import blocked, nearest
 from ..engine.surface.normal import normal_at
 from ..engine.tables import Geometry
@@ -27,7 +28,7 @@ def light_through(
     x: float, y: float, z: float, lx: float, ly: float, lz: float, end: float, start: int, inside: int,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Share (rgb) of the light at x + end·l that reaches x, which lies on surface `start` in medium `inside`."""
-    if blocked(geometry, scratch, (x, y, z, lx, ly, lz, 0.0, end, start), materials.opaque):
+    if blocked(geometry, scratch, Ray(x, y, z, lx, ly, lz, 0.0, end, start), materials.opaque):
         return 0.0, 0.0, 0.0
     if not materials.any_transparent:
         return 1.0, 1.0, 1.0
@@ -40,7 +41,7 @@ def through_glass(
     x: float, y: float, z: float, lx: float, ly: float, lz: float, end: float, start: int, inside: int,
 ) -> tuple[float, float, float]:  # fmt: skip
     """`light_through` where nothing opaque stands in the way."""
-    ray = (x, y, z, lx, ly, lz, 0.0, end, start)
+    ray = Ray(x, y, z, lx, ly, lz, 0.0, end, start)
     r, g, b = 1.0, 1.0, 1.0
     length = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
     done = 0.0
@@ -58,7 +59,7 @@ def through_glass(
             row = materials.rows[materials.row_of[body]]
             r, g, b = r * kept * row.transparency[0], g * kept * row.transparency[1], b * kept * row.transparency[2]
             inside, done = beyond, t
-        ray = (x, y, z, lx, ly, lz, t, end, start)
+        ray = Ray(x, y, z, lx, ly, lz, t, end, start)
     return absorbed(materials, inside, (end - done) * length, r, g, b)
 
 

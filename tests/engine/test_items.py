@@ -26,6 +26,7 @@ from conicoid.engine.packets.frontier import ITEM_COUNT, narrow_frontier, new_fr
 from conicoid.engine.packets.lanes import GROUPS_AT, SIZE, close_lanes, put_group_beams, put_ray
 from conicoid.engine.packets.tile import new_tile, open_tile
 from conicoid.engine.queries.queries import _arguments
+from conicoid.engine.ray import Ray
 from conicoid.engine.tree.walk import reciprocal
 
 from .test_simd_lists import stretch
@@ -144,7 +145,7 @@ def groups_at_ball(lanes, rays, item, ball, pairs):
     """Pairs of a packet of 64 rays and a ball, and the lanes of each group that may meet it."""
     for i in range(64):
         ray = rays[i]
-        put_ray(lanes, i, (ray[0], ray[1], ray[2], ray[3], ray[4], ray[5], 0.0, np.inf, -1))
+        put_ray(lanes, i, Ray(ray[0], ray[1], ray[2], ray[3], ray[4], ray[5], 0.0, np.inf, np.int64(-1)))
     close_lanes(lanes, 64)
     put_group_beams(lanes)
     bits = np.empty(8, np.int64)

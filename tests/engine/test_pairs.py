@@ -8,6 +8,7 @@ import conicoid as co
 from conicoid.engine import tables as table
 from conicoid.engine.body.hit import no_hit
 from conicoid.engine.body.meet import try_ball
+from conicoid.engine.ray import Ray
 from conicoid.engine.streams.pairs import meet_pairs, new_pairs, pair_hit, put_pair
 from conicoid.engine.tree.leaf import ROWS, leaf_ball, leaf_item
 
@@ -25,7 +26,7 @@ def one_by_one(geometry, rays, more, places, hits):
     """The hit of each ray with each of the balls, at `places` (leaf, its size, place in it), by the code of single rays."""
     for n in range(len(hits)):
         r, m = rays[n // len(places) * 8 :], more[n // len(places) * 8 :]
-        ray = (r[0], r[1], r[2], m[0], m[1], m[2], r[6], m[5], np.int64(m[4]))
+        ray = Ray(r[0], r[1], r[2], m[0], m[1], m[2], r[6], m[5], np.int64(m[4]))
         at, size, place = places[n % len(places)]
         item, ball = leaf_item(geometry, at, size, place), leaf_ball(geometry, at, size, place)
         keep(hits, n, try_ball(geometry, item, ball, ray, m[3], no_hit()))

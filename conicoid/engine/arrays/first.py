@@ -28,7 +28,7 @@ _AHEAD = 24  # rays whose memory is asked for before it is needed
 def put_hit(hit: Hit, i: Any, t: Floats, body: Ints, entry: Ints, place: Ints, turn: Signs) -> None:
     """Hit i, in arrays; `turn` holds the sense of its leaf, doubled where the body is entered, raised if doubtful."""
     i = np.uint64(i)
-    t[i], body[i], entry[i], place[i] = hit[0], hit[1], hit[2], hit[3]
+    t[i], body[i], entry[i], place[i] = hit.t, hit.body, hit.entry, hit.place
     turn[i] = turn_of(hit)
 
 
@@ -74,9 +74,9 @@ def trace_first(
             for row in range(8):
                 ask_for_hits(packet_row(packet, row, width, count)[0], t, body, entry, place)
             fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, shared)
-            together, doubtful = coherent(geometry, lanes, 8), 0
+            together, doubtful = coherent(geometry, lanes), 0
             if together:
-                trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, False)
+                trace_packet(geometry, scratch, bundle, scratch.nothing, False)
                 doubtful = put_turns(lanes)
             for row in range(8):
                 first, n = packet_row(packet, row, width, count)
@@ -90,7 +90,7 @@ def trace_first(
                         continue
                     hit = no_hit()
                     ray = load_ray(origins, directions, t_min, t_max, starts, i)
-                    if ray[8] != DEAD and not halted(geometry):
+                    if ray.start != DEAD and not halted(geometry):
                         hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
                     put_hit(hit, i, t, body, entry, place, turn)
 
@@ -113,9 +113,9 @@ def trace_occluded(
             if packet < 0 or halted(geometry):
                 continue
             fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, shared)
-            together = coherent(geometry, lanes, 8)
+            together = coherent(geometry, lanes)
             if together:
-                trace_packet(geometry, scratch, bundle, 8, True, scratch.nothing, True)
+                trace_packet(geometry, scratch, bundle, scratch.nothing, True)
             for row in range(8):
                 first, n = packet_row(packet, row, width, count)
                 for k in range(n):
@@ -125,9 +125,9 @@ def trace_occluded(
                         continue
                     hit = no_hit()
                     ray = load_ray(origins, directions, t_min, t_max, starts, i)
-                    if ray[8] != DEAD and not halted(geometry):
+                    if ray.start != DEAD and not halted(geometry):
                         hit = first_crossing(geometry, scratch, ray, scratch.nothing, True)
-                    result[i] = (1 if hit[1] >= 0 else 0) + (DOUBTFUL if hit[7] else 0)
+                    result[i] = (1 if hit.body >= 0 else 0) + (DOUBTFUL if hit.unsure else 0)
 
 
 @kernel
@@ -151,15 +151,15 @@ def trace_ordered(
                     prefetch(directions, ahead)
                     prefetch(directions, ahead + 2)
                 ray = load_ray(origins, directions, t_min, t_max, starts, i)
-                if ray[8] != DEAD and scaled_ray(ray)[1] == 1.0:
-                    its = octant_of(ray[3], ray[4], ray[5])
+                if ray.start != DEAD and scaled_ray(ray)[1] == 1.0:
+                    its = octant_of(ray.dx, ray.dy, ray.dz)
                     if count > 0 and its != octant:
                         break
                     octant = its
                     put_stream_ray(stream, count, ray)
                     mine[count] = i
                     count += 1
-                elif ray[8] == DEAD:
+                elif ray.start == DEAD:
                     put_hit(no_hit(), i, t, body, entry, place, turn)
                 else:
                     hit = first_crossing(geometry, scratch, ray, scratch.nothing, any_hit)
@@ -180,5 +180,5 @@ def coherent_packets(
     lanes, found = np.empty(SIZE), 0
     for k in range(asked):
         fill_lanes(lanes, origins, directions, t_min, t_max, starts, k * packets // asked, width, False)
-        found += 1 if coherent(geometry, lanes, 8) else 0
+        found += 1 if coherent(geometry, lanes) else 0
     return found

@@ -23,7 +23,7 @@ def _alone(
     geometry: Geometry, scratch: Scratch, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int, bool]:
     """The rows of a ray by itself, from rows[used] on: (rows, how many now, doubtful)."""
-    if ray[8] == DEAD or not ray[6] < ray[7] or halted(geometry):
+    if ray.start == DEAD or not ray.t_min < ray.t_max or halted(geometry):
         return rows, used, False
     given = ray
     ray, scale = scaled_ray(given)
@@ -50,7 +50,7 @@ def trace_rows(
         if halted(geometry):
             break
         fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, False)
-        together, more = coherent(geometry, lanes, 8), 0
+        together, more = coherent(geometry, lanes), 0
         if together:
             found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
             rows = with_room(rows, used, more)

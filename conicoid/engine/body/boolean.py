@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
-from ..ray import Ray, span_inverse
-from ..surface.nearness import Nearness, at_start, beyond, near, nearness_of
+from ..ray import Ray, span_inverse, with_limits
+from ..surface.interval import at_start
+from ..surface.nearness import Nearness, beyond, near, nearness_of
 from ..tables import Geometry, halted, halted_now_and_then, integer, whole
 from ..tree.walk import walk
 from .cell import cell_spans, place_face
@@ -44,16 +45,14 @@ def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tupl
     inverse = span_inverse(ray)
     for k in range(leaves_met(geometry, scratch, program, ray)):
         leaf = scratch.found_leaves[k]
-        spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = cell_spans(
-            geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse
-        )
-        doubtful |= unsure
-        if spans > 0:
-            count = put_event(scratch, count, in1, leaf, a1, 1)
-            count = put_event(scratch, count, out1, leaf, b1, 0)
-        if spans > 1:
-            count = put_event(scratch, count, in2, leaf, a2, 1)
-            count = put_event(scratch, count, out2, leaf, b2, 0)
+        found = cell_spans(geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse)
+        doubtful |= found.unsure
+        if found.number > 0:
+            count = put_event(scratch, count, found.in1, leaf, found.place_in1, 1)
+            count = put_event(scratch, count, found.out1, leaf, found.place_out1, 0)
+        if found.number > 1:
+            count = put_event(scratch, count, found.in2, leaf, found.place_in2, 1)
+            count = put_event(scratch, count, found.out2, leaf, found.place_out2, 0)
     sort_events(scratch, count)
     return count, doubtful
 
@@ -110,7 +109,7 @@ def sweep(
     geometry: Geometry, scratch: Scratch, program: int, ray: Ray, nearness: Nearness, events: int, limit: int
 ) -> tuple[int, bool, bool]:
     """`region_crossings` from sorted events."""
-    t_min, t_max = ray[6], ray[7]
+    t_min, t_max = ray.t_min, ray.t_max
     gates, event, unsure = scratch.counts, scratch.event, False
     done, found = 0, 0
     while done < events and scratch.time[TIME * done] <= t_min and not halted_now_and_then(geometry, done):
@@ -120,7 +119,7 @@ def sweep(
     inside = root_value(geometry, gates, program)
     started_inside = inside
     behind = done - 1
-    while behind >= 0 and abs(scratch.time[TIME * behind]) <= nearness[0]:
+    while behind >= 0 and abs(scratch.time[TIME * behind]) <= nearness.off:
         unsure |= _at_start(geometry, scratch, behind, ray, nearness)
         behind -= 1
     while done < events and found < limit and not halted_now_and_then(geometry, done):
@@ -136,7 +135,7 @@ def sweep(
         after = root_value(geometry, gates, program)
         if after != inside:
             inside = after
-            reported = _report(geometry, scratch, first, done, ray[8], after, found)
+            reported = _report(geometry, scratch, first, done, ray.start, after, found)
             found += reported
             started_inside ^= reported == 0
     turn_back(geometry, scratch, program, done)
@@ -147,7 +146,7 @@ def sweep(
 def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: Nearness) -> bool:
     t = scratch.time[TIME * k]
     surface = surface_of(geometry, scratch.event[EVENT * k + PLACE], t)
-    return at_start(t, surface == ray[8], ray[6], nearness[0])
+    return at_start(t, surface == ray.start, ray.t_min, nearness.off)
 
 
 @helper
@@ -200,8 +199,7 @@ def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: 
 @helper
 def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
     """(is the point at t in a region, its leaves taken as closed, is that doubtful)"""
-    ox, oy, oz, dx, dy, dz, _, _, start = ray
-    ray = (ox, oy, oz, dx, dy, dz, t, t, start)
+    ray = with_limits(ray, t, t)
     nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
     events, unsure = gather(geometry, scratch, program, ray)
     for sweep in range(2):
@@ -233,21 +231,6 @@ def crossing(scratch: Scratch, n: int) -> tuple[float, int, int, bool]:
     t, event, at = scratch.time[TIME * n + CROSS_T], scratch.event, EVENT * n
     place, sense = whole(event[at + CROSS_PLACE]), whole(event[at + CROSS_SENSE])
     return t, place, sense, event[at + CROSS_ENTERS] == 1
-
-
-@inline
-def counts_in(t: float, surface: int, ray: Ray) -> bool:
-    """Is a crossing within (t_min, t_max), and not the one that the ray starts on?"""
-    return ray[6] < t < ray[7] and not (t == 0.0 and surface == ray[8])
-
-
-@inline
-def left_out(t: float, surface: int, ray: Ray) -> bool:
-    """Is a crossing the one that the ray starts on, and within an interval that begins before it?
-
-    Then a body counts before it as it does beyond, so that crossings and spans go together.
-    """
-    return ray[6] < t < ray[7] and t == 0.0 and surface == ray[8]
 
 
 @inline

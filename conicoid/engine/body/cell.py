@@ -7,19 +7,32 @@ A face is told by its place: a row in the table of the cells' planes, or `quadri
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import Any, NamedTuple
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..ray import Ray
-from ..surface.nearness import Nearness, beyond, near, nearness_of
-from ..surface.records import curved_roots, plane_crossing
-from ..tables import Geometry, integer
+from ..surface.nearness import Nearness, nearness_of
+from ..surface.records import curved_roots, plane_values
+from ..tables import Geometry, integer, whole
+from .spans import Slab, clip_slab, compose_spans, spans_unsure
 
 NO_PLACE = -1
 
-Spans: TypeAlias = tuple[int, float, float, int, int, float, float, int, int, bool]
-"""count, then t_in, t_out, place_in, place_out of each; might rounding change any of that within the interval?"""
+
+class CellSpans(NamedTuple):
+    """The spans of a ray inside a cell, in order; what is beyond their `number` means nothing."""
+
+    number: int  # of spans
+    in1: float
+    out1: float
+    place_in1: Any
+    place_out1: Any
+    in2: float
+    out2: float
+    place_in2: Any
+    place_out2: Any
+    unsure: bool  # might rounding change any of that within the interval?
 
 
 @inline
@@ -29,77 +42,48 @@ def quadric_place(cell: int) -> int:
 
 
 @inline
-def slab_span(
-    geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
-) -> tuple[float, float, int, int, bool, bool]:
-    """The span inside all planes of a cell; t_in >= t_out where there is none.
-
-    Then: might rounding change it, and is it unknown where, as the ray runs along a plane?
-
-    A ray within a plane counts as if the plane stood an infinitesimal further along its normal.
-    """
-    t_in, t_out, place_in, place_out, unsure, lost = -math.inf, math.inf, NO_PLACE, NO_PLACE, False, False
-    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-        t, height, rate, doubtful = plane_crossing(geometry, integer(geometry, table.PLANE_SURFACE, slot), ray, inverse)
-        side = integer(geometry, table.PLANE_SIDE, slot)
-        lost |= doubtful
-        if rate == 0.0:
-            if (height <= 0.0) != (side > 0):
-                return math.inf, -math.inf, NO_PLACE, NO_PLACE, unsure, lost
-        elif (rate < 0.0) == (side > 0):
-            unsure |= near(t, t_in, nearness)
-            if t > t_in:
-                t_in, place_in = t, slot
-        else:
-            unsure |= near(t, t_out, nearness)
-            if t < t_out:
-                t_out, place_out = t, slot
-    return t_in, t_out, place_in, place_out, unsure | near(t_in, t_out, nearness), lost
+def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
+    """(t, place) of the first, second, third or fourth end."""
+    if end < 2:
+        return (spans.in1, spans.place_in1) if end == 0 else (spans.out1, spans.place_out1)
+    return (spans.in2, spans.place_in2) if end == 2 else (spans.out2, spans.place_out2)
 
 
 @inline
-def _matters(t_in: float, t_out: float, ray: Ray, nearness: Nearness) -> bool:
-    """May a stretch that rounding might change lie within the ray's interval?"""
-    begins = (t_in < ray[7]) | near(t_in, ray[7], nearness)
-    ends = (t_out > ray[6]) | near(t_out, ray[6], nearness)
-    return begins & ends & ((t_in < t_out) | near(t_in, t_out, nearness))
+def slab_of(
+    geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
+) -> tuple[Slab, bool, bool]:  # fmt: skip
+    """(what the planes of a cell leave of a ray, might rounding change it, is it unknown where the ray meets one?)"""
+    slab, unsure, lost = Slab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False, False
+    for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+        surface, inner = integer(geometry, table.PLANE_SURFACE, place), integer(geometry, table.PLANE_SIDE, place) > 0
+        height, rate, doubtful = plane_values(geometry, surface, ray, inverse)
+        slab, close = clip_slab(slab, height, rate, inner, whole(place), nearness.off)
+        unsure |= close
+        lost |= doubtful
+        if slab.t_in == math.inf:
+            break
+    return slab, unsure, lost
 
 
 @helper
-def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> Spans:
-    """The spans of a ray inside a cell, in order; contacts of zero length are none."""
+def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellSpans:
+    """The spans of a ray inside a cell."""
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
-    t_in, t_out, place_in, place_out, unsure, lost = slab_span(geometry, cell, ray, inverse, nearness)
-    second = (math.inf, -math.inf, NO_PLACE, NO_PLACE)
-    matters = _matters(t_in, t_out, ray, nearness)
-    unsure = (unsure & matters) | lost | (nearness[1] < 0.0)
-    if not t_in < t_out:
-        return 0, t_in, t_out, place_in, place_out, *second, unsure
-    quadric, curved = integer(geometry, table.CELL_QUADRIC, cell), quadric_place(cell)
-    if quadric < 0:
-        return 1, t_in, t_out, place_in, place_out, *second, unsure
-    low, high, outside, crosses, doubtful = curved_roots(geometry, quadric, ray, inverse)
-    outside = outside != (integer(geometry, table.CELL_SIDE, cell) < 0)
-    if not crosses:
-        return (1 if outside else 0), t_in, t_out, place_in, place_out, *second, unsure | (doubtful & matters)
-    close = near(low, t_in, nearness) | near(low, t_out, nearness)
-    close |= near(high, t_in, nearness) | near(high, t_out, nearness)
-    close |= beyond(low, nearness) | beyond(high, nearness)  # on which side, then, is not certain either
-    unsure |= (doubtful | close) & matters
-    if not outside:
-        in_slot = curved if low >= t_in else place_in
-        out_slot = curved if high <= t_out else place_out
-        t_in, t_out = max(low, t_in), min(high, t_out)
-        return (1 if t_in < t_out else 0), t_in, t_out, in_slot, out_slot, *second, unsure
-    # Outside of ]low, high[: what is left of it and what is right of it
-    out_slot = curved if low <= t_out else place_out
-    in_slot = curved if high >= t_in else place_in
-    first_out, second_in = min(low, t_out), max(high, t_in)
-    if second_in < t_out:
-        if t_in < first_out:
-            return 2, t_in, first_out, place_in, out_slot, second_in, t_out, in_slot, place_out, unsure
-        return 1, second_in, t_out, in_slot, place_out, *second, unsure
-    return (1 if t_in < first_out else 0), t_in, first_out, place_in, out_slot, *second, unsure
+    slab, unsure, lost = slab_of(geometry, cell, ray, inverse, nearness)
+    lost |= nearness.far < 0.0
+    quadric, low, high, crosses, outside = integer(geometry, table.CELL_QUADRIC, cell), math.inf, math.inf, False, True
+    if quadric >= 0 and slab.t_in < slab.t_out:
+        low, high, outside, crosses, doubtful = curved_roots(geometry, quadric, ray, inverse)
+        outside = outside != (integer(geometry, table.CELL_SIDE, cell) < 0)
+        unsure |= doubtful
+    unsure = lost | spans_unsure(slab, low, high, crosses, unsure, ray.t_min, ray.t_max, nearness)
+    in1, out1, a1, b1, in2, out2, a2, b2, some, more = compose_spans(
+        slab, low, high, crosses, outside, whole(quadric_place(cell))
+    )
+    if some:
+        return CellSpans(2 if more else 1, in1, out1, a1, b1, in2, out2, a2, b2, unsure)
+    return CellSpans(1 if more else 0, in2, out2, a2, b2, in2, out2, a2, b2, unsure)
 
 
 @inline

@@ -10,8 +10,8 @@ from ..numbers.vectors import dot
 from ..ray import Ray
 from ..surface.decide import OPEN, Rest, curved_terms, plane_terms
 from ..surface.quadric import quadric_rounding, quadric_value
-from ..surface.records import load_limits, load_plane, load_quadric, load_sphere
-from ..tables import BALL, CELL, PLANE, REGION, SPHERE, Geometry, integer
+from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
+from ..tables import BALL, CELL, PLANE, REGION, SPHERE, Geometry, integer, whole
 from .boolean import leaves_met
 from .gates import root_value, turn_leaf
 from .scratch import EVENT, LEAF, Scratch
@@ -29,7 +29,7 @@ INSIDE = 1
 @inline
 def point_ray(x: float, y: float, z: float) -> Ray:
     """A ray that is a point."""
-    return x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, -1
+    return Ray(x, y, z, 1.0, 1.0, 1.0, 0.0, 0.0, whole(-1))
 
 
 @inline
@@ -39,7 +39,7 @@ def _plane_value(geometry: Geometry, row: int, x: float, y: float, z: float) -> 
     (px, ex), (py, ey), (pz, ez) = two_difference(x, ax), two_difference(y, ay), two_difference(z, az)
     height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
     terms = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
-    return height, _ROUNDING * terms + load_limits(geometry, table.PLANE_LIMITS, row)[1]
+    return height, _ROUNDING * terms + plane_limits(geometry, row).height
 
 
 @helper

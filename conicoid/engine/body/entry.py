@@ -5,22 +5,37 @@ from __future__ import annotations
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..ray import Ray, span_inverse
-from ..surface.nearness import Nearness, along, at_start, beyond, lengths_of_ball, nearness_of
+from ..surface.interval import at_start, counts_in, left_out
+from ..surface.nearness import Nearness, along, beyond, lengths_of_ball, nearness_of
 from ..surface.records import curved_roots, load_sphere
 from ..tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, Ints, integer, whole
 from ..tree.walk import scene_tree, walk
-from .boolean import counts_in, left_out, put_crossing, region_crossings, region_sides, surface_of
-from .cell import NO_PLACE, Spans, cell_spans, place_face
+from .boolean import put_crossing, region_crossings, region_sides, surface_of
+from .cell import NO_PLACE, CellSpans, cell_spans, end_of, place_face
 from .scratch import Scratch
 from .sheet import polygon_crossings, sheet_crossings
 
 
 @inline
-def _end(scratch: Scratch, count: int, t: float, ray: Ray, surface: int, place: int, enters: int) -> int:
-    if not counts_in(t, surface, ray):
+def _put_end(scratch: Scratch, count: int, t: float, starts: bool, ray: Ray, place: int, enters: int) -> int:
+    if not counts_in(t, starts, ray.t_min, ray.t_max):
         return count
     put_crossing(scratch, count, t, place, 1, enters)
     return count + 1
+
+
+@inline
+def _put_span(
+    scratch: Scratch, count: int, ends: tuple[float, float], places: tuple[int, int], starts: tuple[bool, bool],
+    ray: Ray, off: float,
+) -> tuple[int, bool, bool]:  # fmt: skip
+    """The ends of one span into scratch: (how many crossings stand there, inside just after t_min, doubtful)."""
+    t_in, t_out = ends
+    unsure = at_start(t_in, starts[0], ray.t_min, off) | at_start(t_out, starts[1], ray.t_min, off)
+    inside = t_in <= ray.t_min < t_out
+    inside ^= left_out(t_in, starts[0], ray.t_min, ray.t_max) ^ left_out(t_out, starts[1], ray.t_min, ray.t_max)
+    count = _put_end(scratch, count, t_in, starts[0], ray, places[0], 1)
+    return _put_end(scratch, count, t_out, starts[1], ray, places[1], 0), inside, unsure
 
 
 @inline
@@ -33,22 +48,23 @@ def cell_crossings(geometry: Geometry, scratch: Scratch, cell: int, ray: Ray) ->
 
 @inline
 def crossings_of_spans(
-    geometry: Geometry, scratch: Scratch, ray: Ray, nearness: Nearness, found: Spans
+    geometry: Geometry, scratch: Scratch, ray: Ray, nearness: Nearness, found: CellSpans
 ) -> tuple[int, bool, bool]:
     """`cell_crossings` from the spans of the cell."""
-    spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = found
-    count, inside = 0, False
-    for k in range(spans):
-        t_in, t_out, a, b = (in1, out1, a1, b1) if k == 0 else (in2, out2, a2, b2)
-        inside |= t_in <= ray[6] < t_out
-        first, second = surface_of(geometry, a, t_in), surface_of(geometry, b, t_out)
-        unsure |= at_start(t_in, first == ray[8], ray[6], nearness[0]) | at_start(
-            t_out, second == ray[8], ray[6], nearness[0]
+    count, inside, unsure = 0, False, found.unsure
+    for k in range(found.number):
+        t_in, place_in = end_of(found, 2 * k)
+        t_out, place_out = end_of(found, 2 * k + 1)
+        starts = (
+            surface_of(geometry, place_in, t_in) == ray.start,
+            surface_of(geometry, place_out, t_out) == ray.start,
         )
         unsure |= beyond(t_in, nearness) | beyond(t_out, nearness)
-        inside ^= left_out(t_in, first, ray) ^ left_out(t_out, second, ray)
-        count = _end(scratch, count, t_in, ray, first, a, 1)
-        count = _end(scratch, count, t_out, ray, second, b, 0)
+        count, within, doubtful = _put_span(
+            scratch, count, (t_in, t_out), (place_in, place_out), starts, ray, nearness.off
+        )
+        inside ^= within
+        unsure |= doubtful
     return count, inside, unsure
 
 
@@ -58,7 +74,7 @@ def ball_crossings(geometry: Geometry, scratch: Scratch, surface: int, ray: Ray)
     inverse = span_inverse(ray)
     low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
     nearness = surface_nearness(geometry, surface, ray, inverse)
-    unsure |= nearness[1] < 0.0
+    unsure |= nearness.far < 0.0
     if not crosses:
         return 0, False, unsure
     count, inside, doubtful = crossings_of_roots(scratch, surface, ray, nearness, low, high)
@@ -70,19 +86,15 @@ def crossings_of_roots(
     scratch: Scratch, surface: int, ray: Ray, nearness: Nearness, low: float, high: float
 ) -> tuple[int, bool, bool]:
     """`ball_crossings` from the roots of the ball."""
-    unsure = at_start(low, surface == ray[8], ray[6], nearness[0]) | at_start(
-        high, surface == ray[8], ray[6], nearness[0]
-    )
-    inside = (low <= ray[6] < high) ^ left_out(low, surface, ray) ^ left_out(high, surface, ray)
-    count = _end(scratch, 0, low, ray, surface, NO_PLACE, 1)
-    return _end(scratch, count, high, ray, surface, NO_PLACE, 0), inside, unsure
+    starts, place = surface == ray.start, whole(NO_PLACE)
+    return _put_span(scratch, 0, (low, high), (place, place), (starts, starts), ray, nearness.off)
 
 
 @inline
 def surface_nearness(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Nearness:
     """The nearness of a ball."""
-    x, y, z, radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    return along(ray, inverse, lengths_of_ball(x, y, z, radius))
+    ball = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    return along(ray, inverse, lengths_of_ball(ball))
 
 
 @inline
@@ -146,9 +158,12 @@ def entry_sides(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, t: f
         low, high, _, crosses, _ = curved_roots(geometry, index, ray, span_inverse(ray))
         return crosses and low < t <= high, crosses and low <= t < high
     if kind == CELL:
-        spans, in1, out1, _, _, in2, out2, _, _, _ = cell_spans(geometry, index, ray, span_inverse(ray))
-        before = (spans > 0 and in1 < t <= out1) or (spans > 1 and in2 < t <= out2)
-        return before, (spans > 0 and in1 <= t < out1) or (spans > 1 and in2 <= t < out2)
+        found, before, after = cell_spans(geometry, index, ray, span_inverse(ray)), False, False
+        for k in range(found.number):
+            t_in, t_out = end_of(found, 2 * k)[0], end_of(found, 2 * k + 1)[0]
+            before |= t_in < t <= t_out
+            after |= t_in <= t < t_out
+        return before, after
     if kind == REGION:
         return region_sides(geometry, scratch, index, ray, t)
     return False, False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,70 +11,91 @@ from ...compiler.jit import inline
 from ..tables import Geometry
 from .entry import crossed_face
 
-Hit: TypeAlias = tuple[float, Any, Any, Any, Any, Any, float, Any]
-"""t, body, entry, place, sense, entered: `crossed_face` makes the middle ones a surface, a face and a side.
+DOUBTFUL = 32
+"""Added to the turn of a hit, or miss, that rounding might have changed."""
 
-Then by how much rounding may have moved t, and whether anything of the answer is doubtful for it."""
+
+class Hit(NamedTuple):
+    """A crossing with a body, or a miss: t = inf and ids -1. `crossed_face` makes a surface, face and side of it."""
+
+    t: float
+    body: Any  # int64, as the three that follow
+    entry: Any
+    place: Any  # of the face, see body/cell.py
+    sense: Any  # of the leaf that the face belongs to: -1 where its complement counts
+    enters: Any  # bool: against the body's outward normal
+    off: float  # by how much rounding may have moved t
+    unsure: Any  # bool: might rounding have changed anything of the answer?
 
 
 @inline
 def no_hit() -> Hit:
+    """A miss."""
     nothing = np.int64(-1)
-    return math.inf, nothing, nothing, nothing, np.int64(1), False, 0.0, False
+    return Hit(math.inf, nothing, nothing, nothing, np.int64(1), False, 0.0, False)
 
 
 @inline
-def certain(hit: Hit, off: float, unsure: bool) -> Hit:
-    """A hit with what is said of its certainty."""
-    return hit[0], hit[1], hit[2], hit[3], hit[4], hit[5], off, unsure
+def doubted(hit: Hit, unsure: bool) -> Hit:
+    """A hit, and whether something more speaks against its certainty."""
+    return Hit(hit.t, hit.body, hit.entry, hit.place, hit.sense, hit.enters, hit.off, hit.unsure | unsure)
+
+
+@inline
+def scaled_hit(hit: Hit, scale: float) -> Hit:
+    """A hit of a ray whose direction is to be `scale` times as short."""
+    return Hit(hit.t * scale, hit.body, hit.entry, hit.place, hit.sense, hit.enters, hit.off * scale, hit.unsure)
 
 
 @inline
 def within(hit: Hit) -> float:
     """Nothing beyond can be the nearer crossing."""
-    return hit[0] + hit[6]
+    return hit.t + hit.off
+
+
+@inline
+def comes_first(t: float, body: int, other_t: float, other_body: int) -> bool:
+    """The rule of ties: the nearer of two crossings; at equal t that of the body listed first."""
+    return (t < other_t) | ((t == other_t) & (body < other_body))
+
+
+@inline
+def too_close(t: float, off: float, other_t: float, other_off: float) -> bool:
+    """Might rounding have changed which of two crossings is the nearer?"""
+    return abs(t - other_t) <= off + other_off
 
 
 @inline
 def nearer(geometry: Geometry, best: Hit, new: Hit) -> Hit:
-    """The nearer of two hits; equal t goes to the body listed first.
+    """The nearer of two hits, by `comes_first`.
 
     Where rounding might have changed which it is, the answer is doubtful; not where both are on the same
     surface: then they are at the same t, whatever it is.
     """
-    unsure = best[7] | new[7]
-    if abs(new[0] - best[0]) <= new[6] + best[6]:
-        unsure |= new[0] != best[0] or resolved_surface(geometry, new) != resolved_surface(geometry, best)
-    closer = new[0] < best[0] or (new[0] == best[0] and new[1] < best[1])
-    return certain(new, new[6], unsure) if closer else certain(best, best[6], unsure)
+    unsure = best.unsure | new.unsure
+    if too_close(new.t, new.off, best.t, best.off):
+        unsure |= new.t != best.t or resolved_surface(geometry, new) != resolved_surface(geometry, best)
+    if comes_first(new.t, new.body, best.t, best.body):
+        return doubted(new, unsure)
+    return doubted(best, unsure)
 
 
 @inline
 def resolved_surface(geometry: Geometry, hit: Hit) -> int:
     """The surface of a hit."""
-    return crossed_face(geometry, hit[2], hit[3], hit[4])[0]
-
-
-@inline
-def _unscaled(best: Hit, scale: float) -> Hit:
-    return best[0] * scale, best[1], best[2], best[3], best[4], best[5], best[6] * scale, best[7]
+    return crossed_face(geometry, hit.entry, hit.place, hit.sense)[0]
 
 
 @inline
 def resolved(geometry: Geometry, hit: Hit) -> tuple[float, int, int, int, int]:
     """(t, body, surface, face, side) of a hit; ids -1 for a miss."""
-    t, body, entry, place, sense, _, _, _ = hit
-    if entry < 0:
-        return t, body, entry, entry, sense
-    surface, face, side = crossed_face(geometry, entry, place, sense)
-    return t, body, surface, face, side
-
-
-DOUBTFUL = 32
-"""Added to the turn of a hit, or miss, that rounding might have changed."""
+    if hit.entry < 0:
+        return hit.t, hit.body, hit.entry, hit.entry, hit.sense
+    surface, face, side = crossed_face(geometry, hit.entry, hit.place, hit.sense)
+    return hit.t, hit.body, surface, face, side
 
 
 @inline
 def turn_of(hit: Hit) -> Any:
     """The sense of a hit's leaf, doubled where the body is entered, raised if doubtful."""
-    return (2 * hit[4] if hit[5] else hit[4]) + (DOUBTFUL if hit[7] else 0)
+    return (2 * hit.sense if hit.enters else hit.sense) + (DOUBTFUL if hit.unsure else 0)

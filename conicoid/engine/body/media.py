@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...compiler.jit import helper
 from .. import tables as table
-from ..ray import Ray, scaled_ray
+from ..ray import Ray, scaled_ray, with_limits
 from ..tables import Geometry, Signs, integer
 from .entry import collect, entry_sides
 from .scratch import Scratch
@@ -18,8 +18,7 @@ def media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: S
     """
     ray, scale = scaled_ray(ray)
     t = t / scale
-    ox, oy, oz, dx, dy, dz, _, _, start = ray
-    here = (ox, oy, oz, dx, dy, dz, t, t, start)
+    here = with_limits(ray, t, t)
     before, after = -1, -1
     for k in range(collect(geometry, scratch, here)):
         entry = scratch.found[k]

@@ -2,80 +2,77 @@
 
 from __future__ import annotations
 
+import math
+
 from ...compiler.jit import helper, inline
 from .. import tables as table
-from ..ray import Ray
-from ..surface.nearness import along, at_start, beyond, lengths_of_ball, nearness_of
+from ..ray import Ray, line_of, with_limits
+from ..surface.interval import at_start, counts_in
+from ..surface.nearness import along, beyond, lengths_of_ball, nearness_of
 from ..surface.quadric import Sphere, sphere_roots
 from ..tables import BALL, CELL, Geometry, integer, whole
 from ..tree.leaf import Item
-from .boolean import counts_in, crossing, surface_of
-from .cell import NO_PLACE, cell_spans
+from .ball import ball_event
+from .boolean import crossing, surface_of
+from .cell import NO_PLACE, cell_spans, end_of
 from .entry import entry_crossings, entry_nearness
-from .hit import Hit, certain, nearer, within
+from .hit import Hit, doubted, nearer, within
 from .scratch import Scratch
 
 
 @inline
 def try_ball(geometry: Geometry, item: Item, sphere: Sphere, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for a ball."""
-    ox, oy, oz, dx, dy, dz, _, _, start = ray
-    _, surface, body, entry = item
-    low, high, _, crosses, unsure = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, surface == start)
-    nearness = along(ray, inverse, lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3]))
-    unsure |= nearness[1] < 0.0
-    if not crosses:
-        return certain(best, best[6], best[7] | unsure)
-    unsure |= at_start(low, surface == ray[8], ray[6], nearness[0]) | at_start(
-        high, surface == ray[8], ray[6], nearness[0]
+    starts = item.index == ray.start
+    nearness = along(ray, inverse, lengths_of_ball(sphere))
+    roots = sphere_roots(sphere, line_of(ray), inverse, starts)
+    t, enters, unsure = ball_event(roots, starts, ray.t_min, ray.t_max, nearness)
+    if not t < math.inf:
+        return doubted(best, unsure)
+    return nearer(
+        geometry, best, Hit(t, item.body, item.entry, whole(NO_PLACE), whole(1), enters, nearness.off, unsure)
     )
-    enters = counts_in(low, surface, ray)
-    t = low if enters else high
-    if enters or counts_in(high, surface, ray):
-        return nearer(geometry, best, (t, body, entry, whole(NO_PLACE), whole(1), enters, nearness[0], unsure))
-    return certain(best, best[6], best[7] | unsure)
 
 
 @inline
 def try_cell(geometry: Geometry, item: Item, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for a cell."""
-    _, cell, body, entry = item
-    spans, in1, out1, a1, b1, in2, out2, a2, b2, unsure = cell_spans(geometry, cell, ray, inverse)
-    if spans == 0:
-        return certain(best, best[6], best[7] | unsure)
-    nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
-    for end in range(2 * spans):
-        t, place = (in1, a1) if end == 0 else ((out1, b1) if end == 1 else ((in2, a2) if end == 2 else (out2, b2)))
-        surface = surface_of(geometry, place, t)
-        unsure |= at_start(t, surface == ray[8], ray[6], nearness[0])
-        if counts_in(t, surface, ray):
+    found = cell_spans(geometry, item.index, ray, inverse)
+    unsure = found.unsure
+    if found.number == 0:
+        return doubted(best, unsure)
+    nearness = nearness_of(geometry, table.CELL_LIMITS, item.index, ray, inverse)
+    for end in range(2 * found.number):
+        t, place = end_of(found, end)
+        starts = surface_of(geometry, place, t) == ray.start
+        unsure |= at_start(t, starts, ray.t_min, nearness.off)
+        if counts_in(t, starts, ray.t_min, ray.t_max):
             unsure |= beyond(t, nearness)
-            hit = (t, body, entry, place, whole(1), end == 0 or end == 2, nearness[0], unsure)
+            enters = end == 0 or end == 2
+            hit = Hit(t, item.body, item.entry, place, whole(1), enters, nearness.off, unsure)
             return nearer(geometry, best, hit)
-    return certain(best, best[6], best[7] | unsure)
+    return doubted(best, unsure)
 
 
 @helper
 def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
     """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
-    ox, oy, oz, dx, dy, dz, t_min, t_max, start = ray
-    limit = min(t_max, within(best) + abs(best[0]) * 1e-15 + 1e-300)
-    ray = (ox, oy, oz, dx, dy, dz, t_min, limit, start)
+    limit = min(ray.t_max, within(best) + abs(best.t) * 1e-15 + 1e-300)
+    ray = with_limits(ray, ray.t_min, limit)
     nearness = entry_nearness(geometry, entry, ray)
     count, _, unsure = entry_crossings(geometry, scratch, entry, ray, 1)
     if count == 0:
-        return certain(best, best[6], best[7] | unsure)
+        return doubted(best, unsure)
     t, place, sense, enters = crossing(scratch, 0)
     body = integer(geometry, table.ENTRY_BODY, entry)
-    hit = (t, body, entry, place, sense, enters, nearness[0], unsure)
-    return nearer(geometry, best, hit)
+    return nearer(geometry, best, Hit(t, body, entry, place, sense, enters, nearness.off, unsure))
 
 
 @inline
 def meet(geometry: Geometry, scratch: Scratch, item: Item, sphere: Sphere, ray: Ray, inverse: float, best: Hit) -> Hit:
     """`try_entry` for an item of a leaf with a ball around it, by the shortest way for its kind."""
-    if item[0] == BALL:
+    if item.kind == BALL:
         return try_ball(geometry, item, sphere, ray, inverse, best)
-    if item[0] == CELL:
+    if item.kind == CELL:
         return try_cell(geometry, item, ray, inverse, best)
-    return try_entry(geometry, scratch, item[3], ray, best)
+    return try_entry(geometry, scratch, item.entry, ray, best)

@@ -46,10 +46,10 @@ def _put_spans(
 ) -> int:  # fmt: skip
     """Rows of the spans between an entry's crossings, which stand in scratch; returns how many there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
-    enter, surface, before = ray[6], whole(-1), 0.0
+    enter, surface, before = ray.t_min, whole(-1), 0.0
     for c in range(crossings + 1):
         at_end = c == crossings
-        t, beyond, after = ray[7], whole(-1), 0.0
+        t, beyond, after = ray.t_max, whole(-1), 0.0
         if not at_end:
             t, beyond, after = crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), off
         if inside:
@@ -169,9 +169,9 @@ def scale_rows(rows: Floats, first: int, last: int, scale: float, given: Ray, sp
     if scale == 1.0:
         return
     for i in range(first, last):
-        rows[i, 0] = given[6] if spans and rows[i, 3] != 0.0 else rows[i, 0] * scale
+        rows[i, 0] = given.t_min if spans and rows[i, 3] != 0.0 else rows[i, 0] * scale
         if spans:
-            rows[i, 2] = given[7] if rows[i, 4] != 0.0 else rows[i, 2] * scale
+            rows[i, 2] = given.t_max if rows[i, 4] != 0.0 else rows[i, 2] * scale
 
 
 @allocator
@@ -187,7 +187,7 @@ def ray_rows(
         crossings, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
         doubtful |= unsure
         if crossings > 0 or inside:
-            off = entry_nearness(geometry, entry, ray)[0]
+            off = entry_nearness(geometry, entry, ray).off
             rows = with_room(rows, used, crossings + 1)
             used = put_rows(geometry, scratch, entry, crossings, inside, ray, off, spans, rows, used)
     return rows, used, put_in_order(rows, first, used, spans) | doubtful

@@ -7,11 +7,12 @@ import math
 from ...compiler.jit import helper
 from .. import tables as table
 from ..ray import Ray, span_inverse
+from ..surface.interval import at_start, counts_in
 from ..surface.loop import inside_loop
-from ..surface.nearness import at_start, beyond, nearness_of
+from ..surface.nearness import beyond, nearness_of
 from ..surface.records import curved_roots, is_curved, plane_crossing
 from ..tables import Geometry, integer
-from .boolean import counts_in, inside_program_at, put_crossing
+from .boolean import inside_program_at, put_crossing
 from .cell import NO_PLACE
 from .scratch import Scratch
 
@@ -22,6 +23,7 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
     surface, program = integer(geometry, table.SHEET_SURFACE, sheet), integer(geometry, table.SHEET_PROGRAM, sheet)
     side, one_sided = integer(geometry, table.SHEET_SIDE, sheet), integer(geometry, table.SHEET_ONE_SIDED, sheet) == 1
     low, high, falls, count, inverse = math.inf, math.inf, False, 0, span_inverse(ray)
+    starts = surface == ray.start
     nearness = nearness_of(geometry, table.SHEET_LIMITS, sheet, ray, inverse)
     if is_curved(geometry, surface):
         low, high, outside, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
@@ -29,16 +31,16 @@ def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) 
             return 0, unsure
         falls = not outside
     else:
-        low, _, rate, unsure = plane_crossing(geometry, surface, ray, inverse)
+        low, rate, unsure = plane_crossing(geometry, surface, ray, inverse)
         if rate == 0.0:
             return 0, unsure
         falls = rate < 0.0
-    unsure |= nearness[1] < 0.0
+    unsure |= nearness.far < 0.0
     for root in range(2):
         t = low if root == 0 else high
         against = (falls != (root == 1)) == (side > 0)
-        unsure |= at_start(t, surface == ray[8], ray[6], nearness[0])
-        if not counts_in(t, surface, ray) or (one_sided and not against):
+        unsure |= at_start(t, starts, ray.t_min, nearness.off)
+        if not counts_in(t, starts, ray.t_min, ray.t_max) or (one_sided and not against):
             continue
         unsure |= beyond(t, nearness)
         if program >= 0:
@@ -58,11 +60,11 @@ def polygon_crossings(geometry: Geometry, scratch: Scratch, polygon: int, ray: R
         integer(geometry, table.POLYGON_SURFACE, polygon),
         integer(geometry, table.POLYGON_PROGRAM, polygon),
     )
-    inverse = span_inverse(ray)
+    inverse, starts = span_inverse(ray), surface == ray.start
     nearness = nearness_of(geometry, table.POLYGON_LIMITS, polygon, ray, inverse)
-    t, _, rate, unsure = plane_crossing(geometry, surface, ray, inverse)
-    unsure |= at_start(t, surface == ray[8], ray[6], nearness[0])
-    if rate == 0.0 or not counts_in(t, surface, ray):
+    t, rate, unsure = plane_crossing(geometry, surface, ray, inverse)
+    unsure |= at_start(t, starts, ray.t_min, nearness.off)
+    if rate == 0.0 or not counts_in(t, starts, ray.t_min, ray.t_max):
         return 0, unsure
     first, last = (
         integer(geometry, table.POLYGON_FIRST, polygon),

@@ -14,7 +14,7 @@ from ...compiler.jit import helper, inline, kernel
 from ..numbers.sure import Sure
 from ..ray import Ray, scaled_ray
 from ..surface.decide import Rest, curved_terms, is_plane, plane_terms
-from ..tables import Floats, Geometry, Ints
+from ..tables import Floats, Geometry, Ints, whole
 
 _MORE = 1.0 + 2.0**-40
 """For the roundings of a bound itself."""
@@ -79,7 +79,7 @@ def errors_of_t(
             i = which[k] if len(which) > 0 else k
             ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
             dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
-            ray, scale = scaled_ray((ox, oy, oz, dx, dy, dz, 0.0, 1.0, -1))
+            ray, scale = scaled_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 1.0, whole(-1)))
             errors[k] = error_of_t(geometry, rest, surfaces[k], ray, t[k] / scale) * scale
 
 

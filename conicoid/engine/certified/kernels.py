@@ -7,6 +7,7 @@ import numpy as np
 from ...compiler.jit import inline, kernel
 from ..arrays.first import put_hit
 from ..body.entry import collect, entry_nearness
+from ..body.hit import scaled_hit
 from ..body.rows import CROSSING_COLUMNS, SPAN_COLUMNS
 from ..body.scratch import Scratch, new_scratch
 from ..ray import Ray, load_ray, scaled_ray, span_inverse
@@ -33,9 +34,9 @@ def settle_first(
         count = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray))
         still[k] = 1 if count < 0 else 0
         if count >= 0:
-            put_stand_ins(geometry, stand, scratch, ranks, ray[8], count)
+            put_stand_ins(geometry, stand, scratch, ranks, ray.start, count)
             hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
-            hit = hit[0] * scale, hit[1], hit[2], hit[3], hit[4], hit[5], hit[6], hit[7]
+            hit = scaled_hit(hit, scale)
             put_hit(hit, i, t, body, entry, place, turn)
         forget(ranks)
 
@@ -49,7 +50,7 @@ def limits_of_hits(
         ray, scale = scaled_ray(load_ray(origins, directions, t_max, t_max, entry, k))
         limits[k] = t_max[k if len(t_max) > 1 else 0]
         if entry[k] >= 0:
-            limits[k] = min(limits[k], t[k] + entry_nearness(geometry, entry[k], ray)[0] * scale)
+            limits[k] = min(limits[k], t[k] + entry_nearness(geometry, entry[k], ray).off * scale)
 
 
 @kernel
@@ -68,7 +69,7 @@ def settle_rows(
         count, first = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray)), used
         still[k] = 1 if count < 0 else 0
         if count >= 0:
-            put_stand_ins(geometry, stand, scratch, ranks, ray[8], count)
+            put_stand_ins(geometry, stand, scratch, ranks, ray.start, count)
             rows, used = rows_of_ranks(geometry, stand, scratch, ranks, ray, given, scale, count, spans, rows, used)
         counts[k] = used - first
         forget(ranks)
@@ -99,7 +100,7 @@ def _again(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, 
     for k in range(ranks.size[0]):
         if ranks.verdict[2 * ranks.surfaces[k]] == CROSSES:
             tell_as_usual(geometry, ranks, ranks.surfaces[k], ray, inverse)
-    put_stand_ins(geometry, stand, scratch, ranks, ray[8], count)
+    put_stand_ins(geometry, stand, scratch, ranks, ray.start, count)
     return count
 
 
@@ -113,7 +114,7 @@ def ranked_first(
     ray, scale = scaled_ray(load_ray(origins, directions, t_min, t_max, starts, i))
     count = _again(geometry, stand, scratch, ranks, ray)
     hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
-    hit = hit[0] * scale, hit[1], hit[2], hit[3], hit[4], hit[5], hit[6], hit[7]
+    hit = scaled_hit(hit, scale)
     put_hit(hit, i, t, body, entry, place, turn)
     forget(ranks)
 

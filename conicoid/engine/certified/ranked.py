@@ -16,11 +16,11 @@ from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
 from ..body.boolean import crossing, leaves_met, put_crossing
 from ..body.entry import crossed_face, entry_crossings, is_solid
-from ..body.hit import Hit, no_hit
+from ..body.hit import Hit, comes_first, no_hit
 from ..body.rows import CROSSING_OFF, SPAN_OFF, put_in_order, put_rows, with_room
 from ..body.scratch import KNOWN, TIME, Scratch
 from ..ray import Ray
-from ..tables import Floats, Geometry, integer
+from ..tables import Floats, Geometry, integer, whole
 from .ranks import Ranks, entry_program, ray_of_ranks, t_of
 
 
@@ -54,17 +54,17 @@ def told_crossings(
 
     What the fast formulas say of where each is, is in scratch.time[TIME * n].
     """
-    count, inside, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray[8]), 1 << 30)
+    count, inside, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), 1 << 30)
     first = 0
     while first < count:
         rank, t = _told(geometry, scratch, ranks, entry, first)
-        if rank > 0.0 if ray[6] == 0.0 else t > ray[6]:
+        if rank > 0.0 if ray.t_min == 0.0 else t > ray.t_min:
             break
         inside = not inside
         first += 1
     for k in range(first, count):
         rank, t = _told(geometry, scratch, ranks, entry, k)
-        if rank >= 0.0 if ray[7] == 0.0 else t >= ray[7]:
+        if rank >= 0.0 if ray.t_max == 0.0 else t >= ray.t_max:
             return k - first, inside
         _, place, sense, enters = crossing(scratch, k)
         put_crossing(scratch, k - first, rank, place, sense, 1 if enters else 0)
@@ -82,14 +82,14 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
         crossings, _ = told_crossings(geometry, stand, scratch, ranks, entry, ray)
         rank, place, sense, enters = crossing(scratch, 0)
         body = integer(geometry, table.ENTRY_BODY, entry)
-        if crossings > 0 and rank <= best[0]:
-            latest = max(latest if rank == best[0] else -math.inf, scratch.time[0])
-            if rank < best[0] or body < best[1]:
-                best = rank, body, entry, place, sense, enters, 0.0, False
+        if crossings > 0 and rank <= best.t:
+            latest = max(latest if rank == best.t else -math.inf, scratch.time[0])
+            if comes_first(rank, body, best.t, best.body):
+                best = Hit(rank, body, whole(entry), place, sense, enters, 0.0, False)
     forget_leaves(scratch)
-    if best[2] < 0:
+    if best.entry < 0:
         return best
-    return latest, best[1], best[2], best[3], best[4], best[5], 0.0, False
+    return Hit(latest, best.body, best.entry, best.place, best.sense, best.enters, 0.0, False)
 
 
 @helper
@@ -137,9 +137,9 @@ def _in_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: 
     for i in range(first, last):
         crosses, rank, _ = _end(rows, i, spans, True)
         if spans:
-            rows[i, 2] = latest[int(rank - low)] if crosses else given[7]
+            rows[i, 2] = latest[int(rank - low)] if crosses else given.t_max
         crosses, rank, _ = _end(rows, i, spans, False)
-        rows[i, 0] = latest[int(rank - low)] if crosses else given[6]
+        rows[i, 0] = latest[int(rank - low)] if crosses else given.t_min
 
 
 @allocator
@@ -148,7 +148,7 @@ def rows_of_ranks(
     spans: bool, rows: Floats, used: int,
 ) -> tuple[Floats, int]:  # fmt: skip
     """Rows (see lists.py) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
-    first, along = used, ray_of_ranks(ray[8])
+    first, along = used, ray_of_ranks(ray.start)
     for k in range(count):
         entry = scratch.found[k]
         if spans and not is_solid(geometry, entry):

@@ -114,7 +114,7 @@ def forget(ranks: Ranks) -> None:
 @helper
 def _decide_surface(geometry: Geometry, rest: Rest, ranks: Ranks, surface: int, ray: Ray, inverse: float) -> bool:
     """The crossings of a surface into the list; False if they are open."""
-    starts = surface == ray[8]
+    starts = surface == ray.start
     if is_curved(geometry, surface):
         verdict, sense, low, high = decide_curved(geometry, rest, surface, ray, starts)
     else:
@@ -137,7 +137,7 @@ def tell_as_usual(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
         low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
         known = crosses and not unsure
     else:
-        low, _, _, unsure = plane_crossing(geometry, surface, ray, inverse)
+        low, _, unsure = plane_crossing(geometry, surface, ray, inverse)
         known, high = not unsure, low
     if known:
         _tell_one(ranks, ranks.first[surface], low)
@@ -246,7 +246,7 @@ def _decide_outline(geometry: Geometry, rest: Rest, ranks: Ranks, entry: int, ra
 @inline
 def ray_of_ranks(start: int) -> Ray:
     """The ray that crosses at ranks, all of it."""
-    return 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -math.inf, math.inf, start
+    return Ray(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -math.inf, math.inf, start)
 
 
 @inline

@@ -18,7 +18,7 @@ from ..arrays.found import Found
 from ..body.hit import DOUBTFUL
 from ..packets.load import ALONE
 from ..packets.tile import tile_count
-from ..ray import Arguments, scaled_ray
+from ..ray import Arguments, Ray, scaled_ray
 from ..surface.decide import CROSSES, MISSES, Rest
 from ..tables import POLYGON, Geometry, length
 from ..threads import chunk_size, run_on
@@ -143,8 +143,9 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -
     entries = np.zeros(len(tables.entry_kind), np.int32)
     surfaces, count = surfaces_met(geometry, ranks, *arguments, i, entries)
     origins, directions, _, _, starts = arguments
-    given = *origins[i].tolist(), *directions[i].tolist(), 0.0, 0.0, -1
-    scaled, _ = scaled_ray(given)
+    ox, oy, oz = origins[i].tolist()
+    dx, dy, dz = directions[i].tolist()
+    scaled, _ = scaled_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 0.0, -1))
     origin, direction = scaled[:3], scaled[3:6]
     ray, start = line(origin, direction), int(_pick(starts, i))
     places: list[Place] = [ZERO]

@@ -121,18 +121,16 @@ def _lanes_in_ball(groups: int) -> Any:
     return intrinsic(in_ball)
 
 
-_in_ball_64, _in_ball_16, _in_ball_8 = _lanes_in_ball(8), _lanes_in_ball(2), _lanes_in_ball(1)
+_in_ball_64, _in_ball_8 = _lanes_in_ball(8), _lanes_in_ball(1)
 
 
 @inline
-def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float, groups: int) -> int:
-    """Which lanes of a packet of two or eight groups of eight may meet a ball, as bits; see `balls_met`.
+def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float) -> int:
+    """Which lanes of a packet may meet a ball, as bits; see `balls_met`.
 
     Where it is entered is told without a root: within 1 / |d| of a radius of the foot of the perpendicular.
     """
-    if groups == 8:
-        return _in_ball_64(lanes, 0, x, y, z, r)
-    return _in_ball_16(lanes, 0, x, y, z, r)
+    return _in_ball_64(lanes, 0, x, y, z, r)
 
 
 @inline

@@ -7,11 +7,7 @@ from typing import Any
 from numba import types
 from numba.extending import intrinsic
 
-from ...compiler.jit import inline
-from ..tables import Floats
 from .code import DOUBLE, INT64, Code
-
-Point = tuple[float, float, float]
 
 # Numbers of a beam, in the order of its block: where it starts and ends in t comes last
 LOW_O, HIGH_O, LOW_I, HIGH_I, FIRST, LAST = 0, 3, 6, 9, 12, 13
@@ -65,37 +61,28 @@ def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, n
     return types.int64(boxes, types.int64, beam, types.int64, near), code
 
 
-def _lanes_in_box(groups: int) -> Any:
-    def in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx: Any, hy: Any, hz: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            c, b = Code(context, builder), builder
-            rays, sides = c.data(signature, arguments, 0), [c.spread(side) for side in arguments[1:]]
-            met: Any = INT64(0)
-            for group in range(groups):
-                rows = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in range(9)]
-                first, last = rows[6], c.smaller(rows[7], rows[8])
-                for axis in range(3):
-                    s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
-                    t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
-                    first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
-                bits = b.zext(c.overlaps(first, last), INT64)
-                met = b.or_(met, b.shl(bits, INT64(8 * group)))
-            return met
-
-        return types.int64(lanes, *[types.float64] * 6), code
-
-    return intrinsic(in_box)
-
-
-_in_box_64, _in_box_16 = _lanes_in_box(8), _lanes_in_box(2)
-
-
-@inline
-def lanes_in_box(lanes: Floats, low: Point, high: Point, groups: int) -> int:
-    """Which lanes of a packet of two or eight groups of eight meet a box, as bits.
+@intrinsic  # type: ignore[untyped-decorator]
+def lanes_in_box(
+    typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx: Any, hy: Any, hz: Any
+) -> Any:  # fmt: skip
+    """Which lanes of a packet meet a box (low, high), as bits.
 
     The block of lanes begins with rows of 64: origins, inverse directions, t_min, t_max, nearest hits.
     """
-    if groups == 8:
-        return _in_box_64(lanes, low[0], low[1], low[2], high[0], high[1], high[2])
-    return _in_box_16(lanes, low[0], low[1], low[2], high[0], high[1], high[2])
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        rays, sides = c.data(signature, arguments, 0), [c.spread(side) for side in arguments[1:]]
+        met: Any = INT64(0)
+        for group in range(8):
+            rows = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in range(9)]
+            first, last = rows[6], c.smaller(rows[7], rows[8])
+            for axis in range(3):
+                s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
+                t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
+                first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+            bits = b.zext(c.overlaps(first, last), INT64)
+            met = b.or_(met, b.shl(bits, INT64(8 * group)))
+        return met
+
+    return types.int64(lanes, *[types.float64] * 6), code

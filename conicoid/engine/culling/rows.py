@@ -9,37 +9,24 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ...compiler.jit import inline
-from ..tables import Floats
 from .code import EIGHT, INT64, WIDTH, Code
 
 
-def _extent(groups: int) -> Any:
-    def least_and_greatest(typing_context: Any, lanes: Any, row: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            c = Code(context, builder)
-            pointer, at = c.data(signature, arguments, 0), arguments[1]
-            low = high = c.eight(pointer, at, 0)
-            for group in range(1, groups):
-                value = c.eight(pointer, at, 8 * group)
-                low, high = c.smaller(value, low), c.larger(value, high)
-            parts = [c.folded(low, c.smaller), c.folded(high, c.larger)]
-            return context.make_tuple(builder, signature.return_type, parts)
+@intrinsic  # type: ignore[untyped-decorator]
+def extent(typing_context: Any, lanes: Any, row: Any) -> Any:
+    """(least, greatest) of the 64 lanes from lanes[row]."""
 
-        return types.UniTuple(types.float64, 2)(lanes, types.int64), code
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c = Code(context, builder)
+        pointer, at = c.data(signature, arguments, 0), arguments[1]
+        low = high = c.eight(pointer, at, 0)
+        for group in range(1, 8):
+            value = c.eight(pointer, at, 8 * group)
+            low, high = c.smaller(value, low), c.larger(value, high)
+        parts = [c.folded(low, c.smaller), c.folded(high, c.larger)]
+        return context.make_tuple(builder, signature.return_type, parts)
 
-    return intrinsic(least_and_greatest)
-
-
-_extent_64, _extent_16 = _extent(8), _extent(2)
-
-
-@inline
-def extent(lanes: Floats, row: Any, groups: int) -> tuple[float, float]:
-    """(least, greatest) of the lanes of two or eight groups of eight from lanes[row]."""
-    if groups == 8:
-        return _extent_64(lanes, row)
-    return _extent_16(lanes, row)
+    return types.UniTuple(types.float64, 2)(lanes, types.int64), code
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -61,33 +48,22 @@ def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> A
     return types.void(lanes, whole, whole, whole), code
 
 
-def _reach(groups: int) -> Any:
-    def furthest(typing_context: Any, lanes: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            c, pointer = Code(context, builder), Code(context, builder).data(signature, arguments, 0)
-            ends = [
-                c.smaller(c.eight(pointer, INT64(0), 64 * 7 + 8 * k), c.eight(pointer, INT64(0), 64 * 8 + 8 * k))
-                for k in range(groups)
-            ]
-            most = ends[0]
-            for end in ends[1:]:
-                most = c.larger(end, most)
-            return c.folded(most, c.larger)
+@intrinsic  # type: ignore[untyped-decorator]
+def reach(typing_context: Any, lanes: Any) -> Any:
+    """The greatest of min(t_max, nearest hit) of the 64 lanes."""
 
-        return types.float64(lanes), code
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, pointer = Code(context, builder), Code(context, builder).data(signature, arguments, 0)
+        ends = [
+            c.smaller(c.eight(pointer, INT64(0), 64 * 7 + 8 * k), c.eight(pointer, INT64(0), 64 * 8 + 8 * k))
+            for k in range(8)
+        ]
+        most = ends[0]
+        for end in ends[1:]:
+            most = c.larger(end, most)
+        return c.folded(most, c.larger)
 
-    return intrinsic(furthest)
-
-
-_reach_64, _reach_16 = _reach(8), _reach(2)
-
-
-@inline
-def reach(lanes: Floats, groups: int) -> float:
-    """The greatest of min(t_max, nearest hit) of the lanes of two or eight groups of eight."""
-    if groups == 8:
-        return _reach_64(lanes)
-    return _reach_16(lanes)
+    return types.float64(lanes), code
 
 
 @intrinsic  # type: ignore[untyped-decorator]

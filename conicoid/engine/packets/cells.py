@@ -15,18 +15,28 @@ import math
 
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
+from ..body.ball import ball_event
 from ..body.cell import NO_PLACE, quadric_place
-from ..surface.nearness import Nearness, at_start, lengths_of, lengths_of_ball
-from ..surface.plane import Limits
-from ..surface.quadric import Quadric, Roots, Sphere, careful_quadratic, quadratic_on_ray, settled_roots, sphere_roots
-from ..surface.records import load_limits, load_plane, load_quadric, load_sphere
+from ..body.spans import Composed, Slab, compose_spans, spans_unsure
+from ..ray import Line
+from ..surface.interval import at_start
+from ..surface.nearness import Nearness, beyond, lengths_of, lengths_of_ball
+from ..surface.quadric import (
+    Quadratic,
+    Quadric,
+    QuadricLimits,
+    Roots,
+    Sphere,
+    careful_quadratic,
+    quadratic_on_ray,
+    settled_roots,
+    sphere_roots,
+)  # fmt: skip
+from ..surface.records import load_quadric, load_sphere, quadric_limits
 from ..tables import SPHERE, Floats, Geometry, integer
 from .lanes import (
     DISCRIMINANT,
     DOUBT,
-    DX,
-    DY,
-    DZ,
     FLAG,
     FOOT,
     HIGH,
@@ -36,10 +46,7 @@ from .lanes import (
     OX,
     OY,
     OZ,
-    PLACE_IN,
-    PLACE_OUT,
     SHARED,
-    SOME_START,
     START,
     T_IN,
     T_MAX,
@@ -50,105 +57,101 @@ from .lanes import (
     B,
     C,
     eights,
+    lane_line,
+    lane_line_from,
     lane_nearness,
+    lane_slab,
+    put_slab,
     take,
-)
+)  # fmt: skip
 from .planes import plane_lanes
-
-SpanLanes = tuple[float, float, float, float, float, float, float, float, bool, bool]
 
 
 @helper
 def ball_lanes(lanes: Floats, sphere: Sphere, surface: int, entry: int, body: int, first: int, last: int) -> None:
     """The first crossing of a ball."""
     first, last = eights(first, last)
-    lengths = lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3])
+    lengths = lengths_of_ball(sphere)
     x, y, z = lanes[OX], lanes[OY], lanes[OZ]
     if lanes[SHARED] != 0.0:
         for i in range(first, last):
-            _ball_of_lane(lanes, i, x, y, z, sphere, lengths, surface, entry, body)
+            _ball_of_lane(lanes, i, lane_line_from(lanes, i, x, y, z), sphere, lengths, surface, entry, body)
     else:
         for i in range(first, last):
-            _ball_of_lane(lanes, i, lanes[OX + i], lanes[OY + i], lanes[OZ + i], sphere, lengths, surface, entry, body)
+            _ball_of_lane(lanes, i, lane_line(lanes, i), sphere, lengths, surface, entry, body)
 
 
 @inline
 def _ball_of_lane(
-    lanes: Floats, i: int, ox: float, oy: float, oz: float, sphere: Sphere, lengths: Nearness,
-    surface: int, entry: int, body: int,
-) -> None:  # fmt: skip
-    starts = lanes[START + i] == surface
-    low, high, _, crosses, unsure = sphere_roots(
-        sphere, ox, oy, oz, lanes[DX + i], lanes[DY + i], lanes[DZ + i], lanes[INVERSE + i], starts
-    )
-    enters = crosses & (low > lanes[T_MIN + i]) & (low < lanes[T_MAX + i])
-    leaves = crosses & (high > lanes[T_MIN + i]) & (high < lanes[T_MAX + i])
-    t = low if enters else (high if leaves else math.inf)
-    off, far = lane_nearness(lanes, i, lengths)
-    t_min = lanes[T_MIN + i]
-    near = at_start(low, starts, t_min, off) | at_start(high, starts, t_min, off)
-    unsure |= (crosses & near) | (far < 0.0)
+    lanes: Floats, i: int, line: Line, sphere: Sphere, lengths: Nearness, surface: int, entry: int, body: int
+) -> None:
+    starts, nearness = lanes[START + i] == surface, lane_nearness(lanes, i, lengths)
+    roots = sphere_roots(sphere, line, lanes[INVERSE + i], starts)
+    t, enters, unsure = ball_event(roots, starts, lanes[T_MIN + i], lanes[T_MAX + i], nearness)
     lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
-    take(lanes, i, t, off, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
+    take(lanes, i, t, nearness.off, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
 
 
 @inline
 def _put_roots(lanes: Floats, i: int, roots: Roots) -> None:
-    low, high, outside, crosses, unsure = roots
-    lanes[LOW + i], lanes[HIGH + i] = low, high
-    lanes[FLAG + i] = (1.0 if outside else 0.0) + (2.0 if crosses else 0.0)
-    lanes[DISCRIMINANT + i] = 1.0 if unsure else 0.0
+    lanes[LOW + i], lanes[HIGH + i] = roots.low, roots.high
+    lanes[FLAG + i] = (1.0 if roots.outside else 0.0) + (2.0 if roots.crosses else 0.0)
+    lanes[DISCRIMINANT + i] = 1.0 if roots.unsure else 0.0
+
+
+@inline
+def _lane_terms(lanes: Floats, i: int) -> Quadratic:
+    """The terms in A, B, C, DISCRIMINANT and FOOT; FLAG: 1 they cancel, and 2 or more no term bends, 4 a ruling."""
+    flag = lanes[FLAG + i]
+    cancels = (flag == 1.0) | (flag == 3.0) | (flag == 5.0)
+    return Quadratic(
+        lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i], lanes[FOOT + i],
+        cancels, flag >= 2.0, flag >= 4.0,
+    )  # fmt: skip
+
+
+@inline
+def _put_terms(lanes: Floats, i: int, terms: Quadratic) -> None:
+    lanes[A + i], lanes[B + i], lanes[C + i] = terms.a, terms.b, terms.c
+    lanes[DISCRIMINANT + i], lanes[FOOT + i] = terms.discriminant, terms.foot
+    lanes[FLAG + i] = (
+        (1.0 if terms.cancels else 0.0) + (2.0 if terms.straight else 0.0) + (2.0 if terms.ruling else 0.0)
+    )
 
 
 @helper
-def _settle_lanes(lanes: Floats, limits: Limits, surface: int, first: int, last: int) -> None:
-    """Roots from the terms in A, B, C, DISCRIMINANT and FOOT; FLAG 2 or more: no term bends, 4: the ray is a ruling."""
+def _settle_lanes(lanes: Floats, limits: QuadricLimits, surface: int, first: int, last: int) -> None:
+    """Roots from the lanes' terms."""
     first, last = eights(first, last)
     for i in range(first, last):
-        roots = settled_roots(
-            lanes[A + i],
-            lanes[B + i],
-            lanes[C + i],
-            lanes[DISCRIMINANT + i],
-            lanes[FOOT + i],
-            lanes[START + i] == surface,
-            lanes[FLAG + i] >= 2.0,
-            lanes[FLAG + i] >= 4.0,
-            lanes[INVERSE + i],
-            limits,
-        )
+        roots = settled_roots(_lane_terms(lanes, i), lanes[START + i] == surface, lanes[INVERSE + i], limits)
         _put_roots(lanes, i, roots)
 
 
 @inline
-def _quadric_of_lane(lanes: Floats, i: int, ox: float, oy: float, oz: float, quadric: Quadric, surface: int) -> int:
-    """A lane's terms into A, B, C, DISCRIMINANT and FOOT; returns 1 where they are to be done again with care."""
-    a, b, c, discriminant, foot, cancels, straight, ruling = quadratic_on_ray(
-        quadric, ox, oy, oz, lanes[DX + i], lanes[DY + i], lanes[DZ + i], lanes[INVERSE + i],
-        lanes[START + i] == surface,
-    )  # fmt: skip
-    lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i], lanes[FOOT + i] = a, b, c, discriminant, foot
-    lanes[FLAG + i] = (1.0 if cancels else 0.0) + (2.0 if straight else 0.0) + (2.0 if ruling else 0.0)
-    return 1 if cancels else 0
+def _quadric_of_lane(lanes: Floats, i: int, line: Line, quadric: Quadric, surface: int) -> int:
+    """A lane's terms; returns 1 where they are to be done again with care."""
+    terms = quadratic_on_ray(quadric, line, lanes[INVERSE + i], lanes[START + i] == surface)
+    _put_terms(lanes, i, terms)
+    return 1 if terms.cancels else 0
 
 
 @inline
-def _quadric_lanes(lanes: Floats, quadric: Quadric, limits: Limits, surface: int, first: int, last: int) -> None:
+def _quadric_lanes(geometry: Geometry, lanes: Floats, row: int, surface: int, first: int, last: int) -> None:
     """The lanes' roots into LOW and HIGH; FLAG: 1 outside is inside, 2 it crosses; DISCRIMINANT: 1 it is unsure."""
+    quadric, limits = load_quadric(geometry, row), quadric_limits(geometry, row)
     again, x, y, z = 0, lanes[OX], lanes[OY], lanes[OZ]
     if lanes[SHARED] != 0.0:
         for i in range(first, last):
-            again += _quadric_of_lane(lanes, i, x, y, z, quadric, surface)
+            again += _quadric_of_lane(lanes, i, lane_line_from(lanes, i, x, y, z), quadric, surface)
     else:
         for i in range(first, last):
-            again += _quadric_of_lane(lanes, i, lanes[OX + i], lanes[OY + i], lanes[OZ + i], quadric, surface)
+            again += _quadric_of_lane(lanes, i, lane_line(lanes, i), quadric, surface)
     if again > 0:
         for i in range(first, last):
-            if lanes[FLAG + i] == 1.0 or lanes[FLAG + i] == 3.0 or lanes[FLAG + i] == 5.0:
-                lanes[A + i], lanes[B + i], lanes[C + i], lanes[DISCRIMINANT + i] = careful_quadratic(
-                    quadric, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
-                    lanes[FOOT + i],
-                )  # fmt: skip
+            terms = _lane_terms(lanes, i)
+            if terms.cancels:
+                _put_terms(lanes, i, careful_quadratic(quadric, lane_line(lanes, i), terms))
     _settle_lanes(lanes, limits, surface, first, last)
 
 
@@ -156,32 +159,21 @@ def _quadric_lanes(lanes: Floats, quadric: Quadric, limits: Limits, surface: int
 def _sphere_lanes(lanes: Floats, sphere: Sphere, surface: int, first: int, last: int) -> None:
     """As `_quadric_lanes`, for the sphere of a cut ball."""
     for i in range(first, last):
-        roots = sphere_roots(
-            sphere, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
-            lanes[INVERSE + i], lanes[START + i] == surface,
-        )  # fmt: skip
-        _put_roots(lanes, i, roots)
+        starts = lanes[START + i] == surface
+        _put_roots(lanes, i, sphere_roots(sphere, lane_line(lanes, i), lanes[INVERSE + i], starts))
 
 
 @helper
 def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: int) -> int:
-    """The span inside all planes of a cell, the roots of its quadric. Returns how many lanes may be inside."""
+    """The slab between the planes of a cell, the roots of its quadric. Returns how many lanes may be inside."""
     first, last = eights(first, last)
     lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
     for i in range(first, last):
-        lanes[T_IN + i], lanes[T_OUT + i] = -math.inf, math.inf
-        lanes[PLACE_IN + i], lanes[PLACE_OUT + i] = NO_PLACE, NO_PLACE
+        put_slab(lanes, i, Slab(-math.inf, math.inf, float(NO_PLACE), float(NO_PLACE)))
         lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 1.0
         lanes[DISCRIMINANT + i] = 0.0
     for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-        surface = integer(geometry, table.PLANE_SURFACE, place)
-        row = integer(geometry, table.SURFACE_ROW, surface)
-        plane, limits = load_plane(geometry, row), load_limits(geometry, table.PLANE_LIMITS, row)
-        side = integer(geometry, table.PLANE_SIDE, place)
-        plane_lanes(lanes, plane, limits, lengths, surface, side, place, first, last)
-        if lanes[SOME_START] != 0.0:
-            for i in range(first, last):
-                lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
+        plane_lanes(geometry, lanes, lengths, place, first, last)
     some = 0
     for i in range(first, last):
         off, far = lane_nearness(lanes, i, lengths)
@@ -196,24 +188,19 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         _sphere_lanes(lanes, load_sphere(geometry, row), surface, first, last)
     else:
-        limits = load_limits(geometry, table.QUADRIC_LIMITS, row)
-        _quadric_lanes(lanes, load_quadric(geometry, row), limits, surface, first, last)
+        _quadric_lanes(geometry, lanes, row, surface, first, last)
     return some
 
 
 @inline
-def unsure_lane(lanes: Floats, i: int, off: float, far: float) -> bool:
+def unsure_lane(lanes: Floats, i: int, nearness: Nearness) -> bool:
     """Might rounding change the spans of a cell within a lane's interval?"""
-    t_in, t_out, low, high = lanes[T_IN + i], lanes[T_OUT + i], lanes[LOW + i], lanes[HIGH + i]
-    close = (
-        (abs(low - t_in) <= off) | (abs(low - t_out) <= off) | (abs(high - t_in) <= off) | (abs(high - t_out) <= off)
-    )
-    close |= ((abs(low) > far) & (abs(low) < math.inf)) | ((abs(high) > far) & (abs(high) < math.inf))
-    unsure = (lanes[UNSURE + i] == 1.0) | (abs(t_in - t_out) <= off) | (close & (lanes[FLAG + i] >= 2.0))
-    unsure |= lanes[DISCRIMINANT + i] != 0.0
-    matters = (t_out >= lanes[T_MIN + i] - off) & (t_in <= t_out + off)
-    doubt = (unsure & matters) | (lanes[UNSURE + i] == 2.0) | (far < 0.0)
-    return doubt & (lanes[T_MIN + i] < lanes[T_MAX + i])
+    t_min, t_max = lanes[T_MIN + i], lanes[T_MAX + i]
+    unsure = (lanes[UNSURE + i] == 1.0) | (lanes[DISCRIMINANT + i] != 0.0)
+    low, high, crosses = lanes[LOW + i], lanes[HIGH + i], lanes[FLAG + i] >= 2.0
+    doubt = spans_unsure(lane_slab(lanes, i), low, high, crosses, unsure, t_min, t_max, nearness)
+    doubt |= (lanes[UNSURE + i] == 2.0) | (nearness.far < 0.0)
+    return doubt & (t_min < t_max)
 
 
 @inline
@@ -223,26 +210,12 @@ def curved_side(geometry: Geometry, cell: int) -> int:
 
 
 @inline
-def span_lane(lanes: Floats, i: int, side: int, curved: int) -> SpanLanes:
-    """`cell_spans`, with selects: in and out of two spans, their places, is there a first, is there a second."""
-    t_in, t_out, flag = lanes[T_IN + i], lanes[T_OUT + i], lanes[FLAG + i]
-    low, high = lanes[LOW + i], lanes[HIGH + i]
-    crosses = flag >= 2.0
+def lane_spans(lanes: Floats, i: int, side: int, curved: int) -> Composed:
+    """The spans of a cell in a lane; `curved` is the place of its quadric."""
+    flag = lanes[FLAG + i]
     outside = ((flag == 1.0) | (flag == 3.0)) != (side < 0)
-    # The span between the roots, or the one before them, or all of it
-    between = crosses & ~outside
-    beyond = crosses & outside
-    in1 = low if between & (low >= t_in) else t_in
-    by_root = (between & (high <= t_out)) | (beyond & (low <= t_out))
-    out1 = (high if between else low) if by_root else t_out
-    place_in1 = curved if between & (low >= t_in) else lanes[PLACE_IN + i]
-    place_out1 = curved if by_root else lanes[PLACE_OUT + i]
-    some = (in1 < out1) & (crosses | outside)
-    # The span after the roots
-    in2 = high if high >= t_in else t_in
-    place_in2 = curved if high >= t_in else lanes[PLACE_IN + i]
-    more = beyond & (in2 < t_out) & (t_in < t_out)
-    return in1, out1, in2, t_out, place_in1, place_out1, place_in2, lanes[PLACE_OUT + i], some, more
+    slab = lane_slab(lanes, i)
+    return compose_spans(slab, lanes[LOW + i], lanes[HIGH + i], flag >= 2.0, outside, float(curved))
 
 
 @inline
@@ -254,7 +227,7 @@ def _has_one_span(geometry: Geometry, cell: int) -> bool:
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         return True
     quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    return quadric[12] >= 0.0 and quadric[13] >= 0.0 and quadric[14] >= 0.0
+    return quadric.s0 >= 0.0 and quadric.s1 >= 0.0 and quadric.s2 >= 0.0
 
 
 @inline
@@ -262,7 +235,7 @@ def _end_of_lane(
     lanes: Floats, i: int, one: bool, side: int, curved: int, lengths: Nearness, quadric: int, entry: int, body: int
 ) -> None:
     """Take the first end of a lane's spans, of which there is `one` at most, or there may be two."""
-    in1, out1, in2, out2, a1, b1, a2, b2, some, more = span_lane(lanes, i, side, curved)
+    in1, out1, a1, b1, in2, out2, a2, b2, some, more = lane_spans(lanes, i, side, curved)
     more &= not one
     t_min, t_max = lanes[T_MIN + i], lanes[T_MAX + i]
     c1 = some & (in1 > t_min) & (in1 < t_max)
@@ -271,11 +244,11 @@ def _end_of_lane(
     c4 = more & (out2 > t_min) & (out2 < t_max)
     t = in1 if c1 else (out1 if c2 else (in2 if c3 else (out2 if c4 else math.inf)))
     place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
-    off, far = lane_nearness(lanes, i, lengths)
-    starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric)
+    nearness = lane_nearness(lanes, i, lengths)
+    starts, off = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric), nearness.off
     near = some & (at_start(in1, starts, t_min, off) | at_start(out1, starts, t_min, off))
     near |= more & (at_start(in2, starts, t_min, off) | at_start(out2, starts, t_min, off))
-    unsure = unsure_lane(lanes, i, off, far) | near | ((abs(t) > far) & (abs(t) < math.inf))
+    unsure = unsure_lane(lanes, i, nearness) | near | beyond(t, nearness)
     lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
     take(lanes, i, t, off, entry, body, place, 1.0, 1.0 if c1 | (~c2 & c3) else 0.0)
 

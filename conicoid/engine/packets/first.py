@@ -39,19 +39,6 @@ _MANY = 100  # items that a quarter of a tile sees: they are small then, and met
 
 
 @inline
-def _children_met(geometry: Geometry, lanes: Floats, groups: int, node: int, bits: int) -> int:
-    """Those of a node's children that a lane meets, of those that are told by bits."""
-    met = 0
-    at = geometry.places[table.NODE_BOXES] + 48 * node
-    while bits != 0:
-        child = lowest_bit(bits)
-        bits &= bits - 1
-        if lanes_in_child(geometry, lanes, groups, at + child) != 0:
-            met |= 1 << child
-    return met
-
-
-@inline
 def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]:
     """Find `most` of the items from number `item` on that the beam meets, or a few more.
 
@@ -108,7 +95,7 @@ def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
 
 @inline
 def _meet_chosen(
-    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool, chosen: int
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int
 ) -> int:
     """Meet the balls among the chosen items. The others go to the stack, whose height is returned."""
     way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
@@ -124,19 +111,19 @@ def _meet_chosen(
         if lanes[GROUP_BEAMS] != 0.0:
             met = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: a lane may have met something
         else:
-            met = lanes_at_ball(geometry, lanes, groups, at + place, size)
+            met = lanes_at_ball(geometry, lanes, at + place, size)
         if met != 0:
             meet(geometry, scratch, packet, blocks, at, size, place, met)
             if any_hit:
-                retire(lanes, groups)
+                retire(lanes)
     if count > 0:
-        shorten_beam(lanes, groups)
+        shorten_beam(lanes)
     return top
 
 
 @inline
 def _meet_balls(
-    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, blocks: Signs, any_hit: bool,
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool,
     at: int, count: int,
 ) -> None:  # fmt: skip
     """A leaf of balls: the beam sorts out those that it misses, the lanes ask about the others."""
@@ -153,22 +140,19 @@ def _meet_balls(
         bits &= ~(1 << k)
         if near[k] > lanes[BEAM_AT + LAST]:
             break
-        met = lanes_at_ball(geometry, lanes, groups, at + k, count)
+        met = lanes_at_ball(geometry, lanes, at + k, count)
         if met != 0:
             meet(geometry, scratch, packet, blocks, at, count, k, met)
             if any_hit:
-                retire(lanes, groups)
-            shorten_beam(lanes, groups)
+                retire(lanes)
+            shorten_beam(lanes)
 
 
 @helper
-def trace_packet(
-    geometry: Geometry, scratch: Scratch, packet: Packet, groups: int, narrow: bool, blocks: Signs, any_hit: bool
-) -> None:
-    """First hits, or any, of the rays in the first groups of eight lanes, which are `ordinary`; see `lane_hit`.
+def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool) -> None:
+    """First hits, or any, of the rays in the lanes, which are `ordinary`; see `lane_hit`.
 
-    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Where the beam is not
-    narrow, the children of nodes are asked for by the lanes too.
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
     """
     way, lanes = scratch.way, packet.lanes
     items, item, top, most = whole(packet.items[ITEM_COUNT]), 0, 0, 2
@@ -184,7 +168,7 @@ def trace_packet(
             most = min(2 * most, MOST_CHOSEN - 8)
             if chosen == 0:
                 break
-            top = _meet_chosen(geometry, scratch, packet, groups, blocks, any_hit, chosen)
+            top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
             continue
         top -= 1
         if way[on_stack(top) + ITS_T] > lanes[BEAM_AT + LAST]:
@@ -193,22 +177,20 @@ def trace_packet(
         code, box = whole(way[at + ITS_CODE]), whole(way[at + ITS_BOX])
         if code >= 0:
             bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, way)
-            if not narrow:
-                bits = _children_met(geometry, lanes, groups, code, bits)
             top = push_met(geometry, way, code, bits, top)
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
         if box >= 0 and is_round(geometry, at, count):
-            _meet_balls(geometry, scratch, packet, groups, blocks, any_hit, at, count)
+            _meet_balls(geometry, scratch, packet, blocks, any_hit, at, count)
             continue
-        met = (1 << (8 * groups)) - 1 if groups < 8 else -1
+        met = -1
         if box >= 0:
-            met = lanes_in_child(geometry, lanes, groups, boxes + 48 * (box >> 3) + (box & 7))
+            met = lanes_in_child(geometry, lanes, boxes + 48 * (box >> 3) + (box & 7))
             if met == 0:
                 continue
         for k in range(count):
             meet(geometry, scratch, packet, blocks, at, count, k, met)
         if any_hit:
-            retire(lanes, groups)
-        shorten_beam(lanes, groups)
+            retire(lanes)
+        shorten_beam(lanes)

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from ...compiler.jit import choose, helper, inline
-from ..body.hit import Hit
+from ..body.hit import Hit, comes_first, too_close
+from ..body.spans import Slab
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, extents, reach
-from ..ray import Ray
-from ..surface.nearness import RELATIVE, STARTING, Nearness, ray_size, ray_unit
+from ..ray import Line, Ray
+from ..surface.nearness import STARTING, Nearness, limits_along, ray_size, ray_unit
 from ..tables import Floats, whole
 from ..tree.walk import reciprocal
 
@@ -95,10 +96,9 @@ def put_idle(lanes: Floats, i: Any, like: Any) -> None:
 
 
 @inline
-def prepare_lanes(lanes: Floats, groups: int) -> None:
-    """What follows from the rays of the first groups of eight; nothing is hit yet."""
-    first, last = eights(0, 8 * groups)
-    for i in range(first, last):
+def prepare_lanes(lanes: Floats) -> None:
+    """What follows from the rays; nothing is hit yet."""
+    for i in range(ALL):
         dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
         inverse = 1.0 / (dx * dx + dy * dy + dz * dz)
         unit = ray_unit(dx, dy, dz, inverse)
@@ -109,37 +109,36 @@ def prepare_lanes(lanes: Floats, groups: int) -> None:
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
         lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
     lanes[SLOPES], lanes[GROUP_BEAMS] = 0.0, 0.0
-    lanes[LEAST_START], last = extent(lanes, START, groups)
+    lanes[LEAST_START], last = extent(lanes, START)
     lanes[SOME_START] = 1.0 if last >= 0.0 else 0.0
 
 
 @inline
-def put_slopes(lanes: Floats, groups: int) -> None:
+def put_slopes(lanes: Floats) -> None:
     """The inverse directions, if they are not there yet: only boxes need them."""
     if lanes[SLOPES] == 0.0:
-        first, last = eights(0, 8 * groups)
-        for i in range(first, last):
+        for i in range(ALL):
             lanes[IX + i], lanes[IY + i] = reciprocal(lanes[DX + i]), reciprocal(lanes[DY + i])
             lanes[IZ + i] = reciprocal(lanes[DZ + i])
         lanes[SLOPES] = 1.0
 
 
 @inline
-def put_lane_beam(lanes: Floats, groups: int, shared: bool) -> None:
+def put_lane_beam(lanes: Floats, shared: bool) -> None:
     """The beam that holds all lanes (where t >= 0, or they are parallel), which may be known to share an origin."""
     spread, apart = 0.0, 0.0
     for axis in range(3):
         row = np.uint64(LANES * axis)
         first = last = lanes[OX + row]
         if not shared:
-            first, last = extent(lanes, OX + row, groups)
-        low, high = extent(lanes, DX + row, groups)
+            first, last = extent(lanes, OX + row)
+        low, high = extent(lanes, DX + row)
         lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = first, last
         lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
         spread, apart = max(spread, high - low), max(apart, last - first)
     lanes[SHARED], lanes[SPREAD] = 1.0 if apart == 0.0 else 0.0, spread
-    lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN, groups)[0]
-    shorten_beam(lanes, groups)
+    lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN)[0]
+    shorten_beam(lanes)
 
 
 @helper
@@ -160,32 +159,32 @@ def close_lanes(lanes: Floats, count: int) -> None:
     """The first `count` lanes have rays: make the others idle, and all ready to be traced."""
     for i in range(count, LANES):
         put_idle(lanes, i, 0)
-    prepare_lanes(lanes, 8)
-    put_lane_beam(lanes, 8, False)
+    prepare_lanes(lanes)
+    put_lane_beam(lanes, False)
 
 
 @inline
-def put_beam_from(lanes: Floats, groups: int, x: float, y: float, z: float) -> None:
+def put_beam_from(lanes: Floats, x: float, y: float, z: float) -> None:
     """The beam from a point where all lanes end at t = 1 back to their origins: narrower than theirs."""
     for axis in range(3):
         source = x if axis == 0 else (y if axis == 1 else z)
-        low, high = extent(lanes, OX + np.uint64(LANES * axis), groups)
+        low, high = extent(lanes, OX + np.uint64(LANES * axis))
         lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = source, source
         lanes[BEAM_AT + LOW_I + axis] = reciprocal(low - source)
         lanes[BEAM_AT + HIGH_I + axis] = reciprocal(high - source)
 
 
 @inline
-def shorten_beam(lanes: Floats, groups: int) -> None:
+def shorten_beam(lanes: Floats) -> None:
     """The beam ends where the last of its lanes does."""
-    lanes[BEAM_AT + LAST] = reach(lanes, groups)
+    lanes[BEAM_AT + LAST] = reach(lanes)
 
 
 @inline
 def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
     """The ray in lane i, up to t_max."""
     i = np.uint64(i)
-    return (
+    return Ray(
         lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
         lanes[T_MIN + i], t_max, whole(lanes[START + i]),
     )  # fmt: skip
@@ -194,21 +193,45 @@ def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
 @inline
 def lane_nearness(lanes: Floats, i: int, lengths: Nearness) -> Nearness:
     """Limits of lengths as limits of a lane's t."""
-    unit = lanes[UNIT + i]
-    return lengths[0] * unit + RELATIVE * lanes[BESIDE + i], lengths[1] * (0.5 * unit) - lanes[AWAY + i]
+    return limits_along(lengths, lanes[UNIT + i], lanes[AWAY + i], lanes[BESIDE + i])
+
+
+@inline
+def lane_line(lanes: Floats, i: Any) -> Line:
+    """Origin and direction of a lane."""
+    return Line(lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i])
+
+
+@inline
+def lane_line_from(lanes: Floats, i: Any, x: float, y: float, z: float) -> Line:
+    """The same, of lanes that share an origin."""
+    return Line(x, y, z, lanes[DX + i], lanes[DY + i], lanes[DZ + i])
+
+
+@inline
+def lane_slab(lanes: Floats, i: Any) -> Slab:
+    """What the planes of a cell have left of a lane so far."""
+    return Slab(lanes[T_IN + i], lanes[T_OUT + i], lanes[PLACE_IN + i], lanes[PLACE_OUT + i])
+
+
+@inline
+def put_slab(lanes: Floats, i: Any, slab: Slab) -> None:
+    """The same, written."""
+    lanes[T_IN + i], lanes[T_OUT + i] = slab.t_in, slab.t_out
+    lanes[PLACE_IN + i], lanes[PLACE_OUT + i] = slab.place_in, slab.place_out
 
 
 @inline
 def take(
     lanes: Floats, i: int, t: float, off: float, entry: int, body: int, place: float, sense: float, enters: float
 ) -> None:
-    """Keep the nearer of a lane's hit and a new one, as `kernels.nearer` does.
+    """Keep the nearer of a lane's hit and a new one, as `hit.nearer` does.
 
     Equal t is always doubtful here: a single ray finds out whether both lie on the same surface.
     """
     best, within = lanes[BEST + i], lanes[WITHIN + i]
-    closer = (t < best) | ((t == best) & (body < lanes[BODY + i]))
-    lanes[DOUBT + i] = choose(abs(t - best) <= off + (within - best), 1.0, lanes[DOUBT + i])
+    closer = comes_first(t, body, best, lanes[BODY + i])
+    lanes[DOUBT + i] = choose(too_close(t, off, best, within - best), 1.0, lanes[DOUBT + i])
     lanes[BEST + i] = choose(closer, t, best)
     lanes[WITHIN + i] = choose(closer, t + off, within)
     lanes[BODY + i] = choose(closer, body, lanes[BODY + i])
@@ -234,7 +257,7 @@ def lane_hit(lanes: Floats, i: Any) -> Hit:
     i = np.uint64(i)
     t = lanes[BEST + i]
     off = lanes[WITHIN + i] - t if t < math.inf else 0.0
-    return (
+    return Hit(
         t, whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(lanes[PLACE + i]),
         whole(lanes[SENSE + i]), lanes[ENTERS + i] == 1.0, off, lanes[DOUBT + i] != 0.0,
     )  # fmt: skip

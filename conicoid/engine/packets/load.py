@@ -84,18 +84,18 @@ def fill_lanes(
                 lanes[START + lane] = starts[0 if one_start else i + k]
         for k in range(n, 8):
             put_idle(lanes, 8 * row + k, 0)
-    prepare_lanes(lanes, 8)
-    put_lane_beam(lanes, 8, shared)
+    prepare_lanes(lanes)
+    put_lane_beam(lanes, shared)
 
 
 @inline
-def ordinary(lanes: Floats, groups: int) -> bool:
+def ordinary(lanes: Floats) -> bool:
     """May the rays be traced as a packet?
 
     Not if one is far from unit length, or begins before its origin; except for lines that are parallel and do not
     start on a surface.
     """
-    shortest, longest = extent(lanes, INVERSE, groups)
+    shortest, longest = extent(lanes, INVERSE)
     usual = shortest > 1e-60 and longest < 1e60 and lanes[LEAST_START] != DEAD
     if lanes[BEAM_AT + FIRST] < 0.0:
         usual &= lanes[SOME_START] == 0.0 and lanes[SPREAD] == 0.0
@@ -103,13 +103,13 @@ def ordinary(lanes: Floats, groups: int) -> bool:
 
 
 @helper
-def coherent(geometry: Geometry, lanes: Floats, groups: int) -> bool:
+def coherent(geometry: Geometry, lanes: Floats) -> bool:
     """Do the rays of a packet see about the same part of the scene?
 
     Their origins and, at the far end of the scene, their points must lie within a few times the
     size that a body has when the scene's box is shared out among all.
     """
-    if not ordinary(lanes, groups):
+    if not ordinary(lanes):
         return False
     at, floats = geometry.places[table.EXTENT], geometry.floats
     diagonal, cell = floats[at], floats[at + 1]

@@ -19,6 +19,7 @@ from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
 from .cells import ball_lanes, cell_lanes
 from .frontier import new_frontier
 from .lanes import (
+    ALL,
     BEST,
     BODY,
     DOUBT,
@@ -30,7 +31,6 @@ from .lanes import (
     T_MAX,
     T_MIN,
     WITHIN,
-    eights,
     lane_hit,
     lane_ray,
     put_slopes,
@@ -88,32 +88,31 @@ def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int,
         if not lanes[T_MIN + i] < lanes[T_MAX + i]:
             continue
         hit = try_entry(geometry, scratch, entry, lane_ray(lanes, i, lanes[T_MAX + i]), lane_hit(lanes, i))
-        lanes[BEST + i], lanes[BODY + i], lanes[ENTRY + i] = hit[0], hit[1], hit[2]
-        lanes[PLACE + i], lanes[SENSE + i], lanes[ENTERS + i] = hit[3], hit[4], 1.0 if hit[5] else 0.0
-        lanes[WITHIN + i], lanes[DOUBT + i] = within(hit), 1.0 if hit[7] else 0.0
+        lanes[BEST + i], lanes[BODY + i], lanes[ENTRY + i] = hit.t, hit.body, hit.entry
+        lanes[PLACE + i], lanes[SENSE + i], lanes[ENTERS + i] = hit.place, hit.sense, 1.0 if hit.enters else 0.0
+        lanes[WITHIN + i], lanes[DOUBT + i] = within(hit), 1.0 if hit.unsure else 0.0
 
 
 @inline
-def retire(lanes: Floats, groups: int) -> None:
+def retire(lanes: Floats) -> None:
     """Make the lanes idle that have met something."""
-    first, last = eights(0, 8 * groups)
-    for i in range(first, last):
+    for i in range(ALL):
         lanes[T_MAX + i] = choose(lanes[BEST + i] < math.inf, -math.inf, lanes[T_MAX + i])
 
 
 @inline
-def lanes_in_child(geometry: Geometry, lanes: Floats, groups: int, at: int) -> int:
+def lanes_in_child(geometry: Geometry, lanes: Floats, at: int) -> int:
     """The lanes that meet the box with its six sides at floats[at::8]."""
-    put_slopes(lanes, groups)
+    put_slopes(lanes)
     f = geometry.floats
-    return lanes_in_box(lanes, (f[at], f[at + 8], f[at + 16]), (f[at + 24], f[at + 32], f[at + 40]), groups)
+    return lanes_in_box(lanes, f[at], f[at + 8], f[at + 16], f[at + 24], f[at + 32], f[at + 40])
 
 
 @inline
-def lanes_at_ball(geometry: Geometry, lanes: Floats, groups: int, at: int, stride: int) -> int:
+def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> int:
     """The lanes that may meet a ball with its numbers at floats[at::stride]."""
     f = geometry.floats
-    return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride], groups)
+    return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride])
 
 
 @inline

@@ -13,6 +13,7 @@ import numpy as np
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
 from ..body.boolean import put_event, sort_events, sweep
+from ..body.cell import CellSpans
 from ..body.entry import crossings_of_roots, crossings_of_spans, entry_crossings, entry_nearness
 from ..body.rows import put_rows, with_room
 from ..body.scratch import Scratch
@@ -59,12 +60,12 @@ def _in_ball(geometry: Geometry, scratch: Scratch, packet: Packet, surface: int,
     low, high = packet.leaves[IN + i], packet.leaves[OUT + i]
     if not low < high:
         return 0, False, 0.0, False
-    x, y, z, radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    nearness = lane_nearness(packet.lanes, i, lengths_of_ball(x, y, z, radius))
-    if not (low < ray[7] + nearness[0] and high > ray[6] - nearness[0]):
+    sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    nearness = lane_nearness(packet.lanes, i, lengths_of_ball(sphere))
+    if not (low < ray.t_max + nearness.off and high > ray.t_min - nearness.off):
         return 0, False, 0.0, False
     count, inside, unsure = crossings_of_roots(scratch, surface, ray, nearness, low, high)
-    return count, inside, nearness[0], unsure
+    return count, inside, nearness.off, unsure
 
 
 @inline
@@ -79,9 +80,9 @@ def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i:
     nearness = lane_nearness(packet.lanes, i, lengths_of(geometry, table.CELL_LIMITS, cell))
     in1, out1, a1, b1 = first
     in2, out2, a2, b2 = second
-    found = (spans, in1, out1, a1, b1, in2, out2, a2, b2, False)
+    found = CellSpans(spans, in1, out1, a1, b1, in2, out2, a2, b2, False)
     count, inside, unsure = crossings_of_spans(geometry, scratch, ray, nearness, found)
-    return count, inside, nearness[0], unsure
+    return count, inside, nearness.off, unsure
 
 
 @inline
@@ -106,7 +107,7 @@ def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: in
     sort_events(scratch, events)
     nearness = lane_nearness(packet.lanes, i, lengths_of(geometry, table.PROGRAM_LIMITS, program))
     count, inside, unsure = sweep(geometry, scratch, program, ray, nearness, events, 1 << 30)
-    return count, inside, nearness[0], unsure
+    return count, inside, nearness.off, unsure
 
 
 @helper
@@ -178,7 +179,7 @@ def _one_by_one(
             continue
         ray = lane_ray(lanes, i, lanes[T_MAX + i])
         count, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
-        found = (count, inside, entry_nearness(geometry, entry, ray)[0], unsure)
+        found = count, inside, entry_nearness(geometry, entry, ray).off, unsure
         rows = with_room(rows, used, count + 1)
         used = _keep(geometry, scratch, packet, chains, spans, entry, found, i, ray, rows, used)
     return rows, used
@@ -228,12 +229,12 @@ def list_packet(
         if balls and count > 1:
             bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, way)
         elif box >= 0 and not balls:
-            met = lanes_in_child(geometry, lanes, 8, boxes + 48 * (box >> 3) + (box & 7))
+            met = lanes_in_child(geometry, lanes, boxes + 48 * (box >> 3) + (box & 7))
         while bits != 0:
             k = lowest_bit(bits)
             bits &= bits - 1
             if balls:
-                met = lanes_at_ball(geometry, lanes, 8, at + k, count)
+                met = lanes_at_ball(geometry, lanes, at + k, count)
             if met != 0:
                 kind, index, _, entry = leaf_item(geometry, at, count, k)
                 item = kind, index, entry

@@ -9,12 +9,13 @@ import numpy as np
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
 from ..body.cell import quadric_place
-from ..surface.nearness import at_start, lengths_of, lengths_of_ball
+from ..surface.interval import at_start
+from ..surface.nearness import lengths_of, lengths_of_ball
 from ..surface.quadric import sphere_roots
 from ..surface.records import load_sphere
 from ..tables import Floats, Geometry, integer
-from .cells import curved_side, face_lanes, span_lane, unsure_lane
-from .lanes import DOUBT, DX, DY, DZ, INVERSE, LANES, OX, OY, OZ, START, T_MIN, eights, lane_nearness
+from .cells import curved_side, face_lanes, lane_spans, unsure_lane
+from .lanes import DOUBT, INVERSE, LANES, START, T_MIN, eights, lane_line, lane_nearness
 
 # Rows of a span: where it begins and ends, on which faces. It is none where it ends before it begins
 IN, OUT, PLACE_OF_IN, PLACE_OF_OUT = (np.uint64(row) for row in range(0, 4 * LANES, LANES))
@@ -35,7 +36,7 @@ def put_spans(
     row, second, lengths = np.uint64(at), np.uint64(at + SPAN), lengths_of(geometry, table.CELL_LIMITS, cell)
     several = 0
     for i in range(first, last):
-        in1, out1, in2, out2, a1, b1, a2, b2, some, more = span_lane(lanes, i, side, curved)
+        in1, out1, a1, b1, in2, out2, a2, b2, some, more = lane_spans(lanes, i, side, curved)
         leaves[row + IN + i] = choose(some, in1, math.inf)
         leaves[row + OUT + i] = choose(some, out1, -math.inf)
         leaves[row + PLACE_OF_IN + i] = a1
@@ -45,11 +46,11 @@ def put_spans(
         leaves[second + PLACE_OF_IN + i] = a2
         leaves[second + PLACE_OF_OUT + i] = b2
         several += 1 if more else 0
-        off, far = lane_nearness(lanes, i, lengths)
-        t_min = lanes[T_MIN + i]
+        nearness, t_min = lane_nearness(lanes, i, lengths), lanes[T_MIN + i]
+        off = nearness.off
         near = some & (at_start(in1, False, t_min, off) | at_start(out1, False, t_min, off))
         near |= more & (at_start(in2, False, t_min, off) | at_start(out2, False, t_min, off))
-        unsure = unsure_lane(lanes, i, off, far) | (from_start & near)
+        unsure = unsure_lane(lanes, i, nearness) | (from_start & near)
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
     return several
 
@@ -70,13 +71,11 @@ def spans_of_ball(
     """The span of a ball into rows from leaves[at] on."""
     first, last = eights(first, last)
     row, sphere = np.uint64(at), load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    lengths = lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3])
+    lengths = lengths_of_ball(sphere)
     for i in range(first, last):
-        low, high, _, crosses, unsure = sphere_roots(
-            sphere, lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i],
-            lanes[INVERSE + i], lanes[START + i] == surface,
-        )  # fmt: skip
+        starts = lanes[START + i] == surface
+        low, high, _, crosses, unsure = sphere_roots(sphere, lane_line(lanes, i), lanes[INVERSE + i], starts)
         leaves[row + IN + i] = choose(crosses, low, math.inf)
         leaves[row + OUT + i] = choose(crosses, high, -math.inf)
-        unsure |= lane_nearness(lanes, i, lengths)[1] < 0.0
+        unsure |= lane_nearness(lanes, i, lengths).far < 0.0
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...compiler.jit import helper, inline
-from ..body.hit import Hit, _unscaled, no_hit, resolved, within
+from ..body.hit import Hit, no_hit, resolved, scaled_hit, within
 from ..body.meet import meet
 from ..body.scratch import Scratch
 from ..culling import LAST, balls_met, lowest_bit
@@ -17,7 +17,7 @@ from ..tree.walk import ITS_CODE, ITS_T, OWN_BEAM, on_stack, push_node, push_roo
 def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs, any_hit: bool) -> Hit:
     """The nearest crossing of bodies with blocks[body] != 0 (of all, if `blocks` is empty), or any one of them."""
     best = no_hit()
-    if not ray[6] < ray[7]:
+    if not ray.t_min < ray.t_max:
         return best
     ray, scale = scaled_ray(ray)
     some = len(blocks) > 0
@@ -27,28 +27,28 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     top = push_roots(geometry, way, scene_tree(geometry))
     while top > 0:
         top -= 1
-        if way[on_stack(top) + ITS_T] > within(best) + abs(best[0]) * 1e-15:
+        if way[on_stack(top) + ITS_T] > within(best) + abs(best.t) * 1e-15:
             continue
         code = whole(way[on_stack(top) + ITS_CODE])
         if code >= 0:
-            way[OWN_BEAM + LAST] = min(ray[7], within(best))
+            way[OWN_BEAM + LAST] = min(ray.t_max, within(best))
             top = push_node(geometry, way, code, top)
             continue
         first, last = leaf_range(code)
         at, count = leaf_at(geometry, first), last - first
         for eight in range(0, count, 8):
-            end = min(ray[7], within(best))
+            end = min(ray.t_max, within(best))
             bits = balls_met(geometry.floats, at + eight, count, count - eight, ray, inverse, end)
             while bits != 0:
                 k = eight + lowest_bit(bits)
                 bits &= bits - 1
                 item = leaf_item(geometry, at, count, k)
-                if some and blocks[item[2]] == 0:
+                if some and blocks[item.body] == 0:
                     continue
                 best = meet(geometry, scratch, item, leaf_ball(geometry, at, count, k), ray, inverse, best)
-                if any_hit and best[1] >= 0:
-                    return _unscaled(best, scale)
-    return _unscaled(best, scale)
+                if any_hit and best.body >= 0:
+                    return scaled_hit(best, scale)
+    return scaled_hit(best, scale)
 
 
 @inline
@@ -60,4 +60,4 @@ def nearest(geometry: Geometry, scratch: Scratch, ray: Ray) -> tuple[float, int,
 @inline
 def blocked(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs) -> bool:
     """Is there any crossing in (t_min, t_max) of a body with blocks[body] != 0 (int8 over bodies)?"""
-    return first_crossing(geometry, scratch, ray, blocks, True)[1] >= 0
+    return first_crossing(geometry, scratch, ray, blocks, True).body >= 0

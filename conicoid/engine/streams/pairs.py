@@ -1,22 +1,23 @@
 """Rays of a stream and balls that they may meet, pair by pair: 64 are tested at once, in lanes.
 
-A pair is a lane, whatever leaf the ball is of. It is tested as `kernels.try_ball` does it, to the bit; whose
+A pair is a lane, whatever leaf the ball is of. It is tested as `meet.try_ball` does it, to the bit; whose
 hit is nearer is told afterwards, one pair after the other, since two may have the same ray.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
+from ..body.ball import ball_event
 from ..body.cell import NO_PLACE
 from ..body.hit import Hit
 from ..culling import records_in_lanes
-from ..surface.nearness import along, at_start, lengths_of_ball
-from ..surface.quadric import sphere_roots
+from ..ray import Line, Ray
+from ..surface.nearness import along, lengths_of_ball
+from ..surface.quadric import Sphere, sphere_roots
 from ..tables import Floats, Geometry, whole
 from ..tree.leaf import leaf_number
 
@@ -72,19 +73,16 @@ def meet_pairs(pairs: Pairs, rays: Floats, more: Floats, count: int) -> None:
 
 @inline
 def _test_lane(lanes: Floats, i: Any) -> None:
-    ox, oy, oz, dx, dy, dz = lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
-    sphere, inverse = (lanes[X + i], lanes[Y + i], lanes[Z + i], lanes[RADIUS + i]), lanes[INVERSE + i]
+    line = Line(lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i])
+    sphere, inverse = Sphere(lanes[X + i], lanes[Y + i], lanes[Z + i], lanes[RADIUS + i]), lanes[INVERSE + i]
     t_min, t_max, start = lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i]
     starts = start == lanes[SURFACE + i]
-    low, high, _, crosses, unsure = sphere_roots(sphere, ox, oy, oz, dx, dy, dz, inverse, starts)
-    lengths = lengths_of_ball(sphere[0], sphere[1], sphere[2], sphere[3])
-    off, far = along((ox, oy, oz, dx, dy, dz, t_min, t_max, start), inverse, lengths)
-    enters = crosses & (low > t_min) & (low < t_max) & ((low != 0.0) | (not starts))
-    leaves = crosses & (high > t_min) & (high < t_max) & ((high != 0.0) | (not starts))
-    near = at_start(low, starts, t_min, off) | at_start(high, starts, t_min, off)
-    unsure |= (crosses & near) | (far < 0.0)
-    lanes[T + i] = low if enters else (high if leaves else math.inf)
-    lanes[ERROR + i] = off
+    nearness = along(
+        Ray(line.ox, line.oy, line.oz, line.dx, line.dy, line.dz, t_min, t_max, start), inverse, lengths_of_ball(sphere)
+    )
+    roots = sphere_roots(sphere, line, inverse, starts)
+    t, enters, unsure = ball_event(roots, starts, t_min, t_max, nearness)
+    lanes[T + i], lanes[ERROR + i] = t, nearness.off
     lanes[ENTERS + i] = 1.0 if enters else 0.0
     lanes[UNSURE + i] = 1.0 if unsure else 0.0
 
@@ -93,7 +91,7 @@ def _test_lane(lanes: Floats, i: Any) -> None:
 def pair_hit(pairs: Pairs, at: int) -> Hit:
     """What pair number `at` has come to; t = inf if the ray does not meet the ball."""
     lanes, i = pairs.lanes, np.uint64(at)
-    return (
+    return Hit(
         lanes[T + i], whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(NO_PLACE), whole(1),
         lanes[ENTERS + i] == 1.0, lanes[ERROR + i], lanes[UNSURE + i] == 1.0,
     )  # fmt: skip

@@ -77,7 +77,7 @@ def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
 @inline
 def _ray(stream: Stream, k: int) -> Ray:
     rays, more, at = stream.rays, stream.more, np.uint64(8 * k)
-    return (
+    return Ray(
         rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2],
         more[at + D], more[at + D + 1], more[at + D + 2], rays[at + T_MIN], more[at + T_MAX], whole(more[at + START]),
     )  # fmt: skip
@@ -103,15 +103,20 @@ def stream_hit(stream: Stream, k: int) -> Hit:
     turn = whole(hits[what + TURN] - (DOUBTFUL if unsure else 0))
     sense = whole(1 if turn > 0 else -1)
     body, entry, place = whole(hits[what + BODY]), whole(hits[what + ENTRY]), whole(hits[what + PLACE])
-    return more[at + BEST], body, entry, place, sense, turn != sense, more[at + OFF], unsure
+    return Hit(more[at + BEST], body, entry, place, sense, turn != sense, more[at + OFF], unsure)
 
 
 @inline
 def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
     more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
-    more[at + BEST], more[at + OFF] = hit[0], hit[6]
-    hits[what + BODY], hits[what + ENTRY], hits[what + PLACE], hits[what + TURN] = hit[1], hit[2], hit[3], turn_of(hit)
-    done = any_hit and hit[2] >= 0
+    more[at + BEST], more[at + OFF] = hit.t, hit.off
+    hits[what + BODY], hits[what + ENTRY], hits[what + PLACE], hits[what + TURN] = (
+        hit.body,
+        hit.entry,
+        hit.place,
+        turn_of(hit),
+    )
+    done = any_hit and hit.entry >= 0
     stream.rays[at + LAST] = -math.inf if done else min(more[at + T_MAX], within(hit))
 
 
@@ -119,7 +124,7 @@ def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
 def _compare(geometry: Geometry, stream: Stream, k: int, new: Hit, any_hit: bool) -> None:
     """Ray k keeps the nearer of its hit and a new one, which may be a miss."""
     at = np.uint64(8 * k)
-    if new[7] or not new[0] - stream.more[at + BEST] > new[6] + stream.more[at + OFF]:
+    if new.unsure or not new.t - stream.more[at + BEST] > new.off + stream.more[at + OFF]:
         _keep(stream, k, nearer(geometry, stream_hit(stream, k), new), any_hit)
 
 
@@ -210,7 +215,7 @@ def _meet(
             item, ball = leaf_item(geometry, at, size, place), leaf_ball(geometry, at, size, place)
             best, ray, inverse = stream_hit(stream, k), _ray(stream, k), stream.more[8 * k + INVERSE]
             hit = meet(geometry, scratch, item, ball, ray, inverse, best)
-            if hit[0] != best[0] or hit[1] != best[1] or hit[7] != best[7]:
+            if hit.t != best.t or hit.body != best.body or hit.unsure != best.unsure:
                 _keep(stream, k, hit, any_hit)
     return paired
 

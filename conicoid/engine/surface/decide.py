@@ -155,8 +155,8 @@ def curved_terms(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: floa
 def _foot(geometry: Geometry, surface: int, ray: Ray, starts: bool) -> float:
     """About where a ray is nearest to the anchor of a sphere or quadric; 0 if it starts there."""
     x, y, z = anchor_of(geometry, surface)
-    along = (x - ray[0]) * ray[3] + (y - ray[1]) * ray[4] + (z - ray[2]) * ray[5]
-    foot = along / (ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])
+    along = (x - ray.ox) * ray.dx + (y - ray.oy) * ray.dy + (z - ray.oz) * ray.dz
+    foot = along / (ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz)
     return 0.0 if starts or not abs(foot) < math.inf else foot
 
 

@@ -24,7 +24,7 @@ def _from(geometry: Geometry, rest: Rest, at: int, origin: float) -> Sure:
 def _seen(geometry: Geometry, rest: Rest, vertex: int, axis: int, ray: Ray) -> tuple[Sure, Sure]:
     """(u, v) of a vertex, as in `polygon.seen_along`."""
     first, second = (1, 2) if axis == 0 else ((2, 0) if axis == 1 else (0, 1))
-    at, origin, direction = 3 * vertex, (ray[0], ray[1], ray[2]), (ray[3], ray[4], ray[5])
+    at, origin, direction = 3 * vertex, (ray.ox, ray.oy, ray.oz), (ray.dx, ray.dy, ray.dz)
     x, y = _from(geometry, rest, at + first, origin[first]), _from(geometry, rest, at + second, origin[second])
     along, depth = direction[axis], _from(geometry, rest, at + axis, origin[axis])
     u = minus(scaled(x, along), scaled(depth, direction[first]))
@@ -39,7 +39,7 @@ def decide_loop(geometry: Geometry, rest: Rest, polygon: int, ray: Ray) -> int:
         integer(geometry, table.POLYGON_FIRST, polygon),
         integer(geometry, table.POLYGON_FIRST, polygon + 1),
     )
-    dx, dy, dz = abs(ray[3]), abs(ray[4]), abs(ray[5])
+    dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     odd = 0
     ua, va = _seen(geometry, rest, last - 1, axis, ray)

@@ -51,7 +51,7 @@ def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[f
 @inline
 def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bool, bool]:
     """Even-odd: does a half-line from the ray across the view meet an odd number of edges? And: is that doubtful?"""
-    dx, dy, dz = abs(ray[3]), abs(ray[4]), abs(ray[5])
+    dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     odd, unsure = False, False
     ua, va, su, sv = seen_vertex(geometry, last - 1, axis, ray)

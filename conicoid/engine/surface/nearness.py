@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple
 
 from ...compiler.jit import inline
 from ..ray import Ray
 from ..tables import Geometry
+from .quadric import Sphere
 
-Nearness: TypeAlias = tuple[float, float]
-"""what t may be off by, and the size of t beyond which nothing is certain"""
+
+class Nearness(NamedTuple):
+    """What t may be off by, and the size of t beyond which nothing is certain; or both of lengths, for |d| = 1."""
+
+    off: float
+    far: float
+
 
 STARTING = 1024.0
 """So many times less certain is a ray that starts on a surface, beside which its origin was rounded."""
@@ -38,12 +44,14 @@ def ray_size(ox: float, oy: float, oz: float, unit: float) -> float:
 def lengths_of(geometry: Geometry, table: int, row: int) -> Nearness:
     """The limits of a cell, program, sheet or polygon, for |d| = 1: row `row` of its table."""
     at = geometry.places[table] + 2 * row
-    return geometry.floats[at], geometry.floats[at + 1]
+    return Nearness(geometry.floats[at], geometry.floats[at + 1])
 
 
 @inline
-def lengths_of_ball(x: float, y: float, z: float, radius: float) -> Nearness:
-    return BALL * radius + RELATIVE * (abs(x) + abs(y) + abs(z) + radius), BALL_FAR * radius
+def lengths_of_ball(ball: Sphere) -> Nearness:
+    """The limits of a ball, for |d| = 1."""
+    x, y, z, radius = ball
+    return Nearness(BALL * radius + RELATIVE * (abs(x) + abs(y) + abs(z) + radius), BALL_FAR * radius)
 
 
 @inline
@@ -53,30 +61,27 @@ def nearness_of(geometry: Geometry, table: int, row: int, ray: Ray, inverse: flo
 
 
 @inline
+def limits_along(lengths: Nearness, unit: float, size: float, beside: float) -> Nearness:
+    """Limits of lengths as limits of t, by `ray_unit`, `ray_size` and how far beside its origin the ray may start."""
+    return Nearness(lengths.off * unit + RELATIVE * beside, lengths.far * (0.5 * unit) - size)
+
+
+@inline
 def along(ray: Ray, inverse: float, lengths: Nearness) -> Nearness:
     """Limits of lengths as limits of t."""
-    unit = ray_unit(ray[3], ray[4], ray[5], inverse)
-    size = ray_size(ray[0], ray[1], ray[2], unit)
-    beside = size * STARTING if ray[8] >= 0 else size
-    return lengths[0] * unit + RELATIVE * beside, lengths[1] * (0.5 * unit) - size
+    unit = ray_unit(ray.dx, ray.dy, ray.dz, inverse)
+    size = ray_size(ray.ox, ray.oy, ray.oz, unit)
+    beside = size * STARTING if ray.start >= 0 else size
+    return limits_along(lengths, unit, size, beside)
 
 
 @inline
 def near(s: float, t: float, nearness: Nearness) -> bool:
     """Might rounding have changed the order of two crossings? False where one is infinite."""
-    return abs(s - t) <= nearness[0]
-
-
-@inline
-def at_start(t: float, starts: bool, t_min: float, off: float) -> bool:
-    """Might rounding have taken a crossing to the other side of the ray's origin? Not the one that it `starts` on.
-
-    Other ends of the interval are compared with t as it is reported, so what is reported lies within them.
-    """
-    return (abs(t) <= off) & (t_min <= off) & ((t != 0.0) | (not starts))
+    return abs(s - t) <= nearness.off
 
 
 @inline
 def beyond(t: float, nearness: Nearness) -> bool:
     """Is a crossing so far away that nothing is certain of it?"""
-    return (abs(t) > nearness[1]) & (abs(t) < math.inf)
+    return (abs(t) > nearness.far) & (abs(t) < math.inf)

@@ -16,7 +16,7 @@ def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z
     kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
     if kind == PLANE:
         plane = load_plane(geometry, row)
-        nx, ny, nz = plane[0], plane[1], plane[2]
+        nx, ny, nz = plane.nx, plane.ny, plane.nz
     elif kind == SPHERE:
         cx, cy, cz, _ = load_sphere(geometry, row)
         nx, ny, nz = x - cx, y - cy, z - cz
@@ -24,6 +24,6 @@ def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z
         quadric = load_quadric(geometry, row)
         nx, ny, nz = quadric_gradient(quadric, x, y, z)
         if nx == 0.0 and ny == 0.0 and nz == 0.0:
-            nx, ny, nz = quadric[9], quadric[10], quadric[11]
+            nx, ny, nz = quadric.w20, quadric.w21, quadric.w22
     nx, ny, nz = normalized(nx, ny, nz)
     return side * nx, side * ny, side * nz

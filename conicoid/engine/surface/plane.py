@@ -2,57 +2,70 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 from ...compiler.jit import helper, inline
 from ..numbers.errorfree import accurate_dot, two_difference
 from ..numbers.vectors import dot
+from ..ray import Line
 
-Plane: TypeAlias = tuple[float, float, float, float, float, float, float]
 
-Limits: TypeAlias = tuple[float, float]
-"""square of the least rate that is certain, for |d| = 1; the least height of a parallel ray"""
+class Plane(NamedTuple):
+    """The record of a plane: its unit normal, the height of the anchor over it, the anchor."""
+
+    nx: float
+    ny: float
+    nz: float
+    above: float
+    ax: float
+    ay: float
+    az: float
+
+
+class PlaneLimits(NamedTuple):
+    """From where on the fast formulas of a plane are certain."""
+
+    rate_squared: float  # for |d| = 1
+    height: float  # of a parallel ray
+
 
 _OBLIQUE = 1.0 / 32.0
 
 
 @inline
-def plane_on_ray(
-    plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
-) -> tuple[float, float, bool]:
+def plane_on_ray(plane: Plane, line: Line) -> tuple[float, float, bool]:
     """(height, rate, parallel): the plane's value n·x - offset along the ray is height + rate t.
 
     Where the terms of one of the dot products cancel, it is done again in twice the precision, so
     that t = -height / rate keeps its digits for grazing rays. `parallel`: every term of the rate is zero.
     """
-    height, rate, cancels, parallel = plain_plane(plane, ox, oy, oz, dx, dy, dz)
+    height, rate, cancels, parallel = plain_plane(plane, line)
     if cancels:
-        height, rate = careful_plane(plane, ox, oy, oz, dx, dy, dz)
+        height, rate = careful_plane(plane, line)
     return height, rate, parallel
 
 
 @inline
-def runs_along(plane: Plane, dx: float, dy: float, dz: float) -> bool:
+def runs_along(plane: Plane, line: Line) -> bool:
     """Is every term of the rate zero?"""
-    return abs(plane[0] * dx) + abs(plane[1] * dy) + abs(plane[2] * dz) == 0.0
+    return abs(plane.nx * line.dx) + abs(plane.ny * line.dy) + abs(plane.nz * line.dz) == 0.0
 
 
 @inline
-def unsure_of_plane(height: float, rate: float, parallel: bool, inverse: float, limits: Limits) -> bool:
+def unsure_of_plane(height: float, rate: float, parallel: bool, inverse: float, limits: PlaneLimits) -> bool:
     """Might rounding change the side that a parallel ray is on, or whether a ray rises over the plane?"""
-    certain = (abs(height) >= limits[1]) if parallel else (rate * rate * inverse >= limits[0])
+    certain = (abs(height) >= limits.height) if parallel else (rate * rate * inverse >= limits.rate_squared)
     return not certain
 
 
 @inline
-def plain_plane(
-    plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
-) -> tuple[float, float, bool, bool]:
-    """(height, rate, cancels, parallel). `plane` = (normal, height of the anchor over the plane, anchor).
+def plain_plane(plane: Plane, line: Line) -> tuple[float, float, bool, bool]:
+    """(height, rate, cancels, parallel).
 
     The origin is taken relative to the anchor in two floats.
     """
     nx, ny, nz, over, ax, ay, az = plane
+    ox, oy, oz, dx, dy, dz = line
     px, ex = two_difference(ox, ax)
     py, ey = two_difference(oy, ay)
     pz, ez = two_difference(oz, az)
@@ -64,11 +77,10 @@ def plain_plane(
 
 
 @helper
-def careful_plane(
-    plane: Plane, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
-) -> tuple[float, float]:
+def careful_plane(plane: Plane, line: Line) -> tuple[float, float]:
     """(height, rate) in twice the precision, rounded once."""
     nx, ny, nz, over, ax, ay, az = plane
+    ox, oy, oz, dx, dy, dz = line
     px, ex = two_difference(ox, ax)
     py, ey = two_difference(oy, ay)
     pz, ez = two_difference(oz, az)

@@ -12,29 +12,85 @@ which does not cancel far from the surface (derived in docs/theory.md).
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple
 
 from ...compiler.jit import fma, helper, inline
 from ..numbers.doubled import Pair, negative, pair_dot, pair_product, pair_scaled, pair_sum
 from ..numbers.errorfree import difference_of_products, two_difference
 from ..numbers.vectors import dot
+from ..ray import Line
 
-Quadric: TypeAlias = tuple[
-    float, float, float, float, float, float, float, float, float, float,
-    float, float, float, float, float, float, float, float, float,
-]  # fmt: skip
-"""anchor (3), rows W (9), squares s (3), linear b (3), constant k"""
 
-Sphere: TypeAlias = tuple[float, float, float, float]
-"""center (3), radius"""
+class Quadric(NamedTuple):
+    """The record of a quadric: anchor, rows W, squares s, linear terms b, constant k."""
 
-Roots: TypeAlias = tuple[float, float, bool, bool, bool]
-"""low, high, outside, crosses, unsure: inside is ]low, high[, or its outside where `outside`. Without
-crossings (a touch counts as none) the ray is inside all along if `outside`, else nowhere. `unsure`: rounding
-might change that, or the roots by more than the limits of their surface say."""
+    ax: float
+    ay: float
+    az: float
+    w00: float
+    w01: float
+    w02: float
+    w10: float
+    w11: float
+    w12: float
+    w20: float
+    w21: float
+    w22: float
+    s0: float
+    s1: float
+    s2: float
+    b0: float
+    b1: float
+    b2: float
+    k: float
 
-Limits: TypeAlias = tuple[float, float]
-"""least discriminant that is certain, for |d| = 1; least value along rulings, infinite where these are never certain"""
+
+class Sphere(NamedTuple):
+    """A sphere, or a ball."""
+
+    x: float
+    y: float
+    z: float
+    radius: float
+
+
+class Roots(NamedTuple):
+    """Inside is ]low, high[, or its outside where `outside`.
+
+    Without crossings (a touch counts as none) the ray is inside all along if `outside`, else nowhere. `unsure`:
+    rounding might change that, or the roots by more than the limits of their surface say.
+    """
+
+    low: float
+    high: float
+    outside: bool
+    crosses: bool
+    unsure: bool
+
+
+class Quadratic(NamedTuple):
+    """A quadric on a ray: a t² + 2 b t + c about o + foot d, its discriminant b² - a c, and what kind it is.
+
+    `cancels`: terms of a or of the discriminant do, and all of it is to be done again in two floats. `straight`: every
+    term of a is zero. `ruling`: of b's share in it too, the ray runs along the axis of a cylinder.
+    """
+
+    a: float
+    b: float
+    c: float
+    discriminant: float
+    foot: float
+    cancels: bool
+    straight: bool
+    ruling: bool
+
+
+class QuadricLimits(NamedTuple):
+    """From where on the fast formulas of a quadric are certain."""
+
+    discriminant: float  # for |d| = 1
+    value: float  # along rulings, infinite where these are never certain
+
 
 _CANCELS = 2.0**-10
 _ROUNDED = 2.0**-44
@@ -55,18 +111,17 @@ def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, un
     q = -(b + math.copysign(math.sqrt(discriminant if crosses else 1.0), b))
     first, second = q / a + shift, c / q + shift
     outside = a < 0.0 or (a == 0.0 and not crosses and c < 0.0)
-    return min(first, second), max(first, second), outside, crosses, unsure
+    return Roots(min(first, second), max(first, second), outside, crosses, unsure)
 
 
 @inline
-def sphere_roots(
-    sphere: Sphere, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
-) -> Roots:
+def sphere_roots(sphere: Sphere, line: Line, inverse: float, starts: bool) -> Roots:
     """Crossings of a ray with |x - c| = r; `inverse` is 1 / d·d, `starts`: the origin lies on it.
 
     The ray tracing notes' algebraic method about the foot of the perpendicular, which is their geometric one.
     """
     cx, cy, cz, r = sphere
+    ox, oy, oz, dx, dy, dz = line
     px, ex = two_difference(ox, cx)
     py, ey = two_difference(oy, cy)
     pz, ez = two_difference(oz, cz)
@@ -84,60 +139,32 @@ def sphere_roots(
 
 
 @inline
-def quadric_roots(
-    quadric: Quadric,
-    limits: Limits,
-    ox: float,
-    oy: float,
-    oz: float,
-    dx: float,
-    dy: float,
-    dz: float,
-    inverse: float,
-    starts: bool,
-) -> Roots:
+def quadric_roots(quadric: Quadric, limits: QuadricLimits, line: Line, inverse: float, starts: bool) -> Roots:
     """Crossings of a ray with a quadric; `inverse` is 1 / d·d, `starts`: the origin lies on it."""
-    a, b, c, discriminant, foot, cancels, straight, ruling = quadratic_on_ray(
-        quadric, ox, oy, oz, dx, dy, dz, inverse, starts
-    )
-    if cancels:
-        a, b, c, discriminant = careful_quadratic(quadric, ox, oy, oz, dx, dy, dz, foot)
-    return settled_roots(a, b, c, discriminant, foot, starts, straight, ruling, inverse, limits)
+    terms = quadratic_on_ray(quadric, line, inverse, starts)
+    if terms.cancels:
+        terms = careful_quadratic(quadric, line, terms)
+    return settled_roots(terms, starts, inverse, limits)
 
 
 @inline
-def settled_roots(
-    a: float,
-    b: float,
-    c: float,
-    discriminant: float,
-    foot: float,
-    starts: bool,
-    straight: bool,
-    ruling: bool,
-    inverse: float,
-    limits: Limits,
-) -> Roots:
+def settled_roots(terms: Quadratic, starts: bool, inverse: float, limits: QuadricLimits) -> Roots:
     """Roots; the one a ray starts on is taken out by setting c = 0: what remains is t = 0 and -2 b / a."""
-    discriminant = b * b if starts else discriminant
-    c = 0.0 if starts else c
-    least = limits[0] * _STARTING if starts else limits[0]
-    certain = (abs(c) > limits[1]) if ruling else (abs(discriminant) * inverse >= least)
+    a, b, foot = terms.a, terms.b, terms.foot
+    discriminant = b * b if starts else terms.discriminant
+    c = 0.0 if starts else terms.c
+    least = limits.discriminant * _STARTING if starts else limits.discriminant
+    certain = (abs(c) > limits.value) if terms.ruling else (abs(discriminant) * inverse >= least)
     # A root at infinity is one only where nothing bends, whatever rounding took
-    certain &= (straight & (limits[1] < math.inf)) | (a != 0.0)
+    certain &= (terms.straight & (limits.value < math.inf)) | (a != 0.0)
     return roots_of(a, b, c, discriminant, foot, not certain)
 
 
 @inline
-def quadratic_on_ray(
-    quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, inverse: float, starts: bool
-) -> tuple[float, float, float, float, float, bool, bool, bool]:
-    """(a, b, c, b² - a c, foot, cancels, straight, ruling): the quadric on the ray about o + foot d.
-
-    `cancels`: terms of a or of the discriminant do, and all of it is to be done again in two floats.
-    `straight`: every term of a is zero. `ruling`: of b's share in it too, the ray runs along the axis of a cylinder.
-    """
+def quadratic_on_ray(quadric: Quadric, line: Line, inverse: float, starts: bool) -> Quadratic:
+    """A quadric on a ray, in floats."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
+    ox, oy, oz, dx, dy, dz = line
     # Origin relative to the anchor in two floats, then the foot of the perpendicular
     px, ux = two_difference(ox, ax)
     py, uy = two_difference(oy, ay)
@@ -167,15 +194,15 @@ def quadratic_on_ray(
     cancels = (abs(discriminant) < _CANCELS * terms) | (abs(a) < _CANCELS * size)
     straight = size == 0.0
     ruling = straight & (abs(b0 * e0) + abs(b1 * e1) + abs(b2 * e2) == 0.0)
-    return a, b, c, discriminant, foot, cancels, straight, ruling
+    return Quadratic(a, b, c, discriminant, foot, cancels, straight, ruling)
 
 
 @helper
-def careful_quadratic(
-    quadric: Quadric, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, foot: float
-) -> tuple[float, float, float, float]:
-    """(a, b, c, b² - a c) of a quadric on a ray about o + foot d, evaluated in two floats, rounded once."""
+def careful_quadratic(quadric: Quadric, line: Line, terms: Quadratic) -> Quadratic:
+    """The same about the same foot, evaluated in two floats, rounded once."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
+    ox, oy, oz, dx, dy, dz = line
+    foot = terms.foot
     px = pair_sum(two_difference(ox, ax), _product(foot, dx))
     py = pair_sum(two_difference(oy, ay), _product(foot, dy))
     pz = pair_sum(two_difference(oz, az), _product(foot, dz))
@@ -201,7 +228,9 @@ def careful_quadratic(
     squares = pair_sum(pair_sum(t0, t1), t2)
     mixed = pair_dot(2.0, 2.0, 2.0, h0, h1, h2)
     discriminant = pair_sum(pair_sum(pair_scaled(a, k), negative(squares)), pair_sum(pair_product(g, g), mixed))
-    return a[0] + 0.0, b[0], c[0], discriminant[0]
+    return Quadratic(
+        a[0] + 0.0, b[0], c[0], discriminant[0], foot, terms.cancels, terms.straight, terms.ruling
+    )  # fmt: skip
 
 
 @inline
@@ -220,15 +249,7 @@ def _moment(a: Pair, b: Pair, c: Pair, d: Pair) -> Pair:
 def quadric_value(quadric: Quadric, x: float, y: float, z: float) -> float:
     """The left side of the equation at a point: <= 0 inside."""
     y0, y1, y2 = own_coordinates(quadric, x, y, z)
-    s0, s1, s2, b0, b1, b2, k = (
-        quadric[12],
-        quadric[13],
-        quadric[14],
-        quadric[15],
-        quadric[16],
-        quadric[17],
-        quadric[18],
-    )
+    _, _, _, _, _, _, _, _, _, _, _, _, s0, s1, s2, b0, b1, b2, k = quadric
     return dot(fma(s0, y0, 2.0 * b0), fma(s1, y1, 2.0 * b1), fma(s2, y2, 2.0 * b2), y0, y1, y2) - k
 
 
@@ -268,6 +289,6 @@ def quadric_gradient(quadric: Quadric, x: float, y: float, z: float) -> tuple[fl
 @inline
 def own_coordinates(quadric: Quadric, x: float, y: float, z: float) -> tuple[float, float, float]:
     """W (x - anchor)"""
-    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22 = quadric[:12]
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, _, _, _, _, _, _, _ = quadric
     px, py, pz = x - ax, y - ay, z - az
     return dot(w00, w01, w02, px, py, pz), dot(w10, w11, w12, px, py, pz), dot(w20, w21, w22, px, py, pz)

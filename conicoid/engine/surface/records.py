@@ -4,31 +4,31 @@ from __future__ import annotations
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
-from ..ray import Ray
+from ..ray import Ray, line_of
 from ..tables import QUADRIC, SPHERE, Geometry, integer
-from .plane import Limits, Plane, plane_on_ray, unsure_of_plane
-from .quadric import Quadric, Roots, Sphere, quadric_roots, sphere_roots
+from .plane import Plane, PlaneLimits, plane_on_ray, unsure_of_plane
+from .quadric import Quadric, QuadricLimits, Roots, Sphere, quadric_roots, sphere_roots
 
 
 @inline
 def load_plane(geometry: Geometry, row: int) -> Plane:
     at = geometry.places[table.PLANES] + 7 * row
     t = geometry.floats
-    return t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6]
+    return Plane(t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6])
 
 
 @inline
 def load_sphere(geometry: Geometry, row: int) -> Sphere:
     at = geometry.places[table.SPHERES] + 4 * row
     t = geometry.floats
-    return t[at], t[at + 1], t[at + 2], t[at + 3]
+    return Sphere(t[at], t[at + 1], t[at + 2], t[at + 3])
 
 
 @inline
 def load_quadric(geometry: Geometry, row: int) -> Quadric:
     at = geometry.places[table.QUADRICS] + 19 * row
     t = geometry.floats
-    return (
+    return Quadric(
         t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6], t[at + 7], t[at + 8], t[at + 9],
         t[at + 10], t[at + 11], t[at + 12], t[at + 13], t[at + 14], t[at + 15], t[at + 16], t[at + 17], t[at + 18],
     )  # fmt: skip
@@ -39,39 +39,49 @@ def anchor_of(geometry: Geometry, surface: int) -> tuple[float, float, float]:
     """The anchor of a quadric, the center of a sphere."""
     row = integer(geometry, table.SURFACE_ROW, surface)
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-        x, y, z, _ = load_sphere(geometry, row)
-        return x, y, z
+        sphere = load_sphere(geometry, row)
+        return sphere.x, sphere.y, sphere.z
     quadric = load_quadric(geometry, row)
-    return quadric[0], quadric[1], quadric[2]
+    return quadric.ax, quadric.ay, quadric.az
 
 
 @inline
-def load_limits(geometry: Geometry, of: int, row: int) -> Limits:
-    """The limits of a plane or quadric: row `row` of table `of`."""
-    at = geometry.places[of] + 2 * row
-    return geometry.floats[at], geometry.floats[at + 1]
+def plane_limits(geometry: Geometry, row: int) -> PlaneLimits:
+    """The limits of a plane."""
+    at = geometry.places[table.PLANE_LIMITS] + 2 * row
+    return PlaneLimits(geometry.floats[at], geometry.floats[at + 1])
 
 
 @inline
-def plane_crossing(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> tuple[float, float, float, bool]:
-    """(t, height, rate, unsure): where the ray crosses a plane; t = 0 on the plane it starts on."""
-    ox, oy, oz, dx, dy, dz, _, _, start = ray
+def quadric_limits(geometry: Geometry, row: int) -> QuadricLimits:
+    """The limits of a quadric."""
+    at = geometry.places[table.QUADRIC_LIMITS] + 2 * row
+    return QuadricLimits(geometry.floats[at], geometry.floats[at + 1])
+
+
+@inline
+def plane_values(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> tuple[float, float, bool]:
+    """(height, rate, unsure) of a plane on a ray: its value at t is height + rate t, 0 at the start of one on it."""
     row = integer(geometry, table.SURFACE_ROW, surface)
-    height, rate, parallel = plane_on_ray(load_plane(geometry, row), ox, oy, oz, dx, dy, dz)
-    unsure = unsure_of_plane(height, rate, parallel, inverse, load_limits(geometry, table.PLANE_LIMITS, row))
-    height = 0.0 if surface == start else height
-    return -height / rate, height, rate, unsure
+    height, rate, parallel = plane_on_ray(load_plane(geometry, row), line_of(ray))
+    unsure = unsure_of_plane(height, rate, parallel, inverse, plane_limits(geometry, row))
+    return 0.0 if surface == ray.start else height, rate, unsure
+
+
+@inline
+def plane_crossing(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> tuple[float, float, bool]:
+    """(t, rate, unsure): where the ray crosses a plane."""
+    height, rate, unsure = plane_values(geometry, surface, ray, inverse)
+    return -height / rate, rate, unsure
 
 
 @helper
 def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Roots:
     """Crossings with a sphere or general quadric."""
-    ox, oy, oz, dx, dy, dz, _, _, start = ray
-    row = integer(geometry, table.SURFACE_ROW, surface)
+    row, starts = integer(geometry, table.SURFACE_ROW, surface), surface == ray.start
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-        return sphere_roots(load_sphere(geometry, row), ox, oy, oz, dx, dy, dz, inverse, surface == start)
-    limits = load_limits(geometry, table.QUADRIC_LIMITS, row)
-    return quadric_roots(load_quadric(geometry, row), limits, ox, oy, oz, dx, dy, dz, inverse, surface == start)
+        return sphere_roots(load_sphere(geometry, row), line_of(ray), inverse, starts)
+    return quadric_roots(load_quadric(geometry, row), quadric_limits(geometry, row), line_of(ray), inverse, starts)
 
 
 @inline

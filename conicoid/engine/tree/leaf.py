@@ -7,7 +7,7 @@ entries, so that whoever comes to a leaf waits for one place of memory only. A b
 from __future__ import annotations
 
 import math
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 from ...compiler.jit import inline
 from .. import tables as table
@@ -18,8 +18,14 @@ ROWS = 8
 ROUND = 0.5
 """Added to the kind of the first entry where all balls of a leaf are less to look at than the entries' boxes."""
 
-Item: TypeAlias = tuple[Any, Any, Any, Any]
-"""kind, index, body, entry"""
+
+class Item(NamedTuple):
+    """What stands in a leaf: an entry, by numbers."""
+
+    kind: Any
+    index: Any  # surface, cell, program, sheet or polygon
+    body: Any
+    entry: Any
 
 
 @inline
@@ -46,14 +52,16 @@ def is_round(geometry: Geometry, at: int, count: int) -> bool:
 def leaf_item(geometry: Geometry, at: int, count: int, k: int) -> Item:
     """Item k of the leaf of `count` at floats[at:]."""
     f, at = geometry.floats, at + k
-    return whole(f[at + 4 * count]), whole(f[at + 5 * count]), whole(f[at + 6 * count]), whole(f[at + 7 * count])
+    return Item(
+        whole(f[at + 4 * count]), whole(f[at + 5 * count]), whole(f[at + 6 * count]), whole(f[at + 7 * count])
+    )  # fmt: skip
 
 
 @inline
 def leaf_ball(geometry: Geometry, at: int, count: int, k: int) -> Sphere:
     """The ball around item k."""
     f, at = geometry.floats, at + k
-    return f[at], f[at + count], f[at + 2 * count], f[at + 3 * count]
+    return Sphere(f[at], f[at + count], f[at + 2 * count], f[at + 3 * count])
 
 
 @inline

@@ -52,10 +52,10 @@ def reciprocal(d: float) -> float:
 def put_beam(beam: Floats, at: int, ray: Ray) -> None:
     """The beam that is one ray, at beam[at:]."""
     for axis in range(3):
-        o, d = (ray[0], ray[3]) if axis == 0 else ((ray[1], ray[4]) if axis == 1 else (ray[2], ray[5]))
+        o, d = (ray.ox, ray.dx) if axis == 0 else ((ray.oy, ray.dy) if axis == 1 else (ray.oz, ray.dz))
         beam[at + LOW_O + axis], beam[at + HIGH_O + axis] = o, o
         beam[at + LOW_I + axis], beam[at + HIGH_I + axis] = reciprocal(d), reciprocal(d)
-    beam[at + FIRST], beam[at + LAST] = ray[6], ray[7]
+    beam[at + FIRST], beam[at + LAST] = ray.t_min, ray.t_max
 
 
 @inline

@@ -7,6 +7,7 @@ import math
 from ....compiler.jit import inline, kernel
 from ... import tables as table
 from ...surface.nearness import BESIDE
+from ...surface.quadric import Sphere
 from ...surface.records import load_sphere
 from ...tables import BALL, CELL, Floats, Geometry, integer, length
 from ...threads import run_chunks
@@ -57,11 +58,11 @@ def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int
     if kind == BALL:  # whose box need not be read
         return 1
     a, b, c = _width(boxes, entry, 0), _width(boxes, entry, 1), _width(boxes, entry, 2)
-    return 1 if math.pi * ball[3] * ball[3] <= 0.5 * (a * b + b * c + c * a) else 0
+    return 1 if math.pi * ball.radius * ball.radius <= 0.5 * (a * b + b * c + c * a) else 0
 
 
 @inline
-def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> tuple[float, float, float, float]:
+def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> Sphere:
     """A ball that holds an entry: itself, if it is one, or that around its box; of infinite radius, if need be."""
     if kind == BALL:
         surface = integer(geometry, table.ENTRY_INDEX, entry)
@@ -72,9 +73,9 @@ def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> tuple[f
     reach += BESIDE * (abs(x) + abs(y) + abs(z) + reach)
     if kind == CELL:
         ball = around_cell(geometry, integer(geometry, table.ENTRY_INDEX, entry), x, y, z, reach)
-        if ball[3] < reach:
+        if ball.radius < reach:
             return ball
-    return x, y, z, reach
+    return Sphere(x, y, z, reach)
 
 
 @inline

@@ -27,7 +27,7 @@ _LEAST, _MOST = 1e-250, 1e250  # beyond, products might overflow
 
 @inline
 def _none() -> Sphere:
-    return 0.0, 0.0, 0.0, math.inf
+    return Sphere(0.0, 0.0, 0.0, math.inf)
 
 
 @inline
@@ -51,7 +51,7 @@ def _between(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: floa
         if not across:
             continue
         along = dot(nx, ny, nz, quadric[3 + 3 * j], quadric[4 + 3 * j], quadric[5 + 3 * j])
-        height = dot(nx, ny, nz, quadric[0] - ax, quadric[1] - ay, quadric[2] - az) + over
+        height = dot(nx, ny, nz, quadric.ax - ax, quadric.ay - ay, quadric.az - az) + over
         y, slack = -height * square / along, _AWAY * away * math.sqrt(square)
         if (along > 0.0) == (integer(geometry, table.PLANE_SIDE, slot) > 0):
             high = min(high, y + slack)
@@ -71,7 +71,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
     if not (_LEAST < steep < _MOST and _LEAST < square < _MOST):
         return _none()
     ya, yb = -quadric[15 + a] / sa, -quadric[15 + b] / sb
-    level, least = quadric[18] + (ya * ya * sa + yb * yb * sb), abs(quadric[18]) + (ya * ya * sa + yb * yb * sb)
+    level, least = quadric.k + (ya * ya * sa + yb * yb * sb), abs(quadric.k) + (ya * ya * sa + yb * yb * sb)
     low, high = _between(geometry, cell, quadric, j, away)
     if sj > 0.0:
         half = math.sqrt(max(0.0, level + bj * bj / sj + _ROUNDED * (least + bj * bj / sj)) / sj)
@@ -94,9 +94,9 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
         y = (middle if i == j else (ya if i == a else yb)) / _of_rows(quadric, i, i)
         k = 3 + 3 * i
         center = (center[0] + y * quadric[k], center[1] + y * quadric[k + 1], center[2] + y * quadric[k + 2])
-    x, y, z = center[0] + quadric[0], center[1] + quadric[1], center[2] + quadric[2]
+    x, y, z = center[0] + quadric.ax, center[1] + quadric.ay, center[2] + quadric.az
     raised = math.sqrt(largest) * (1.0 + _RAISED) + BESIDE * (abs(x) + abs(y) + abs(z) + away)
-    return x, y, z, raised
+    return Sphere(x, y, z, raised)
 
 
 @helper
@@ -113,8 +113,8 @@ def around_cell(geometry: Geometry, cell: int, x: float, y: float, z: float, rea
         for j in range(i):
             if abs(_of_rows(quadric, i, j)) > _PARALLEL * math.sqrt(_of_rows(quadric, i, i) * _of_rows(quadric, j, j)):
                 return best
-    away = reach + abs(x - quadric[0]) + abs(y - quadric[1]) + abs(z - quadric[2])
+    away = reach + abs(x - quadric.ax) + abs(y - quadric.ay) + abs(z - quadric.az)
     for j in range(3):
         ball = _along_axis(geometry, cell, quadric, j, away)
-        best = ball if ball[3] < best[3] else best
+        best = ball if ball.radius < best.radius else best
     return best
