@@ -5,11 +5,11 @@ from __future__ import annotations
 
 def warmup() -> None:
     """Compile and cache all kernels (about a minute the first time on two cores, some seconds later)."""
-    from .ahead import JOBS, expect
+    from .ahead import expect
     from .compile_jobs import CALLS
 
-    expect(*JOBS)
-    for call in (_answers, _exact, _pictures, _large, *CALLS.values()):
+    expect(*CALLS)
+    for call in (_answers, _exact, _large, *CALLS.values()):
         call()
 
 
@@ -41,15 +41,6 @@ def _exact() -> None:
     for query in (two.first_hit, two.spans, two.crossings):
         query(*edge)
     Scene([Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
-
-
-def _pictures() -> None:
-    from .render.picture import INTEGRATORS
-    from .scene import Scene
-    from .shapes.sphere import Sphere
-
-    for integrator in INTEGRATORS:
-        Scene([Sphere()]).render(8, 8, samples=1, integrator=integrator)
 
 
 def _large() -> None:

@@ -15,6 +15,7 @@ from types import ModuleType
 import pytest
 
 import conicoid as co
+from conicoid.integrators import INTEGRATORS, Integrator
 from conicoid.shapes import REGISTRY
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -82,6 +83,12 @@ def test_words_of_the_workshop_stay_there(told: str) -> None:
 @pytest.mark.parametrize("name", [name for name in REGISTRY if REGISTRY[name].__module__.startswith("conicoid.")])
 def test_every_shape_is_in_the_table(name: str) -> None:
     assert f"`{name}`" in (ROOT / "docs" / "shapes.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("each", INTEGRATORS.values(), ids=lambda each: each.name)
+def test_every_integrator_is_in_the_table(each: Integrator) -> None:
+    row = f'| `"{each.name}"` | {each.about} |'
+    assert row in (ROOT / "docs" / "pictures.md").read_text(encoding="utf-8").splitlines()
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from .children import child
 PROGRAM = """
 import sys
 import conicoid as co, numpy as np
+from conicoid.integrators import INTEGRATORS
 from conicoid.jit import on_compile
 from conicoid.jit_functions import Kernel
 
@@ -33,7 +34,8 @@ with on_compile(late.append):
             for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
                 answer[:100].detached()
     scene.first_hit((1, 0, 5), (0, 0, -1))
-    scene.render(16, 16, samples=1, integrator="normals")
+    for integrator in INTEGRATORS:
+        scene.render(16, 16, samples=1, integrator=integrator)
     co.measure(co.Sphere() - co.Box(), rays=1000)
     co.check(scene, rays=600)
 print(late, flush=True)

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from ..geometry.tables import Floats, Geometry
+from ..geometry.tables import Geometry
 from ..jit import helper
 from ..trace.kernels import normal_at, resolved
 from ..trace.lanes import close_lanes, lane_hit, lane_ray
-from ..trace.packet import Packet
 from ..trace.packet_first import trace_packet
 from ..trace.scratch import Scratch
+from .samples import Samples, Settings
 
 
 @helper
-def normals_wave(geometry: Geometry, scratch: Scratch, packet: Packet, colors: Floats, count: int) -> None:
-    """Add the colours of the first surfaces' normals to those of a packet's first `count` rays."""
-    lanes = packet.lanes
-    close_lanes(lanes, count)
-    trace_packet(geometry, scratch, packet, 8, True, scratch.nothing, False)
-    for i in range(count):
+def gather(geometry: Geometry, scratch: Scratch, memory: None, settings: Settings, samples: Samples) -> None:
+    """Add the colours of the first surfaces' normals."""
+    lanes, colors = samples.packet.lanes, samples.colors
+    close_lanes(lanes, samples.size)
+    trace_packet(geometry, scratch, samples.packet, 8, True, scratch.nothing, False)
+    for i in range(samples.size):
         t, body, surface, _, side = resolved(geometry, lane_hit(lanes, i))
         if body < 0:
             continue
