@@ -16,18 +16,24 @@ def warmup() -> None:
 def _answers() -> None:
     """Every field of every answer, for rays that are certain and that only touch a ball."""
     from .scene import Scene
+    from .scene_queries import QUERIES
     from .shapes.sphere import Sphere
+    from .trace.answer import Answer
 
     scene = Scene([Sphere(1.0), Sphere(1.0, (0.0, 0.0, 1.0)) - Sphere(0.5)])
+    along_rays = [name for name, first in QUERIES.items() if first == "origins"]
+    at_points = [name for name, first in QUERIES.items() if first == "points"]
     certain, touching = (0.0, 0.0, 5.0), (1.0, 0.0, 5.0)
     for origins in ([certain], [touching], [certain, touching]):
         hits = scene.first_hit(origins, (0.0, 0.0, -1.0))
         for rays in (hits.rays, hits.spawn((0.0, 0.0, 1.0)), hits.spawn((1.0, 0.0, 0.0))):
-            scene.occluded(rays)
-            for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
-                answer.detached()
-                answer[:1].detached()
-    scene.contains([(0.0, 0.0, 0.0)])
+            for name in along_rays:
+                answer = getattr(scene, name)(rays)
+                if isinstance(answer, Answer):
+                    answer.detached()
+                    answer[:1].detached()
+    for name in at_points:
+        getattr(scene, name)([(0.0, 0.0, 0.0)])
 
 
 def _exact() -> None:

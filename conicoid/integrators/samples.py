@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..geometry.tables import Floats
-from ..jit import allocator
+from ..geometry.tables import Floats, Geometry
+from ..jit import allocator, helper, inline
+from ..trace.kernels import resolved
+from ..trace.lanes import close_lanes, lane_hit, lane_ray
 from ..trace.packet import Packet
+from ..trace.packet_first import trace_packet
+from ..trace.scratch import Scratch
 
 
 class Settings(NamedTuple):
@@ -24,6 +28,34 @@ class Samples(NamedTuple):
     packet: Packet
     colors: Floats  # (64, channels of the film) sums, to which the integrator adds
     size: int  # how many rays there are
+
+
+class Seen(NamedTuple):
+    """What a ray meets first, and where; body -1 if nothing."""
+
+    t: float
+    body: int
+    surface: int
+    face: int
+    side: int  # -1 where the surface's own normal points into the body, else 1
+    x: float
+    y: float
+    z: float
+
+
+@helper
+def trace_samples(geometry: Geometry, scratch: Scratch, samples: Samples) -> None:
+    """Find what the rays meet first, all together; `seen` then tells it ray by ray."""
+    close_lanes(samples.packet.lanes, samples.size)
+    trace_packet(geometry, scratch, samples.packet, 8, True, scratch.nothing, False)
+
+
+@inline
+def seen(geometry: Geometry, samples: Samples, i: int) -> Seen:
+    """What ray i meets, after `trace_samples`."""
+    t, body, surface, face, side = resolved(geometry, lane_hit(samples.packet.lanes, i))
+    ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(samples.packet.lanes, i, t)
+    return Seen(t, body, surface, face, side, ox + t * dx, oy + t * dy, oz + t * dz)
 
 
 @allocator

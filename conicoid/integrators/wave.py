@@ -25,7 +25,6 @@ from ..trace.lanes import (
     DZ,
     LANES,
     T_MAX,
-    close_lanes,
     lane_hit,
     lane_ray,
     prepare_lanes,
@@ -37,7 +36,7 @@ from ..trace.lanes import (
 from ..trace.packet import new_lanes, with_lanes
 from ..trace.packet_first import trace_packet
 from ..trace.scratch import Scratch
-from .samples import Samples, Settings
+from .samples import Samples, Settings, trace_samples
 from .stack import NO_SURFACE, Stack, new_stack
 from .whitted import Sight, facing, follow, medium_at, shade, shows_light, sight_of, sky
 
@@ -102,8 +101,7 @@ def _direction(lanes: Floats, i: int) -> tuple[float, float, float]:
 def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, samples: Samples) -> None:
     """What the rays meet."""
     lanes = samples.packet.lanes
-    close_lanes(lanes, samples.size)
-    trace_packet(geometry, scratch, samples.packet, 8, True, scratch.nothing, False)
+    trace_samples(geometry, scratch, samples)
     for i in range(samples.size):
         ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(lanes, i, math.inf)
         sight = sight_of(geometry, scratch, look.materials, ox, oy, oz, dx, dy, dz, NO_SURFACE, lane_hit(lanes, i))
