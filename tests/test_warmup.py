@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
+
+from conicoid.scene_queries import QUERIES, Queries
+
 from .children import child
 
 PROGRAM = """
@@ -40,6 +44,12 @@ with on_compile(late.append):
     co.check(scene, rays=600)
 print(late, flush=True)
 """
+
+
+def test_warmup_knows_every_query():
+    methods = {name: query for name, query in vars(Queries).items() if callable(query) and not name.startswith("_")}
+    assert {"first_hit", "contains"} <= methods.keys()
+    assert QUERIES == {name: list(inspect.signature(query).parameters)[1] for name, query in methods.items()}
 
 
 def test_nothing_is_left_to_be_compiled():
