@@ -18,7 +18,6 @@ def _answers() -> None:
     from .scene import Scene
     from .scene_queries import QUERIES
     from .shapes.sphere import Sphere
-    from .trace.answer import Answer
 
     scene = Scene([Sphere(1.0), Sphere(1.0, (0.0, 0.0, 1.0)) - Sphere(0.5)])
     along_rays = [name for name, first in QUERIES.items() if first == "origins"]
@@ -29,7 +28,7 @@ def _answers() -> None:
         for rays in (hits.rays, hits.spawn((0.0, 0.0, 1.0)), hits.spawn((1.0, 0.0, 0.0))):
             for name in along_rays:
                 answer = getattr(scene, name)(rays)
-                if isinstance(answer, Answer):
+                if hasattr(answer, "detached"):
                     answer.detached()
                     answer[:1].detached()
     for name in at_points:
