@@ -49,7 +49,7 @@ print(late, flush=True)
 def test_warmup_knows_every_query():
     methods = {name: query for name, query in vars(Queries).items() if callable(query) and not name.startswith("_")}
     assert {"first_hit", "contains"} <= methods.keys()
-    assert QUERIES == {name: list(inspect.signature(query).parameters)[1] for name, query in methods.items()}
+    assert {name: list(inspect.signature(query).parameters)[1] for name, query in methods.items()} == QUERIES
 
 
 def test_nothing_is_left_to_be_compiled():

@@ -12,7 +12,6 @@ from ..trace.packet import Packet
 from ..trace.packet_first import trace_packet
 from ..trace.scratch import Scratch
 
-
 class Settings(NamedTuple):
     """The same for all of a picture. Each integrator has a kernel of its own, which knows the type of `look`."""
 
@@ -54,6 +53,8 @@ def trace_samples(geometry: Geometry, scratch: Scratch, samples: Samples) -> Non
 def seen(geometry: Geometry, samples: Samples, i: int) -> Seen:
     """What ray i meets, after `trace_samples`."""
     t, body, surface, face, side = resolved(geometry, lane_hit(samples.packet.lanes, i))
+    if body < 0:
+        return Seen(t, body, surface, face, side, 0.0, 0.0, 0.0)
     ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(samples.packet.lanes, i, t)
     return Seen(t, body, surface, face, side, ox + t * dx, oy + t * dy, oz + t * dz)
 
