@@ -12,6 +12,7 @@ from ..trace.packet import Packet
 from ..trace.packet_first import trace_packet
 from ..trace.scratch import Scratch
 
+
 class Settings(NamedTuple):
     """The same for all of a picture. Each integrator has a kernel of its own, which knows the type of `look`."""
 
