@@ -11,16 +11,18 @@ import queue
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from .compiler import ahead
 from .compiler import cache as jit_cache
+from .integrators import INTEGRATORS
 
 
-def picture() -> None:
+def picture(integrator: str) -> None:
     """What renders."""
     from .scene import Scene
 
-    Scene([]).render(1, 1, samples=1)
+    Scene([]).render(1, 1, samples=1, integrator=integrator)
 
 
 def rays() -> None:
@@ -51,7 +53,12 @@ def points() -> None:
         pass
 
 
-CALLS: dict[str, Callable[[], None]] = {"picture": picture, "rays": rays, "streams": streams, "points": points}
+CALLS: dict[str, Callable[[], None]] = {
+    **{each.kernel: partial(picture, each.name) for each in INTEGRATORS.values()},
+    "rays": rays,
+    "streams": streams,
+    "points": points,
+}
 
 
 def tell(word: str, name: str) -> None:

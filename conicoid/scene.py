@@ -264,13 +264,11 @@ class Scene(Queries):
         scale, the names of the bodies (or numbers), arrows along the normals of what is seen.
         `progress(done, count)` is called now and then.
         """
-        from .compiler.ahead import expect
         from .image import Image
         from .overlay import drawn_over
         from .render import render
 
         drawn = {name: flag("render", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()}
-        expect("picture", "rays", "streams", "points")
         image = Image(render(self, width, height, samples, integrator, seed, depth, progress, camera))
         if not any(drawn.values()):
             return image

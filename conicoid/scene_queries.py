@@ -107,6 +107,10 @@ class Queries:
         return queries.body_at(self.prepared, points)
 
 
+QUERIES: dict[str, str] = {}
+"""The name of each query, and of its first argument: "origins", "points" or others."""
+
 for _name, _query in vars(Queries).items():
     if hasattr(_query, "__wrapped__"):
         _query.__wrapped__.__qualname__ = f"Scene.{_name}"  # as Python calls it where an argument is missing
+        QUERIES[_name] = _query.__wrapped__.__code__.co_varnames[1]

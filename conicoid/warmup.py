@@ -6,28 +6,33 @@ from __future__ import annotations
 def warmup() -> None:
     """Compile and cache all kernels (about a minute the first time on two cores, some seconds later)."""
     from .compile_jobs import CALLS
-    from .compiler.ahead import JOBS, expect
+    from .compiler.ahead import expect
 
-    expect(*JOBS)
-    for call in (_answers, _exact, _pictures, _large, *CALLS.values()):
+    expect(*CALLS)
+    for call in (_answers, _exact, _large, *CALLS.values()):
         call()
 
 
 def _answers() -> None:
     """Every field of every answer, for rays that are certain and that only touch a ball."""
     from .scene import Scene
+    from .scene_queries import QUERIES
     from .shapes.sphere import Sphere
 
     scene = Scene([Sphere(1.0), Sphere(1.0, (0.0, 0.0, 1.0)) - Sphere(0.5)])
+    along_rays = [name for name, first in QUERIES.items() if first == "origins"]
+    at_points = [name for name, first in QUERIES.items() if first == "points"]
     certain, touching = (0.0, 0.0, 5.0), (1.0, 0.0, 5.0)
     for origins in ([certain], [touching], [certain, touching]):
         hits = scene.first_hit(origins, (0.0, 0.0, -1.0))
         for rays in (hits.rays, hits.spawn((0.0, 0.0, 1.0)), hits.spawn((1.0, 0.0, 0.0))):
-            scene.occluded(rays)
-            for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
-                answer.detached()
-                answer[:1].detached()
-    scene.contains([(0.0, 0.0, 0.0)])
+            for name in along_rays:
+                answer = getattr(scene, name)(rays)
+                if hasattr(answer, "detached"):
+                    answer.detached()
+                    answer[:1].detached()
+    for name in at_points:
+        getattr(scene, name)([(0.0, 0.0, 0.0)])
 
 
 def _exact() -> None:
@@ -41,15 +46,6 @@ def _exact() -> None:
     for query in (two.first_hit, two.spans, two.crossings):
         query(*edge)
     Scene([Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
-
-
-def _pictures() -> None:
-    from .render.picture import INTEGRATORS
-    from .scene import Scene
-    from .shapes.sphere import Sphere
-
-    for integrator in INTEGRATORS:
-        Scene([Sphere()]).render(8, 8, samples=1, integrator=integrator)
 
 
 def _large() -> None:

@@ -8,13 +8,14 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 import conicoid as co
+from conicoid import scene_queries, trace
+from conicoid.integrators import INTEGRATORS, Integrator
 from conicoid.shapes import REGISTRY
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -84,27 +85,36 @@ def test_every_shape_is_in_the_table(name: str) -> None:
     assert f"`{name}`" in (ROOT / "docs" / "shapes.md").read_text(encoding="utf-8")
 
 
-@pytest.fixture
-def added_primitive(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[ModuleType, str]]:
-    """The example of CONTRIBUTING.md, loaded as the file it says it is, and the text of its test."""
+@pytest.mark.parametrize("each", INTEGRATORS.values(), ids=lambda each: each.name)
+def test_every_integrator_is_in_the_table(each: Integrator) -> None:
+    row = f'| `"{each.name}"` | {each.about} |'
+    assert row in (ROOT / "docs" / "pictures.md").read_text(encoding="utf-8").splitlines()
+
+
+def section(title: str) -> list[str]:
+    """The Python blocks of a section of CONTRIBUTING.md, each on the page's line numbers."""
     page = ROOT / "CONTRIBUTING.md"
-    code, test = code_blocks(page)
-    name = "conicoid.shapes.cooling_tower"
+    text = page.read_text(encoding="utf-8")
+    begin = text.index(f"## {title}\n")
+    lines = text.count("\n", 0, begin), text.count("\n", 0, text.index("\n## ", begin))
+    return [block for block in code_blocks(page) if lines[0] < len(block) - len(block.lstrip("\n")) < lines[1]]
+
+
+def loaded(monkeypatch: pytest.MonkeyPatch, name: str, code: str) -> ModuleType:
+    """A module of the package with an example's code."""
     spec = importlib.util.spec_from_loader(name, loader=None)
     assert spec is not None
     module = importlib.util.module_from_spec(spec)
-    module.__package__ = "conicoid.shapes"
+    module.__package__ = name.rpartition(".")[0]
     monkeypatch.setitem(sys.modules, name, module)
-    exec(compile(code, str(page), "exec"), module.__dict__)
-    yield module, test
-    REGISTRY.pop("CoolingTower")
+    exec(compile(code, "CONTRIBUTING.md", "exec"), module.__dict__)
+    return module
 
 
-def test_the_primitive_of_contributing_works(added_primitive: tuple[ModuleType, str]) -> None:
-    module, test = added_primitive
-    assert module.CoolingTower is REGISTRY["CoolingTower"]
-    namespace: dict[str, object] = {"__name__": "test_cooling_tower"}
-    exec(compile(test, "CONTRIBUTING.md", "exec"), namespace)
+def run_tests(code: str) -> None:
+    """Run the tests of an example."""
+    namespace: dict[str, object] = {"__name__": "test_of_contributing"}
+    exec(compile(code, "CONTRIBUTING.md", "exec"), namespace)
     tests = [value for key, value in namespace.items() if key.startswith("test_")]
     assert tests
     for run in tests:
@@ -112,14 +122,73 @@ def test_the_primitive_of_contributing_works(added_primitive: tuple[ModuleType, 
         run()
 
 
+def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
+    code, test = section("Add a primitive in 30 lines")
+    module = loaded(monkeypatch, "conicoid.shapes.cooling_tower", code)
+    try:
+        assert module.CoolingTower is REGISTRY["CoolingTower"]
+        run_tests(test)
+    finally:
+        REGISTRY.pop("CoolingTower")
+
+
+def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
+    code, line, test = section("Add an integrator")
+    loaded(monkeypatch, "conicoid.integrators.curvature", code)
+    (added,) = eval(line.strip())
+    monkeypatch.setitem(INTEGRATORS, added.name, added)
+    with pytest.raises(ValueError, match="render: integrator must be one of whitted, normals, curvature, got 'path'"):
+        co.Scene([]).render(1, 1, integrator="path")
+    run_tests(test)
+
+
+def test_the_query_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
+    code, method, test = section("Add a query")
+    module = loaded(monkeypatch, "conicoid.trace.thickness", code)
+    monkeypatch.setattr(trace, "thickness", module, raising=False)
+    namespace = dict(vars(scene_queries))
+    exec(compile(method, "CONTRIBUTING.md", "exec"), namespace)
+    monkeypatch.setattr(scene_queries.Queries, "thickness", namespace["thickness"], raising=False)
+    run_tests(test)
+
+
 @pytest.mark.deep
-def test_the_primitive_of_contributing_joins_the_contract(tmp_path: Path) -> None:
-    for folder in ("conicoid", "tests"):
+def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
+    """In a copy of it, by the edits that the page tells of: they pass the tests that hold for all of their kind."""
+    for folder in ("conicoid", "tests", "docs"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    code, _ = code_blocks(ROOT / "CONTRIBUTING.md")
-    (tmp_path / "conicoid" / "shapes" / "cooling_tower.py").write_text(code, encoding="utf-8")
-    command = [sys.executable, "-m", "pytest", "tests/contract", "-k", "CoolingTower", "-q"]
+    for name in ("pyproject.toml", *LETTERS):
+        shutil.copy(ROOT / name, tmp_path)
+    primitive, primitive_test = section("Add a primitive in 30 lines")
+    integrator, line, integrator_test = section("Add an integrator")
+    query, method, query_test = section("Add a query")
+    for file, code in (
+        ("conicoid/shapes/cooling_tower.py", primitive),
+        ("conicoid/integrators/curvature.py", integrator),
+        ("conicoid/trace/thickness.py", query),
+        ("tests/shapes/test_cooling_tower.py", primitive_test),
+        ("tests/integrators/test_curvature.py", integrator_test),
+        ("tests/trace/test_thickness.py", query_test),
+    ):
+        assert not (tmp_path / file).exists()
+        (tmp_path / file).write_text(code.lstrip(), encoding="utf-8")
+    insert(tmp_path / "conicoid" / "integrators" / "__init__.py", line, before="    )\n}\n")
+    insert(tmp_path / "conicoid" / "scene_queries.py", method, before="\nQUERIES:")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
+    chosen = "CoolingTower or cooling_tower or curvature or thickness or nothing_is_left or jobs_name"
+    folders = ("contract", "shapes/test_cooling_tower.py", "integrators", "render", "trace/test_thickness.py")
+    paths = [f"tests/{path}" for path in (*folders, "test_warmup.py", "test_ahead.py")]
+    command = [sys.executable, "-m", "pytest", *paths, "-k", chosen, "-q"]
     ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout
+    kept = {file.name.partition("-")[0] for file in (tmp_path / "cache").rglob("*.nbc")}
+    assert kept >= {"curvature_tiles", "first_walls"}
+
+
+def insert(file: Path, code: str, before: str) -> None:
+    """Put the code of an example into a file, indented, before a text that stands there once."""
+    text = file.read_text(encoding="utf-8")
+    assert text.count(before) == 1
+    depth = "    " if code.lstrip().startswith("@") else 8 * " "
+    lines = "".join(f"{depth}{each}".rstrip() + "\n" for each in code.strip().splitlines())
+    file.write_text(text.replace(before, lines + before), encoding="utf-8")

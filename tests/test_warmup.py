@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
+
+from conicoid.scene_queries import QUERIES, Queries
+
 from .children import child
 
 PROGRAM = """
 import sys
 import conicoid as co, numpy as np
+from conicoid.integrators import INTEGRATORS
 from conicoid.compiler.jit import on_compile
 from conicoid.compiler.functions import Kernel
 
@@ -33,11 +38,18 @@ with on_compile(late.append):
             for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
                 answer[:100].detached()
     scene.first_hit((1, 0, 5), (0, 0, -1))
-    scene.render(16, 16, samples=1, integrator="normals")
+    for integrator in INTEGRATORS:
+        scene.render(16, 16, samples=1, integrator=integrator)
     co.measure(co.Sphere() - co.Box(), rays=1000)
     co.check(scene, rays=600)
 print(late, flush=True)
 """
+
+
+def test_warmup_knows_every_query():
+    methods = {name: query for name, query in vars(Queries).items() if callable(query) and not name.startswith("_")}
+    assert {"first_hit", "contains"} <= methods.keys()
+    assert {name: list(inspect.signature(query).parameters)[1] for name, query in methods.items()} == QUERIES
 
 
 def test_nothing_is_left_to_be_compiled():

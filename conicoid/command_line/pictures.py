@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..integrators import INTEGRATORS, with_option
 from .parts import (
     STDOUT,
     SceneFile,
@@ -39,7 +40,8 @@ TURNTABLE_EXAMPLES = (
 )
 Pixels = Annotated[int, typer.Option(min=1, help="Pixels.")]
 Samples = Annotated[int, typer.Option(min=1, help="Rays for each pixel.")]
-Integrator = Annotated[str, typer.Option(help="How light is gathered: whitted or normals.")]
+_NAMES = " or ".join(INTEGRATORS)
+Integrator = Annotated[str, typer.Option(help=f"How light is gathered: {_NAMES}.")]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same picture, to the bit.")]
 Depth = Annotated[int, typer.Option(min=0, max=10_000, help="Reflections and refractions of a ray, at most.")]
 Axes = Annotated[bool, typer.Option("--axes", help="Draw the axes of the world, with their scale.")]
@@ -91,10 +93,10 @@ def render(
         elif output.suffix.lower() not in SUFFIXES:
             raise ValueError(f"{output}: pictures are saved as {', '.join(SUFFIXES)}")
         check_folder(output)
-        _check_together(context, samples, integrator)
+        _check(context, samples, integrator, seed, depth)
         loaded = load(scene, threads)
         camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, fit)
-        prepare(loaded, "picture", "rays", "streams", "points")
+        prepare(loaded, INTEGRATORS[integrator].kernel, "rays", "streams", "points")
         with compile_notes(), Bar("rendering", "ray") as bar:
             image = loaded.render(
                 width, height, samples, integrator, seed, depth=depth, camera=camera, axes=axes, labels=labels,
@@ -141,12 +143,12 @@ def turntable(
 
         check_movie(output, width, height, frames, positive("turntable", "seconds", seconds))
         check_folder(output)
-        _check_together(context, samples, integrator)
+        _check(context, samples, integrator, seed, depth)
         loaded = load(scene, threads)
         camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, False)
         if fit:
             loaded = loaded.replace(camera=None)
-        prepare(loaded, "picture", "rays", "streams", "points")
+        prepare(loaded, INTEGRATORS[integrator].kernel, "rays", "streams", "points")
         with compile_notes(), Bar("turning", "ray") as bar:
             rendered = turn(
                 loaded, output, frames=frames, seconds=seconds, width=width, height=height, samples=samples,
@@ -157,8 +159,12 @@ def turntable(
         say(f"{output}: {frames} frames of {width} x {height} pixels{taken}")
 
 
-def _check_together(context: typer.Context, samples: int, integrator: str) -> None:
-    only_with(context, "--integrator whitted", integrator != "normals", "depth")
+def _check(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:
+    from ..render.picture import check_options
+
+    check_options(samples, integrator, seed, depth)
+    deep = with_option("depth")
+    only_with(context, f"--integrator {' or '.join(deep)}", integrator in deep, "depth")
     only_with(context, "--samples 2 or more", samples > 1, "seed")
     only_with(context, "--position", context.params["position"] is not None, "look_at", "up", "field_of_view")
     only_with(context, "the scene's camera, without --position", context.params["position"] is None, "fit")

@@ -22,12 +22,14 @@ from pathlib import Path
 from typing import Any
 
 JOBS: dict[str, tuple[str, ...]] = {
-    "picture": ("whitted_tiles",),
     "rays": ("coherent_packets", "trace_first"),
     "streams": ("ray_keys", "_begin_places", "trace_ordered"),
     "points": ("faces_of", "points_along", "normals_of"),
 }
-"""What a child can be asked for, and the kernels that are then made."""
+"""What a child can be asked for, and the kernels that are then made.
+
+An integrator's kernel is a job as well, by its own name.
+"""
 
 _PROGRAM = "from conicoid.compile_jobs import main; main()"
 
@@ -37,6 +39,10 @@ Listener = Callable[[str], None]
 _APART: dict[str, Any] = {"start_new_session": True}  # Ctrl-C is for this process, which ends the others
 if sys.platform == "win32":
     _APART = {"creationflags": subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP}
+
+
+def _kernels(job: str) -> tuple[str, ...]:
+    return JOBS.get(job, (job,))
 
 
 class _Child:
@@ -108,7 +114,7 @@ class _Others:
         with self.changed:
             self.cold = True
             self.off = self.off or not possible(cache)
-            self.wanted = [job for job in self.wanted if kernel not in JOBS[job]]
+            self.wanted = [job for job in self.wanted if kernel not in _kernels(job)]
             self._start()
             if not self._promised(kernel):
                 return False
@@ -158,7 +164,7 @@ class _Others:
             self.changed.notify_all()
 
     def _promised(self, kernel: str) -> bool:
-        return kernel not in self.made and any(kernel in JOBS.get(child.job, ()) for child in self.children)
+        return kernel not in self.made and any(kernel in _kernels(child.job) for child in self.children)
 
     def _allowed(self) -> int:
         return _cores() - (0 if self.waiting else 1)

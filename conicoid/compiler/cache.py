@@ -30,14 +30,30 @@ PATIENCE = 120.0
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 
 
+def _parts(function: Any) -> list[Any]:
+    """A function and all that it, and what it encloses, was made with: of compiled functions their Python ones."""
+    enclosed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
+    return [function, *(part for each in enclosed for part in _parts(getattr(each, "py_func", each)))]
+
+
+def _is_ours(function: Any) -> bool:
+    """Is it a function of this package, so that the sources say all about it?"""
+    code = getattr(function, "__code__", None)
+    return code is not None and Path(code.co_filename).resolve().is_relative_to(place.PACKAGE)
+
+
+def _place_of(function: Any) -> str:
+    return f"{function.__module__}.{function.__qualname__}:{function.__code__.co_firstlineno}"
+
+
 class KernelCache(caching.NullCache):  # type: ignore[misc]
     """What Numba's dispatcher asks for a compiled version and gives a new one. Of functions elsewhere it keeps none."""
 
     def __init__(self, function: Any) -> None:
         self._function = function
         self._turn: Turn | None = None
-        home = Path(function.__code__.co_filename).resolve()
-        self._kept = home.is_relative_to(place.PACKAGE) and function.__closure__ is None and bool(place.source_hash())
+        self._parts = _parts(function)
+        self._kept = all(map(_is_ours, self._parts)) and bool(place.source_hash())
 
     @property
     def cache_path(self) -> str | None:
@@ -83,8 +99,8 @@ class KernelCache(caching.NullCache):  # type: ignore[misc]
         code = self._function.__code__
         settings = [str(getattr(config, name, None)) for name in _SETTINGS]
         about = (str(signature), codegen.magic_tuple(), sys.implementation.cache_tag, settings, code.co_code)
-        place_of_it = f"{self._function.__module__}.{self._function.__qualname__}:{code.co_firstlineno}"
-        number = hashlib.sha256(f"{place_of_it} {about!r}".encode()).hexdigest()[:24]
+        places = ",".join(map(_place_of, self._parts))
+        number = hashlib.sha256(f"{places} {about!r}".encode()).hexdigest()[:24]
         return f"{self._function.__name__}-{number}.nbc"
 
     def _loaded(self, file: str, target: Any) -> Any:

@@ -1,1 +1,44 @@
-"""How light is gathered along a ray: one integrator, one file, each a `radiance` for kernels."""
+"""The ways to gather light along camera rays. An integrator is one file here and one line of the table below.
+
+The table is data, so that messages, help and documentation can name integrators without the compiler. "Add an
+integrator" in CONTRIBUTING.md shows all that a file needs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Integrator:
+    """What is known of an integrator before anything is compiled."""
+
+    name: str
+    about: str
+    """What its pictures show, for help and documentation."""
+    lit: bool = False
+    """Does it need materials, lights and background (`Settings.look`)?"""
+    options: tuple[str, ...] = ()
+    """Those options of `render` that mean nothing to some integrators and something to this one."""
+    file: str = ""
+    """Its module in this folder, where that is not called as the integrator is."""
+
+    @property
+    def kernel(self) -> str:
+        """The name of the kernel that fills a film with its pictures."""
+        return f"{self.name}_tiles"
+
+
+INTEGRATORS = {
+    each.name: each
+    for each in (
+        Integrator("whitted", "local light, shadows, mirrors and glass", lit=True, options=("depth",), file="wave"),
+        Integrator("normals", "the outward unit normal n of the first surface, as (1 + n) / 2"),
+    )
+}
+"""By the names that users write; the first is the default."""
+
+
+def with_option(option: str) -> tuple[str, ...]:
+    """The names of the integrators to which an option of `render` means something."""
+    return tuple(each.name for each in INTEGRATORS.values() if option in each.options)

@@ -21,7 +21,6 @@ from ..engine.packets.lanes import (
     DZ,
     LANES,
     T_MAX,
-    close_lanes,
     lane_hit,
     lane_ray,
     prepare_lanes,
@@ -30,7 +29,7 @@ from ..engine.packets.lanes import (
     put_lane_beam,
     put_ray,
 )
-from ..engine.packets.packet import Packet, new_lanes, new_packet, with_lanes
+from ..engine.packets.packet import new_lanes, with_lanes
 from ..engine.ray import Ray
 from ..engine.tables import Floats, Geometry, whole
 from ..shading.local import light_at
@@ -38,7 +37,8 @@ from ..shading.look import Look
 from ..shading.materials import Materials, material_row
 from ..shading.media import OUTSIDE
 from ..shading.shadow import through_glass
-from .stack import NO_SURFACE, Stack
+from .samples import Samples, Settings, trace_samples
+from .stack import NO_SURFACE, Stack, new_stack
 from .whitted import Sight, facing, follow, medium_at, shade, shows_light, sight_of, sky
 
 _MEDIUM, _ASKS = 13, 14
@@ -47,48 +47,48 @@ _NUMBERS = 15
 
 
 class Wave(NamedTuple):
-    """A packet of rays and what they have met. A row a lane."""
+    """What a packet of rays has met. A row a lane."""
 
-    seen: Packet  # the rays
+    stack: Stack  # rays that are mirrored or refracted
     shadow: Floats  # the lanes of rays from what they meet to a light
     sights: Floats  # (64, _NUMBERS) what they meet, see `Sight`, and more
     arrived: Floats  # (64 · lights · 3) how much of each light reaches what they meet
     further: Floats  # (lights · 3) how much reaches what a mirrored or refracted ray meets
-    colors: Floats  # (64, 3) what comes back
 
 
 @allocator
-def new_wave(lights: int) -> Wave:
+def new_memory(settings: Settings) -> Wave:
     """Memory for one thread."""
+    numbers = 3 * max(1, len(settings.look.lights))
     return Wave(
-        new_packet(), new_lanes(), np.empty((LANES, _NUMBERS)), np.empty(3 * max(1, lights) * LANES),
-        np.empty(3 * max(1, lights)), np.empty((LANES, 3)),
+        new_stack(settings.depth), new_lanes(), np.empty((LANES, _NUMBERS)), np.empty(numbers * LANES),
+        np.empty(numbers),
     )  # fmt: skip
 
 
 @inline
 def _keep(row: Floats, sight: Sight) -> None:
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = (
-        sight[0], sight[1], sight[2], sight[3], sight[4], sight[5], sight[6],
+        sight.t, sight.body, sight.surface, sight.face, sight.side, sight.before, sight.after,
     )  # fmt: skip
-    row[7], row[8], row[9], row[10], row[11], row[12] = sight[7], sight[8], sight[9], sight[10], sight[11], sight[12]
+    row[7], row[8], row[9], row[10], row[11], row[12] = sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz
 
 
 @inline
 def _kept(row: Floats) -> Sight:
-    return (
+    return Sight(
         row[0], whole(row[1]), whole(row[2]), whole(row[3]), whole(row[4]), whole(row[5]), whole(row[6]),
         row[7], row[8], row[9], row[10], row[11], row[12],
     )  # fmt: skip
 
 
 @helper
-def begin_wave(geometry: Geometry, scratch: Scratch, wave: Wave, materials: Materials, count: int) -> None:
-    """The media that the first `count` rays start in."""
-    for i in range(count):
+def _begin(geometry: Geometry, scratch: Scratch, wave: Wave, materials: Materials, samples: Samples) -> None:
+    """The media that the rays start in."""
+    for i in range(samples.size):
         wave.sights[i, _MEDIUM] = OUTSIDE
         if materials.any_transparent:
-            x, y, z, _, _, _, _, _, _ = lane_ray(wave.seen.lanes, i, 0.0)
+            x, y, z, _, _, _, _, _, _ = lane_ray(samples.packet.lanes, i, 0.0)
             wave.sights[i, _MEDIUM] = medium_at(geometry, scratch, materials, x, y, z)
 
 
@@ -99,44 +99,43 @@ def _direction(lanes: Floats, i: int) -> tuple[float, float, float]:
 
 
 @helper
-def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, count: int) -> None:
-    """What the first `count` rays meet."""
-    lanes = wave.seen.lanes
-    close_lanes(lanes, count)
-    trace_packet(geometry, scratch, wave.seen, scratch.nothing, False)
-    for i in range(count):
+def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, samples: Samples) -> None:
+    """What the rays meet."""
+    lanes = samples.packet.lanes
+    trace_samples(geometry, scratch, samples)
+    for i in range(samples.size):
         ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(lanes, i, math.inf)
         sight = sight_of(geometry, scratch, look.materials, ox, oy, oz, dx, dy, dz, NO_SURFACE, lane_hit(lanes, i))
         _keep(wave.sights[i], sight)
 
 
 @helper
-def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, count: int) -> int:
+def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, samples: Samples) -> int:
     """Rays to light k from where it may be seen into the lanes; returns one of them, or -1 if there is none."""
     lanes, light, some = wave.shadow, look.lights[k], -1
-    for i in range(count):
+    for i in range(samples.size):
         sight = _kept(wave.sights[i])
         wave.sights[i, _ASKS] = 0.0
-        if sight[1] < 0:
+        if sight.body < 0:
             continue
-        dx, dy, dz = _direction(wave.seen.lanes, i)
+        dx, dy, dz = _direction(samples.packet.lanes, i)
         nx, ny, nz, _, from_inside = facing(sight, dx, dy, dz)
         if not shows_light(look.materials, sight, from_inside):
             continue
-        row = look.materials.rows[material_row(geometry, look.materials, sight[1], sight[3])]
-        x, y, z = sight[7], sight[8], sight[9]
+        row = look.materials.rows[material_row(geometry, look.materials, sight.body, sight.face)]
+        x, y, z = sight.x, sight.y, sight.z
         lx, ly, lz, end, _, _, part = light_at(light, row, x, y, z, nx, ny, nz, -dx, -dy, -dz)
         if part != 0.0:
-            put_ray(lanes, i, Ray(x, y, z, lx, ly, lz, 0.0, end, sight[2]))
+            put_ray(lanes, i, Ray(x, y, z, lx, ly, lz, 0.0, end, sight.surface))
             wave.sights[i, _ASKS], some = 1.0, i
     return some
 
 
 @helper
-def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: int, count: int) -> None:
+def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: int, samples: Samples) -> None:
     """How much of light k reaches what the rays have met."""
-    lanes, materials, light = wave.shadow, look.materials, look.lights[k]
-    some = _shadow_rays(geometry, wave, look, k, count)
+    lanes, materials, light, count = wave.shadow, look.materials, look.lights[k], samples.size
+    some = _shadow_rays(geometry, wave, look, k, samples)
     if some < 0:
         return
     for i in range(LANES):
@@ -146,7 +145,7 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
     put_lane_beam(lanes, False)
     if light.parallel == 0:
         put_beam_from(lanes, light.position[0], light.position[1], light.position[2])
-    trace_packet(geometry, scratch, with_lanes(wave.seen, lanes), materials.opaque, True)
+    trace_packet(geometry, scratch, with_lanes(samples.packet, lanes), materials.opaque, True)
     for i in range(count):
         if wave.sights[i, _ASKS] == 0.0:
             continue
@@ -161,18 +160,18 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
 
 
 @helper
-def whitted_wave(
-    geometry: Geometry, scratch: Scratch, stack: Stack, wave: Wave, look: Look, depth: int, count: int
-) -> None:
-    """Add to the colours of the first `count` rays what comes back along them, after at most `depth` turns."""
-    _see(geometry, scratch, wave, look, count)
+def gather(geometry: Geometry, scratch: Scratch, wave: Wave, settings: Settings, samples: Samples) -> None:
+    """Add what comes back along the rays, after at most `settings.depth` turns."""
+    look, depth, stack, colors = settings.look, settings.depth, wave.stack, samples.colors
+    _begin(geometry, scratch, wave, look.materials, samples)
+    _see(geometry, scratch, wave, look, samples)
     lights = len(look.lights)
     for k in range(lights):
-        _ask_light(geometry, scratch, wave, look, k, count)
-    for i in range(count):
+        _ask_light(geometry, scratch, wave, look, k, samples)
+    for i in range(samples.size):
         sight = _kept(wave.sights[i])
-        dx, dy, dz = _direction(wave.seen.lanes, i)
-        if sight[1] < 0:
+        dx, dy, dz = _direction(samples.packet.lanes, i)
+        if sight.body < 0:
             r, g, b = sky(look, whole(wave.sights[i, _MEDIUM]), dz, 1.0, 1.0, 1.0)
         else:
             r, g, b, size = shade(
@@ -181,6 +180,6 @@ def whitted_wave(
             if size > 0:
                 red, green, blue = follow(geometry, scratch, stack, size, look, depth, wave.further)
                 r, g, b = r + red, g + green, b + blue
-        wave.colors[i, 0] += r
-        wave.colors[i, 1] += g
-        wave.colors[i, 2] += b
+        colors[i, 0] += r
+        colors[i, 1] += g
+        colors[i, 2] += b

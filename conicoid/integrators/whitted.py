@@ -10,7 +10,7 @@ listed first has priority where two overlap.
 from __future__ import annotations
 
 import math
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,8 +33,23 @@ from ..shading.reflect import reflect
 from ..shading.refract import refract
 from .stack import NO_SURFACE, Stack, push
 
-Sight: TypeAlias = tuple[float, Any, Any, Any, Any, Any, Any, float, float, float, float, float, float]
-"""t, body, surface, face, side, medium before, medium after, point (3), outward normal (3)"""
+
+class Sight(NamedTuple):
+    """The first wall that light notices along a ray; body -1 if there is none."""
+
+    t: float
+    body: Any  # int64, as those that follow
+    surface: Any
+    face: Any
+    side: Any
+    before: Any  # the medium in front of it
+    after: Any  # and behind it
+    x: float
+    y: float
+    z: float
+    nx: float  # outward
+    ny: float
+    nz: float
 
 
 @inline
@@ -51,10 +66,10 @@ def sight_of(
             geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start, t, body, surface, face, side
         )
     if body < 0:
-        return t, body, surface, face, side, before, after, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return Sight(t, body, surface, face, side, before, after, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
     nx, ny, nz = normal_at(geometry, surface, side, x, y, z)
-    return t, body, surface, face, side, before, after, x, y, z, nx, ny, nz
+    return Sight(t, body, surface, face, side, before, after, x, y, z, nx, ny, nz)
 
 
 @helper
@@ -87,7 +102,7 @@ def first_noticed(
 @inline
 def facing(sight: Sight, dx: float, dy: float, dz: float) -> tuple[float, float, float, float, bool]:
     """(normal turned to the eye, its cosine with the way back, seen from inside?)"""
-    nx, ny, nz = sight[10], sight[11], sight[12]
+    nx, ny, nz = sight.nx, sight.ny, sight.nz
     cosine = -dot(nx, ny, nz, dx, dy, dz)
     if cosine < 0.0:
         return -nx, -ny, -nz, -cosine, True
@@ -97,7 +112,7 @@ def facing(sight: Sight, dx: float, dy: float, dz: float) -> tuple[float, float,
 @inline
 def shows_light(materials: Materials, sight: Sight, from_inside: bool) -> bool:
     """Does a surface show what lights fall on it? The inner side of glass does not."""
-    return not (from_inside and materials.medium[sight[1]] == 1)
+    return not (from_inside and materials.medium[sight.body] == 1)
 
 
 @inline
@@ -129,7 +144,7 @@ def shade(
     t, body, surface, face, _, before, after, x, y, z, _, _, _ = sight
     wr, wg, wb = absorbed(materials, before, t, wr, wg, wb)
     row = materials.rows[material_row(geometry, materials, body, face)]
-    cr, cg, cb = surface_color(geometry, materials, body, face, surface, x, y, z, sight[10], sight[11], sight[12])
+    cr, cg, cb = surface_color(geometry, materials, body, face, surface, x, y, z, sight.nx, sight.ny, sight.nz)
     nx, ny, nz, cosine, from_inside = facing(sight, dx, dy, dz)
 
     # How light parts there: F is reflected, of the rest a share goes through
@@ -188,15 +203,15 @@ def follow(
         ray = Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
         hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
         sight = sight_of(geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start, hit)
-        if sight[1] < 0:
+        if sight.body < 0:
             r, g, b = sky(look, medium, dz, wr, wg, wb)
         else:
             nx, ny, nz, _, from_inside = facing(sight, dx, dy, dz)
             if shows_light(materials, sight, from_inside):
-                row = materials.rows[material_row(geometry, materials, sight[1], sight[3])]
+                row = materials.rows[material_row(geometry, materials, sight.body, sight.face)]
                 ask_lights(
-                    geometry, scratch, look, row, sight[2], sight[5], arrived,
-                    sight[7], sight[8], sight[9], nx, ny, nz, -dx, -dy, -dz,
+                    geometry, scratch, look, row, sight.surface, sight.before, arrived,
+                    sight.x, sight.y, sight.z, nx, ny, nz, -dx, -dy, -dz,
                 )  # fmt: skip
             r, g, b, size = shade(geometry, look, stack, size, depth, turns, sight, arrived, 0, dx, dy, dz, wr, wg, wb)
         red, green, blue = red + r, green + g, blue + b

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from .camera import Camera, OrthographicCamera
-from .picture import INTEGRATORS, render
+from .picture import render
 
-__all__ = ["INTEGRATORS", "Camera", "OrthographicCamera", "render"]
+__all__ = ["Camera", "OrthographicCamera", "render"]

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..compiler.ahead import expect
+from ..integrators import INTEGRATORS
 from ..shapes.material import DEFAULT, Material
 from ..shapes.validate import callback, shown
 from .camera import AnyCamera, as_camera, checked_size
@@ -15,9 +17,6 @@ if TYPE_CHECKING:
     from ..engine.tables import Geometry
     from ..engine.threads import Progress
     from .tiles import Film
-
-INTEGRATORS = ("whitted", "normals")
-"""Names of the ways to gather light."""
 
 
 def render(
@@ -34,6 +33,7 @@ def render(
     """The scene's picture as (height, width, 3) float32 of linear light.
 
     samples: rays per pixel; one goes through the pixel's centre, more are stratified over its area.
+    integrator: a name in `INTEGRATORS`.
     depth: how often a ray is reflected or refracted at most.
     The same arguments give the same picture to the bit, for any number of threads.
     progress(done, count) is called with numbers of tiles.
@@ -45,24 +45,23 @@ def render(
     samples, seed, depth = options["samples"], options["seed"], options["depth"]
     callback("render", "progress", progress)
 
+    chosen = INTEGRATORS[integrator]
+    expect(chosen.kernel, "rays", "streams", "points")
+
     from ..engine.threads import run_on
+    from ..integrators.samples import Settings
     from . import tiles
 
     view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)
     lens = view.lens
     film = np.zeros((height, width, 3), dtype=np.float32)
+    settings = Settings(samples, seed, depth, look_of(scene, view) if chosen.lit else None)
+    fill = tiles.tile_kernel(integrator)
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        fill(geometry, lens, film, settings, begin, end)
+
     count = -(-width // tiles.SIDE) * -(-height // tiles.SIDE)
-    if integrator == "normals":
-
-        def work(geometry: Geometry, begin: int, end: int) -> None:
-            tiles.normals_tiles(geometry, lens, film, samples, seed, begin, end)
-
-    else:
-        look = look_of(scene, view)
-
-        def work(geometry: Geometry, begin: int, end: int) -> None:
-            tiles.whitted_tiles(geometry, lens, film, samples, seed, look, depth, begin, end)
-
     run_on(scene.geometry, work, count, 1, width * height * samples, progress)
     return film
 

@@ -1,4 +1,4 @@
-"""The two kernels that fill a film, one square tile of pixels after the other.
+"""The kernels that fill a film, one square tile of pixels after the other: one kernel for each integrator.
 
 A pixel's colour depends on its place, the sample count and the seed only, so pictures are the same
 to the bit whatever the number of threads.
@@ -6,11 +6,15 @@ to the bit whatever the number of threads.
 
 from __future__ import annotations
 
+import functools
+import importlib
 import math
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import integrators
 from ..compiler.jit import helper, inline, kernel
 from ..engine.body.scratch import new_scratch
 from ..engine.numbers.vectors import normalized
@@ -18,10 +22,9 @@ from ..engine.packets.lanes import LANES, put_ray
 from ..engine.packets.packet import new_packet
 from ..engine.ray import Ray
 from ..engine.tables import Floats, Geometry, halted, whole
-from ..integrators.normals import normals_wave
-from ..integrators.stack import NO_SURFACE, new_stack
-from ..integrators.wave import begin_wave, new_wave, whitted_wave
-from ..shading.look import Look
+from ..integrators import INTEGRATORS
+from ..integrators.samples import Samples, Settings, no_memory
+from ..integrators.stack import NO_SURFACE
 from .sampler import sample_in_pixel
 
 SIDE = 32
@@ -78,45 +81,35 @@ def expose(film: Film, colors: Floats, left: int, top: int, samples: int) -> Non
     count = 0
     for row in range(top, min(film.shape[0], top + _SQUARE)):
         for column in range(left, min(film.shape[1], left + _SQUARE)):
-            for k in range(3):
+            for k in range(film.shape[2]):
                 film[row, column, k] = colors[count, k] / samples
             count += 1
 
 
-@kernel
-def normals_tiles(geometry: Geometry, lens: Floats, film: Film, samples: int, seed: int, begin: int, end: int) -> None:
-    """Fill tiles begin to end with the colours of normals."""
-    scratch, packet, colors = new_scratch(geometry), new_packet(), np.empty((LANES, 3))
-    height, width = film.shape[0], film.shape[1]
-    for tile in range(begin, end):
-        corner = tile_corner(tile, width)
-        for top in range(corner[1], min(height, corner[1] + SIDE), _SQUARE):
-            for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
-                colors[:] = 0.0
-                for sample in range(samples):
-                    if halted(geometry):
-                        break
-                    count = camera_rays(lens, packet.lanes, film, left, top, sample, samples, seed)
-                    normals_wave(geometry, scratch, packet, colors, count)
-                expose(film, colors, left, top, samples)
+@functools.cache
+def tile_kernel(integrator: str) -> Callable[..., None]:
+    """The kernel that fills tiles begin to end of a film, with an integrator compiled into it."""
+    chosen = INTEGRATORS[integrator]
+    module = importlib.import_module(f"{integrators.__name__}.{chosen.file or integrator}")
+    gather, new_memory = module.gather, getattr(module, "new_memory", no_memory)
 
+    def tiles(geometry: Geometry, lens: Floats, film: Film, settings: Settings, begin: int, end: int) -> None:
+        scratch, packet, memory = new_scratch(geometry), new_packet(), new_memory(settings)
+        colors = np.empty((LANES, film.shape[2]))
+        height, width = film.shape[0], film.shape[1]
+        for tile in range(begin, end):
+            corner = tile_corner(tile, width)
+            for top in range(corner[1], min(height, corner[1] + SIDE), _SQUARE):
+                for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
+                    colors[:] = 0.0
+                    for sample in range(settings.samples):
+                        if halted(geometry):
+                            break
+                        count = camera_rays(
+                            lens, packet.lanes, film, left, top, sample, settings.samples, settings.seed
+                        )
+                        gather(geometry, scratch, memory, settings, Samples(packet, colors, count))
+                    expose(film, colors, left, top, settings.samples)
 
-@kernel
-def whitted_tiles(
-    geometry: Geometry, lens: Floats, film: Film, samples: int, seed: int, look: Look, depth: int, begin: int, end: int
-) -> None:
-    """Fill tiles begin to end by Whitted's method."""
-    scratch, stack, wave = new_scratch(geometry), new_stack(depth), new_wave(len(look.lights))
-    height, width = film.shape[0], film.shape[1]
-    for tile in range(begin, end):
-        corner = tile_corner(tile, width)
-        for top in range(corner[1], min(height, corner[1] + SIDE), _SQUARE):
-            for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
-                wave.colors[:] = 0.0
-                for sample in range(samples):
-                    if halted(geometry):
-                        break
-                    count = camera_rays(lens, wave.seen.lanes, film, left, top, sample, samples, seed)
-                    begin_wave(geometry, scratch, wave, look.materials, count)
-                    whitted_wave(geometry, scratch, stack, wave, look, depth, count)
-                expose(film, wave.colors, left, top, samples)
+    tiles.__name__ = tiles.__qualname__ = chosen.kernel
+    return kernel(tiles)

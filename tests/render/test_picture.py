@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.integrators import INTEGRATORS
 from conicoid.render.tiles import SIDE
 
 SCENE = co.Scene(
@@ -17,7 +18,7 @@ SCENE = co.Scene(
 )
 
 
-@pytest.mark.parametrize("integrator", ["whitted", "normals"])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_the_same_picture_for_any_number_of_threads(integrator):
     pictures = []
     try:

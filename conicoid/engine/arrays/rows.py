@@ -19,7 +19,7 @@ from ..tables import Floats, Geometry, Ints, Signs, halted
 
 
 @allocator
-def _alone(
+def rows_of_ray(
     geometry: Geometry, scratch: Scratch, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int, bool]:
     """The rows of a ray by itself, from rows[used] on: (rows, how many now, doubtful)."""
@@ -63,7 +63,7 @@ def trace_rows(
                     unsure = put_in_order(rows, before, used, spans)
                 if unsure:
                     ray = load_ray(origins, directions, t_min, t_max, starts, first + k)
-                    rows, used, unsure = _alone(geometry, scratch, ray, spans, rows, before)
+                    rows, used, unsure = rows_of_ray(geometry, scratch, ray, spans, rows, before)
                     rows = with_room(rows, used, more)  # the other lanes' may still be to come
                 used = before if unsure else used
                 counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0

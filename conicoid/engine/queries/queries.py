@@ -62,7 +62,8 @@ def limits_of(rays: Rays, name: str, value: Any) -> FloatArray:
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
 
 
-def _arguments(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Arguments:
+def arguments_of(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Arguments:
+    """The rays of a query as kernels take them: an item, or one for all, of each."""
     return (
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),
@@ -83,7 +84,7 @@ def _packets(rays: Rays) -> tuple[int, int]:
 
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     """The nearest crossing of each ray in (t_min, t_max)."""
-    arguments = _arguments(scene, rays, t_min, t_max)
+    arguments = arguments_of(scene, rays, t_min, t_max)
     found = Found.new(len(arguments[0]))
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arguments[0]))
@@ -127,7 +128,7 @@ def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -
 
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     """Is there any crossing in (t_min, t_max)?  bool of the rays' shape."""
-    arguments = _arguments(scene, rays, t_min, t_max)
+    arguments = arguments_of(scene, rays, t_min, t_max)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arguments[0]))
     if _in_order(scene, arguments, width, packets):
@@ -159,12 +160,12 @@ def _settled(scene: Prepared, arguments: Arguments, which: Any) -> Any:
 
 def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
-    return Spans(scene, rays, listed(scene, _arguments(scene, rays, t_min, t_max), *_packets(rays), True))
+    return Spans(scene, rays, listed(scene, arguments_of(scene, rays, t_min, t_max), *_packets(rays), True))
 
 
 def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Every crossing of each ray with every body in (t_min, t_max), sheets too."""
-    return Crossings(scene, rays, listed(scene, _arguments(scene, rays, t_min, t_max), *_packets(rays), False))
+    return Crossings(scene, rays, listed(scene, arguments_of(scene, rays, t_min, t_max), *_packets(rays), False))
 
 
 def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:

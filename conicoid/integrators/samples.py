@@ -1,0 +1,65 @@
+"""What the tile loop hands to an integrator: records, so that a field more changes no integrator."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ..compiler.jit import allocator, helper, inline
+from ..engine.body.hit import resolved
+from ..engine.body.scratch import Scratch
+from ..engine.packets.first import trace_packet
+from ..engine.packets.lanes import close_lanes, lane_hit, lane_ray
+from ..engine.packets.packet import Packet
+from ..engine.tables import Floats, Geometry
+
+
+class Settings(NamedTuple):
+    """The same for all of a picture. Each integrator has a kernel of its own, which knows the type of `look`."""
+
+    samples: int  # rays per pixel
+    seed: int
+    depth: int  # reflections and refractions of a ray, at most
+    look: Any  # Look; None for integrators that are not `lit`
+
+
+class Samples(NamedTuple):
+    """One camera ray through each of up to 64 pixels, in the first lanes of a packet."""
+
+    packet: Packet
+    colors: Floats  # (64, channels of the film) sums, to which the integrator adds
+    size: int  # how many rays there are
+
+
+class Seen(NamedTuple):
+    """What a ray meets first, and where; body -1 if nothing."""
+
+    t: float
+    body: int
+    surface: int
+    face: int
+    side: int  # -1 where the surface's own normal points into the body, else 1
+    x: float
+    y: float
+    z: float
+
+
+@helper
+def trace_samples(geometry: Geometry, scratch: Scratch, samples: Samples) -> None:
+    """Find what the rays meet first, all together; `seen` then tells it ray by ray."""
+    close_lanes(samples.packet.lanes, samples.size)
+    trace_packet(geometry, scratch, samples.packet, scratch.nothing, False)
+
+
+@inline
+def seen(geometry: Geometry, samples: Samples, i: int) -> Seen:
+    """What ray i meets, after `trace_samples`."""
+    t, body, surface, face, side = resolved(geometry, lane_hit(samples.packet.lanes, i))
+    if body < 0:
+        return Seen(t, body, surface, face, side, 0.0, 0.0, 0.0)
+    ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(samples.packet.lanes, i, t)
+    return Seen(t, body, surface, face, side, ox + t * dx, oy + t * dy, oz + t * dz)
+
+
+@allocator
+def no_memory(settings: Settings) -> None:
+    """For integrators that keep nothing from one packet to the next."""
