@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,19 +49,29 @@ def with_limits(ray: Ray, t_min: float, t_max: float) -> Ray:
     return Ray(ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, t_min, t_max, ray.start)
 
 
-Arguments: TypeAlias = tuple[Any, Any, Any, Any, Any]
-"""of kernels: origins, directions, limits, where rays start"""
+class RayArrays(NamedTuple):
+    """Rays as kernels take them. Limits and starts are arrays of one value for all rays, or of one for each."""
+
+    origins: Floats  # (n, 3)
+    directions: Floats  # (n, 3)
+    t_min: Floats
+    t_max: Floats
+    starts: Ints  # as `Ray.start`
+
+    def some(self, which: Any) -> RayArrays:
+        """Rays of these numbers."""
+        parts: tuple[Any, ...] = self
+        return RayArrays(*(part if len(part) == 1 else part[which] for part in parts))
+
 
 DEAD = -2
 """Start of a ray that does not exist: the continuation of a miss."""
 
 
 @inline
-def load_ray(origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints, i: int) -> Ray:
-    """Ray i; t_min, t_max and starts hold one value for all or one for each.
-
-    Zeros become positive, so that equal origins are the same to the bit.
-    """
+def load_ray(rays: RayArrays, i: int) -> Ray:
+    """Ray i, with zeros that are positive, so that equal origins are the same to the bit."""
+    origins, directions, t_min, t_max, starts = rays
     start = np.int64(starts[i if len(starts) > 1 else 0])
     first, last = t_min[i if len(t_min) > 1 else 0], t_max[i if len(t_max) > 1 else 0]
     ox, oy, oz = origins[i, 0] + 0.0, origins[i, 1] + 0.0, origins[i, 2] + 0.0

@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ...compiler.jit import inline
 from ...shapes.vector import FloatArray
+from ..body.hit import Hit, turn_of
+from ..culling import prefetch_to_write, store_eight
+from ..packets.lanes import BEST, BODY, ENTRY, PLACE, TURN
+from ..tables import Floats
 
 if TYPE_CHECKING:
     pass
@@ -37,10 +42,38 @@ class Found(NamedTuple):
     body: npt.NDArray[np.int32]
     entry: npt.NDArray[np.int32]
     place: npt.NDArray[np.int32]
-    turn: npt.NDArray[np.int8]
+    turn: npt.NDArray[np.int8]  # see `hit.turn_of`
 
     @classmethod
     def new(cls, count: int) -> Found:
         """Room for some hits."""
         body, entry, place = (_room(count, np.int32, share) for share in (2, 4, 6))
         return cls(_room(count, np.float64, 0), body, entry, place, _room(count, np.int8, 1))
+
+
+@inline
+def put_hit(hit: Hit, i: Any, found: Found) -> None:
+    """Hit i, in arrays."""
+    i = np.uint64(i)
+    found.t[i], found.body[i], found.entry[i], found.place[i] = hit.t, hit.body, hit.entry, hit.place
+    found.turn[i] = turn_of(hit)
+
+
+@inline
+def ask_for_hits(i: int, found: Found) -> None:
+    """Ask for the memory that hit i and a few after it are to be written to."""
+    prefetch_to_write(found.t, i)
+    prefetch_to_write(found.body, i)
+    prefetch_to_write(found.entry, i)
+    prefetch_to_write(found.place, i)
+
+
+@inline
+def put_eight_hits(lanes: Floats, lane: int, i: int, found: Found) -> None:
+    """`put_hit` for the hits of eight lanes, which have their turns ready."""
+    at = np.uint64(lane)
+    store_eight(lanes, BEST + at, found.t, i)
+    store_eight(lanes, BODY + at, found.body, i)
+    store_eight(lanes, ENTRY + at, found.entry, i)
+    store_eight(lanes, PLACE + at, found.place, i)
+    store_eight(lanes, TURN + at, found.turn, i)

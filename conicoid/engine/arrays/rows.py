@@ -14,7 +14,7 @@ from ..packets.lanes import DOUBT
 from ..packets.load import coherent, fill_lanes, packet_row
 from ..packets.packet import new_packet
 from ..packets.rows import list_packet, new_chains, put_chain
-from ..ray import DEAD, Ray, load_ray, scaled_ray
+from ..ray import DEAD, Ray, RayArrays, load_ray, scaled_ray
 from ..tables import Floats, Geometry, Ints, Signs, halted
 
 
@@ -35,7 +35,7 @@ def rows_of_ray(
 
 @kernel
 def trace_rows(
-    geometry: Geometry, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    geometry: Geometry, rays: RayArrays,
     width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs,
 ) -> Floats:  # fmt: skip
     """Rows of spans or crossings (see lists.py) of packets begin..end of 64 rays, in the order of their lanes.
@@ -49,20 +49,20 @@ def trace_rows(
     for packet in range(begin, end):
         if halted(geometry):
             break
-        fill_lanes(lanes, origins, directions, t_min, t_max, starts, packet, width, False)
+        fill_lanes(lanes, rays, packet, width, False)
         together, more = coherent(geometry, lanes), 0
         if together:
             found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
             rows = with_room(rows, used, more)
         for row in range(8):
-            first, n = packet_row(packet, row, width, len(origins))
+            first, n = packet_row(packet, row, width, len(rays.origins))
             for k in range(n):
                 before, lane, unsure = used, 8 * row + k, True
                 if together and lanes[DOUBT + np.uint64(lane)] == 0.0:
                     used = put_chain(chains, lane, found, rows, used)
                     unsure = put_in_order(rows, before, used, spans)
                 if unsure:
-                    ray = load_ray(origins, directions, t_min, t_max, starts, first + k)
+                    ray = load_ray(rays, first + k)
                     rows, used, unsure = rows_of_ray(geometry, scratch, ray, spans, rows, before)
                     rows = with_room(rows, used, more)  # the other lanes' may still be to come
                 used = before if unsure else used

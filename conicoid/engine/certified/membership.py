@@ -19,7 +19,7 @@ from ..body.scratch import new_scratch
 from ..surface.decide import OPEN, Rest
 from ..tables import PLANE, SPHERE, Floats, Geometry, Ints, Signs, integer
 from .ranked import find_leaves, forget_leaves
-from .ranks import Ranks, forget, list_surfaces
+from .ranks import Ranks, Room, forget, list_surfaces
 
 
 @inline
@@ -77,10 +77,9 @@ def _stand_in(stand: Geometry, surface: int, where: float) -> None:
 
 
 @kernel
-def locate_ranked(
-    geometry: Geometry, stand: Geometry, nothing: Rest, ranks: Ranks, x: float, y: float, z: float
-) -> Any:
-    """The lowest-numbered body that contains a point, of which ranks.verdict tells the sides; `nothing` is zero."""
+def locate_ranked(geometry: Geometry, room: Room, x: float, y: float, z: float) -> Any:
+    """The lowest-numbered body that contains a point, of which ranks.verdict tells the sides; room.rest is zero."""
+    nothing, stand, ranks = room
     scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), np.int64(-1)
     count = collect(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count)

@@ -19,9 +19,9 @@ from ..body.entry import crossed_face, entry_crossings, is_solid
 from ..body.hit import Hit, comes_first, no_hit
 from ..body.rows import CROSSING_OFF, SPAN_OFF, put_in_order, put_rows, with_room
 from ..body.scratch import KNOWN, TIME, Scratch
-from ..ray import Ray
+from ..ray import Ray, scaled_ray
 from ..tables import Floats, Geometry, integer, whole
-from .ranks import Ranks, entry_program, ray_of_ranks, t_of
+from .ranks import Ranks, Room, entry_program, ray_of_ranks, t_of
 
 
 @inline
@@ -144,10 +144,10 @@ def _in_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: 
 
 @allocator
 def rows_of_ranks(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, given: Ray, scale: float, count: int,
-    spans: bool, rows: Floats, used: int,
-) -> tuple[Floats, int]:  # fmt: skip
+    geometry: Geometry, room: Room, scratch: Scratch, given: Ray, count: int, spans: bool, rows: Floats, used: int
+) -> tuple[Floats, int]:
     """Rows (see lists.py) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
+    (ray, scale), stand, ranks = scaled_ray(given), room.stand, room.ranks
     first, along = used, ray_of_ranks(ray.start)
     for k in range(count):
         entry = scratch.found[k]

@@ -24,7 +24,7 @@ from ..ray import Ray
 from ..surface.decide import CROSSES, OPEN, Rest, decide_curved, decide_plane
 from ..surface.decide_loop import decide_loop
 from ..surface.records import curved_roots, is_curved, plane_crossing
-from ..tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, integer
+from ..tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, Signs, integer
 
 _ALIKE = 2.0**-6
 """What is not doubtful is much nearer to the exact place: |t| is more than 2^-44 |o|, its error less than 2^-50 |o|."""
@@ -48,6 +48,21 @@ class Ranks(NamedTuple):
     rank: Floats
     loops: Ints  # (polygons,) 1: the ray passes within the polygon's outline
     size: Any  # (2,) int64: surfaces, crossings
+
+
+class Room(NamedTuple):
+    """Memory of one thread that decides rays."""
+
+    rest: Rest  # what rounding took from the records of surfaces
+    stand: Geometry  # the scene with simple surfaces in place of its own, see stand_ins.py
+    ranks: Ranks
+
+
+class Doubtful(NamedTuple):
+    """Rays to be decided."""
+
+    which: Ints  # their numbers
+    still: Signs  # set to 1 where it takes exact arithmetic
 
 
 @inline

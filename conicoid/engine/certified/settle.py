@@ -18,14 +18,14 @@ from ..arrays.found import Found
 from ..body.hit import DOUBTFUL
 from ..packets.load import ALONE
 from ..packets.tile import tile_count
-from ..ray import Arguments, Ray, scaled_ray
+from ..ray import Ray, RayArrays, scaled_ray
 from ..surface.decide import CROSSES, MISSES, Rest
 from ..tables import POLYGON, Geometry, length
 from ..threads import chunk_size, run_on
 from .forms import form
 from .kernels import limits_of_hits, ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
 from .membership import locate_ranked, surfaces_near
-from .ranks import Ranks
+from .ranks import Doubtful, Ranks, Room
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -33,8 +33,9 @@ if TYPE_CHECKING:
 _CHUNK = 256
 
 
-def _memory(geometry: Geometry) -> tuple[Geometry, Ranks]:
+def _room(scene: Prepared) -> Room:
     """Room for one thread. Memory from `zeros` is taken only where it is written to."""
+    geometry = scene.geometry
     surfaces, polygons = int(length(geometry, table.SURFACE_KIND)), int(length(geometry, table.POLYGON_SURFACE))
     most = 2 * surfaces + 8
 
@@ -46,52 +47,54 @@ def _memory(geometry: Geometry) -> tuple[Geometry, Ranks]:
         np.zeros(most), np.zeros(most), np.zeros(most), whole(most), np.zeros(most), whole(most), np.zeros(most),
         whole(polygons), np.zeros(2, np.int64),
     )  # fmt: skip
-    return Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks
+    return Room(scene.rest, Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks)
 
 
-def _ask(scene: Prepared, kernel: Callable[..., Any], stand: Geometry, *arguments: Any) -> Any:
+def _halted_with(geometry: Geometry, room: Room) -> Room:
+    """The room, whose stand-ins say as soon as `geometry` does that kernels are to end."""
+    return room._replace(stand=room.stand._replace(places=geometry.places))
+
+
+def _ask(scene: Prepared, kernel: Callable[..., Any], room: Room, *arguments: Any) -> Any:
     """What a kernel says of one ray or point, which ends early at Ctrl-C."""
     found: list[Any] = []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        found.append(kernel(geometry, stand._replace(places=geometry.places), *arguments))
+        found.append(kernel(geometry, _halted_with(geometry, room), *arguments))
 
     run_on(scene.geometry, work, 1, 1, 1)
     return found[0]
 
 
-def settle_hits(scene: Prepared, arguments: Arguments, doubtful: Any, found: Found) -> None:
+def settle_hits(scene: Prepared, rays: RayArrays, doubtful: Any, found: Found) -> None:
     """Decide the first hits of rays that may be doubtful, in place."""
-    geometry, rest = scene.geometry, scene.rest
-    which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
+    asked = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        stand, ranks = _memory(geometry)
-        settle_first(geometry, rest, stand, ranks, *arguments, which, begin, end, *found, still)
+        settle_first(geometry, _halted_with(geometry, _room(scene)), rays, asked, begin, end, found)
 
-    run_on(geometry, work, len(which), max(_CHUNK, len(which) // 64), len(which))
-    left = which[still == 1].tolist()
+    count = len(doubtful)
+    run_on(scene.geometry, work, count, max(_CHUNK, count // 64), count)
+    left = asked.which[asked.still == 1].tolist()
     if left:
-        stand, ranks = _memory(geometry)
+        room = _room(scene)
         for i in left:
-            _rank_exactly(scene, ranks, arguments, i)
-            _ask(scene, ranked_first, stand, ranks, *arguments, i, *found)
+            _rank_exactly(scene, room.ranks, rays, i)
+            _ask(scene, ranked_first, room, rays, i, found)
 
 
-def doubted(scene: Prepared, arguments: Arguments, which: Any, found: Found) -> Any:
+def doubted(scene: Prepared, rays: RayArrays, which: Any, found: Found) -> Any:
     """Those of some settled rays that the fast formulas leave open up to their hits, each asked alone.
 
     On their way different routes ask different bodies beyond the hit, which may be doubtful as well.
     """
-    origins, directions, t_min, t_max, starts = (part if len(part) == 1 else part[which] for part in arguments)
+    some = rays.some(which)
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
-    limits_of_hits(scene.geometry, origins, directions, t_max, t, entry, limits)
+    limits_of_hits(scene.geometry, some._replace(starts=entry), t, entry, limits)
     again, tiles = Found.new(len(which)), tile_count(ALONE, len(which))
     run_on(
         scene.geometry,
-        lambda geometry, a, b: trace_first(
-            geometry, origins, directions, t_min, limits, starts, ALONE, a, b, *again
-        ),
+        lambda geometry, a, b: trace_first(geometry, some._replace(t_max=limits), ALONE, a, b, again),
         tiles,
         chunk_size(tiles, _CHUNK),
         len(which),
@@ -99,23 +102,21 @@ def doubted(scene: Prepared, arguments: Arguments, which: Any, found: Found) -> 
     return which[again.turn > DOUBTFUL // 2]
 
 
-def settled_rows(scene: Prepared, arguments: Arguments, doubtful: Any, spans: bool) -> list[FloatArray]:
+def settled_rows(scene: Prepared, rays: RayArrays, doubtful: Any, spans: bool) -> list[FloatArray]:
     """The rows of doubtful rays' spans or crossings, an array for each."""
-    geometry, rest = scene.geometry, scene.rest
-    which, still = doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8)
-    counts, (stand, ranks) = np.zeros(len(doubtful), np.int32), _memory(geometry)
+    asked = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
+    counts, room = np.zeros(len(doubtful), np.int32), _room(scene)
     found: list[FloatArray] = []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        own = stand._replace(places=geometry.places)
-        found.append(settle_rows(geometry, rest, own, ranks, *arguments, which, spans, counts, still))
+        found.append(settle_rows(geometry, _halted_with(geometry, room), rays, asked, spans, counts))
 
-    run_on(geometry, work, 1, 1, len(which))
+    run_on(scene.geometry, work, 1, 1, len(doubtful))
     parts = np.split(found[0], np.cumsum(counts)[:-1])
-    for k in np.flatnonzero(still).tolist():
-        i = int(which[k])
-        _rank_exactly(scene, ranks, arguments, i)
-        parts[k] = _ask(scene, ranked_rows, stand, ranks, *arguments, i, spans)
+    for k in np.flatnonzero(asked.still).tolist():
+        i = int(asked.which[k])
+        _rank_exactly(scene, room.ranks, rays, i)
+        parts[k] = _ask(scene, ranked_rows, room, rays, i, spans)
     return parts
 
 
@@ -123,30 +124,30 @@ def settle_bodies(scene: Prepared, points: FloatArray, doubtful: Any, bodies: An
     """Decide in which bodies doubtful points are, in place, by exact arithmetic."""
     if not len(doubtful):
         return
-    geometry, (stand, ranks) = scene.geometry, _memory(scene.geometry)
-    nothing = Rest(*(np.zeros(len(part)) for part in scene.rest))
+    geometry, room = scene.geometry, _room(scene)
+    ranks, nothing = room.ranks, Rest(*(np.zeros(len(part)) for part in scene.rest))
     for i in doubtful.tolist():
         x, y, z = points[i].tolist()
         here = line((x, y, z), (0.0, 0.0, 0.0))
         for surface in ranks.surfaces[: surfaces_near(geometry, ranks, x, y, z)].tolist():
             ranks.verdict[surface] = sign(form(scene, surface).at(here))
-        bodies[i] = _ask(scene, locate_ranked, stand, nothing, ranks, x, y, z)
+        bodies[i] = _ask(scene, locate_ranked, room._replace(rest=nothing), x, y, z)
 
 
 def _pick(values: Any, i: int) -> float:
     return float(values[i if len(values) > 1 else 0])
 
 
-def _rank_exactly(scene: Prepared, ranks: Ranks, arguments: Arguments, i: int) -> None:
+def _rank_exactly(scene: Prepared, ranks: Ranks, rays: RayArrays, i: int) -> None:
     """Put the ranks of all that ray i may cross where kernels look for them."""
     geometry, tables = scene.geometry, scene.lowered.tables
     entries = np.zeros(len(tables.entry_kind), np.int32)
-    surfaces, count = surfaces_met(geometry, ranks, *arguments, i, entries)
-    origins, directions, _, _, starts = arguments
+    surfaces, count = surfaces_met(geometry, ranks, rays, i, entries)
+    origins, directions, _, _, starts = rays
     ox, oy, oz = origins[i].tolist()
     dx, dy, dz = directions[i].tolist()
     scaled, _ = scaled_ray(Ray(ox, oy, oz, dx, dy, dz, 0.0, 0.0, -1))
-    origin, direction = scaled[:3], scaled[3:6]
+    origin, direction = (scaled.ox, scaled.oy, scaled.oz), (scaled.dx, scaled.dy, scaled.dz)
     ray, start = line(origin, direction), int(_pick(starts, i))
     places: list[Place] = [ZERO]
     for surface in ranks.surfaces[:surfaces].tolist():

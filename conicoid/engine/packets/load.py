@@ -12,8 +12,8 @@ import numpy as np
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..culling import FIRST, HIGH_O, LOW_O, extent, load_eight
-from ..ray import DEAD
-from ..tables import Floats, Geometry, Ints
+from ..ray import DEAD, RayArrays
+from ..tables import Floats, Geometry
 from .lanes import (
     BEAM_AT,
     DX,
@@ -61,10 +61,11 @@ def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]
 
 @inline
 def fill_lanes(
-    lanes: Floats, origins: Floats, directions: Floats, t_min: Floats, t_max: Floats, starts: Ints,
+    lanes: Floats, rays: RayArrays,
     packet: int, width: int, shared: bool,
 ) -> None:  # fmt: skip
     """The rays of a packet into its lanes; those beyond the end are idle. `shared`: all have their origin already."""
+    origins, directions, t_min, t_max, starts = rays
     one_min, one_max, one_start = len(t_min) == 1, len(t_max) == 1, len(starts) == 1
     put_limits(lanes, t_min[0], t_max[0], starts[0])
     for row in range(8):

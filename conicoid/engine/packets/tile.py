@@ -13,6 +13,7 @@ import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, prefetch, widen
+from ..ray import RayArrays
 from ..tables import Floats, Geometry
 from ..tree.walk import reciprocal, scene_tree
 from .frontier import Level, find_frontier, narrow_frontier, new_frontier, new_level
@@ -85,9 +86,8 @@ def _extent(extremes: Floats, at: int, axis: int) -> tuple[float, float]:
 
 
 @inline
-def _put_extremes(
-    extremes: Floats, at: int, origins: Floats, directions: Floats, tile: int, quarter: int, width: int
-) -> None:
+def _put_extremes(extremes: Floats, at: int, rays: RayArrays, tile: int, quarter: int, width: int) -> None:
+    origins, directions = rays.origins, rays.directions
     for k in range(24):
         for begin in (at + _ORIGINS, at + _DIRECTIONS):
             extremes[begin + k], extremes[begin + 24 + k] = math.inf, -math.inf
@@ -126,12 +126,12 @@ def _put_beam(beams: Floats, at: int, extremes: Floats, first: int, last: int) -
 @helper
 def open_tile(
     geometry: Geometry, tile: Tile, lanes: Floats,
-    origins: Floats, directions: Floats, number: int, width: int,
+    rays: RayArrays, number: int, width: int,
 ) -> bool:  # fmt: skip
     """Find what a tile sees (t >= 0). True if all its rays have one origin, which all lanes have got then."""
     beams = tile.beams
     for quarter in range(_QUARTERS):
-        _put_extremes(tile.extremes, 96 * quarter, origins, directions, number, quarter, width)
+        _put_extremes(tile.extremes, 96 * quarter, rays, number, quarter, width)
     shared = _put_beam(beams, _WHOLE, tile.extremes, 0, 96 * _QUARTERS)
     find_frontier(geometry, tile.seen, tile.level, beams, _WHOLE, scene_tree(geometry))
     if shared:
@@ -147,8 +147,9 @@ def open_quarter(tile: Tile, quarter: int, seen: Floats) -> None:
 
 
 @inline
-def ask_for_packet(origins: Floats, directions: Floats, packet: int, width: int) -> None:
+def ask_for_packet(rays: RayArrays, packet: int, width: int) -> None:
     """Ask for the memory of a packet's rays, if there is one."""
+    origins, directions = rays.origins, rays.directions
     for row in range(8 if packet >= 0 else 0):
         i, n = packet_row(packet, row, width, len(origins))
         if n > 0:

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays.listed import Listed, _Piece
 from ..arrays.rows import trace_rows
 from ..certified.settle import settled_rows
-from ..ray import Arguments
+from ..ray import RayArrays
 from ..tables import Geometry
 from ..threads import chunk_size, run_on
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 _PACKETS = 64
 
 
-def listed(scene: Prepared, arguments: Arguments, width: int, packets: int, spans: bool) -> Listed:
+def listed(scene: Prepared, rays: RayArrays, width: int, packets: int, spans: bool) -> Listed:
     """All spans, or crossings, of some packets of rays; `width`: see `bundle.packet_row`."""
-    count = len(arguments[0])
+    count = len(rays.origins)
     counts, doubts = np.zeros(count, np.int32), np.zeros(count, np.int8)
     offsets, pieces = np.zeros(count + 1, np.int64), []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        rows = trace_rows(geometry, *arguments, width, spans, begin, end, counts, doubts)
+        rows = trace_rows(geometry, rays, width, spans, begin, end, counts, doubts)
         pieces.append(_Piece(rows, counts, offsets, width, begin, end))
 
     run_on(scene.geometry, work, packets, chunk_size(packets, _PACKETS), count)
@@ -34,7 +34,7 @@ def listed(scene: Prepared, arguments: Arguments, width: int, packets: int, span
     if not len(doubtful):
         np.cumsum(counts, out=offsets[1:])
         return Listed(offsets, pieces)
-    settled = settled_rows(scene, arguments, doubtful, spans)
+    settled = settled_rows(scene, rays, doubtful, spans)
     own = np.array([len(rows) for rows in settled], np.int32)
     every = counts.copy()
     every[doubtful] = own

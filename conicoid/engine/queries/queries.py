@@ -20,7 +20,7 @@ from ..certified.membership import locate
 from ..certified.settle import doubted, settle_bodies, settle_hits
 from ..packets.tile import tile_count
 from ..prepared import Prepared
-from ..ray import Arguments
+from ..ray import RayArrays
 from ..streams.order import ray_order
 from ..threads import chunk_size, run_on
 from .listed import listed
@@ -62,9 +62,9 @@ def limits_of(rays: Rays, name: str, value: Any) -> FloatArray:
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
 
 
-def arguments_of(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Arguments:
+def arrays_of(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> RayArrays:
     """The rays of a query as kernels take them: an item, or one for all, of each."""
-    return (
+    return RayArrays(
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),
         limits_of(rays, "t_min", t_min),
@@ -84,75 +84,75 @@ def _packets(rays: Rays) -> tuple[int, int]:
 
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     """The nearest crossing of each ray in (t_min, t_max)."""
-    arguments = arguments_of(scene, rays, t_min, t_max)
-    found = Found.new(len(arguments[0]))
+    arrays = arrays_of(scene, rays, t_min, t_max)
+    found = Found.new(len(arrays.origins))
     width, packets = _packets(rays)
-    tiles = tile_count(width, len(arguments[0]))
-    if not _in_order(scene, arguments, width, packets):
-        _trace_streams(scene, arguments, False, found)
+    tiles = tile_count(width, len(arrays.origins))
+    if not _in_order(scene, arrays, width, packets):
+        _trace_streams(scene, arrays, False, found)
     else:
         run_on(
             scene.geometry,
-            lambda geometry, a, b: trace_first(geometry, *arguments, width, a, b, *found),
+            lambda geometry, a, b: trace_first(geometry, arrays, width, a, b, found),
             tiles,
             chunk_size(tiles, _TILES),
-            len(arguments[0]),
+            len(arrays.origins),
         )
     doubtful = np.flatnonzero(found.turn > DOUBTFUL // 2)
     if len(doubtful):
-        settle_hits(scene, arguments, doubtful, found)
-        doubtful = doubted(scene, arguments, doubtful, found)
+        settle_hits(scene, arrays, doubtful, found)
+        doubtful = doubted(scene, arrays, doubtful, found)
     return Hits(scene, rays, found, doubtful)
 
 
-def _trace_streams(scene: Prepared, arguments: Arguments, any_hit: bool, found: Found) -> None:
+def _trace_streams(scene: Prepared, arrays: RayArrays, any_hit: bool, found: Found) -> None:
     """First hits, or any, of rays in no order: sorted, and in streams."""
-    order = ray_order(scene.geometry, arguments[0], arguments[1])
+    order = ray_order(scene.geometry, arrays.origins, arrays.directions)
     streams = -(-len(order) // _STREAM)
     run_on(
         scene.geometry,
-        lambda geometry, a, b: trace_ordered(geometry, *arguments, order, _STREAM, any_hit, a, b, *found),
+        lambda geometry, a, b: trace_ordered(geometry, arrays, order, _STREAM, any_hit, a, b, found),
         streams,
         chunk_size(streams, 8),
         len(order),
     )
 
 
-def _in_order(scene: Prepared, arguments: Arguments, width: int, packets: int) -> bool:
+def _in_order(scene: Prepared, arrays: RayArrays, width: int, packets: int) -> bool:
     """Should rays be traced as they come? Yes if they are few, or if every other packet of them is coherent."""
     if packets < _FEW:
         return True
     asked = 64
-    return coherent_packets(scene.geometry, *arguments, width, packets, asked) >= asked // 2
+    return coherent_packets(scene.geometry, arrays, width, packets, asked) >= asked // 2
 
 
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     """Is there any crossing in (t_min, t_max)?  bool of the rays' shape."""
-    arguments = arguments_of(scene, rays, t_min, t_max)
+    arrays = arrays_of(scene, rays, t_min, t_max)
     width, packets = _packets(rays)
-    tiles = tile_count(width, len(arguments[0]))
-    if _in_order(scene, arguments, width, packets):
-        result: Any = np.zeros(len(arguments[0]), np.int8)
+    tiles = tile_count(width, len(arrays.origins))
+    if _in_order(scene, arrays, width, packets):
+        result: Any = np.zeros(len(arrays.origins), np.int8)
         run_on(
             scene.geometry,
-            lambda geometry, a, b: trace_occluded(geometry, *arguments, width, a, b, result),
+            lambda geometry, a, b: trace_occluded(geometry, arrays, width, a, b, result),
             tiles,
             chunk_size(tiles, _TILES),
-            len(arguments[0]),
+            len(arrays.origins),
         )
         doubtful = np.flatnonzero(result >= DOUBTFUL)
     else:
-        found = Found.new(len(arguments[0]))
-        _trace_streams(scene, arguments, True, found)
+        found = Found.new(len(arrays.origins))
+        _trace_streams(scene, arrays, True, found)
         result, doubtful = found.body >= 0, np.flatnonzero(found.turn > DOUBTFUL // 2)
     if len(doubtful):
-        result[doubtful] = _settled(scene, arguments, doubtful)
+        result[doubtful] = _settled(scene, arrays, doubtful)
     return result.astype(np.bool_).reshape(rays.shape)[()]
 
 
-def _settled(scene: Prepared, arguments: Arguments, which: Any) -> Any:
+def _settled(scene: Prepared, arrays: RayArrays, which: Any) -> Any:
     """Do these rays hit anything?  In exact arithmetic; bool."""
-    some = tuple(part if len(part) == 1 else part[which] for part in arguments)
+    some = arrays.some(which)
     found = Found.new(len(which))
     settle_hits(scene, some, np.arange(len(which)), found)
     return found.body >= 0
@@ -160,12 +160,12 @@ def _settled(scene: Prepared, arguments: Arguments, which: Any) -> Any:
 
 def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
-    return Spans(scene, rays, listed(scene, arguments_of(scene, rays, t_min, t_max), *_packets(rays), True))
+    return Spans(scene, rays, listed(scene, arrays_of(scene, rays, t_min, t_max), *_packets(rays), True))
 
 
 def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Every crossing of each ray with every body in (t_min, t_max), sheets too."""
-    return Crossings(scene, rays, listed(scene, arguments_of(scene, rays, t_min, t_max), *_packets(rays), False))
+    return Crossings(scene, rays, listed(scene, arrays_of(scene, rays, t_min, t_max), *_packets(rays), False))
 
 
 def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
