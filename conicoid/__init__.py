@@ -40,7 +40,7 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "check": ".checks.check", "Finding": ".checks.finding",
     "measure": ".measures.measure", "Measures": ".measures.measure",
     "SceneMeasures": ".measures.scene_measures",
-    "turntable": ".turntables.turntable", "warmup": ".warmup",
+    "turntable": ".turntables.turntable", "export": ".viewer.html", "warmup": ".warmup",
 }  # fmt: skip
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
@@ -117,6 +117,7 @@ if TYPE_CHECKING:
     from .shapes.triangle import Triangle as Triangle
     from .shapes.two_sheet_hyperboloid import TwoSheetHyperboloid as TwoSheetHyperboloid
     from .turntables.turntable import turntable as turntable
+    from .viewer.html import export as export
     from .warmup import warmup as warmup
 
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import functools
 import os
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
 
 THREADS, CACHE, JIT = "CONICOID_THREADS", "CONICOID_CACHE_DIR", "CONICOID_JIT"
@@ -14,6 +17,7 @@ _LONGEST = 80
 
 def threads_wanted() -> int | None:
     """The number in CONICOID_THREADS; None where it is not set. Raises ValueError for anything else."""
+    warn_of_unknown()
     wanted = os.environ.get(THREADS, "")
     if not wanted:
         return None
@@ -24,6 +28,7 @@ def threads_wanted() -> int | None:
 
 def jit_wanted() -> str:
     """What CONICOID_JIT asks for: "plain", "own", or nothing, "". Raises ValueError for anything else."""
+    warn_of_unknown()
     wanted = os.environ.get(JIT, "")
     if wanted not in ("", "plain", "own"):
         raise ValueError(f"{JIT} must be 'plain' or 'own', got {_shown(wanted, _LONGEST)}")
@@ -32,14 +37,27 @@ def jit_wanted() -> str:
 
 def check_environment() -> None:
     """Raise ValueError for what the command line is not to pass over: a wrong value, or an unknown name."""
+    for message in _unknown():
+        raise ValueError(message)
     threads_wanted()
     jit_wanted()
     _check_cache(os.environ.get(CACHE, ""))
+
+
+@functools.cache
+def warn_of_unknown() -> None:
+    """Warn of names that nobody reads, once in a process: when those that somebody reads are read."""
+    for message in _unknown():
+        warnings.warn(message, stacklevel=2)
+
+
+def _unknown() -> Iterator[str]:
+    """What there is to say of each variable that begins with CONICOID_ and is none of ours."""
     for name in sorted(os.environ):
         if name.startswith("CONICOID_") and name not in KNOWN:
             close = difflib.get_close_matches(name[:_LONGEST], KNOWN, n=1)
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(KNOWN)}"
-            raise ValueError(f"{name[:_LONGEST]} is not a Conicoid variable: {hint}")
+            yield f"{name[:_LONGEST]} is not a Conicoid variable: {hint}"
 
 
 def _check_cache(chosen: str) -> None:

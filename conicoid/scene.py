@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .render.camera import Camera, OrthographicCamera
 
 _SAME: Any = object()
+_PARTS = ("lights", "camera", "background", "domain")
 
 
 class Scene(Queries):
@@ -61,6 +62,14 @@ class Scene(Queries):
         self._domain = as_domain(domain)
         self._prepared: Prepared | None = None
         self._lock = lock()
+
+    if not TYPE_CHECKING:  # else checkers would let any name be set
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            if not name.startswith("_") and (type(self) is Scene or hasattr(Scene, name)):
+                hint = f": scene.replace({name}=...) is one with another" if name in _PARTS else ""
+                raise AttributeError(f"a Scene is read-only, {name[:80]} cannot be set{hint}")
+            object.__setattr__(self, name, value)
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -155,17 +164,21 @@ class Scene(Queries):
 
     def replace(
         self, which: str | int | None = None, item: Shape | Body | None = None, *,
+        material: Any = _SAME, name: Any = _SAME,
         lights: Any = _SAME, camera: Any = _SAME, background: Any = _SAME, domain: Any = _SAME,
     ) -> Scene:  # fmt: skip
         """A scene with one entry changed, or other lights, camera, background or domain; it prepares only that.
 
         `which` is the name of the entry or the number of its body; a shape as `item` takes the place of the entry's
-        shape, which keeps its material and name, and a `Body` that of the whole entry.
+        shape, which keeps its material and name, and a `Body` that of the whole entry, whose name stays if the `Body`
+        has none. `material` and `name` change these alone, or besides; None takes them away.
         Raises KeyError and IndexError for an entry that there is not.
         """
         from .scene_parts import exchanged
 
-        bodies = self._bodies if which is None and item is None else exchanged(self._bodies, self._firsts, which, item)
+        labels = {key: new for key, new in dict(material=material, name=name).items() if new is not _SAME}
+        keeps = which is None and item is None and not labels
+        bodies = self._bodies if keeps else exchanged(self._bodies, self._firsts, which, item, labels)
         given = lights, camera, background, domain
         made = Scene(bodies, *(old if new is _SAME else new for new, old in zip(given, self._parts[1:], strict=True)))
         prepared = self._prepared
@@ -273,6 +286,23 @@ class Scene(Queries):
         if not any(drawn.values()):
             return image
         return drawn_over(image, self, camera or self.camera or self.fitting_camera(width / height), **drawn)
+
+    @calm
+    def section(
+        self, plane: str | OrthographicCamera = "z", at: float | None = None, width: int = 640, height: int = 480,
+        samples: int = 4,
+    ) -> Image:  # fmt: skip
+        """A picture of the section by a plane: the colour of what is there, and lines where materials meet.
+
+        plane: "x", "y" or "z", across which it lies at `at` (0 if not given), in a window that fits; or an
+        `OrthographicCamera`, through whose position it goes, across the view. Clear materials are pale blue, and white
+        is nothing or void. The pattern of a Checker is not drawn. `samples` for each pixel smooth the edges.
+        """
+        from .image import Image
+        from .render.section import section_pixels
+
+        materials = [body.material for body in self._bodies]
+        return Image(section_pixels(self.prepared, materials, self.extent, plane, at, width, height, samples))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a scene file that `co.load` reads as an equal scene; `co.save` says more."""

@@ -12,7 +12,8 @@ import numpy as np
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.spheres import Spheres
-from .shapes.validate import listed, shown, what
+from .shapes.suggestion import known_names
+from .shapes.validate import shown, what
 
 
 def as_bodies(items: Any) -> tuple[Body, ...]:
@@ -40,8 +41,8 @@ def named(bodies: Sequence[Body], name: str) -> int:
     for entry, body in enumerate(bodies):
         if body.name == name:
             return entry
-    known = listed([repr(body.name) for body in bodies if body.name]) or "none has a name"
-    raise KeyError(f"no body named {shown(name)}; named bodies: {known}")
+    known = [body.name for body in bodies if body.name]
+    raise KeyError(f"no body named {shown(name)}; {known_names(name, 'named bodies', known)}")
 
 
 def numbered(firsts: Any, number: Any) -> tuple[int, int]:
@@ -61,16 +62,20 @@ def numbered(firsts: Any, number: Any) -> tuple[int, int]:
     return entry, index - int(firsts[entry])
 
 
-def exchanged(bodies: tuple[Body, ...], firsts: Any, which: Any, item: Any) -> tuple[Body, ...]:
-    """Bodies with one entry changed: the one of a name, or of a body's number."""
-    if not isinstance(item, (Shape, Body)):
-        raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}")
+def exchanged(
+    bodies: tuple[Body, ...], firsts: Any, which: Any, item: Any, labels: Mapping[str, Any]
+) -> tuple[Body, ...]:
+    """Bodies with one entry changed: the one of a name, or of a body's number. `labels`: a material, a name."""
+    if not isinstance(item, (Shape, Body)) and not (item is None and labels):
+        hint = "" if item is None or labels else "; material= and name= change these alone"
+        raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}{hint}")
     entry = named(bodies, which) if isinstance(which, str) else numbered(firsts, which)[0]
     old = bodies[entry]
     if not isinstance(which, str) and isinstance(old.shape, Spheres):
         raise ValueError(f"replace: body {which} is one ball of an entry of {len(old.shape):,}; name the entry instead")
-    new = item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
-    return (*bodies[:entry], new, *bodies[entry + 1 :])
+    new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
+    changes = {"name": new.name or old.name, **labels}
+    return (*bodies[:entry], dataclasses.replace(new, **changes), *bodies[entry + 1 :])
 
 
 def as_camera(camera: Any) -> Any:

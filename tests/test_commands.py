@@ -23,7 +23,7 @@ def test_info(scene):
     result = run("info", scene)
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
-    assert lines[1].split() == ["0", "ball", "Sphere", "x", "[-1,", "1]", "y", "[-1,", "1]", "z", "[-1,", "1]"]
+    assert lines[1].split() == ["0", "ball", "red", "Sphere", "x", "[-1,", "1]", "y", "[-1,", "1]", "z", "[-1,", "1]"]
     assert lines[3].split()[:2] == ["2-3", "Spheres"]
     assert "z [-inf, -3]" in lines[4]
     totals = dict(line.split(maxsplit=1) for line in lines[6:])

@@ -14,7 +14,8 @@ from types import ModuleType
 import pytest
 
 import conicoid as co
-from conicoid import scene_queries, trace
+from conicoid import scene_queries
+from conicoid.engine import queries
 from conicoid.integrators import INTEGRATORS, Integrator
 from conicoid.shapes import REGISTRY
 
@@ -144,8 +145,8 @@ def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -
 
 def test_the_query_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
     code, method, test = section("Add a query")
-    module = loaded(monkeypatch, "conicoid.trace.thickness", code)
-    monkeypatch.setattr(trace, "thickness", module, raising=False)
+    module = loaded(monkeypatch, "conicoid.engine.queries.thickness", code)
+    monkeypatch.setattr(queries, "thickness", module, raising=False)
     namespace = dict(vars(scene_queries))
     exec(compile(method, "CONTRIBUTING.md", "exec"), namespace)
     monkeypatch.setattr(scene_queries.Queries, "thickness", namespace["thickness"], raising=False)
@@ -165,10 +166,10 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
     for file, code in (
         ("conicoid/shapes/cooling_tower.py", primitive),
         ("conicoid/integrators/curvature.py", integrator),
-        ("conicoid/trace/thickness.py", query),
+        ("conicoid/engine/queries/thickness.py", query),
         ("tests/shapes/test_cooling_tower.py", primitive_test),
         ("tests/integrators/test_curvature.py", integrator_test),
-        ("tests/trace/test_thickness.py", query_test),
+        ("tests/engine/test_thickness.py", query_test),
     ):
         assert not (tmp_path / file).exists()
         (tmp_path / file).write_text(code.lstrip(), encoding="utf-8")
@@ -176,7 +177,7 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
     insert(tmp_path / "conicoid" / "scene_queries.py", method, before="\nQUERIES:")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
     chosen = "CoolingTower or cooling_tower or curvature or thickness or nothing_is_left or jobs_name"
-    folders = ("contract", "shapes/test_cooling_tower.py", "integrators", "render", "trace/test_thickness.py")
+    folders = ("contract", "shapes/test_cooling_tower.py", "integrators", "render", "engine/test_thickness.py")
     paths = [f"tests/{path}" for path in (*folders, "test_warmup.py", "test_ahead.py")]
     command = [sys.executable, "-m", "pytest", *paths, "-k", chosen, "-q"]
     ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)

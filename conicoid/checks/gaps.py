@@ -43,13 +43,11 @@ def undefined_regions(scene: Scene, targets: Targets, rays: int, random: np.rand
     """One finding for each region, told apart by the walls around them; the largest first."""
     from ..scene import Scene
 
-    if scene.domain is None:
+    if scene.domain is None or why_not(scene):
         return []
     domain = Scene(scene.domain)
     around = Targets.of(domain.lowered)
     low, high = around.window
-    if not (low < high).all():
-        return []
     bodies = np.flatnonzero(~targets.empty)
     aims = [around.through_window(rays // 2 + 1, random)]
     if len(bodies):
@@ -62,6 +60,17 @@ def undefined_regions(scene: Scene, targets: Targets, rays: int, random: np.rand
     regions = _joined(scene, domain, _together(gaps))
     found = [_finding(scene, domain, regions, k, random) for k in range(len(regions))]
     return sorted(found, key=lambda finding: -finding.size)
+
+
+def why_not(scene: Scene) -> str:
+    """Why undefined regions of a scene are not looked for; empty where they are."""
+    from ..scene import Scene
+
+    if scene.domain is None:
+        return "the scene has no domain, which says where bodies are to be"
+    around = Targets.of(Scene(scene.domain).lowered)
+    low, high = around.window
+    return "the scene's domain is empty" if around.empty.all() or not (low < high).all() else ""
 
 
 def _seen(scene: Scene, domain: Scene, origins: FloatArray, directions: FloatArray, size: float) -> Iterator[Gap]:

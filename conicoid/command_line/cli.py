@@ -17,6 +17,7 @@ from .parts import (
     name_of,
     only_with,
     prepare,
+    refuse_stdin,
     refused_files,
     written,
 )
@@ -152,7 +153,7 @@ def info(
 
         with compile_notes(), Bar("checking", "step") as bar:
             findings = find(loaded, rays, seed, bar)
-        for line in report.findings(findings):
+        for line in (*report.findings(findings), *report.not_looked_for(loaded)):
             typer.echo(line)
 
 
@@ -175,12 +176,16 @@ def trace(
 ) -> None:
     """Follow rays through a scene and write what they hit."""
     with user_mistakes():
-        from ..formats.ray_file import check_output, read_rays, write_hits, write_spans
+        from ..formats.ray_file import check_output, ray_notes, read_rays, write_hits, write_spans
+
+        refuse_stdin(rays, "rays")
 
         if output != STDOUT:
             check_output(output)
         check_folder(output)
         table = read_rays(rays)
+        for note in ray_notes(table):
+            say(note)
         loaded = load(scene, threads)
         from . import ray_tables
 
@@ -220,6 +225,7 @@ def import_(
         from ..formats import openmc, scene_file
         from ..shapes.labels import counted
 
+        refuse_stdin(geometry, "geometries")
         with refused_files(), Bar("expanding", "body") as bar:
             imported = openmc.read(geometry, void=void, max_bodies=max_bodies, progress=_counted(geometry, bar))
         with written(output, ".yaml") as file:

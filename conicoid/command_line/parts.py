@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from ..shapes.labels import counted
 from .exit_codes import MISTAKE
 from .terminal import PATIENCE, Bar, compile_notes, say
 
@@ -56,6 +57,7 @@ def load(path: Path, threads: int | None) -> Scene:
     """The scene in a file; so many threads from now on."""
     from ..files import load as read
 
+    refuse_stdin(path, "scenes")
     with refused_files():
         scene = read(path)
     if threads is not None:
@@ -78,7 +80,7 @@ def prepare(scene: Scene, *jobs: str) -> None:
             nonlocal told
             bar(done, count)
             if not told and not bar.console.is_terminal and time.perf_counter() - began > PATIENCE:
-                say(f"preparing {count:,} entries ...")
+                say(f"preparing {counted(count, 'entry', 'entries')} ...")
                 told = True
 
         scene.prepare(progress)
@@ -109,6 +111,12 @@ def check_stdout(what: str) -> None:
     """Refuse to write bytes to a terminal."""
     if sys.stdout.isatty():
         raise ValueError(f"-: {what} is not for a terminal; send it to a file or to another program")
+
+
+def refuse_stdin(path: Path, what: str) -> None:
+    """ValueError for - in place of a file to read."""
+    if path == STDOUT:
+        raise ValueError(f"-: {what} are read from files, not from standard input; name a file")
 
 
 def name_of(output: Path) -> str:

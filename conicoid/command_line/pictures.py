@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 RENDER_EXAMPLES = (
     "Examples:\n\n  conicoid render scene.yaml -o picture.png\n\n"
     "  conicoid render scene.yaml -o large.exr --width 1920 --height 1080\n\n"
-    "  conicoid render scene.yaml -o side.png --position 9,0,1 --look-at 0,0,1 --axes --labels"
+    "  conicoid render scene.yaml -o side.png --position 9,0,1 --look-at 0,0,1 --axes --labels\n\n"
+    "  conicoid render scene.yaml -o plan.png --position 0,0,9 --orthographic 4\n\n"
+    "  conicoid render scene.yaml -o slice.png --section z=0"
 )
 TURNTABLE_EXAMPLES = (
     "Examples:\n\n  conicoid turntable scene.yaml -o spin.gif\n\n"
@@ -55,7 +57,25 @@ LookAt = Annotated[
 ]
 Up = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="With --position.", show_default="0,0,1")]
 FieldOfView = Annotated[float | None, typer.Option(help="With --position: degrees, vertical.", show_default="40")]
+Orthographic = Annotated[
+    float | None,
+    typer.Option("--orthographic", metavar="HEIGHT", help="With --position: parallel rays, of a window so high.",
+                 show_default=False),
+]  # fmt: skip
+Section = Annotated[
+    str | None,
+    typer.Option(
+        "--section", "--slice", metavar="AXIS=VALUE", help="A section, or slice, such as z=0.", show_default=False
+    ),
+]  # fmt: skip
 Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the scene's.")]
+
+
+_OF_VIEWS = (
+    "integrator", "seed", "depth", "position", "look_at", "up", "field_of_view", "orthographic", "fit", "axes",
+    "labels", "normals",
+)  # fmt: skip
+AXES = ("x", "y", "z")
 
 
 def render(
@@ -78,10 +98,12 @@ def render(
     look_at: LookAt = None,
     up: Up = None,
     field_of_view: FieldOfView = None,
+    orthographic: Orthographic = None,
     fit: Fit = False,
     axes: Axes = False,
     labels: Labels = False,
     normals: Normals = False,
+    section: Section = None,
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
@@ -94,11 +116,13 @@ def render(
             raise ValueError(f"{output}: pictures are saved as {', '.join(SUFFIXES)}")
         check_folder(output)
         _check(context, samples, integrator, seed, depth)
+        only_with(context, "a view, not with --section", section is None, *_OF_VIEWS)
+        plane = None if section is None else _plane(context, section)
         loaded = load(scene, threads)
-        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, fit)
-        prepare(loaded, INTEGRATORS[integrator].kernel, "rays", "streams", "points")
+        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
+        prepare(loaded, *(("points",) if plane else (INTEGRATORS[integrator].kernel, "rays", "streams", "points")))
         with compile_notes(), Bar("rendering", "ray") as bar:
-            image = loaded.render(
+            image = loaded.section(*plane, width, height, samples) if plane else loaded.render(
                 width, height, samples, integrator, seed, depth=depth, camera=camera, axes=axes, labels=labels,
                 normals=normals, progress=in_rays(bar, width * height * samples),
             )  # fmt: skip
@@ -125,6 +149,7 @@ def turntable(
     look_at: LookAt = None,
     up: Up = None,
     field_of_view: FieldOfView = None,
+    orthographic: Orthographic = None,
     fit: Fit = False,
     axes: Axes = False,
     labels: Labels = False,
@@ -145,7 +170,7 @@ def turntable(
         check_folder(output)
         _check(context, samples, integrator, seed, depth)
         loaded = load(scene, threads)
-        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, False)
+        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, False)
         if fit:
             loaded = loaded.replace(camera=None)
         prepare(loaded, INTEGRATORS[integrator].kernel, "rays", "streams", "points")
@@ -166,27 +191,46 @@ def _check(context: typer.Context, samples: int, integrator: str, seed: int, dep
     deep = with_option("depth")
     only_with(context, f"--integrator {' or '.join(deep)}", integrator in deep, "depth")
     only_with(context, "--samples 2 or more", samples > 1, "seed")
-    only_with(context, "--position", context.params["position"] is not None, "look_at", "up", "field_of_view")
+    only_with(context, "--position", context.params["position"] is not None, "look_at", "up", "field_of_view",
+              "orthographic")  # fmt: skip
+    only_with(
+        context, "a pinhole camera, not with --orthographic", context.params["orthographic"] is None, "field_of_view"
+    )
     only_with(context, "the scene's camera, without --position", context.params["position"] is None, "fit")
 
 
 def _camera(
     context: typer.Context, scene: Scene, aspect: float,
-    position: str | None, look_at: str | None, up: str | None, field_of_view: float | None, fit: bool,
+    position: str | None, look_at: str | None, up: str | None, field_of_view: float | None,
+    orthographic: float | None, fit: bool,
 ) -> AnyCamera | None:  # fmt: skip
     """The camera that the options describe; None for the scene's."""
     if fit:
         return scene.fitting_camera(aspect)
     if position is None:
         return None
-    from ..render.camera import Camera
+    from ..render.camera import Camera, OrthographicCamera
 
     low, high = scene.extent
     target = tuple((0.5 * low + 0.5 * high).tolist()) if look_at is None else _point(context, "--look-at", look_at)
     more: dict[str, Any] = {} if field_of_view is None else dict(field_of_view=field_of_view)
     if up is not None:
         more["up"] = _point(context, "--up", up)
-    return Camera(_point(context, "--position", position), target, **more)
+    place = _point(context, "--position", position)
+    if orthographic is not None:
+        return OrthographicCamera(place, target, **more, height=orthographic)
+    return Camera(place, target, **more)
+
+
+def _plane(context: typer.Context, text: str) -> tuple[str, float]:
+    """z=0 as an axis and a number."""
+    axis, _, value = text.partition("=")
+    try:
+        if axis.strip() in AXES:
+            return axis.strip(), float(value)
+    except ValueError:
+        pass
+    raise ValueError(f"{context.info_name}: --section must be x=NUMBER, y=NUMBER or z=NUMBER, got {text[:80]!r}")
 
 
 def _point(context: typer.Context, option: str, text: str) -> tuple[float, ...]:

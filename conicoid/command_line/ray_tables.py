@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..engine.answers.rays import Rays
+from ..engine.answers.rays import Rays, lines_of
 from ..shapes.labels import counted
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def summary(arrays: Arrays) -> str:
 def _flat(table: RayTable) -> tuple[Rays, Any, Any]:
     """One row of rays (N, 3) with their intervals (N,)."""
     try:
-        rays = Rays(table.origins, table.directions)
+        rays = Rays(table.origins, table.directions) if table.starts is None else _spawned(table)
     except ValueError as error:
         raise ValueError(f"{table.source}: {error}" if table.source else str(error)) from None
     shape = rays.shape
@@ -74,7 +74,15 @@ def _flat(table: RayTable) -> tuple[Rays, Any, Any]:
     except ValueError:
         found = f"{np.shape(table.t_min)} and {np.shape(table.t_max)}"
         raise ValueError(f"t_min and t_max must broadcast to the rays' shape {shape}, got {found}") from None
-    return Rays(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)), t_min, t_max
+    origins, directions = lines_of(rays)
+    return Rays._spawned(origins, directions, rays._starts, rays._home), t_min, t_max
+
+
+def _spawned(table: RayTable) -> Rays:
+    """Rays that start on surfaces, as `Rays.save` keeps them."""
+    from ..formats.answer_file import RAYS, rays_in
+
+    return rays_in({name: getattr(table, name) for name in RAYS if getattr(table, name) is not None})
 
 
 def _pieces(count: int, progress: Progress) -> Iterator[slice]:

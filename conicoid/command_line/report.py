@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..formats.errors import printable
+from ..shapes.checker import Checker
+from ..shapes.color import srgb_encode
 from ..shapes.labels import counted, with_bytes
 from ..shapes.quadric import Quadric
 
@@ -18,19 +22,19 @@ LISTED = 50
 
 
 def listing(scene: Scene) -> list[str]:
-    """A line for each body: its ids, name, shape and bounds; below a general quadric, which one it is."""
+    """A line for each body: its ids, name, material, shape and bounds; below a general quadric, which one it is."""
     lines, number = [], 0
     for body in scene.bodies[:LISTED]:
         count = len(getattr(body.shape, "radii", ())) if type(body.shape).__name__ == "Spheres" else 1
         ids = f"{number}" if count == 1 else f"{number}-{number + count - 1}" if count else "none"
         number += count
         name, kind = printable(body.name or ""), type(body.shape).__name__
-        lines.append(f"{ids:>9}  {name:<16} {kind:<22} {_box(*body.shape.bounds)}")
+        lines.append(f"{ids:>9}  {name:<16} {_material(body.material):<16} {kind:<22} {_box(*body.shape.bounds)}")
         if isinstance(body.shape, Quadric):
             lines.append(f"{'':>9}  {body.shape.classification}")
     if len(scene.bodies) > LISTED:
         lines.append(f"{'':>9}  and {counted(len(scene.bodies) - LISTED, 'more entry', 'more entries')}")
-    return [f"{'id':>9}  {'name':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
+    return [f"{'id':>9}  {'name':<16} {'material':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
 
 
 def totals(scene: Scene) -> list[str]:
@@ -57,6 +61,28 @@ def findings(found: list[Finding]) -> list[str]:
         if len(of_kind) > LISTED:
             lines.append(f"{kind}: and {len(of_kind) - LISTED:,} more")
     return lines
+
+
+def not_looked_for(scene: Scene) -> list[str]:
+    """What a check has left out, and why."""
+    from ..checks.gaps import why_not
+
+    reason = why_not(scene)
+    return [f"undefined regions were not looked for: {reason}"] if reason else []
+
+
+def _material(material: Any) -> str:
+    """Its name; for one without, its colour, or that it has none."""
+    if material is None:
+        return "-"
+    if material.name:
+        return printable(material.name)
+    if np.any(np.asarray(material.transparency) != 0):
+        return "clear"
+    if isinstance(material.color, str | Checker):
+        return "checker" if isinstance(material.color, Checker) else str(material.color)
+    bytes_ = np.round(255 * np.clip(srgb_encode(np.asarray(material.color)), 0, 1)).astype(int)
+    return "#" + "".join(f"{channel:02x}" for channel in bytes_.tolist())
 
 
 def _box(low: Any, high: Any) -> str:

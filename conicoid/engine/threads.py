@@ -19,7 +19,7 @@ from typing import Any
 from ..compiler import ahead
 from ..compiler.beside import PATIENCE, is_main, started, wait_for
 from ..environment import MOST_THREADS, threads_wanted
-from ..shapes.validate import shown
+from ..shapes.validate import shown, whole
 from .tables import HALT, STEPS, Geometry
 
 Progress = Callable[[int, int], None]
@@ -51,9 +51,10 @@ def thread_count() -> int:
 
 def set_threads(count: int | None) -> None:
     """Use `count` threads from now on; None returns to the default."""
-    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MOST_THREADS):
+    wanted = None if count is None else whole(count)
+    if count is not None and (wanted is None or not 1 <= wanted <= MOST_THREADS):
         raise ValueError(f"set_threads: count must be an integer from 1 to {MOST_THREADS} or None, got {shown(count)}")
-    _chosen[:] = [] if count is None else [count]
+    _chosen[:] = [] if wanted is None else [wanted]
 
 
 def chunk_size(count: int, most: int) -> int:

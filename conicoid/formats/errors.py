@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from os import PathLike, fspath
+
+from ..shapes.suggestion import close_to, did_you_mean
+
+__all__ = ["MOST", "SHOWN", "Problem", "SceneFileError", "Suggestions", "close_to", "did_you_mean", "printable"]
 
 SHOWN, COLUMNS = 18, 100
 """Lines of a message, of so many letters: with its first and last a screen."""
@@ -80,18 +83,3 @@ class Suggestions:
             return ""
         self.left -= len(known)
         return did_you_mean(name, known)
-
-
-def close_to(name: str, known: Collection[str]) -> str:
-    """The known name that is most like this one; empty where none is."""
-    folded = {item.casefold(): item for item in known if len(item) <= 100}
-    close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=0.6)
-    return folded[close[0]] if close else ""
-
-
-def did_you_mean(name: str, known: Collection[str]) -> str:
-    """A suggestion in brackets, or the list of what exists where that is short; empty otherwise."""
-    if close := close_to(name, known):
-        return f" (did you mean {close!r}?)"
-    names = [item for item in known if len(item) <= 100]
-    return f" (known: {', '.join(sorted(names))})" if 0 < len(names) <= 16 else ""

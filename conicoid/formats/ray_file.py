@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..shapes.validate import listed
 from ..shapes.vector import FloatArray
 from .atomic import replacing
 from .data_files import read_array, read_table
@@ -22,6 +23,7 @@ from .regular import check_memory, open_regular
 
 COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
 ARRAYS = ("origins", "directions", "t_min", "t_max")
+STARTS = ("starts", "starts_home")
 BYTES_OF_A_RAY = 300
 """Its numbers and those of its hit, while they are put together."""
 Arrays = Mapping[str, np.ndarray[Any, Any]]
@@ -36,6 +38,11 @@ class RayTable:
     t_min: Any = 0.0
     t_max: Any = float("inf")
     source: str = ""
+    starts: Any = None
+    """The surfaces that rays start on, with the key of their scene, as `Rays.save` writes them."""
+    starts_home: Any = None
+    ignored: tuple[str, ...] = ()
+    """Arrays of a .npz file that are none of these."""
 
 
 def read_rays(path: str | os.PathLike[str]) -> RayTable:
@@ -51,6 +58,15 @@ def read_rays(path: str | os.PathLike[str]) -> RayTable:
     except ValueError as error:
         raise ValueError(f"{file}: {str(error).removeprefix(file.name).lstrip(': ')}") from None
     return table
+
+
+def ray_notes(table: RayTable) -> Iterator[str]:
+    """What a user may not have meant with a file of rays, though it can be read."""
+    if not (table.origins.size and table.directions.size):
+        yield f"{table.source}: holds no rays"
+    if table.ignored:
+        names = listed([printable(name) for name in table.ignored], 5)
+        yield f"{table.source}: not read: {names}; arrays of rays are {', '.join(ARRAYS)}"
 
 
 def _from_columns(file: Path, suffix: str) -> RayTable:
@@ -70,10 +86,11 @@ def _from_npz(file: Path) -> RayTable:
             names = shortened(printable(", ".join(archive.members)) or "nothing", 120)
             raise ValueError(f"must hold the arrays origins and directions (and t_min, t_max), got {names}")
         for name in archive.members:
-            if name not in ARRAYS and (meant := close_to(name, ARRAYS)):
+            if name not in (*ARRAYS, *STARTS) and (meant := close_to(name, ARRAYS)):
                 raise ValueError(f"unknown array {shortened(printable(name))!r} (did you mean {meant!r}?)")
-        arrays: dict[str, Any] = dict(archive.arrays(ARRAYS))
-    return RayTable(**arrays, source=str(file))
+        ignored = tuple(name for name in archive.members if name not in (*ARRAYS, *STARTS))
+        arrays: dict[str, Any] = dict(archive.arrays((*ARRAYS, *STARTS)))
+    return RayTable(**arrays, source=str(file), ignored=ignored)
 
 
 def _check_shapes(table: RayTable) -> None:

@@ -63,9 +63,18 @@ class SceneLike(Protocol):
     def domain(self) -> Any: ...
 
 
+_XML = re.compile(r"\s*<(?:\?xml|!--|geometry|model|materials)")
+
+
 def read(path: str | os.PathLike[str]) -> Parts:
     """The parts of the scene in a file. Raises SceneFileError with every mistake found."""
-    return parsed(read_text(path), path)
+    text = read_text(path)
+    if _XML.match(text):
+        found = (
+            "is XML; scene files are YAML or JSON, and `conicoid import`, or co.load_openmc, reads OpenMC's geometries"
+        )
+        raise SceneFileError(path, [Problem(0, 0, "", found)])
+    return parsed(text, path)
 
 
 def parsed(text: str, path: str | os.PathLike[str]) -> Parts:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..scene_parts import numbered
 from ..shapes.body import Body
+from ..shapes.suggestion import known_names
 from ..shapes.validate import shown
 from ..shapes.vector import FloatArray
 from .chords import Progress
@@ -57,8 +58,8 @@ class SceneMeasures(Sequence[Measures]):
             return self.bodies[numbered(np.arange(len(self.bodies) + 1), index)[0]]
         named = [place for place, m in enumerate(self.materials) if m is not None and m.name == index]
         if not named:
-            known = ", ".join(repr(m.name) for m in self.materials if m is not None and m.name) or "none has a name"
-            raise KeyError(f"no material is called {shown(index)}; materials: {known}")
+            known = [m.name for m in self.materials if m is not None and m.name]
+            raise KeyError(f"no material is called {shown(index)}; {known_names(index, 'materials', known)}")
         return together([body for body, place in zip(self.bodies, self.places, strict=True) if place in named])
 
     @property
@@ -99,7 +100,8 @@ class SceneMeasures(Sequence[Measures]):
 
 def _line(title: str, found: Measures) -> str:
     error = f"  ± {found.volume_error:.2g}" if found.volume_error > 0 else ""
-    return f"{title if len(title) <= 27 else title[:24] + '...':<28}{found.volume:>16.9g}{error}"
+    volume = "unbounded" if math.isnan(found.volume) else f"{found.volume:.9g}"
+    return f"{title if len(title) <= 27 else title[:24] + '...':<28}{volume:>16}{error}"
 
 
 def measure_scene(scene: Scene, rays: int | None, seed: int, progress: Progress | None) -> SceneMeasures:

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
-from ..shapes.validate import number, positive, shown, vector, what
+from ..shapes.validate import number, positive, shown, vector, what, whole
 from ..shapes.vector import FloatArray, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -156,7 +156,8 @@ def projected(camera: AnyCamera, points: Any, width: int, height: int) -> FloatA
 def checked_size(width: int, height: int) -> tuple[int, int]:
     """Width and height as positive integers, or an error."""
     for name, value in (("width", width), ("height", height)):
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 1 <= value < 1 << 31:
+        pixels = whole(value)
+        if pixels is None or not 1 <= pixels < 1 << 31:
             raise ValueError(f"picture: {name} must be a whole number of pixels >= 1, got {shown(value)}")
     return int(width), int(height)
 

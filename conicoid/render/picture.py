@@ -9,7 +9,7 @@ import numpy as np
 from ..compiler.ahead import expect
 from ..integrators import INTEGRATORS
 from ..shapes.material import DEFAULT, Material
-from ..shapes.validate import callback, shown
+from ..shapes.validate import callback, shown, whole
 from .camera import AnyCamera, as_camera, checked_size
 from .fit import fitting_lights
 
@@ -92,6 +92,7 @@ def check_options(samples: Any, integrator: Any, seed: Any, depth: Any) -> dict[
 
 
 def _whole(name: str, value: Any, least: int, most: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:
+    found = whole(value)
+    if found is None or not least <= found <= most:
         raise ValueError(f"render: {name} must be a whole number from {least} to {most}, got {shown(value)}")
-    return int(value)
+    return found

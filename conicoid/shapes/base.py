@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, overload
 
 import numpy as np
 
@@ -104,6 +104,12 @@ class Shape(ABC):
     @abstractmethod
     def bounds_under(self, outer: Motion) -> Box:
         """Bounds of the shape after a further motion."""
+
+    def __bool__(self) -> NoReturn:
+        raise TypeError(
+            f"{type(self).__name__} is neither true nor false: shapes combine with & | - ~, "
+            "not with `and`, `or`, `not`; whether there is one: `shape is not None`"
+        )
 
     is_sheet: ClassVar[bool]
     """True for open surfaces, which bound no volume."""

@@ -100,13 +100,23 @@ def nonnegative(owner: str, field: str, value: Any) -> float:
     return result
 
 
+def whole(value: Any) -> int | None:
+    """The one rule for whole numbers: an integer, or a float without a fraction such as 1e5, NumPy's too; else None."""
+    if isinstance(value, (bool, np.bool_)):
+        return None
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    return int(value) if isinstance(value, (float, np.floating)) and float(value).is_integer() else None
+
+
 def integer(owner: str, field: str, value: Any, least: int, most: int | None = None) -> int:
     """`value` as an integer from `least` to `most`."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+    found = whole(value)
+    if found is None or found < least:
         raise ValueError(f"{owner}: {field} must be an integer >= {least}, got {shown(value)}")
-    if most is not None and value > most:
+    if most is not None and found > most:
         raise ValueError(f"{owner}: {field} must be an integer <= {most:,}, got {shown(value)}")
-    return int(value)
+    return found
 
 
 def flag(owner: str, field: str, value: Any) -> bool:
@@ -192,3 +202,11 @@ def path(owner: str, value: Any, field: str = "path") -> str | os.PathLike[str]:
     if not isinstance(value, (str, os.PathLike)) or not os.fspath(value):
         raise TypeError(f"{owner}: {field} must be a text or a Path, got {shown(value)}")
     return value
+
+
+def npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
+    """The path of a file of arrays; a ValueError for another suffix than .npz."""
+    file = path(owner, value)
+    if not os.fspath(file).lower().endswith(".npz"):
+        raise ValueError(f"{owner}: path of {what} must end with .npz, got {shown(os.fspath(file))}")
+    return file

@@ -19,7 +19,7 @@ from ..render.fit import fitting_camera, placed
 from ..render.picture import check_options
 from ..scene import Scene, as_scene
 from ..shapes.calm import calm
-from ..shapes.validate import callback, flag, positive, shown
+from ..shapes.validate import callback, flag, positive, shown, whole
 from ..shapes.validate import path as checked_path
 from .frames import Frames
 
@@ -65,8 +65,10 @@ def turntable(
     """
     scene, target = as_scene("turntable", scene), Path(checked_path("turntable", path))
     width, height = checked_size(width, height)
-    if isinstance(frames, bool) or not isinstance(frames, (int, np.integer)) or not 1 <= frames <= _MOST:
+    count = whole(frames)
+    if count is None or not 1 <= count <= _MOST:
         raise ValueError(f"turntable: frames must be a whole number from 1 to {_MOST}, got {shown(frames)}")
+    frames = count
     seconds = positive("turntable", "seconds", seconds)
     options = check_options(samples, integrator, seed, depth)
     options |= {

@@ -17,6 +17,7 @@ from ..formats.atomic import replacing
 from ..scene import Scene, as_scene
 from ..shapes.color import srgb_encode
 from ..shapes.validate import path as checked_path
+from ..shapes.validate import what
 from .lowered_data import scene_data
 
 if TYPE_CHECKING:
@@ -87,6 +88,8 @@ def export(scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str
     OSError where it cannot be written.
     """
     scene, path = as_scene("export", scene), checked_path("export", path)
+    if title is not None and not isinstance(title, str):
+        raise TypeError(f"export: title must be a text or None, got {what(title)}")
     if os.path.splitext(path)[1].lower() != ".html":
         raise ValueError(f"{os.fspath(path)}: pages are saved as .html")
     text = page(

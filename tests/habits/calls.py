@@ -95,6 +95,11 @@ LOOKS: dict[str, Call] = {
     "camera.project": (CAMERA.project, dict(points=ORIGINS, width=3, height=3)),
     "Image": (co.Image, dict(array=np.zeros((2, 2)), colormap="dusk", vmin=0, vmax=1)),
 }
+ANSWERS = {
+    "Rays": lambda: co.Rays(**RAYS),
+    "Spans": lambda: SCENE.spans(**RAYS),
+    "Crossings": lambda: SCENE.crossings(**RAYS),
+}
 SCENES: dict[str, Call] = {
     "Body": (co.Body, dict(shape=BALL, material=co.matte(), name="a")),
     "Scene": (co.Scene, dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white", domain=BALL)),
@@ -105,7 +110,16 @@ SCENES: dict[str, Call] = {
     ),
     "prepare": (_query("prepare"), dict(progress=None)),
     "fitting_camera": (_query("fitting_camera"), dict(aspect=1)),
+    "section": (_query("section"), dict(plane="z", at=0, width=4, height=3, samples=1)),
     "replace": (lambda item: SCENE.replace(0, item), dict(item=BALL)),
+    "replace in part": (lambda **parts: SCENE.replace(0, **parts), dict(material="red", name="a")),
+    "export": (co.export, dict(scene=SCENE, path="page.html", title=None)),
+    **{
+        f"{name}.save": (lambda path, name=name: ANSWERS[name]().save(path), dict(path="answer.npz"))
+        for name in ("Rays", "Spans", "Crossings")
+    },
+    **{f"{name}.load": (getattr(co, name).load, dict(path="answer.npz")) for name in ("Rays", "Spans", "Crossings")},
+    "Hits.concatenate": (co.Hits.concatenate, dict(parts=[])),
     "Hits.save": (lambda path: SCENE.first_hit(**RAYS).save(path), dict(path="hits.npz")),
     "Hits.load": (co.Hits.load, dict(path="hits.npz")),
     "turntable": (
@@ -180,6 +194,9 @@ TAKEN = {
         )
     ),
     *((name, "camera", "a camera") for name in ("render", "turntable")),
+    ("export", "scene", "a scene"),
+    *(("export", "title", kind) for kind in ("a text", "a long text")),
+    *(("replace in part", "name", kind) for kind in ("a text", "a long text")),
     *(("turntable", "folder", kind) for kind in ("a text", "a long text")),
     ("turntable", "scene", "a scene"),
     ("camera.project", "points", "NaN"),

@@ -72,8 +72,8 @@ def test_the_module_draws(browser, tmp_path):
     errors = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(path.as_uri())
-    page.wait_for_selector("#host canvas")
-    page.wait_for_timeout(4000)
+    samples = "parseInt(document.querySelector('#host .quality')?.textContent.split(', ')[1])"  # of each pixel
+    page.wait_for_function(f"{samples} >= 4", timeout=300_000)
     url = page.evaluate("document.querySelector('#host canvas').toDataURL()")
     drawn = np.asarray(Image.open(io.BytesIO(base64.b64decode(url.split(",")[1]))).convert("RGB"), float) / 255
     page.context.close()

@@ -27,8 +27,12 @@ NO_SCENE: Any = NoScene()
 
 
 class Answer:
-    """Hits, spans or crossings. Pickled or `detached`, they keep all their fields and do not keep the scene."""
+    """Hits, spans or crossings: read-only, and equal where all their fields are.
 
+    Pickled or `detached`, they keep all their fields and do not keep the scene.
+    """
+
+    __hash__ = None  # type: ignore[assignment]
     _scene: Prepared
     _views: ClassVar[tuple[str, ...]] = ()
     """Fields that are other attributes in another form: these are not kept twice."""
@@ -67,17 +71,36 @@ class Answer:
         result.__setstate__(self.__getstate__())
         return result
 
-    def __getstate__(self) -> dict[str, Any]:
+    if not TYPE_CHECKING:  # else checkers would let any name be set
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            raise AttributeError(f"{type(self).__name__} are read-only: {name} cannot be set")
+
+        def __delattr__(self, name: str) -> None:
+            raise AttributeError(f"{type(self).__name__} are read-only: {name} cannot be deleted")
+
+    def __eq__(self, other: object) -> bool:
+        """Whether all fields are equal, NaN counting as equal to NaN; never an array."""
+        if type(other) is not type(self):
+            return NotImplemented
+        fields = (*self._fields(), *(["_rays"] if "_rays" in vars(self) else []))
+        return all(_same(getattr(self, field), getattr(other, field)) for field in fields)
+
+    def _fields(self) -> list[str]:
+        """What there is to ask: public attributes and properties."""
         kind = type(self)
-        for field in dir(kind):
-            if not field.startswith("_") and isinstance(getattr(kind, field), (property, cached_property)):
-                getattr(self, field)
+        worked_out = (f for f in dir(kind) if isinstance(getattr(kind, f), (property, cached_property)))
+        return [field for field in {**dict.fromkeys(worked_out), **vars(self)} if not field.startswith("_")]
+
+    def __getstate__(self) -> dict[str, Any]:
+        for field in self._fields():
+            getattr(self, field)
         state = {name: value for name, value in vars(self).items() if name != "_scene" and name not in self._views}
         return {**state, "_home": self._home, "_labels": self._labels.of_only(self._numbers)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore(self, state)
-        self._scene = NO_SCENE
+        vars(self)["_scene"] = NO_SCENE
 
     def __copy__(self) -> Self:
         result = object.__new__(type(self))
@@ -100,6 +123,12 @@ def boxed(thing: Any, dtype: Any) -> Any:
     box = np.empty((), object)
     box[()] = thing
     return box
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray | np.generic):
+        return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+    return bool(one == other)
 
 
 def _frozen(values: Any) -> Any:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from ...shapes.carried import read_only
+from ...shapes.labels import counted
+from ...shapes.validate import npz_path, shown
 from .rays import Rays
 
 
@@ -20,6 +23,25 @@ class ByRay:
     _columns: ClassVar[tuple[str, ...]]
     offsets: Any
     _rays: Rays
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write all fields as a .npz file, which `load` reads; the scene stays behind, as with `detached`.
+
+        The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
+        """
+        from ...formats.lists_file import write_lists_file
+
+        write_lists_file(npz_path("save", type(self).__name__.lower(), path), self)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """What is in a file that `save` wrote, detached from its scene. Nothing in a file is executed.
+
+        Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
+        """
+        from ...formats.lists_file import read_lists_file
+
+        return read_lists_file(npz_path("load", cls.__name__.lower(), path), cls)
 
     def __len__(self) -> int:
         """How many rays there are; one for a single ray."""
@@ -40,7 +62,13 @@ class ByRay:
         """The rows of a flat ray, or of several."""
         if np.shape(index) == self._rays.shape != () and np.asarray(index).dtype == np.bool_:
             index = np.ravel(index)
-        which = np.arange(len(self))[index]
+        is_flat = np.ndim(index) < 2 and not (isinstance(index, tuple) and len(index) != 1)
+        which = np.arange(len(self))[index] if is_flat else None
+        if which is None or which.ndim > 1:
+            raise IndexError(
+                f"{type(self).__name__}: index must be a number, a slice, a list of numbers or a mask over the "
+                f"{counted(len(self), 'ray', 'rays')}, got {shown(index)}"
+            )
         counts = np.diff(self.offsets)[which]
         offsets = np.concatenate([[0], np.cumsum(np.atleast_1d(counts))])
         first = np.repeat(self.offsets[which], counts)

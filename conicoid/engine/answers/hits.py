@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +13,7 @@ import numpy.typing as npt
 from ...shapes.arrays import without_traces
 from ...shapes.calm import calm
 from ...shapes.labels import counted
-from ...shapes.validate import DOMAIN, outside_domain, shown
-from ...shapes.validate import path as checked_path
+from ...shapes.validate import DOMAIN, npz_path, outside_domain
 from ...shapes.vector import FloatArray
 from ..arrays.found import Found
 from ..certified.errors import errors_of_points
@@ -48,11 +47,13 @@ class Hits(Answer):
     Pickled, or `detached`, hits keep all these fields and do not keep the scene.
     """
 
+    rays: Rays
+    _found: Found
+    _doubtful: npt.NDArray[np.int64]
     _views = ("t", "body", "surface", "face", "entering", "doubtful")
 
     def __init__(self, scene: Prepared, rays: Rays, found: Found, doubtful: Any = ()) -> None:
-        self._scene, self.rays = scene, rays
-        self._found, self._doubtful = found, np.asarray(doubtful, np.int64)
+        vars(self).update(_scene=scene, rays=rays, _found=found, _doubtful=np.asarray(doubtful, np.int64))
 
     def _shaped(self, array: Any, *last: int) -> Any:
         result = array.reshape((*self.rays.shape, *last))
@@ -206,7 +207,7 @@ class Hits(Answer):
         """
         from ...formats.hits_file import write_hits_file
 
-        write_hits_file(_npz("save", path), self)
+        write_hits_file(npz_path("save", "hits", path), self)
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Hits:
@@ -216,7 +217,18 @@ class Hits(Answer):
         """
         from ...formats.hits_file import read_hits_file
 
-        return read_hits_file(_npz("load", path))
+        return read_hits_file(npz_path("load", "hits", path))
+
+    @staticmethod
+    def concatenate(parts: Iterable[Hits]) -> Hits:
+        """Hits one after the other along the first axis, like `np.concatenate`; single ones count as rows of one.
+
+        They are of one scene, with it or without. Raises TypeError for what is no Hits, ValueError for none at all, for
+        shapes that do not fit and for hits of different scenes, whose body numbers mean different things.
+        """
+        from .joined import joined_hits
+
+        return joined_hits(parts)
 
     def __len__(self) -> int:
         return len(self.rays)
@@ -253,10 +265,3 @@ class Hits(Answer):
     def __repr__(self) -> str:
         found = int((self._found.body >= 0).sum())
         return f"Hits(shape={self.rays.shape}, {found:,} of {counted(len(self._found.t), 'ray', 'rays')} hit)"
-
-
-def _npz(owner: str, path: Any) -> str | os.PathLike[str]:
-    file: str | os.PathLike[str] = checked_path(owner, path)
-    if not os.fspath(file).lower().endswith(".npz"):
-        raise ValueError(f"{owner}: path of hits must end with .npz, got {shown(os.fspath(file))}")
-    return file

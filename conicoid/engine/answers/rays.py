@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 from ...shapes.arrays import real_array
 from ...shapes.calm import calm
-from ...shapes.validate import DOMAIN, what
+from ...shapes.validate import DOMAIN, npz_path, what
 from ...shapes.vector import FloatArray
 
 if TYPE_CHECKING:
@@ -40,7 +41,8 @@ class Rays:
     """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64.
 
     Directions need not be unit; t is in units of their length. Unpacks to (origins, directions);
-    the surfaces that spawned rays start on are then lost.
+    the surfaces that spawned rays start on are then lost. So a loop over rays gives these two arrays and not ray after
+    ray: `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` goes along the first axis.
 
     Spawned rays know the surface that they start on, by its number, and whose number that is: asked of a scene with
     other surfaces they are plain rays, with the same origins and directions.
@@ -49,6 +51,7 @@ class Rays:
     """
 
     __slots__ = ("_home", "_starts", "directions", "origins")
+    __hash__ = None  # type: ignore[assignment]
     origins: FloatArray
     directions: FloatArray
     _starts: npt.NDArray[np.int32]  # numbers of surfaces, -1 for none, DEAD; one for all rays or one for each
@@ -103,6 +106,19 @@ class Rays:
             return starts
         return np.minimum(starts, np.int32(-1))
 
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"Rays are read-only: {name} cannot be deleted")
+
+    def __eq__(self, other: object) -> bool:
+        """Whether origins, directions and the surfaces that rays start on are equal; never an array."""
+        if not isinstance(other, Rays):
+            return NotImplemented
+        mine, its = (np.broadcast_to(r._starts, (r.origins.size // 3,)) for r in (self, other))
+        pairs = (self.origins, other.origins), (self.directions, other.directions)
+        if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs) or not np.array_equal(mine, its):
+            return False
+        return self._home == other._home or not (mine >= 0).any()
+
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self)._spawned, (self.origins, self.directions, self._starts, self._home)
 
@@ -130,6 +146,25 @@ class Rays:
         if len(homes) > 1:
             return cls._spawned(origins, directions, np.minimum(together, np.int32(-1)))
         return cls._spawned(origins, directions, together, homes.pop() if homes else None)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the rays as a .npz file, which `co.Rays.load` and `conicoid trace` read, as NumPy does.
+
+        The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
+        """
+        from ...formats.answer_file import write_rays_file
+
+        write_rays_file(npz_path("save", "rays", path), self)
+
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Rays:
+        """The rays in a file that `save` wrote, or in one of arrays `origins` and `directions`.
+
+        Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
+        """
+        from ...formats.answer_file import read_rays_file
+
+        return read_rays_file(npz_path("load", "rays", path))
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from ...shapes.arrays import without_traces
 from ...shapes.calm import calm
@@ -59,17 +60,25 @@ class Spans(Answer, ByRay):
     Pickled, or `detached`, spans keep all these fields and do not keep the scene.
     """
 
+    t_enter: FloatArray
+    t_exit: FloatArray
+    body: npt.NDArray[np.int32]
+    enter_clipped: npt.NDArray[np.bool_]
+    exit_clipped: npt.NDArray[np.bool_]
+    _ends: npt.NDArray[np.int32]
+    _body_count: int
     _columns = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped", "_ends")
 
     def __init__(self, scene: Prepared, rays: Rays, listed: Listed) -> None:
         count = int(listed.offsets[-1])
-        self.offsets = listed.offsets
-        self.t_enter, self.t_exit, self.body = np.empty(count), np.empty(count), np.empty(count, np.int32)
-        clipped, self._ends = np.empty((2, count), np.bool_), np.empty((2, count), np.int32)
-        listed.put(put_spans, self.t_enter, self.t_exit, self.body, clipped, self._ends)
-        self.enter_clipped, self.exit_clipped = clipped
-        self._rays, self._scene = rays, scene
-        self._body_count = scene.lowered.body_count
+        t_enter, t_exit, body = np.empty(count), np.empty(count), np.empty(count, np.int32)
+        clipped, ends = np.empty((2, count), np.bool_), np.empty((2, count), np.int32)
+        listed.put(put_spans, t_enter, t_exit, body, clipped, ends)
+        vars(self).update(
+            offsets=listed.offsets, t_enter=t_enter, t_exit=t_exit, body=body,
+            enter_clipped=clipped[0], exit_clipped=clipped[1], _ends=ends,
+            _rays=rays, _scene=scene, _body_count=scene.lowered.body_count,
+        )  # fmt: skip
 
     @cached_property
     def t_enter_error(self) -> FloatArray:
@@ -163,14 +172,22 @@ class Crossings(Answer, ByRay):
     Pickled, or `detached`, crossings keep all these fields and do not keep the scene.
     """
 
+    t: FloatArray
+    entering: npt.NDArray[np.bool_]
+    body: npt.NDArray[np.int32]
+    face: npt.NDArray[np.int32]
+    surface: npt.NDArray[np.int32]
     _columns = ("t", "entering", "body", "face", "surface")
 
     def __init__(self, scene: Prepared, rays: Rays, listed: Listed) -> None:
         count = int(listed.offsets[-1])
-        self.offsets, self._scene, self._rays = listed.offsets, scene, rays
-        self.t, self.entering = np.empty(count), np.empty(count, np.bool_)
-        self.body, self.face, self.surface = (np.empty(count, np.int32) for _ in range(3))
-        listed.put(put_crossings, self.t, self.body, self.face, self.surface, self.entering)
+        t, entering = np.empty(count), np.empty(count, np.bool_)
+        body, face, surface = (np.empty(count, np.int32) for _ in range(3))
+        listed.put(put_crossings, t, body, face, surface, entering)
+        vars(self).update(
+            offsets=listed.offsets, t=t, body=body, face=face, surface=surface, entering=entering,
+            _scene=scene, _rays=rays,
+        )  # fmt: skip
 
     @property
     def _rows_rays(self) -> tuple[FloatArray, FloatArray]:

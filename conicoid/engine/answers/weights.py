@@ -10,6 +10,7 @@ import numpy as np
 
 from ...shapes.arrays import real_array
 from ...shapes.properties import Properties
+from ...shapes.suggestion import known_names
 from ...shapes.validate import shown
 from ...shapes.vector import FloatArray
 
@@ -46,7 +47,11 @@ def weights_of(values: Any, otherwise: Any, bodies: int, distinct: Distinct) -> 
     `otherwise` is for materials that have no such value; without it they are a ValueError, if any solid has them.
     """
     if isinstance(values, str):
-        return _named(lambda material: _property(material, values), otherwise, distinct, f"property {shown(values)}")
+        hint = _other_properties(values, distinct)
+        if hint and otherwise is not None:
+            raise ValueError(f"line_integral: values: no material has a property {shown(values)}{hint}")
+        what = f"property {shown(values)}"
+        return _named(lambda material: _property(material, values), otherwise, distinct, what, hint)
     if isinstance(values, Mapping):
         given = dict(_entries(values, distinct))
         return _named(lambda material: given.get(material and material.name), otherwise, distinct, "value")
@@ -59,6 +64,12 @@ def weights_of(values: Any, otherwise: Any, bodies: int, distinct: Distinct) -> 
             f"line_integral: values must have shape ({bodies},) or ({bodies}, energies), got {array.shape}"
         )
     return Weights(BODY, array)
+
+
+def _other_properties(name: str, distinct: Distinct) -> str:
+    """Where no material has a property: what they have, for a message."""
+    known = dict.fromkeys(key for material, _ in distinct if material is not None for key in material.properties)
+    return f"; {known_names(name, 'properties', list(known))}" if known and name not in known else ""
 
 
 def _property(material: Any, name: str) -> Any:
@@ -75,8 +86,8 @@ def _entries(values: Mapping[Any, Any], distinct: Distinct) -> Iterator[tuple[st
     known = dict.fromkeys(material.name for material, _ in distinct if material is not None and material.name)
     for name, value in values.items():
         if name not in known:
-            listed = ", ".join(map(repr, known)) or "none has a name"
-            raise ValueError(f"line_integral: values: no material is called {shown(name)}; materials: {listed}")
+            told = known_names(name, "materials", list(known))
+            raise ValueError(f"line_integral: values: no material is called {shown(name)}; {told}")
         yield name, _numbers(f"values[{name!r}]", value)
 
 
@@ -87,7 +98,7 @@ def _numbers(field: str, value: Any) -> FloatArray:
     return array
 
 
-def _named(value_of: Callable[[Any], Any], otherwise: Any, distinct: Distinct, what: str) -> Weights:
+def _named(value_of: Callable[[Any], Any], otherwise: Any, distinct: Distinct, what: str, hint: str = "") -> Weights:
     """Weights by material. One number for a material stands for as many as others have."""
     rest = None if otherwise is None else _numbers("otherwise", otherwise)
     found = [value_of(material) for material, _ in distinct]
@@ -95,7 +106,9 @@ def _named(value_of: Callable[[Any], Any], otherwise: Any, distinct: Distinct, w
     if missing and rest is None:
         more = f" and {len(missing) - _MOST} more" if len(missing) > _MOST else ""
         named = ", ".join(_called(material) for material in missing[:_MOST]) + more
-        raise ValueError(f"line_integral: values: no {what} for {named}; otherwise=0 (or another value) stands for it")
+        raise ValueError(
+            f"line_integral: values: no {what} for {named}; otherwise=0 (or another value) stands for it{hint}"
+        )
     rows = [np.asarray(value if value is not None else 0.0 if rest is None else rest, np.float64) for value in found]
     lengths = {len(row): material for row, (material, _) in zip(rows, distinct, strict=True) if row.ndim}
     if len(lengths) > 1:

@@ -8,7 +8,25 @@ import numpy as np
 
 from ...compiler.jit import allocator, kernel
 from ..body.entry import collect
-from ..body.rows import CROSSING_COLUMNS, SPAN_COLUMNS, put_in_order, ray_rows, scale_rows, with_room
+from ..body.rows import (
+    BODY,
+    CROSSING_COLUMNS,
+    ENTER,
+    ENTER_CLIPPED,
+    ENTER_SURFACE,
+    ENTERS,
+    EXIT,
+    EXIT_CLIPPED,
+    EXIT_SURFACE,
+    FACE,
+    SPAN_COLUMNS,
+    SURFACE,
+    T,
+    put_in_order,
+    ray_rows,
+    scale_rows,
+    with_room,
+)
 from ..body.scratch import Scratch, new_scratch
 from ..packets.lanes import DOUBT
 from ..packets.load import coherent, fill_lanes, packet_row
@@ -83,9 +101,10 @@ def put_spans(
             for i in range(first, first + n):
                 for k in range(counts[i]):
                     at = offsets[i] + k
-                    t_enter[at], body[at], t_exit[at] = rows[done, 0], rows[done, 1], rows[done, 2]
-                    clipped[0, at], clipped[1, at] = rows[done, 3] != 0.0, rows[done, 4] != 0.0
-                    surfaces[0, at], surfaces[1, at] = rows[done, 5], rows[done, 6]
+                    t_enter[at], body[at], t_exit[at] = rows[done, ENTER], rows[done, BODY], rows[done, EXIT]
+                    clipped[0, at] = rows[done, ENTER_CLIPPED] != 0.0
+                    clipped[1, at] = rows[done, EXIT_CLIPPED] != 0.0
+                    surfaces[0, at], surfaces[1, at] = rows[done, ENTER_SURFACE], rows[done, EXIT_SURFACE]
                     done += 1
 
 
@@ -102,6 +121,6 @@ def put_crossings(
             for i in range(first, first + n):
                 for k in range(counts[i]):
                     at = offsets[i] + k
-                    t[at], body[at], face[at] = rows[done, 0], rows[done, 1], rows[done, 2]
-                    surface[at], entering[at] = rows[done, 3], rows[done, 5] != 0.0
+                    t[at], body[at], face[at] = rows[done, T], rows[done, BODY], rows[done, FACE]
+                    surface[at], entering[at] = rows[done, SURFACE], rows[done, ENTERS] != 0.0
                     done += 1

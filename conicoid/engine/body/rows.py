@@ -1,9 +1,7 @@
 """All crossings or spans of rays, as rows of a growing table.
 
-A span:      t_enter, body, t_exit, enter clipped, exit clipped, surfaces of both ends (-1: none), off, off
-A crossing:  t, body, face, surface, side, entered, off
-
-`off` is by how much rounding may have moved an end. Where the ray is one of ranks (see ranks.py), t is a rank.
+A row is a span or a crossing; its columns have names. Both begin with t and the body, by which rows are sorted. OFF is
+by how much rounding may have moved an end. Where the ray is one of ranks (see certified/ranks.py), t is a rank.
 """
 
 from __future__ import annotations
@@ -16,10 +14,15 @@ from ..ray import Ray
 from ..tables import Floats, Geometry, Ints, integer, whole
 from .boolean import crossing
 from .entry import crossed_face, entry_crossings, entry_nearness, is_solid
+from .hit import too_close
 from .scratch import Scratch
 
-SPAN_COLUMNS, SPAN_OFF = 9, 7
-CROSSING_COLUMNS, CROSSING_OFF = 7, 6
+# Of a span: its surfaces are -1 where it is clipped (1, else 0) by the interval
+ENTER, BODY, EXIT, ENTER_CLIPPED, EXIT_CLIPPED, ENTER_SURFACE, EXIT_SURFACE, ENTER_OFF, EXIT_OFF = range(9)
+SPAN_COLUMNS = 9
+# Of a crossing; its body is in the same column; the side of `crossed_face`; 1 if the body is entered, else 0
+T, _, FACE, SURFACE, SIDE, ENTERS, OFF = range(7)
+CROSSING_COLUMNS = 7
 _FEW = 12
 
 
@@ -53,10 +56,10 @@ def _put_spans(
         if not at_end:
             t, beyond, after = crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), off
         if inside:
-            rows[used, 0], rows[used, 1], rows[used, 2] = enter, body, t
-            rows[used, 3], rows[used, 4] = 1.0 if surface < 0 else 0.0, 1.0 if at_end else 0.0
-            rows[used, 5], rows[used, 6] = surface, beyond
-            rows[used, 7], rows[used, 8] = before, after
+            rows[used, ENTER], rows[used, BODY], rows[used, EXIT] = enter, body, t
+            rows[used, ENTER_CLIPPED], rows[used, EXIT_CLIPPED] = 1.0 if surface < 0 else 0.0, 1.0 if at_end else 0.0
+            rows[used, ENTER_SURFACE], rows[used, EXIT_SURFACE] = surface, beyond
+            rows[used, ENTER_OFF], rows[used, EXIT_OFF] = before, after
             used += 1
         inside = not inside
         enter, surface, before = t, beyond, after
@@ -72,9 +75,9 @@ def _put_crossings(
     for c in range(crossings):
         t, place, sense, enters = crossing(scratch, c)
         surface, face, side = crossed_face(geometry, whole(entry), place, sense)
-        rows[used, 0], rows[used, 1] = t, body
-        rows[used, 2], rows[used, 3], rows[used, 4] = face, surface, side
-        rows[used, 5], rows[used, 6] = 1.0 if enters else 0.0, off
+        rows[used, T], rows[used, BODY] = t, body
+        rows[used, FACE], rows[used, SURFACE], rows[used, SIDE] = face, surface, side
+        rows[used, ENTERS], rows[used, OFF] = 1.0 if enters else 0.0, off
         used += 1
     return used
 
@@ -145,8 +148,8 @@ def _sort_many_rows(rows: Floats, first: int, last: int, columns: int) -> None:
 def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> bool:
     """Might rounding have changed the order of two rows? Not of two on the same surface, at the same t."""
     for i in range(first + 1, last):
-        near = abs(rows[i, 0] - rows[i - 1, 0]) <= rows[i, off] + rows[i - 1, off]
-        if near and (rows[i, 0] != rows[i - 1, 0] or rows[i, surface] != rows[i - 1, surface]):
+        near = too_close(rows[i, T], rows[i, off], rows[i - 1, T], rows[i - 1, off])
+        if near and (rows[i, T] != rows[i - 1, T] or rows[i, surface] != rows[i - 1, surface]):
             return True
     return False
 
@@ -160,7 +163,7 @@ def put_in_order(rows: Floats, first: int, last: int, spans: bool) -> bool:
         _insert_rows(rows, first, last, 2 if spans else 3)
     else:
         _sort_many_rows(rows, first, last, 2 if spans else 3)
-    return _unsettled(rows, first, last, 5 if spans else 3, SPAN_OFF if spans else CROSSING_OFF)
+    return _unsettled(rows, first, last, ENTER_SURFACE if spans else SURFACE, ENTER_OFF if spans else OFF)
 
 
 @helper
@@ -169,9 +172,9 @@ def scale_rows(rows: Floats, first: int, last: int, scale: float, given: Ray, sp
     if scale == 1.0:
         return
     for i in range(first, last):
-        rows[i, 0] = given.t_min if spans and rows[i, 3] != 0.0 else rows[i, 0] * scale
+        rows[i, T] = given.t_min if spans and rows[i, ENTER_CLIPPED] != 0.0 else rows[i, T] * scale
         if spans:
-            rows[i, 2] = given.t_max if rows[i, 4] != 0.0 else rows[i, 2] * scale
+            rows[i, EXIT] = given.t_max if rows[i, EXIT_CLIPPED] != 0.0 else rows[i, EXIT] * scale
 
 
 @allocator

@@ -17,7 +17,19 @@ from .. import tables as table
 from ..body.boolean import crossing, leaves_met, put_crossing
 from ..body.entry import crossed_face, entry_crossings, is_solid
 from ..body.hit import Hit, comes_first, no_hit
-from ..body.rows import CROSSING_OFF, SPAN_OFF, put_in_order, put_rows, with_room
+from ..body.rows import (
+    ENTER,
+    ENTER_CLIPPED,
+    ENTER_OFF,
+    EXIT,
+    EXIT_CLIPPED,
+    EXIT_OFF,
+    OFF,
+    T,
+    put_in_order,
+    put_rows,
+    with_room,
+)
 from ..body.scratch import KNOWN, TIME, Scratch
 from ..ray import Ray, scaled_ray
 from ..tables import Floats, Geometry, integer, whole
@@ -98,9 +110,9 @@ def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, row
     for c in range(crossings):
         t = scratch.time[TIME * c]
         if not spans:
-            rows[used + c, CROSSING_OFF] = t
+            rows[used + c, OFF] = t
         else:
-            rows[used, SPAN_OFF + 1 if inside else SPAN_OFF] = t
+            rows[used, EXIT_OFF if inside else ENTER_OFF] = t
             used += 1 if inside else 0
             inside = not inside
     return used + (crossings if not spans else (1 if inside else 0))
@@ -110,8 +122,10 @@ def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, row
 def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, float]:
     """(is it a crossing, its rank, what is said of where) of row i's first end, or of a span's last."""
     if not spans:
-        return not last, rows[i, 0], rows[i, CROSSING_OFF]
-    return rows[i, 4 if last else 3] == 0.0, rows[i, 2 if last else 0], rows[i, SPAN_OFF + 1 if last else SPAN_OFF]
+        return not last, rows[i, T], rows[i, OFF]
+    if last:
+        return rows[i, EXIT_CLIPPED] == 0.0, rows[i, EXIT], rows[i, EXIT_OFF]
+    return rows[i, ENTER_CLIPPED] == 0.0, rows[i, ENTER], rows[i, ENTER_OFF]
 
 
 @allocator
@@ -137,9 +151,9 @@ def _in_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: 
     for i in range(first, last):
         crosses, rank, _ = _end(rows, i, spans, True)
         if spans:
-            rows[i, 2] = latest[int(rank - low)] if crosses else given.t_max
+            rows[i, EXIT] = latest[int(rank - low)] if crosses else given.t_max
         crosses, rank, _ = _end(rows, i, spans, False)
-        rows[i, 0] = latest[int(rank - low)] if crosses else given.t_min
+        rows[i, T] = latest[int(rank - low)] if crosses else given.t_min
 
 
 @allocator

@@ -45,7 +45,10 @@ def as_rays(origins: Any, directions: Any) -> Rays:
     if directions is None and type(origins).__module__.startswith("conicoid."):
         raise TypeError(f"query: origins must be arrays or a Rays, got {what(origins)}")
     if directions is None:
-        raise TypeError("query: directions are missing: pass origins and directions, or a Rays")
+        raise TypeError(
+            "query: directions are missing: pass origins and directions, or a Rays "
+            "(which unpacks to these two arrays: one of its rays is rays[i])"
+        )
     return Rays(origins, directions)
 
 

@@ -17,6 +17,7 @@ from . import limits
 from .context import Context
 from .enclosure import enclosed, ends_with
 from .extent import EVERYWHERE, Extent
+from .geometry import VOID as VOID_NAME
 from .geometry import Cell, Geometry
 from .lattices import Index, Lattice
 from .left_out import LeftOut
@@ -28,7 +29,7 @@ from .region import halves
 from .solids import SolidMaker
 from .surfaces import Surface
 
-VOID = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name="void", properties=NOTHING)
+VOID = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=VOID_NAME, properties=NOTHING)
 """Invisible: light goes straight through."""
 
 Path = tuple[str, ...]
@@ -167,7 +168,7 @@ class Expansion:
         shape = self._solid(context)
         if material is not None and material not in self.looks:
             known = self.geometry.material(material)
-            name = known.name or f"material {material}"
+            name = self.geometry.material_names[material]
             self.looks[material] = matte(color_of(material), name=name, properties=known.properties)
         self.bodies.append(Body(shape, self.looks[material], _placed_name(cell, path)))
         self.materials[material] += 1
@@ -176,6 +177,11 @@ class Expansion:
 
     def _solid(self, context: Context) -> Solid:
         return self.maker.solid((motion, group.parts) for motion, group in context.groups)
+
+    @property
+    def is_enclosed(self) -> bool:
+        """Do boundary conditions enclose all cells?"""
+        return any(True for _ in self._enclosure())
 
     @property
     def domain(self) -> Solid | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from ...shapes.properties import Properties
 from .lattices import Lattice
@@ -11,9 +12,12 @@ from .material_reading import NamedMaterial
 from .placement import STRAIGHT, Point, Rotation
 from .region import Region
 from .surface_kinds import NamedSurface
+from .unread import Unread
 from .values import titled
 from .xml_tree import Element
 
+VOID = "void"
+"""What the material of empty cells is called."""
 Node = tuple[str, int]
 """A universe or a lattice, by its number: ("universe", 3)."""
 
@@ -56,6 +60,7 @@ class Geometry:
     root: int
     counts: dict[Node, int]  # how many bodies a universe or a lattice has, all that fill it expanded
     element: Element = field(repr=False, compare=False)
+    unread: tuple[Unread, ...] = ()
 
     def lattice_of(self, cell: Cell) -> Lattice | None:
         """The lattice that fills a cell; universes come first where both have the number (as in OpenMC)."""
@@ -77,6 +82,21 @@ class Geometry:
         """The material of a number; one without a name where there is no list of materials."""
         known = (self.materials or {}).get(number)
         return NamedMaterial(number, "", Properties({"id": number})) if known is None else known
+
+    @cached_property
+    def material_names(self) -> dict[int, str]:
+        """What the material of each number is called, of those that cells have: no two alike, and none "void"."""
+        used = {number for cell in self.cells.values() for number in cell.materials[:1] if number is not None}
+        given = {number: self.material(number).name or f"material {number}" for number in sorted(used)}
+        times = Counter([*given.values(), VOID])
+        names: dict[int, str] = {}
+        taken = {name for name, count in times.items() if count == 1} | {VOID}
+        for number, name in given.items():
+            names[number] = name
+            while times[name] > 1 and names[number] in {*taken, name}:
+                names[number] += f" (material {number})"
+            taken.add(names[number])
+        return names
 
     @property
     def body_count(self) -> int:

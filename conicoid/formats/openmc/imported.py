@@ -75,9 +75,11 @@ def read(
 
 def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:
     geometry, entries = expansion.geometry, []
+    given = {number: geometry.material(number).name for number in geometry.material_names}
+    names = {number: name for number, name in geometry.material_names.items() if given[number]}
     for number, count in sorted(expansion.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
         color = None if number is None else color_of(number)
-        entries.append(LegendEntry(number, "" if number is None else geometry.material(number).name, color, count))
+        entries.append(LegendEntry(number, "" if number is None else names.get(number, ""), color, count))
     return tuple(entries)
 
 
@@ -104,8 +106,32 @@ def _notes(expansion: Expansion) -> Iterator[str]:
         f"{geometry.lattices[number]}: the cell around it may reach beyond it, and there is no outer universe"
         for number in sorted(expansion.open_lattices)
     )
+    yield from _first(_names(geometry))
+    yield from map(str, geometry.unread[:SHOWN])
+    if len(geometry.unread) > SHOWN:
+        yield f"... and {len(geometry.unread) - SHOWN:,} more names that are not read"
+    yield from _undefined(expansion)
     if geometry.materials is None:
         yield "no list of materials: they are known by number only"
+
+
+def _names(geometry: Geometry) -> Iterator[str]:
+    """Materials that are told apart by more than their names in the file."""
+    for number, name in geometry.material_names.items():
+        given = geometry.material(number).name
+        if given and given != name:
+            yield f"{geometry.material(number)}: is called {shortened(name)!r}, since another has its name"
+
+
+def _undefined(expansion: Expansion) -> Iterator[str]:
+    """Where a check of the scene does not look for points in no cell."""
+    told, open_ = "undefined regions (points in no cell)", "boundary conditions do not enclose the model"
+    if not expansion.void:
+        yield f"{told} cannot be looked for: void is left out"
+    elif expansion.domain is None:
+        yield f"{told} cannot be looked for: {open_}, and no universe fills any of its cells"
+    elif not expansion.is_enclosed:
+        yield f"{told} can be looked for in filled cells only: {open_}"
 
 
 def _cells(geometry: Geometry) -> Iterator[str]:

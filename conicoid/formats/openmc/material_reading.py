@@ -14,6 +14,8 @@ from .xml_tree import Element
 _MASS = {"g/cm3": Fraction(1), "g/cc": Fraction(1), "kg/m3": Fraction(1, 1000)}
 _ATOMS = {"atom/b-cm": Fraction(1), "atom/cm3": Fraction(1, 10**24)}
 _OTHERS = ("sum", "macro")
+Shares = dict[str, dict[str, Fraction]]
+"""By kind, "ao" or "wo", and by nuclide or element."""
 NOTHING = {"density": 0.0, "atom_density": 0.0}
 """What is known of void."""
 
@@ -41,10 +43,11 @@ def read_material(element: Element) -> NamedMaterial:
     number = values.integer("id")
     values.where = titled("material", number, name)
     found: dict[str, Any] = {"id": number}
-    for part in element.all("density"):
-        found |= values.attempt(partial(_density, _part(values, part)), {})
     fractions = values.attempt(lambda: _fractions(values), {})
-    found |= {kind: shares for kind, shares in fractions.items() if shares}
+    for part in element.all("density"):
+        found |= values.attempt(partial(_density, _part(values, part), fractions), {})
+    for kind, shares in fractions.items():
+        found |= {kind: {name: float(share) for name, share in shares.items()}} if shares else {}
     for kind in ("sab", "macroscopic"):
         names = values.attempt(partial(_names, values, kind), ())
         found |= {kind: names} if names else {}
@@ -63,8 +66,10 @@ def _part(values: Values, element: Element) -> Values:
     return part
 
 
-def _density(values: Values) -> dict[str, float]:
+def _density(values: Values, fractions: Shares) -> dict[str, float]:
     units = values.text("units") or ""
+    if units == "sum":
+        return _sum(values, fractions)
     if units in _OTHERS:
         return {}
     if units not in _MASS and units not in _ATOMS:
@@ -76,7 +81,16 @@ def _density(values: Values) -> dict[str, float]:
     return {"atom_density": float(value * _ATOMS[units])}
 
 
-def _fractions(values: Values) -> dict[str, dict[str, float]]:
+def _sum(values: Values, fractions: Shares) -> dict[str, float]:
+    """Shares that are densities themselves: `ao` in atoms per barn and cm, `wo` in g/cm3."""
+    kinds = [kind for kind, shares in fractions.items() if shares]
+    if len(kinds) > 1:
+        raise values.mistake("units sum needs either ao or wo of all nuclides, got both")
+    names = {"ao": "atom_density", "wo": "density"}
+    return {names[kind]: float(sum(fractions[kind].values())) for kind in kinds}
+
+
+def _fractions(values: Values) -> Shares:
     """Atom and weight fractions by name; of one that is named twice, the sum."""
     sums: dict[str, dict[str, Fraction]] = {"ao": {}, "wo": {}}
     for tag in ("nuclide", "element"):
@@ -87,7 +101,7 @@ def _fractions(values: Values) -> dict[str, dict[str, float]]:
                 if part.text(kind) is not None and name:
                     (share,) = part.numbers(kind, 1)
                     sums[kind][name] = sums[kind].get(name, Fraction(0)) + share
-    return {kind: {name: float(share) for name, share in shares.items()} for kind, shares in sums.items()}
+    return sums
 
 
 def _names(values: Values, tag: str) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -17,6 +18,7 @@ from .lattices import Lattice
 from .material_reading import NamedMaterial, read_material
 from .region import LONGEST_REGION, MAX_HALF_SPACES, halves
 from .surface_kinds import NamedSurface, read_surface
+from .unread import unread
 from .values import Mistake, Values, listed
 from .xml_tree import Element, read_xml
 
@@ -31,6 +33,14 @@ def read_geometry(path: str | os.PathLike[str]) -> Geometry:
 
     Raises SceneFileError with every mistake found, in both files.
     """
+    looked_at: list[Element] = []
+    geometry = _read(path, looked_at)
+    names = (name for element in (geometry.element, *looked_at) for name in unread(element))
+    return replace(geometry, unread=tuple(names))
+
+
+def _read(path: str | os.PathLike[str], looked_at: list[Element]) -> Geometry:
+    """The geometry; lists of materials are added to `looked_at`."""
     root = read_xml(path)
     if root.tag == "model":
         parts = root.all("geometry")
@@ -38,6 +48,7 @@ def read_geometry(path: str | os.PathLike[str]) -> Geometry:
             found = f"holds {len(parts)} <geometry> elements, a model has one"
             raise SceneFileError(path, [Problem(root.line, root.column, "model", found)])
         listing = root.all("materials")
+        looked_at += listing[:1]
         materials, problems = _materials(listing[0]) if listing else (None, [])
         return _Reader(path, None if problems else materials, problems).read(parts[0])
     if root.tag != "geometry":
@@ -48,7 +59,8 @@ def read_geometry(path: str | os.PathLike[str]) -> Geometry:
         return _Reader(path, None, []).read(root)
     wrong = None
     try:
-        materials, problems = _materials(read_xml(beside))
+        looked_at.append(read_xml(beside))
+        materials, problems = _materials(looked_at[0])
         if problems:
             raise SceneFileError(beside, problems)
     except SceneFileError as error:

@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 
-from ...trace.nodes import Nodes
+from ...engine.nodes import Nodes
 from .models import endless, loaded, put
 
 RADIUS = 0.4

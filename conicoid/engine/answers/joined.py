@@ -1,0 +1,71 @@
+"""Hits of several questions as one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...shapes.labels import Labels
+from ...shapes.validate import what
+from ..arrays.found import Found
+from .answer import NO_SCENE
+from .hits import Hits
+from .rays import Rays
+
+_ROWS = ("point_error", "local_point", "normal", "uv")
+"""What is worked out, an array shaped like the rays each."""
+
+
+def joined_hits(parts: Any) -> Hits:
+    """Hits one after the other along the first axis (see `Hits.concatenate`)."""
+    if isinstance(parts, Hits) or not isinstance(parts, Iterable):
+        raise TypeError(f"Hits: parts must be a list of Hits, got {what(parts)}")
+    given = list(parts)
+    for i, part in enumerate(given):
+        if not isinstance(part, Hits):
+            raise TypeError(f"Hits: parts[{i}] must be Hits, got {what(part)}")
+    if not given:
+        raise ValueError("Hits: parts must hold at least one Hits, got none")
+    try:
+        rays = Rays.concatenate(part.rays for part in given)
+    except ValueError as error:
+        raise ValueError(str(error).replace("Rays:", "Hits:", 1)) from None
+    found = Found(*(np.concatenate(columns) for columns in zip(*(part._found for part in given), strict=True)))
+    firsts = np.cumsum([0, *(len(part._found.t) for part in given)])
+    doubtful = np.concatenate([first + part._doubtful for first, part in zip(firsts, given, strict=False)])
+    scene = given[0]._scene
+    if scene is not NO_SCENE and all(part._scene is scene for part in given):
+        return Hits(scene, rays, found, doubtful)
+    return _detached([part.detached() for part in given], rays, found, doubtful)
+
+
+def _detached(parts: Sequence[Hits], rays: Rays, found: Found, doubtful: Any) -> Hits:
+    for i, part in enumerate(parts):
+        if part._home != parts[0]._home:
+            raise ValueError(f"Hits: parts must be of one scene, got parts[0] and parts[{i}] of different ones")
+    state: dict[str, Any] = {"rays": rays, "_found": found, "_doubtful": doubtful, "_home": parts[0]._home}
+    state["_labels"] = _merged([part._labels for part in parts])
+    state["_faces"] = np.concatenate([part._faces for part in parts], axis=1)
+    state["_points"] = np.concatenate([part._points for part in parts])
+    state["_errors"] = np.concatenate([part._errors for part in parts])
+    for name in _ROWS:
+        arrays = [np.asarray(getattr(part, name)) for part in parts]
+        rows = [array if part.rays.shape else array[None] for part, array in zip(parts, arrays, strict=True)]
+        state[name] = np.concatenate(rows)
+    result = object.__new__(Hits)
+    result.__setstate__(state)
+    return result
+
+
+def _merged(labels: Sequence[Labels]) -> Labels:
+    """The entries of all, each once; a ValueError where they call one differently."""
+    known: dict[int, tuple[Any, ...]] = {}
+    for some in labels:
+        for first, *said in zip(some.firsts.tolist(), some.names, some.materials, some.solid, strict=True):
+            if known.setdefault(first, tuple(said)) != tuple(said):
+                raise ValueError(f"Hits: parts must be of one scene, got two names or materials of body {first}")
+    firsts = sorted(known)
+    names, materials, solid = ([known[first][k] for first in firsts] for k in range(3))
+    return Labels(np.array(firsts, np.int64), tuple(names), tuple(materials), tuple(solid))

@@ -1,0 +1,195 @@
+"""Answers and rays as values: read-only, compared as a whole, joined, and kept in files."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+LEAD = co.metal("gray", name="lead", properties={"mu": [5.55, 1.64]})
+SCENE = co.Scene([
+    co.Body(co.Sphere(1) - co.Box((0, 0, 0), (2, 2, 2)), LEAD, "bitten \x1b ü"),
+    co.Body(co.Spheres([(0, 0, 3), (0, 3, 0)], 0.5), (0.1, 0.2, 1 / 3), "balls"),
+    co.Disc((0, 0, -3), (0, 0, 1), 2), co.Body(co.Sphere(0.5, (50, 0, 0)), "red", "never hit"),
+    co.Body(co.HalfSpace((0, 0, 1), -9), "blue"),
+])  # fmt: skip
+RANDOM = np.random.default_rng(7)
+RAYS = co.Rays(RANDOM.normal(size=(6, 50, 3)) * 4, RANDOM.normal(size=(6, 50, 3)))
+ONE = co.Rays((0, 0, 9), (0.01, 0.02, -1))
+ASK = {"hits": SCENE.first_hit, "spans": SCENE.spans, "crossings": SCENE.crossings}
+FIELDS = {
+    co.Hits: ("t", "body", "face", "surface", "hit", "entering", "doubtful", "t_error", "point_error", "point",
+              "local_point", "normal", "uv", "name", "material"),
+    co.Spans: ("offsets", "t_enter", "t_exit", "body", "enter_clipped", "exit_clipped", "t_enter_error",
+               "t_exit_error", "name", "material"),
+    co.Crossings: ("offsets", "t", "body", "face", "surface", "entering", "point", "normal", "t_error", "name",
+                   "material"),
+}  # fmt: skip
+
+
+def assert_same_fields(one, other):
+    for field in FIELDS[type(one)]:
+        a, b = getattr(one, field), getattr(other, field)
+        assert np.shape(a) == np.shape(b), field
+        assert getattr(a, "dtype", None) == getattr(b, "dtype", None), field
+        assert np.array_equal(a, b, equal_nan=np.asarray(a).dtype.kind == "f"), field
+
+
+@pytest.mark.parametrize("kind", ASK)
+@pytest.mark.parametrize("where", ["with its scene", "detached"])
+def test_answers_cannot_be_overwritten(kind, where):
+    answer = ASK[kind](RAYS) if where == "with its scene" else ASK[kind](RAYS).detached()
+    for name in ("body", "t", "offsets", "energy", "_scene"):
+        with pytest.raises(AttributeError, match=f"^{type(answer).__name__} are read-only: {name} cannot be set$"):
+            setattr(answer, name, 5)
+    with pytest.raises(AttributeError, match="body cannot be deleted"):
+        del answer.body
+    with pytest.raises(ValueError, match="read-only"):
+        answer.body[...] = 5
+    assert answer == ASK[kind](RAYS)
+
+
+@pytest.mark.parametrize("kind", ASK)
+def test_answers_are_equal_where_all_fields_are(kind):
+    answer = ASK[kind](RAYS)
+    assert answer == answer.detached() == pickle.loads(pickle.dumps(answer)) == ASK[kind](RAYS)
+    assert (answer == ASK[kind](RAYS)) is True
+    assert answer != ASK[kind](co.Rays(RAYS.origins, -RAYS.directions))
+    assert answer != ASK[kind](co.Rays(RAYS.origins.reshape(300, 3), RAYS.directions.reshape(300, 3)))
+    assert answer != ASK[kind](ONE)
+    assert answer != 5
+    painted = co.Scene([co.Body(body.shape, "white", body.name) for body in SCENE.bodies])
+    assert answer != {"hits": painted.first_hit, "spans": painted.spans, "crossings": painted.crossings}[kind](RAYS)
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(answer)
+
+
+def test_rays_are_equal_where_they_start_alike():
+    again = co.Rays(RAYS.origins, RAYS.directions)
+    assert (again == RAYS) is True
+    assert RAYS[2:4] == again[2:4]
+    assert RAYS[2:4] != RAYS[3:5]
+    hits = SCENE.first_hit(RAYS)
+    spawned = hits.spawn((0, 0, 1))
+    assert spawned == hits.spawn((0, 0, 1)) == pickle.loads(pickle.dumps(spawned))
+    assert spawned[hits.hit] != co.Rays(hits.point[hits.hit], (0, 0, 1))  # these know no surface
+    assert ((RAYS.origins, RAYS.directions) == RAYS) is False
+    with pytest.raises(AttributeError, match="origins cannot be deleted"):
+        del RAYS.origins
+
+
+@pytest.mark.parametrize("kind", ["spans", "crossings"])
+@pytest.mark.parametrize("index", [None, (0, 1), [[0, 1], [2, 3]], np.zeros((2, 2), bool)])
+def test_rows_of_rays_are_counted_flat(kind, index):
+    name = kind.capitalize()
+    with pytest.raises(IndexError, match=f"{name}: index must be a number, a slice, .* over the 300 rays, got "):
+        ASK[kind](RAYS)[index]
+
+
+@pytest.mark.parametrize("kind", ["spans", "crossings"])
+@pytest.mark.parametrize("rays", [RAYS, ONE, RAYS[:0], SCENE.first_hit(RAYS).spawn((0, 0, 1))])
+def test_lists_come_back_from_files(kind, rays, tmp_path):
+    answer, path = ASK[kind](rays), tmp_path / "answer.npz"
+    for given in (answer, answer.detached()):
+        given.save(path)
+        again = type(answer).load(path)
+        assert again == answer
+        assert_same_fields(again, answer)
+        assert len(again) == len(answer)
+        assert again.offsets.flags.writeable is False
+    if kind == "spans" and len(answer):
+        assert again.materials == answer.materials
+        assert np.array_equal(again.lengths(), answer.lengths())
+        assert np.array_equal(again.lengths("material"), answer.lengths("material"))
+        assert np.array_equal(again.line_integral("mu", 0), answer.line_integral("mu", 0), equal_nan=True)
+        assert again[0] == answer[0]
+    assert [entry.name for entry in tmp_path.iterdir()] == ["answer.npz"]
+    with np.load(path, allow_pickle=False) as arrays:
+        assert all(arrays[name].dtype != object for name in arrays.files)
+
+
+@pytest.mark.parametrize("rays", [RAYS, ONE, RAYS[:0], SCENE.first_hit(RAYS).spawn((0, 0, 1))])
+def test_rays_come_back_from_files(rays, tmp_path):
+    rays.save(tmp_path / "rays.npz")
+    again = co.Rays.load(tmp_path / "rays.npz")
+    assert again == rays
+    assert np.array_equal(SCENE.first_hit(again).t, SCENE.first_hit(rays).t)
+
+
+def test_rays_of_plain_arrays_are_read(tmp_path):
+    np.savez(tmp_path / "rays.npz", origins=RAYS.origins, directions=RAYS.directions)
+    assert co.Rays.load(tmp_path / "rays.npz") == RAYS
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (dict(t_enter=None), "is not a file of spans.save: it lacks t_enter"),
+    (dict(more=np.zeros(2)), "is not a file of spans.save: it also holds more"),
+    (dict(offsets=np.zeros(7)), "offsets must rise from 0, one for each ray and one more"),
+    (dict(offsets=np.arange(301)[::-1]), "offsets must rise from 0"),
+    (dict(t_exit=np.zeros(3)), r"t_exit must have shape \(\d+,\), got \(3,\)"),
+    (dict(ends=np.zeros(3)), r"ends must have shape \(2, \d+\)"),
+    (dict(body_count=np.array(1)), "body must be below body_count, 1"),
+    (dict(enter_clipped=np.array([7.0])), "enter_clipped must have shape"),
+    (dict(directions=np.zeros((6, 50, 3))), "Rays: direction must not be zero"),
+    (dict(origins=np.zeros((6, 50))), "origins must have shape"),
+    (dict(materials=np.frombuffer(b"bodies: 3", np.uint8)), "labels are damaged: "),
+])  # fmt: skip
+def test_damaged_files_of_spans(change, message, tmp_path):
+    path = tmp_path / "spans.npz"
+    SCENE.spans(RAYS).save(path)
+    with np.load(path) as arrays:
+        content = {name: arrays[name] for name in arrays.files} | change
+    np.savez(path, **{name: array for name, array in content.items() if array is not None})
+    with pytest.raises(ValueError, match=f"spans.npz: .*{message}"):
+        co.Spans.load(path)
+
+
+def test_one_kind_of_answer_is_not_read_as_another(tmp_path):
+    for kind, ask in ASK.items():
+        ask(RAYS).save(tmp_path / f"{kind}.npz")
+    with pytest.raises(ValueError, match=r"crossings.npz: is not a file of spans.save: it lacks t_enter"):
+        co.Spans.load(tmp_path / "crossings.npz")
+    with pytest.raises(ValueError, match=r"hits.npz: is not a file of rays.save: it also holds t, "):
+        co.Rays.load(tmp_path / "hits.npz")
+    for load in (co.Spans.load, co.Crossings.load, co.Rays.load):
+        with pytest.raises(ValueError, match=r"load: path of \w+ must end with .npz, got 'x.npy'"):
+            load("x.npy")
+
+
+@pytest.mark.parametrize("state", ["with their scene", "detached", "some of both"])
+def test_hits_are_joined(state):
+    whole = SCENE.first_hit(RAYS)
+    parts = [whole[:2], whole[2:3], whole[3:4], whole[4:4], whole[4:]]
+    if state == "detached":
+        parts = [part.detached() for part in parts]
+    elif state == "some of both":
+        parts[1] = parts[1].detached()
+    joined = co.Hits.concatenate(parts)
+    assert joined == whole
+    assert_same_fields(joined, whole)
+    assert np.array_equal(SCENE.first_hit(joined.spawn((0, 0, 1))).t, SCENE.first_hit(whole.spawn((0, 0, 1))).t)
+    assert co.Hits.concatenate(list(whole.detached()[0])) == whole[0]
+    assert pickle.loads(pickle.dumps(joined)) == whole
+
+
+def test_hits_of_different_scenes_are_not_joined():
+    hits, other = SCENE.first_hit(RAYS), co.Scene(co.Sphere(2)).first_hit(RAYS)
+    with pytest.raises(ValueError, match=r"Hits: parts must be of one scene, got parts\[0\] and parts\[1\]"):
+        co.Hits.concatenate([hits, other])
+    painted = co.Scene([co.Body(body.shape, "white", body.name) for body in SCENE.bodies])
+    with pytest.raises(ValueError, match="parts must be of one scene, got two names or materials of body 0"):
+        co.Hits.concatenate([hits, painted.first_hit(RAYS)])
+    with pytest.raises(ValueError, match="must hold at least one"):
+        co.Hits.concatenate([])
+    with pytest.raises(TypeError, match=r"Hits: parts\[1\] must be Hits, got Rays"):
+        co.Hits.concatenate([hits, RAYS])
+    with pytest.raises(ValueError, match="^Hits: parts must have shapes that differ in the first axis alone"):
+        co.Hits.concatenate([hits, SCENE.first_hit(ONE)])
+
+
+def test_a_loop_over_rays_is_told_what_it_has():
+    with pytest.raises(TypeError, match=r"unpacks to these two arrays: one of its rays is rays\[i\]"):
+        [SCENE.first_hit(ray) for ray in RAYS]
