@@ -9,18 +9,13 @@ from ..numbers.sure import sign
 from ..numbers.vectors import dot
 from ..ray import Ray
 from ..surface.decide import OPEN, Rest, curved_terms, plane_terms
+from ..surface.doubt import POINT, POINT_AT_BALL
 from ..surface.quadric import quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
 from ..tables import BALL, CELL, PLANE, REGION, SPHERE, Geometry, integer, whole
 from .boolean import leaves_met
 from .gates import root_value, turn_leaf
 from .scratch import EVENT, LEAF, Scratch
-
-_ROUNDING = 2.0**-44
-
-
-_OFF_CENTER = 2.0**-40
-
 
 INSIDE = 1
 """OUTSIDE is 0, and OPEN 2: not certain."""
@@ -39,7 +34,7 @@ def _plane_value(geometry: Geometry, row: int, x: float, y: float, z: float) -> 
     (px, ex), (py, ey), (pz, ez) = two_difference(x, ax), two_difference(y, ay), two_difference(z, az)
     height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
     terms = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
-    return height, _ROUNDING * terms + plane_limits(geometry, row).height
+    return height, POINT * terms + plane_limits(geometry, row).height
 
 
 @helper
@@ -52,7 +47,7 @@ def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: fl
         cx, cy, cz, r = load_sphere(geometry, row)
         px, py, pz = x - cx, y - cy, z - cz
         square = px * px + py * py + pz * pz
-        value, off = square - r * r, _OFF_CENTER * (square + r * r)
+        value, off = square - r * r, POINT_AT_BALL * (square + r * r)
     else:
         quadric = load_quadric(geometry, row)
         rests, at = rest.quadrics, 19 * row

@@ -23,11 +23,10 @@ from ..body.scratch import Scratch
 from ..ray import Ray
 from ..surface.decide import CROSSES, OPEN, Rest, decide_curved, decide_plane
 from ..surface.decide_loop import decide_loop
+from ..surface.doubt import ALIKE
 from ..surface.records import curved_roots, is_curved, plane_crossing
 from ..tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, Signs, integer
 
-_ALIKE = 2.0**-6
-"""What is not doubtful is much nearer to the exact place: |t| is more than 2^-44 |o|, its error less than 2^-50 |o|."""
 FREE = -1
 """In place of a surface: the ray's origin."""
 
@@ -162,7 +161,7 @@ def tell_as_usual(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
 @inline
 def _tell_one(ranks: Ranks, k: int, t: float) -> None:
     """Not beyond the origin, and not of far roots, which may be anywhere: there the exact place counts."""
-    if abs(t - ranks.t[k]) <= abs(t) * _ALIKE:
+    if abs(t - ranks.t[k]) <= abs(t) * ALIKE:
         ranks.t[k] = t
 
 

@@ -10,16 +10,15 @@ from numba.extending import intrinsic
 from ...compiler.jit import inline
 from ..ray import Ray
 from ..tables import Floats
+from . import slack
 from .boxes import beam_code
 from .code import BITS, INT64, Code
-
-_DOUBT, _LEAST = 1e-13, 1e-290
 
 
 def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
     """The boxes around eight balls."""
     b, (x, y, z, r) = c.builder, c.balls(floats, at, stride)
-    r = b.fmul(r, c.constant(1.0 + 1e-14))
+    r = b.fmul(r, c.constant(1.0 + slack.BALL_BOX))
     return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
 
 
@@ -43,8 +42,8 @@ def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared:
     """How deep the foot of the perpendicular is in balls: r² - |center - foot d|², raised (`balls_met`)."""
     b = c.builder
     off = [c.fused(b.fneg(foot), direction[k], center[k]) for k in range(3)]
-    slack = c.fused(b.fadd(c.product(center, center), squared), c.constant(_DOUBT), c.constant(_LEAST))
-    return b.fadd(b.fsub(squared, c.product(off, off)), slack)
+    raised = c.fused(b.fadd(c.product(center, center), squared), c.constant(slack.BALL), c.constant(slack.BALL_LEAST))
+    return b.fadd(b.fsub(squared, c.product(off, off)), raised)
 
 
 def balls_missed(
@@ -85,9 +84,7 @@ def balls_met(floats: Floats, at: int, stride: int, count: int, ray: Ray, invers
     """Which of up to eight balls a ray may meet between its t_min and `last`, as bits; `inverse` is 1 / d·d.
 
     The balls' x begin at floats[at], their y, z and radii `stride` further each. A ball is left out only if
-    the ray misses it for certain: the square of the half chord is raised by more than all
-    roundings can take away from it, 1e-13 of the squares of distance and radius, which moves both ends
-    by more than what rounding does to them too.
+    the ray misses it for certain (`slack.BALL`).
     """
     ox, oy, oz, dx, dy, dz, t_min, _, _ = ray
     return _balls_met(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last) & ((1 << count) - 1)
@@ -106,7 +103,7 @@ def _lanes_in_ball(groups: int) -> Any:
                 center, direction = [b.fsub(ball[k], row[k]) for k in range(3)], row[3:6]
                 foot = b.fmul(c.product(center, direction), row[6])
                 apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
-                reach = b.fmul(c.fused(apart, c.constant(_DOUBT), ball[3]), row[7])
+                reach = b.fmul(c.fused(apart, c.constant(slack.BALL), ball[3]), row[7])
                 first, last = b.fsub(foot, reach), b.fadd(foot, reach)
                 # What is not a number counts as met
                 missed = b.fcmp_ordered("<", _depth(c, center, direction, foot, squared), c.constant(0.0))

@@ -4,31 +4,44 @@ from __future__ import annotations
 
 from typing import Any
 
+from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from .code import DOUBLE, INT64, Code
+from .code import EIGHT, INT64, WIDTH, Code
 
 # Numbers of a beam, in the order of its block: where it starts and ends in t comes last
 LOW_O, HIGH_O, LOW_I, HIGH_I, FIRST, LAST = 0, 3, 6, 9, 12, 13
 BEAM = 14
 
 
-def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
-    """(first, last) t of a beam, rays[begin:], in eight boxes with six sides."""
+def beam_stretch(c: Code, sides: Any, number: Any, first: Any, last: Any) -> tuple[Any, Any]:
+    """The box test of beams: [first, last] cut to what may lie within six sides; what is compared are eights.
+
+    number(k) is number k of a beam (`BEAM`), as an eight and, for the comparison of its sign, as it is.
+    """
     b = c.builder
-    first, last = c.spread(c.number(rays, begin, FIRST)), c.spread(c.number(rays, begin, LAST))
     none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
     for axis in range(3):
         # The low corner must not lie beyond the box's high side, nor the high corner before its low side
         for corner, slope, side, upward in ((LOW_O, LOW_I, 3, True), (HIGH_O, HIGH_I, 0, False)):
-            o = c.spread(c.number(rays, begin, corner + axis))
-            inverse = c.number(rays, begin, slope + axis)
-            t = b.fmul(b.fsub(sides[side + axis], o), c.spread(inverse))
-            rises = b.fcmp_ordered(">" if upward else "<", inverse, DOUBLE(0.0))
+            o, (inverse, plain) = number(corner + axis)[0], number(slope + axis)
+            t = b.fmul(b.fsub(sides[side + axis], o), inverse)
+            zero = ir.Constant(plain.type, [0.0] * WIDTH if plain.type == EIGHT else 0.0)
+            rises = b.fcmp_ordered(">" if upward else "<", plain, zero)
             last = c.smaller(b.select(rises, t, all_of_it), last)
             first = c.larger(b.select(rises, none, t), first)
     return first, last
+
+
+def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
+    """(first, last) t of a beam, rays[begin:], in eight boxes with six sides."""
+
+    def number(k: int) -> tuple[Any, Any]:
+        plain = c.number(rays, begin, k)
+        return c.spread(plain), plain
+
+    return beam_stretch(c, sides, number, number(FIRST)[0], number(LAST)[0])
 
 
 def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:

@@ -7,6 +7,8 @@ from typing import Any
 from llvmlite import ir
 from numba.core import cgutils
 
+from . import slack
+
 WIDTH = 8
 DOUBLE = ir.DoubleType()
 EIGHT = ir.VectorType(DOUBLE, WIDTH)
@@ -15,8 +17,6 @@ INT64 = ir.IntType(64)
 WHOLE = ir.VectorType(INT64, WIDTH)
 MASK = ir.VectorType(ir.IntType(1), WIDTH)
 _PLACES = ir.VectorType(ir.IntType(32), WIDTH)
-_SLACK = 1e-15
-"""Share of |t| by which a box may be missed: more than the rounding of a slab's two ends."""
 
 
 class Code:
@@ -92,8 +92,8 @@ class Code:
     def overlapping(self, first: Any, last: Any) -> Any:
         """first <= last, with slack, each by itself."""
         b = self.builder
-        slack = b.fmul(b.fadd(self.size(first), self.size(last)), self.constant(_SLACK))
-        return b.fcmp_ordered("<=", first, b.fadd(last, slack))
+        wider = b.fmul(b.fadd(self.size(first), self.size(last)), self.constant(slack.BOX))
+        return b.fcmp_ordered("<=", first, b.fadd(last, wider))
 
     def folded(self, a: Any, join: Any) -> Any:
         """The eight joined two by two, to one number."""

@@ -9,7 +9,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from .balls import sides_of_balls
-from .boxes import HIGH_I, HIGH_O, LOW_I, LOW_O, beam_code, stretches
+from .boxes import beam_code, beam_stretch, stretches
 from .code import BITS, DOUBLE, EIGHT, INT64, MASK, WHOLE, WIDTH, Code
 
 MOST_ITEMS = 4096
@@ -129,16 +129,12 @@ def put_groups(
         c, b = Code(context, builder), builder
         boxes, rays, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
         sides = [c.spread(c.number(boxes, arguments[1], k * ITEM_ROW)) for k in range(6)]
-        first, last = c.constant(0.0), c.constant(float("inf"))
-        none, all_of_it = c.constant(float("-inf")), c.constant(float("inf"))
-        for axis in range(3):
-            for corner, slope, side, upward in ((LOW_O, LOW_I, 3, True), (HIGH_O, HIGH_I, 0, False)):
-                inverse = c.eight(rays, arguments[3], 8 * (slope + axis))
-                t = b.fmul(b.fsub(sides[side + axis], c.eight(rays, arguments[3], 8 * (corner + axis))), inverse)
-                rises = b.fcmp_ordered(">" if upward else "<", inverse, c.constant(0.0))
-                last = c.smaller(b.select(rises, t, all_of_it), last)
-                first = c.larger(b.select(rises, none, t), first)
-        met = c.overlapping(first, last)
+
+        def number(k: int) -> tuple[Any, Any]:
+            eight = c.eight(rays, arguments[3], 8 * k)
+            return eight, eight
+
+        met = c.overlapping(*beam_stretch(c, sides, number, c.constant(0.0), c.constant(float("inf"))))
         pair = b.add(c.whole(b.shl(arguments[1], INT64(3))), ir.Constant(WHOLE, list(range(WIDTH))))
         place = b.bitcast(c.place(out, arguments[5], 0), WHOLE.as_pointer())
         b.store(c.compressed(pair, met), place, align=8)

@@ -13,8 +13,6 @@ from .balls import balls_missed
 from .code import BITS, DOUBLE, EIGHT, INT64, WHOLE, WIDTH, Code
 
 _UPPER, _LOWER = -(1 << 32), (1 << 32) - 1
-_SLACK = 2.5e-15
-"""Share of t by which a box may be missed: more than the rounding of a slab's two ends."""
 
 FROM_THE_START = -(1 << 52)
 """Added to a ray's number: it waits from t = -inf on."""
@@ -55,9 +53,7 @@ class _Rays:
             s = b.fmul(b.fsub(self.origins[axis], c.spread(near[axis])), self.slopes[axis])
             t = b.fmul(b.fsub(self.origins[axis], c.spread(far[axis])), self.slopes[axis])
             first, last = c.larger(s, first), c.smaller(t, last)
-        # Whatever its sign, `first` is lowered by more than the roundings of both
-        lowered = c.smaller(b.fmul(first, c.constant(1.0 - _SLACK)), b.fmul(first, c.constant(1.0 + _SLACK)))
-        met = b.and_(self.there, b.fcmp_ordered("<=", lowered, last))
+        met = b.and_(self.there, c.overlapping(first, last))
         when = b.and_(b.bitcast(first, WHOLE), ir.Constant(WHOLE, [_UPPER] * WIDTH))
         return met, b.or_(when, self.numbers)
 

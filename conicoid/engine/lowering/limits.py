@@ -14,18 +14,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..surface.nearness import RELATIVE
+from ..surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
 from ..tables import CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables
 from .surfaces import Remainders
 
 Whole = npt.NDArray[Any]
 
-ROUNDINGS = 2.0**-47
-"""kappa of a quadric whose anchor is exact: 64 roundings."""
-BALL = 2.0**-40
-"""kappa of a sphere: its center may be off by 2^-46 of its radius."""
-_FLAT = 2.0**-49
-_FAR = 2.0**45
 _CHUNK = 1 << 14
 _LEAST = 1e-100
 """Times the square of a direction's least component that is still a number."""
@@ -146,11 +140,11 @@ def _sizes(quadrics: Floats) -> tuple[Floats, Floats, Floats]:
 
 def _kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> Floats:
     kind, row = tables.surface_kind[surface], tables.surface_row[surface]
-    kappa = np.full(len(surface), BALL)
+    kappa = np.full(len(surface), KAPPA_OF_BALLS)
     flat, curved = kind == 0, kind == 2
-    kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), _FLAT, 0.0)
+    kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), KAPPA_OF_PLANES, 0.0)
     off = np.sqrt((rest.quadrics[:, :3] ** 2).sum(axis=1))
-    kappa[curved] = ROUNDINGS + 8.0 * off[row[curved]] / reach[curved]
+    kappa[curved] = KAPPA + 8.0 * off[row[curved]] / reach[curved]
     return kappa
 
 
@@ -167,7 +161,7 @@ def _owners(
     exact = ~bounded & flat & (kappa == 0)
     off = 0.5 * np.sqrt(kappa) * reach + RELATIVE * np.where(exact, _WIDEST * size, around)
     np.maximum.at(limits[:, 0], owner, off)
-    far = np.where(bounded, _FAR * reach, np.where(exact, _WIDEST * size, _WIDE * size))
+    far = np.where(bounded, FAR * reach, np.where(exact, _WIDEST * size, _WIDE * size))
     np.minimum.at(limits[:, 1], owner, far)
     return limits
 

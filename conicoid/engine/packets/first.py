@@ -20,7 +20,6 @@ from ..culling import (
     LAST,
     balls_in_beam,
     bit_count,
-    boxes_met,
     group_in_ball,
     items_met,
     lowest_bit,
@@ -30,7 +29,7 @@ from ..culling import (
 from ..culling.items import MOST_CHOSEN
 from ..tables import Floats, Geometry, Signs, whole
 from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
-from ..tree.walk import ITS_BOX, ITS_CODE, ITS_T, on_stack, push_met, push_roots, put_on_stack, scene_tree
+from ..tree.walk import next_leaf, push_roots, put_on_stack, scene_tree
 from .frontier import ITEM_COUNT
 from .lanes import BEAM_AT, GROUP_BEAMS, GROUPS_AT, put_group_beams, shorten_beam
 from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet, retire
@@ -170,14 +169,8 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
                 break
             top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
             continue
-        top -= 1
-        if way[on_stack(top) + ITS_T] > lanes[BEAM_AT + LAST]:
-            continue
-        at = on_stack(top)
-        code, box = whole(way[at + ITS_CODE]), whole(way[at + ITS_BOX])
-        if code >= 0:
-            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, way)
-            top = push_met(geometry, way, code, bits, top)
+        code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
+        if code == 0:
             continue
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin

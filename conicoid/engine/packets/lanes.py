@@ -17,7 +17,8 @@ from ..body.hit import Hit, comes_first, too_close
 from ..body.spans import Slab
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, extents, reach
 from ..ray import Line, Ray
-from ..surface.nearness import STARTING, Nearness, limits_along, ray_size, ray_unit
+from ..surface.doubt import STARTING
+from ..surface.nearness import Nearness, limits_along, ray_size, ray_unit
 from ..tables import Floats, whole
 from ..tree.walk import reciprocal
 

@@ -17,13 +17,13 @@ from ..body.cell import CellSpans
 from ..body.entry import crossings_of_roots, crossings_of_spans, entry_crossings, entry_nearness
 from ..body.rows import put_rows, with_room
 from ..body.scratch import Scratch
-from ..culling import balls_in_beam, boxes_met, highest_bit, lowest_bit
+from ..culling import balls_in_beam, highest_bit, lowest_bit
 from ..ray import Ray
 from ..surface.nearness import lengths_of, lengths_of_ball
 from ..surface.records import load_sphere
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, integer, whole
 from ..tree.leaf import is_round, leaf_at, leaf_item, leaf_range
-from ..tree.walk import ITS_BOX, ITS_CODE, on_stack, push_met, push_roots, scene_tree
+from ..tree.walk import next_leaf, push_roots, scene_tree
 from .booleans import MOST, in_lanes, leaves_of_lanes
 from .lanes import BEAM_AT, DOUBT, LANES, SEEKS, T_MAX, T_MIN, lane_nearness, lane_ray
 from .packet import Packet, lanes_at_ball, lanes_in_child
@@ -213,15 +213,9 @@ def list_packet(
     way, lanes, used = scratch.way, packet.lanes, 0
     for i in range(LANES):
         chains.last[i], chains.rows[i] = -1, 0
-    top = push_roots(geometry, way, scene_tree(geometry))
     boxes = geometry.places[table.NODE_BOXES]
-    while top > 0:
-        top -= 1
-        code, box = whole(way[on_stack(top) + ITS_CODE]), whole(way[on_stack(top) + ITS_BOX])
-        if code >= 0:
-            bits = boxes_met(geometry.floats, boxes + 48 * code, lanes, BEAM_AT, way)
-            top = push_met(geometry, way, code, bits, top)
-            continue
+    code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, push_roots(geometry, way, scene_tree(geometry)))
+    while code != 0:
         begin, end = leaf_range(code)
         at, count = leaf_at(geometry, begin), end - begin
         balls = box >= 0 and is_round(geometry, at, count)
@@ -239,6 +233,7 @@ def list_packet(
                 kind, index, _, entry = leaf_item(geometry, at, count, k)
                 item = kind, index, entry
                 rows, used = _meet(geometry, scratch, packet, chains, spans, item, met, rows, used)
+        code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
     return rows, used
 
 

@@ -8,9 +8,9 @@ from ..body.meet import meet
 from ..body.scratch import Scratch
 from ..culling import LAST, balls_met, lowest_bit
 from ..ray import Ray, scaled_ray, span_inverse
-from ..tables import Geometry, Signs, whole
+from ..tables import Geometry, Signs
 from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_range
-from ..tree.walk import ITS_CODE, ITS_T, OWN_BEAM, on_stack, push_node, push_roots, put_beam, scene_tree
+from ..tree.walk import OWN_BEAM, next_leaf, push_roots, put_beam, scene_tree
 
 
 @helper
@@ -24,16 +24,8 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     way = scratch.way
     put_beam(way, OWN_BEAM, ray)
     inverse = span_inverse(ray)
-    top = push_roots(geometry, way, scene_tree(geometry))
-    while top > 0:
-        top -= 1
-        if way[on_stack(top) + ITS_T] > within(best) + abs(best.t) * 1e-15:
-            continue
-        code = whole(way[on_stack(top) + ITS_CODE])
-        if code >= 0:
-            way[OWN_BEAM + LAST] = min(ray.t_max, within(best))
-            top = push_node(geometry, way, code, top)
-            continue
+    code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, scene_tree(geometry)))
+    while code != 0:
         first, last = leaf_range(code)
         at, count = leaf_at(geometry, first), last - first
         for eight in range(0, count, 8):
@@ -48,6 +40,8 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
                 best = meet(geometry, scratch, item, leaf_ball(geometry, at, count, k), ray, inverse, best)
                 if any_hit and best.body >= 0:
                     return scaled_hit(best, scale)
+        way[OWN_BEAM + LAST] = min(ray.t_max, within(best))
+        code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
     return scaled_hit(best, scale)
 
 

@@ -15,9 +15,7 @@ from .. import tables as table
 from ..numbers.errorfree import difference_of_products, two_difference
 from ..ray import Ray
 from ..tables import Geometry, real
-
-_DOUBT = 2.0**-44
-"""Share of the terms of u and v by which rounding, that of a vertex too, may change them."""
+from .doubt import LOOP
 
 
 @inline
@@ -57,10 +55,10 @@ def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bo
     ua, va, su, sv = seen_vertex(geometry, last - 1, axis, ray)
     for k in range(first, last):
         ub, vb, tu, tv = seen_vertex(geometry, k, axis, ray)
-        unsure |= (abs(vb) <= _DOUBT * tv) & (tv > 0.0)
+        unsure |= (abs(vb) <= LOOP * tv) & (tv > 0.0)
         if (va < 0.0) != (vb < 0.0):
             side = difference_of_products(ua, vb, ub, va)
-            unsure |= abs(side) <= _DOUBT * ((su * abs(vb) + tu * abs(va)) + (abs(ua) * tv + abs(ub) * sv))
+            unsure |= abs(side) <= LOOP * ((su * abs(vb) + tu * abs(va)) + (abs(ua) * tv + abs(ub) * sv))
             if (side > 0.0) if vb > va else (side < 0.0):
                 odd = not odd
         ua, va, su, sv = ub, vb, tu, tv

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ...compiler.jit import inline
 from ..ray import Ray
 from ..tables import Geometry
+from .doubt import BALL, BALL_FAR, RELATIVE, STARTING
 from .quadric import Sphere
 
 
@@ -16,16 +17,6 @@ class Nearness(NamedTuple):
 
     off: float
     far: float
-
-
-STARTING = 1024.0
-"""So many times less certain is a ray that starts on a surface, beside which its origin was rounded."""
-RELATIVE = 2.0**-44
-"""Share of |o| and of |x| by which t may be off, whatever it is crossed."""
-BESIDE = STARTING * RELATIVE
-"""Share of |x| by which whatever culls is widened, as far as the origin of a ray may lie beside the surface on which it
-starts: a ray within the outermost plane of a body would miss the body's own box."""
-BALL, BALL_FAR = 2.0**-21, 2.0**45
 
 
 @inline

@@ -8,6 +8,7 @@ from ...compiler.jit import helper, inline
 from ..numbers.errorfree import accurate_dot, two_difference
 from ..numbers.vectors import dot
 from ..ray import Line
+from .doubt import OBLIQUE
 
 
 class Plane(NamedTuple):
@@ -27,9 +28,6 @@ class PlaneLimits(NamedTuple):
 
     rate_squared: float  # for |d| = 1
     height: float  # of a parallel ray
-
-
-_OBLIQUE = 1.0 / 32.0
 
 
 @inline
@@ -73,7 +71,7 @@ def plain_plane(plane: Plane, line: Line) -> tuple[float, float, bool, bool]:
     height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
     size = abs(nx * dx) + abs(ny * dy) + abs(nz * dz)
     reach = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
-    return height, rate, (abs(rate) < _OBLIQUE * size) | (abs(height) < _OBLIQUE * reach), size == 0.0
+    return height, rate, (abs(rate) < OBLIQUE * size) | (abs(height) < OBLIQUE * reach), size == 0.0
 
 
 @helper

@@ -19,6 +19,7 @@ from ..numbers.doubled import Pair, negative, pair_dot, pair_product, pair_scale
 from ..numbers.errorfree import difference_of_products, two_difference
 from ..numbers.vectors import dot
 from ..ray import Line
+from .doubt import CANCELS, LEAST_OF_BALLS, POINT, STARTING
 
 
 class Quadric(NamedTuple):
@@ -92,14 +93,6 @@ class QuadricLimits(NamedTuple):
     value: float  # along rulings, infinite where these are never certain
 
 
-_CANCELS = 2.0**-10
-_ROUNDED = 2.0**-44
-_LEAST_OF_BALLS = 2.0**-31
-"""Of a sphere's discriminant, for |d| = 1, as a share of r²."""
-_STARTING = 1024.0
-"""So many times larger the least discriminant is at the surface that a ray starts on, which its origin is beside."""
-
-
 @inline
 def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, unsure: bool) -> Roots:
     """Roots of a t² + 2 b t + c from its discriminant; each by the formula that does not cancel.
@@ -134,7 +127,7 @@ def sphere_roots(sphere: Sphere, line: Line, inverse: float, starts: bool) -> Ro
     mz = difference_of_products(px, dy, py, dx)
     c = 0.0 if starts else dot(px, py, pz, px, py, pz) - r * r
     discriminant = b * b if starts else a * (r * r) - dot(mx, my, mz, mx, my, mz)
-    least = (_LEAST_OF_BALLS * _STARTING if starts else _LEAST_OF_BALLS) * (r * r)
+    least = (LEAST_OF_BALLS * STARTING if starts else LEAST_OF_BALLS) * (r * r)
     return roots_of(a, b, c, discriminant, foot, not abs(discriminant) * inverse >= least)
 
 
@@ -153,7 +146,7 @@ def settled_roots(terms: Quadratic, starts: bool, inverse: float, limits: Quadri
     a, b, foot = terms.a, terms.b, terms.foot
     discriminant = b * b if starts else terms.discriminant
     c = 0.0 if starts else terms.c
-    least = limits.discriminant * _STARTING if starts else limits.discriminant
+    least = limits.discriminant * STARTING if starts else limits.discriminant
     certain = (abs(c) > limits.value) if terms.ruling else (abs(discriminant) * inverse >= least)
     # A root at infinity is one only where nothing bends, whatever rounding took
     certain &= (terms.straight & (limits.value < math.inf)) | (a != 0.0)
@@ -191,7 +184,7 @@ def quadratic_on_ray(quadric: Quadric, line: Line, inverse: float, starts: bool)
     # Where terms cancel
     size = abs(f0 * e0) + abs(f1 * e1) + abs(f2 * e2)
     terms = abs(size * k) + abs(t0) + abs(t1) + abs(t2) + g * g + 2.0 * abs(h)
-    cancels = (abs(discriminant) < _CANCELS * terms) | (abs(a) < _CANCELS * size)
+    cancels = (abs(discriminant) < CANCELS * terms) | (abs(a) < CANCELS * size)
     straight = size == 0.0
     ruling = straight & (abs(b0 * e0) + abs(b1 * e1) + abs(b2 * e2) == 0.0)
     return Quadratic(a, b, c, discriminant, foot, cancels, straight, ruling)
@@ -264,7 +257,7 @@ def quadric_rounding(
     size0, beside0 = _terms(w00, w01, w02, s0, b0, px, py, pz, ex, ey, ez)
     size1, beside1 = _terms(w10, w11, w12, s1, b1, px, py, pz, ex, ey, ez)
     size2, beside2 = _terms(w20, w21, w22, s2, b2, px, py, pz, ex, ey, ez)
-    return _ROUNDED * (size0 + size1 + size2 + abs(k)) + 2.0 * (beside0 + beside1 + beside2)
+    return POINT * (size0 + size1 + size2 + abs(k)) + 2.0 * (beside0 + beside1 + beside2)
 
 
 @inline

@@ -11,6 +11,7 @@ import math
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch_soon
+from ..culling.slack import BOX, STEEPEST
 from ..ray import Ray
 from ..tables import Floats, Geometry, Ints, integer, length, whole
 from .leaf import leaf_at, leaf_range
@@ -45,7 +46,7 @@ def put_on_stack(way: Floats, k: int, code: float, box: float, t: float) -> None
 @inline
 def reciprocal(d: float) -> float:
     """1 / d, finite: a direction along a wall of a box lies on one side of it."""
-    return 1.0 / d if abs(d) > 1e-290 else math.copysign(1e290, d)
+    return 1.0 / d if abs(d) > 1.0 / STEEPEST else math.copysign(STEEPEST, d)
 
 
 @inline
@@ -98,13 +99,6 @@ def push_met(geometry: Geometry, way: Floats, node: int, bits: int, top: int) ->
 
 
 @inline
-def push_node(geometry: Geometry, way: Floats, node: int, top: int) -> int:
-    """Put the children of a node that the way's own beam meets on the stack; returns its height."""
-    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES] + 48 * node, way, OWN_BEAM, way)
-    return push_met(geometry, way, node, bits, top)
-
-
-@inline
 def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
     """Start a walk: what no box holds is on top. Returns the height of the stack."""
     first, last = integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)
@@ -113,22 +107,40 @@ def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
     return last - first
 
 
+@inline
+def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) -> tuple[int, int, int]:
+    """Go on with a walk to the next leaf that a beam, beam[at:], reaches: (its code, its box or -1, the stack's height).
+
+    Code 0: there is none any more. What is entered beyond the beam's LAST, which may have been shortened since, is left
+    out. This is the walk of single rays and packets; streams (many rays at each node) and frontiers (level by level)
+    are other algorithms.
+    """
+    while top > 0:
+        top -= 1
+        here = on_stack(top)
+        t = way[here + ITS_T]
+        if t - 4.0 * BOX * abs(t) > beam[at + LAST]:
+            continue
+        code = whole(way[here + ITS_CODE])
+        if code < 0:
+            return code, whole(way[here + ITS_BOX]), top
+        bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES] + 48 * code, beam, at, way)
+        top = push_met(geometry, way, code, bits, top)
+    return whole(0), whole(-1), 0
+
+
 @helper
 def walk(geometry: Geometry, way: Floats, tree: int, ray: Ray, found: Ints) -> int:
     """Put everything whose box the ray meets within its interval into `found`; returns how many."""
     count = 0
     put_beam(way, OWN_BEAM, ray)
-    top = push_roots(geometry, way, tree)
-    while top > 0:
-        top -= 1
-        code = whole(way[on_stack(top) + ITS_CODE])
-        if code >= 0:
-            top = push_node(geometry, way, code, top)
-            continue
+    code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, tree))
+    while code != 0:
         first, last = leaf_range(code)
         for k in range(first, last):
             found[count] = integer(geometry, table.TREE_ORDER, k)
             count += 1
+        code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
     return count
 
 

@@ -6,7 +6,7 @@ import math
 
 from ....compiler.jit import inline, kernel
 from ... import tables as table
-from ...surface.nearness import BESIDE
+from ...culling.slack import BALL_BOX, BESIDE, WALL
 from ...surface.quadric import Sphere
 from ...surface.records import load_sphere
 from ...tables import BALL, CELL, Floats, Geometry, integer, length
@@ -69,7 +69,7 @@ def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> Sphere:
         return load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     x, y, z = _middle(boxes, entry, 0), _middle(boxes, entry, 1), _middle(boxes, entry, 2)
     a, b, c = _half(boxes, entry, 0, x), _half(boxes, entry, 1, y), _half(boxes, entry, 2, z)
-    reach = math.sqrt(a * a + b * b + c * c) * (1.0 + 1e-14) + 1e-150
+    reach = math.sqrt(a * a + b * b + c * c) * (1.0 + BALL_BOX) + WALL
     reach += BESIDE * (abs(x) + abs(y) + abs(z) + reach)
     if kind == CELL:
         ball = around_cell(geometry, integer(geometry, table.ENTRY_INDEX, entry), x, y, z, reach)

@@ -2,7 +2,7 @@
 
 An axis along which a box has no end gets an end a little beyond everything finite, which is `restored` in the nodes.
 Boxes are widened, so that neither the rounding of a slab test nor that of the origin of a ray that starts on a surface
-ever loses what they hold (`nearness.BESIDE`).
+ever loses what they hold (`culling/slack.py`).
 """
 
 from __future__ import annotations
@@ -13,15 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ....compiler.jit import inline, kernel
-from ...surface.nearness import BESIDE
+from ...culling.slack import BESIDE, WALL
 from ...tables import Floats, Ints, Signs
 from ...threads import run_chunks
 from .vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE
 
 EMPTY, ENDLESS = 8, 7
 CHUNK = 1 << 16
-_LEAST = 1e-150
-"""For a ray within a wall at 0 as well: what is left, over the slope of `walk.reciprocal`, is beyond all t."""
 
 
 class Survey(NamedTuple):
@@ -99,7 +97,7 @@ def _load(
 ) -> None:
     for i in range(begin, end):
         row = rows[i] if len(rows) > 0 else i
-        margin = BESIDE * _size(boxes, row, limits) + _LEAST
+        margin = BESIDE * _size(boxes, row, limits) + WALL
         for k in range(3):
             low, high = boxes[row, k], boxes[row, k + 3]
             records[SIZE * i + NEGATED_LOW + k] = margin - low if low > -math.inf else -limits[k]

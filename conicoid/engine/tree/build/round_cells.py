@@ -12,15 +12,11 @@ import math
 
 from ....compiler.jit import helper, inline
 from ... import tables as table
+from ...culling.slack import BESIDE, PARALLEL, ROUND_AWAY, ROUND_RAISED, ROUND_ROUNDED
 from ...numbers.vectors import dot
-from ...surface.nearness import BESIDE
 from ...surface.quadric import Quadric, Sphere
 from ...surface.records import load_plane, load_quadric, load_sphere
 from ...tables import SPHERE, Geometry, integer
-
-_PARALLEL = 1e-12
-# By which radii, distances and sums that cancel are raised: far more than rounding and `_PARALLEL` can take away
-_RAISED, _AWAY, _ROUNDED = 1e-6, 1e-9, 1e-12
 
 _LEAST, _MOST = 1e-250, 1e250  # beyond, products might overflow
 
@@ -47,12 +43,12 @@ def _between(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: floa
         across = True
         for i in range(3):
             along = dot(nx, ny, nz, quadric[3 + 3 * i], quadric[4 + 3 * i], quadric[5 + 3 * i])
-            across &= i == j or abs(along) <= _PARALLEL * math.sqrt(_of_rows(quadric, i, i))
+            across &= i == j or abs(along) <= PARALLEL * math.sqrt(_of_rows(quadric, i, i))
         if not across:
             continue
         along = dot(nx, ny, nz, quadric[3 + 3 * j], quadric[4 + 3 * j], quadric[5 + 3 * j])
         height = dot(nx, ny, nz, quadric.ax - ax, quadric.ay - ay, quadric.az - az) + over
-        y, slack = -height * square / along, _AWAY * away * math.sqrt(square)
+        y, slack = -height * square / along, ROUND_AWAY * away * math.sqrt(square)
         if (along > 0.0) == (integer(geometry, table.PLANE_SIDE, slot) > 0):
             high = min(high, y + slack)
         else:
@@ -74,10 +70,10 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
     level, least = quadric.k + (ya * ya * sa + yb * yb * sb), abs(quadric.k) + (ya * ya * sa + yb * yb * sb)
     low, high = _between(geometry, cell, quadric, j, away)
     if sj > 0.0:
-        half = math.sqrt(max(0.0, level + bj * bj / sj + _ROUNDED * (least + bj * bj / sj)) / sj)
+        half = math.sqrt(max(0.0, level + bj * bj / sj + ROUND_ROUNDED * (least + bj * bj / sj)) / sj)
         low, high = max(low, -bj / sj - half), min(high, -bj / sj + half)
     elif sj == 0.0 and bj != 0.0:
-        end = (level + _ROUNDED * least) / (2.0 * bj)  # of a paraboloid: its vertex
+        end = (level + ROUND_ROUNDED * least) / (2.0 * bj)  # of a paraboloid: its vertex
         low, high = (low, min(high, end)) if bj > 0.0 else (max(low, end), high)
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         return _none()
@@ -85,7 +81,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
     bend = 1.0 / square - sj / steep
     vertex = (middle / square + bj / steep) / bend if bend < 0.0 else low
     for y in (low, high, min(max(vertex, low), high)):
-        across = level - sj * y * y - 2.0 * bj * y + _ROUNDED * (least + abs(sj) * y * y + 2.0 * abs(bj * y))
+        across = level - sj * y * y - 2.0 * bj * y + ROUND_ROUNDED * (least + abs(sj) * y * y + 2.0 * abs(bj * y))
         if not abs(across) < _MOST:
             return _none()
         largest = max(largest, (y - middle) * (y - middle) / square + max(across, 0.0) / steep)
@@ -95,7 +91,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
         k = 3 + 3 * i
         center = (center[0] + y * quadric[k], center[1] + y * quadric[k + 1], center[2] + y * quadric[k + 2])
     x, y, z = center[0] + quadric.ax, center[1] + quadric.ay, center[2] + quadric.az
-    raised = math.sqrt(largest) * (1.0 + _RAISED) + BESIDE * (abs(x) + abs(y) + abs(z) + away)
+    raised = math.sqrt(largest) * (1.0 + ROUND_RAISED) + BESIDE * (abs(x) + abs(y) + abs(z) + away)
     return Sphere(x, y, z, raised)
 
 
@@ -111,7 +107,7 @@ def around_cell(geometry: Geometry, cell: int, x: float, y: float, z: float, rea
     quadric = load_quadric(geometry, row)
     for i in range(3):
         for j in range(i):
-            if abs(_of_rows(quadric, i, j)) > _PARALLEL * math.sqrt(_of_rows(quadric, i, i) * _of_rows(quadric, j, j)):
+            if abs(_of_rows(quadric, i, j)) > PARALLEL * math.sqrt(_of_rows(quadric, i, i) * _of_rows(quadric, j, j)):
                 return best
     away = reach + abs(x - quadric.ax) + abs(y - quadric.ay) + abs(z - quadric.az)
     for j in range(3):

@@ -1,0 +1,37 @@
+"""By how much whatever culls is widened: every number of that kind, and why it is enough.
+
+Culling may ask about what a ray misses; it may never leave out what it meets. What is compared here is rounded, by
+2^-53 of each result, so every test is loosened by more than its roundings can come to. How far a reported crossing
+may be off is another matter: see surface/doubt.py.
+"""
+
+from __future__ import annotations
+
+from ..surface.doubt import RELATIVE, STARTING
+
+BOX = 1e-15
+"""Share of |first| + |last| by which a ray may miss a box: both ends of a slab, (side - o) (1 / d), carry three
+roundings, that of 1 / d included: 3.4e-16 of each."""
+
+BALL = 1e-13
+"""Share of |center - o|² + r² by which the square of a half chord is raised. r² - |center - foot d - o|² has some dozen
+roundings of numbers up to that sum, about 1.4e-15 of it; what is left moves both ends of the chord by more than the
+roundings of foot and root move them."""
+BALL_LEAST = 1e-290
+"""The same where squares underflow."""
+BALL_BOX = 1e-14
+"""Share of r by which the box around a ball is wider, so that c ± r, twice rounded, holds the ball."""
+
+BESIDE = STARTING * RELATIVE
+"""Share of |x| by which boxes and balls are wider, as far as the origin of a ray may lie beside the surface on which it
+starts: a ray within the outermost plane of a body would miss the body's own box."""
+WALL = 1e-150
+"""And at least this, for a ray within a wall at 0: over the slope of `STEEPEST` it is beyond all t."""
+STEEPEST = 1e290
+"""1 / d of a ray along the walls of a box, finite: it lies on one side of each."""
+
+PARALLEL = 1e-12
+"""Cosine up to which axes of a quadric count as orthogonal, and planes as perpendicular to them (round_cells.py)."""
+ROUND_RAISED, ROUND_AWAY, ROUND_ROUNDED = 1e-6, 1e-9, 1e-12
+"""Shares by which radii, distances and sums that cancel are raised there: far more than rounding and PARALLEL, whose
+effects are of first order in 1e-12, can take away."""
