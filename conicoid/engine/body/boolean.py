@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..numbers.sort import first_gap, next_gap
 from ..ray import Ray, span_inverse, with_limits
 from ..surface.interval import at_start
 from ..surface.nearness import Nearness, beyond, near, nearness_of
@@ -65,10 +66,8 @@ def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
 
 @helper
 def sort_events(scratch: Scratch, count: int) -> None:
-    """By t, then by leaf (Shell's sort, gaps after Ciura 2001 and growing by 9/4)."""
-    time, event, gap = scratch.time, scratch.event, 1
-    while gap < count // 2:
-        gap = gap * 9 // 4 + 1
+    """By t, then by leaf. As `numbers/sort.py`, but what is moved are the events themselves."""
+    time, event, gap = scratch.time, scratch.event, first_gap(count)
     while gap > 0:
         for i in range(gap, count):
             t, j = time[TIME * i], i
@@ -80,7 +79,7 @@ def sort_events(scratch: Scratch, count: int) -> None:
                 )
                 j = k
             put_event(scratch, j, t, leaf, place, on)
-        gap = gap * 4 // 9
+        gap = next_gap(gap)
 
 
 @inline
@@ -104,17 +103,27 @@ def region_crossings(
     return found, inside, unsure | doubtful
 
 
+@inline
+def _turned_until(geometry: Geometry, scratch: Scratch, done: int, events: int, t: float, through: bool) -> int:
+    """Turn the leaves of the events from number `done` on that come before t, or `through` it; returns how many are."""
+    event = scratch.event
+    while done < events and not halted_now_and_then(geometry, done):
+        end = scratch.time[TIME * done]
+        if not (end < t or (through and end == t)):
+            break
+        turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+        done += 1
+    return done
+
+
 @helper
 def sweep(
     geometry: Geometry, scratch: Scratch, program: int, ray: Ray, nearness: Nearness, events: int, limit: int
 ) -> tuple[int, bool, bool]:
     """`region_crossings` from sorted events."""
     t_min, t_max = ray.t_min, ray.t_max
-    gates, event, unsure = scratch.counts, scratch.event, False
-    done, found = 0, 0
-    while done < events and scratch.time[TIME * done] <= t_min and not halted_now_and_then(geometry, done):
-        turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
-        done += 1
+    gates, event, unsure, found = scratch.counts, scratch.event, False, 0
+    done = _turned_until(geometry, scratch, 0, events, t_min, True)
     unsure |= (done > 0) & (done < events) and _unsettled(geometry, scratch, done, nearness)
     inside = root_value(geometry, gates, program)
     started_inside = inside
@@ -168,14 +177,9 @@ def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> 
 def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
     """(inside just before t, inside just after t) of a region."""
     events, _ = gather(geometry, scratch, program, ray)
-    event, done = scratch.event, 0
-    while done < events and scratch.time[TIME * done] < t and not halted_now_and_then(geometry, done):
-        turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
-        done += 1
+    done = _turned_until(geometry, scratch, 0, events, t, False)
     before = root_value(geometry, scratch.counts, program)
-    while done < events and scratch.time[TIME * done] <= t and not halted_now_and_then(geometry, done):
-        turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
-        done += 1
+    done = _turned_until(geometry, scratch, done, events, t, True)
     after = root_value(geometry, scratch.counts, program)
     turn_back(geometry, scratch, program, done)
     return before, after

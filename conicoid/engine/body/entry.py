@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..numbers.sort import sort_numbers
 from ..ray import Ray, span_inverse
 from ..surface.interval import at_start, counts_in, left_out
 from ..surface.nearness import Nearness, along, beyond, lengths_of_ball, nearness_of
 from ..surface.records import curved_roots, load_sphere
-from ..tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, Ints, integer, whole
+from ..tables import BALL, CELL, POLYGON, REGION, SHEET, Geometry, integer, whole
 from ..tree.walk import scene_tree, walk
 from .boolean import put_crossing, region_crossings, region_sides, surface_of
 from .cell import NO_PLACE, CellSpans, cell_spans, end_of, place_face
@@ -170,24 +171,13 @@ def entry_sides(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, t: f
 
 
 @inline
-def _sort(values: Ints, count: int) -> None:
-    """Ascending, by Shell's sort."""
-    gap = 1
-    while gap < count // 2:
-        gap = gap * 9 // 4 + 1
-    while gap > 0:
-        for i in range(gap, count):
-            value, j = values[i], i
-            while j >= gap and values[j - gap] > value:
-                values[j] = values[j - gap]
-                j -= gap
-            values[j] = value
-        gap = gap * 4 // 9
+def _larger(data: None, a: int, b: int) -> bool:
+    return a > b
 
 
 @helper
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     """Put the entries whose boxes the ray meets within its interval into scratch, by number of body."""
     count = walk(geometry, scratch.way, scene_tree(geometry), ray, scratch.found)
-    _sort(scratch.found, count)
+    sort_numbers(scratch.found, count, _larger, None)
     return count

@@ -10,8 +10,9 @@ import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
+from ..numbers.sort import sort_numbers
 from ..ray import Ray
-from ..tables import Floats, Geometry, Ints, integer, whole
+from ..tables import Floats, Geometry, integer, whole
 from .boolean import crossing
 from .entry import crossed_face, entry_crossings, entry_nearness, is_solid
 from .hit import too_close
@@ -113,23 +114,12 @@ def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
             j -= 1
 
 
-@helper
-def _sort_places(rows: Floats, first: int, order: Ints, columns: int) -> None:
-    """Order the numbers of many rows by the rows' first columns, then as they stand (Shell's sort)."""
-    gap = 1
-    while gap < len(order) // 2:
-        gap = gap * 9 // 4 + 1
-    while gap > 0:
-        for i in range(gap, len(order)):
-            here, j = order[i], i
-            while j >= gap:
-                after = _order(rows, first + order[j - gap], first + here, columns)
-                if after < 0 or (after == 0 and order[j - gap] < here):
-                    break
-                order[j] = order[j - gap]
-                j -= gap
-            order[j] = here
-        gap = gap * 4 // 9
+@inline
+def _stands_after(rows: tuple[Floats, int, int], a: int, b: int) -> bool:
+    """Of rows from a first one on, by their first columns, then as they stand."""
+    table, first, columns = rows
+    order = _order(table, first + a, first + b, columns)
+    return order > 0 or (order == 0 and a > b)
 
 
 @allocator
@@ -138,7 +128,7 @@ def _sort_many_rows(rows: Floats, first: int, last: int, columns: int) -> None:
     order = np.empty(last - first, np.int32)
     for i in range(last - first):
         order[i] = i
-    _sort_places(rows, first, order, columns)
+    sort_numbers(order, len(order), _stands_after, (rows, first, columns))
     before = rows[first:last].copy()
     for i in range(last - first):
         rows[first + i] = before[order[i]]

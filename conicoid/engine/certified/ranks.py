@@ -20,6 +20,7 @@ from .. import tables as table
 from ..body.boolean import leaves_met
 from ..body.entry import collect
 from ..body.scratch import Scratch
+from ..numbers.sort import sort_numbers
 from ..ray import Ray
 from ..surface.decide import CROSSES, OPEN, Rest, decide_curved, decide_plane
 from ..surface.decide_loop import decide_loop
@@ -172,21 +173,11 @@ def _later(ranks: Ranks, i: int, j: int) -> bool:
 
 @helper
 def _sort(ranks: Ranks) -> None:
-    """The crossings in order, by Shell's sort."""
+    """The crossings in order."""
     count, order = ranks.size[1], ranks.order
     for i in range(count):
         order[i] = i
-    gap = 1
-    while gap < count // 2:
-        gap = gap * 9 // 4 + 1
-    while gap > 0:
-        for i in range(gap, count):
-            item, j = order[i], i
-            while j >= gap and _later(ranks, order[j - gap], item):
-                order[j] = order[j - gap]
-                j -= gap
-            order[j] = item
-        gap = gap * 4 // 9
+    sort_numbers(order, count, _later, ranks)
 
 
 @inline

@@ -109,7 +109,7 @@ def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
 
 @inline
 def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) -> tuple[int, int, int]:
-    """Go on with a walk to the next leaf that a beam, beam[at:], reaches: (its code, its box or -1, the stack's height).
+    """Go on with a walk to the next leaf that a beam (beam[at:]) reaches: (its code, its box or -1, the stack's height)
 
     Code 0: there is none any more. What is entered beyond the beam's LAST, which may have been shortened since, is left
     out. This is the walk of single rays and packets; streams (many rays at each node) and frontiers (level by level)
