@@ -24,12 +24,12 @@ _TINY = 2.0**-1000
 
 @inline
 def _most(x: Sure) -> float:
-    return (abs(x[0]) + abs(x[1]) + x[2]) * _MORE
+    return (abs(x.high) + abs(x.low) + x.error) * _MORE
 
 
 @inline
 def _least(x: Sure) -> float:
-    return (abs(x[0]) - abs(x[1]) - x[2]) * (2.0 - _MORE)
+    return (abs(x.high) - abs(x.low) - x.error) * (2.0 - _MORE)
 
 
 @helper
@@ -50,7 +50,7 @@ def error_of_t(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float)
     if not _most(discriminant) < math.inf or not slope * slope < math.inf:
         return _error_of_large(_most(c), _least(b), _most(a), t)
     bend = _least(a)
-    both = _most(b) + math.sqrt(max(discriminant[0], 0.0) + abs(discriminant[1]) + discriminant[2])
+    both = _most(b) + math.sqrt(max(discriminant.high, 0.0) + abs(discriminant.low) + discriminant.error)
     return both / bend * _MORE if bend > 0.0 else math.inf
 
 

@@ -14,7 +14,7 @@ from ..ray import Ray, RayArrays, load_ray, scaled_ray, span_inverse
 from ..surface.decide import CROSSES
 from ..tables import Floats, Geometry, Ints, halted
 from .ranked import first_of_ranks, rows_of_ranks
-from .ranks import Doubtful, Ranks, Room, forget, list_surfaces, rank_ray, tell_as_usual
+from .ranks import SURFACES, Doubtful, Ranks, Room, forget, list_surfaces, rank_ray, tell_as_usual
 from .stand_ins import put_stand_ins
 
 
@@ -86,7 +86,7 @@ def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entr
     ray, _ = scaled_ray(load_ray(rays, i))
     count = collect(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
-    found = ranks.size[0]
+    found = ranks.size[SURFACES]
     entries[:count] = scratch.found[:count]
     forget(ranks)
     return found, count
@@ -97,7 +97,7 @@ def _again(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, 
     """Go on with a ray whose ranks have come from elsewhere; returns how many entries it may meet."""
     count, inverse = collect(geometry, scratch, ray), span_inverse(ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
-    for k in range(ranks.size[0]):
+    for k in range(ranks.size[SURFACES]):
         if ranks.verdict[2 * ranks.surfaces[k]] == CROSSES:
             tell_as_usual(geometry, ranks, ranks.surfaces[k], ray, inverse)
     put_stand_ins(geometry, stand, scratch, ranks, ray.start, count)

@@ -19,7 +19,7 @@ from ..body.scratch import new_scratch
 from ..surface.decide import OPEN, Rest
 from ..tables import PLANE, SPHERE, Floats, Geometry, Ints, Signs, integer
 from .ranked import find_leaves, forget_leaves
-from .ranks import Ranks, Room, forget, list_surfaces
+from .ranks import SURFACES, Ranks, Room, forget, list_surfaces
 
 
 @inline
@@ -51,7 +51,7 @@ def surfaces_near(geometry: Geometry, ranks: Ranks, x: float, y: float, z: float
     """How many surfaces decide what contains a point, into ranks.surfaces."""
     scratch, ray = new_scratch(geometry), point_ray(x, y, z)
     list_surfaces(geometry, scratch, ranks, ray, collect(geometry, scratch, ray))
-    found = ranks.size[0]
+    found = ranks.size[SURFACES]
     forget(ranks)
     return found
 
@@ -83,7 +83,7 @@ def locate_ranked(geometry: Geometry, room: Room, x: float, y: float, z: float) 
     scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), np.int64(-1)
     count = collect(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
-    for k in range(ranks.size[0]):
+    for k in range(ranks.size[SURFACES]):
         _stand_in(stand, ranks.surfaces[k], float(ranks.verdict[ranks.surfaces[k]]))
     for k in range(count):
         find_leaves(geometry, scratch, scratch.found[k], ray)

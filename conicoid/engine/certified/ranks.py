@@ -21,6 +21,7 @@ from ..body.boolean import leaves_met
 from ..body.entry import collect
 from ..body.scratch import Scratch
 from ..numbers.sort import sort_numbers
+from ..numbers.sure import Sure
 from ..ray import Ray
 from ..surface.decide import CROSSES, OPEN, Rest, decide_curved, decide_plane
 from ..surface.decide_loop import decide_loop
@@ -28,6 +29,8 @@ from ..surface.doubt import ALIKE
 from ..surface.records import curved_roots, is_curved, plane_crossing
 from ..tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, Signs, integer
 
+SURFACES, CROSSINGS = 0, 1
+"""Of `Ranks.size`: how many of either there are."""
 FREE = -1
 """In place of a surface: the ray's origin."""
 
@@ -47,7 +50,7 @@ class Ranks(NamedTuple):
     order: Ints
     rank: Floats
     loops: Ints  # (polygons,) 1: the ray passes within the polygon's outline
-    size: Any  # (2,) int64: surfaces, crossings
+    size: Any  # (2,) int64: see `SURFACES`
 
 
 class Room(NamedTuple):
@@ -66,18 +69,19 @@ class Doubtful(NamedTuple):
 
 
 @inline
-def _put(ranks: Ranks, high: float, low: float, error: float, owner: int, t: float) -> None:
-    k = ranks.size[1]
-    ranks.high[k], ranks.low[k], ranks.error[k], ranks.owner[k], ranks.t[k] = high, low, error, owner, t
-    ranks.size[1] = k + 1
+def _put(ranks: Ranks, place: Sure, owner: int) -> None:
+    k = ranks.size[CROSSINGS]
+    ranks.high[k], ranks.low[k], ranks.error[k] = place.high, place.low, place.error
+    ranks.owner[k], ranks.t[k] = owner, place.high
+    ranks.size[CROSSINGS] = k + 1
 
 
 @inline
 def _list(ranks: Ranks, surface: int) -> None:
     if surface >= 0 and ranks.listed[surface] == 0:
         ranks.listed[surface] = 1
-        ranks.surfaces[ranks.size[0]] = surface
-        ranks.size[0] += 1
+        ranks.surfaces[ranks.size[SURFACES]] = surface
+        ranks.size[SURFACES] += 1
 
 
 @inline
@@ -101,7 +105,7 @@ def entry_program(geometry: Geometry, entry: int) -> int:
 @helper
 def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> None:
     """Every surface of the entries scratch.found[:count] that matters along the ray."""
-    ranks.size[0] = 0
+    ranks.size[SURFACES] = 0
     for k in range(count):
         entry = scratch.found[k]
         kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
@@ -121,9 +125,9 @@ def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, 
 @inline
 def forget(ranks: Ranks) -> None:
     """Make ready for another ray."""
-    for k in range(ranks.size[0]):
+    for k in range(ranks.size[SURFACES]):
         ranks.listed[ranks.surfaces[k]] = 0
-    ranks.size[0] = 0
+    ranks.size[SURFACES] = 0
 
 
 @helper
@@ -138,9 +142,9 @@ def _decide_surface(geometry: Geometry, rest: Rest, ranks: Ranks, surface: int, 
     if verdict == OPEN:
         return False
     if verdict == CROSSES:
-        ranks.first[surface] = ranks.size[1]
-        _put(ranks, low[0], low[1], low[2], surface, low[0])
-        _put(ranks, high[0], high[1], high[2], surface, high[0])
+        ranks.first[surface] = ranks.size[CROSSINGS]
+        _put(ranks, low, surface)
+        _put(ranks, high, surface)
         tell_as_usual(geometry, ranks, surface, ray, inverse)
     return True
 
@@ -174,7 +178,7 @@ def _later(ranks: Ranks, i: int, j: int) -> bool:
 @helper
 def _sort(ranks: Ranks) -> None:
     """The crossings in order."""
-    count, order = ranks.size[1], ranks.order
+    count, order = ranks.size[CROSSINGS], ranks.order
     for i in range(count):
         order[i] = i
     sort_numbers(order, count, _later, ranks)
@@ -202,7 +206,7 @@ def _apart(ranks: Ranks, i: int, j: int) -> bool:
 def _number(ranks: Ranks) -> bool:
     """Ranks in order, 0 at the ray's origin, which is the first in the list; False where an order is open."""
     order, rank, last = ranks.order, 0.0, 0
-    for k in range(ranks.size[1]):
+    for k in range(ranks.size[CROSSINGS]):
         this = order[k]
         if k > 0 and not _together(ranks, order[k - 1], this):
             if not _apart(ranks, last, this):
@@ -212,7 +216,7 @@ def _number(ranks: Ranks) -> bool:
         last = this if k == 0 or ranks.high[this] + ranks.error[this] >= furthest else last
         ranks.rank[this] = rank
     zero = ranks.rank[0]
-    for k in range(ranks.size[1]):
+    for k in range(ranks.size[CROSSINGS]):
         ranks.rank[k] -= zero
     return True
 
@@ -225,10 +229,10 @@ def rank_ray(geometry: Geometry, rest: Rest, scratch: Scratch, ranks: Ranks, ray
     """
     count = collect(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
-    ranks.size[1] = 0
-    _put(ranks, 0.0, 0.0, 0.0, FREE, 0.0)
+    ranks.size[CROSSINGS] = 0
+    _put(ranks, Sure(0.0, 0.0, 0.0), FREE)
     certain = True
-    for k in range(ranks.size[0]):
+    for k in range(ranks.size[SURFACES]):
         certain &= _decide_surface(geometry, rest, ranks, ranks.surfaces[k], ray, inverse)
     for k in range(count):
         certain &= _decide_outline(geometry, rest, ranks, scratch.found[k], ray)

@@ -25,7 +25,7 @@ from ..threads import chunk_size, run_on
 from .forms import form
 from .kernels import limits_of_hits, ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
 from .membership import locate_ranked, surfaces_near
-from .ranks import Doubtful, Ranks, Room
+from .ranks import CROSSINGS, Doubtful, Ranks, Room
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -159,7 +159,7 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, rays: RayArrays, i: int) -> Non
     ranks.rank[: len(places)] = exact_ranks(places)
     told = [float(t) for t in places]
     ranks.high[: len(places)], ranks.t[: len(places)] = told, told
-    ranks.size[1] = len(places)
+    ranks.size[CROSSINGS] = len(places)
     for entry in entries[:count].tolist():
         if tables.entry_kind[entry] == POLYGON:
             polygon = int(tables.entry_index[entry])

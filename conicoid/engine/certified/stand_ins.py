@@ -10,13 +10,13 @@ from ..body.scratch import Scratch
 from ..surface.decide import CROSSES
 from ..surface.records import is_curved
 from ..tables import POLYGON, SPHERE, Geometry, integer
-from .ranks import Ranks
+from .ranks import SURFACES, Ranks
 
 
 @helper
 def put_stand_ins(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, start: int, count: int) -> None:
     """Write the surfaces that are crossed at ranks, and the outlines, into the records of `stand`."""
-    for k in range(ranks.size[0]):
+    for k in range(ranks.size[SURFACES]):
         surface = ranks.surfaces[k]
         row = integer(geometry, table.SURFACE_ROW, surface)
         crosses, sense = ranks.verdict[2 * surface] == CROSSES, float(ranks.verdict[2 * surface + 1])

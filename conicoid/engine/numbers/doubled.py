@@ -6,26 +6,31 @@ rigorous error bounds for basic building blocks of double-word arithmetic, ACM T
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple
 
 from ...compiler.jit import fma, inline
 from .errorfree import two_sum
 
-Pair: TypeAlias = tuple[float, float]
+
+class Pair(NamedTuple):
+    """high + low, where |low| is at most half a unit of high's last place."""
+
+    high: float
+    low: float
 
 
 @inline
 def quick_sum(a: float, b: float) -> Pair:
     """a + b exactly, where |a| >= |b| or a is zero."""
     s = a + b
-    return s, b - (s - a)
+    return Pair(s, b - (s - a))
 
 
 @inline
 def pair_sum(a: Pair, b: Pair) -> Pair:
     """a + b, relative error 3 u² (algorithm 6)."""
-    s, e = two_sum(a[0], b[0])
-    t, f = two_sum(a[1], b[1])
+    s, e = two_sum(a.high, b.high)
+    t, f = two_sum(a.low, b.low)
     s, e = quick_sum(s, e + t)
     return quick_sum(s, e + f)
 
@@ -33,22 +38,22 @@ def pair_sum(a: Pair, b: Pair) -> Pair:
 @inline
 def pair_product(a: Pair, b: Pair) -> Pair:
     """a b, relative error 5 u² (algorithm 12)."""
-    p = a[0] * b[0]
-    e = fma(a[0], b[0], -p)
-    e += fma(a[0], b[1], a[1] * b[0])
+    p = a.high * b.high
+    e = fma(a.high, b.high, -p)
+    e += fma(a.high, b.low, a.low * b.high)
     return quick_sum(p, e)
 
 
 @inline
 def pair_scaled(a: Pair, b: float) -> Pair:
     """a b for one float b."""
-    p = a[0] * b
-    return quick_sum(p, fma(a[1], b, fma(a[0], b, -p)))
+    p = a.high * b
+    return quick_sum(p, fma(a.low, b, fma(a.high, b, -p)))
 
 
 @inline
 def negative(a: Pair) -> Pair:
-    return -a[0], -a[1]
+    return Pair(-a.high, -a.low)
 
 
 @inline

@@ -9,13 +9,20 @@ Muller, Popescu (see doubled.py); ours are a few times larger.
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple
 
 from ...compiler.jit import fma, inline
 from .doubled import quick_sum
 from .errorfree import two_sum
 
-Sure: TypeAlias = tuple[float, float, float]
+
+class Sure(NamedTuple):
+    """The exact value lies within `error` of high + low."""
+
+    high: float
+    low: float
+    error: float
+
 
 _LOST = 2.0**-98
 
@@ -24,36 +31,36 @@ _LOST = 2.0**-98
 def sure(x: float, rest: float = 0.0) -> Sure:
     """A float, or a rounded number with what rounding took from it."""
     high, low = quick_sum(x, rest)
-    return high, low, 0.0 if rest == 0.0 else abs(rest) * 2.0**-52
+    return Sure(high, low, 0.0 if rest == 0.0 else abs(rest) * 2.0**-52)
 
 
 @inline
 def remainder(rest: float) -> Sure:
     """What rounding took from a number, which is rounded itself."""
-    return rest, 0.0, abs(rest) * 2.0**-52
+    return Sure(rest, 0.0, abs(rest) * 2.0**-52)
 
 
 @inline
 def product(x: float, y: float) -> Sure:
     """x y exactly."""
     p = x * y
-    return p, fma(x, y, -p), 0.0
+    return Sure(p, fma(x, y, -p), 0.0)
 
 
 @inline
 def plus(a: Sure, b: Sure) -> Sure:
-    s, e = two_sum(a[0], b[0])
-    t, f = two_sum(a[1], b[1])
+    s, e = two_sum(a.high, b.high)
+    t, f = two_sum(a.low, b.low)
     e, r = two_sum(e, t)
     s, e = quick_sum(s, e)
     e, q = two_sum(e, f)
     s, e = quick_sum(s, e)
-    return s, e, a[2] + b[2] + (abs(r) + abs(q))
+    return Sure(s, e, a.error + b.error + (abs(r) + abs(q)))
 
 
 @inline
 def opposite(a: Sure) -> Sure:
-    return -a[0], -a[1], a[2]
+    return Sure(-a.high, -a.low, a.error)
 
 
 @inline
@@ -63,49 +70,49 @@ def minus(a: Sure, b: Sure) -> Sure:
 
 @inline
 def times(a: Sure, b: Sure) -> Sure:
-    p = a[0] * b[0]
-    e = fma(a[0], b[0], -p) + fma(a[0], b[1], a[1] * b[0])
+    p = a.high * b.high
+    e = fma(a.high, b.high, -p) + fma(a.high, b.low, a.low * b.high)
     high, low = quick_sum(p, e)
-    lost = 0.0 if (a[1] == 0.0) & (b[1] == 0.0) else _LOST * abs(p)
-    return high, low, (abs(a[0]) + a[2]) * b[2] * 1.0001 + abs(b[0]) * a[2] * 1.0001 + lost
+    lost = 0.0 if (a.low == 0.0) & (b.low == 0.0) else _LOST * abs(p)
+    return Sure(high, low, (abs(a.high) + a.error) * b.error * 1.0001 + abs(b.high) * a.error * 1.0001 + lost)
 
 
 @inline
 def scaled(a: Sure, x: float) -> Sure:
     """a x for one float x."""
-    p, q = a[0] * x, a[1] * x
-    e, r = two_sum(fma(a[0], x, -p), q)
+    p, q = a.high * x, a.low * x
+    e, r = two_sum(fma(a.high, x, -p), q)
     high, low = quick_sum(p, e)
-    return high, low, a[2] * abs(x) + (abs(r) + abs(fma(a[1], x, -q)))
+    return Sure(high, low, a.error * abs(x) + (abs(r) + abs(fma(a.low, x, -q))))
 
 
 @inline
 def over(a: Sure, b: Sure) -> Sure:
     """a / b; unbounded error where b may be zero."""
-    least = abs(b[0]) * 0.9999 - b[2]
+    least = abs(b.high) * 0.9999 - b.error
     if not least > 0.0:
-        return 0.0, 0.0, math.inf
-    first = a[0] / b[0]
-    rest = minus((a[0], a[1], 0.0), scaled((b[0], b[1], 0.0), first))
-    high, low = quick_sum(first, rest[0] / b[0])
-    return high, low, (a[2] + abs(high) * b[2]) / least * 1.0001 + _LOST * abs(high)
+        return Sure(0.0, 0.0, math.inf)
+    first = a.high / b.high
+    rest = minus(Sure(a.high, a.low, 0.0), scaled(Sure(b.high, b.low, 0.0), first))
+    high, low = quick_sum(first, rest.high / b.high)
+    return Sure(high, low, (a.error + abs(high) * b.error) / least * 1.0001 + _LOST * abs(high))
 
 
 @inline
 def root(a: Sure) -> Sure:
     """The square root of what is certainly positive."""
-    first = math.sqrt(a[0])
-    rest = minus((a[0], a[1], 0.0), product(first, first))
-    high, low = quick_sum(first, rest[0] / (2.0 * first))
-    return high, low, a[2] / math.sqrt(a[0] * 0.9999 - a[2]) * 1.0001 + _LOST * high
+    first = math.sqrt(a.high)
+    rest = minus(Sure(a.high, a.low, 0.0), product(first, first))
+    high, low = quick_sum(first, rest.high / (2.0 * first))
+    return Sure(high, low, a.error / math.sqrt(a.high * 0.9999 - a.error) * 1.0001 + _LOST * high)
 
 
 @inline
 def sign(a: Sure) -> int:
     """-1, 0 or 1, or 2 where it is not certain."""
-    if abs(a[0]) * 0.9999 > a[2]:
-        return 1 if a[0] > 0.0 else -1
-    return 0 if (a[0] == 0.0) & (a[1] == 0.0) & (a[2] == 0.0) else 2
+    if abs(a.high) * 0.9999 > a.error:
+        return 1 if a.high > 0.0 else -1
+    return 0 if (a.high == 0.0) & (a.low == 0.0) & (a.error == 0.0) else 2
 
 
 @inline

@@ -9,7 +9,7 @@ packet traversal (Eurographics 2010).
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,24 @@ _CHUNK = 1 << 16
 LANES, _ROWS = 64, 7
 OX, OY, OZ, DX, DY, DZ, KEY = (np.uint64(row) for row in range(0, _ROWS * LANES, LANES))
 
-Box = tuple[float, float, float, float, float, float]
+
+class Vector(NamedTuple):
+    """Three numbers."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Box(NamedTuple):
+    """A box by its lowest and highest corner."""
+
+    lx: float
+    ly: float
+    lz: float
+    hx: float
+    hy: float
+    hz: float
 
 
 @inline
@@ -36,7 +53,7 @@ def _spread_bits(x: int) -> int:
 @helper
 def scene_box(geometry: Geometry) -> Box:
     """The box of all that the scene's tree holds: low, high; (0, 0, 0) to (0, 0, 0) for none."""
-    box = (math.inf, math.inf, math.inf, -math.inf, -math.inf, -math.inf)
+    box = Box(math.inf, math.inf, math.inf, -math.inf, -math.inf, -math.inf)
     tree = length(geometry, table.TREE_ROOT) - 2
     for k in range(integer(geometry, table.TREE_ROOT, tree), integer(geometry, table.TREE_ROOT, tree + 1)):
         root = integer(geometry, table.ROOTS, k)
@@ -46,14 +63,14 @@ def scene_box(geometry: Geometry) -> Box:
         for child in range(8):
             if integer(geometry, table.NODE_CHILDREN, 8 * root + child) != 0:
                 b = geometry.floats
-                box = (
-                    min(box[0], b[at + child]), min(box[1], b[at + 8 + child]), min(box[2], b[at + 16 + child]),
-                    max(box[3], b[at + 24 + child]), max(box[4], b[at + 32 + child]), max(box[5], b[at + 40 + child]),
+                box = Box(
+                    min(box.lx, b[at + child]), min(box.ly, b[at + 8 + child]), min(box.lz, b[at + 16 + child]),
+                    max(box.hx, b[at + 24 + child]), max(box.hy, b[at + 32 + child]), max(box.hz, b[at + 40 + child]),
                 )  # fmt: skip
-    if not (box[0] > -math.inf and box[1] > -math.inf and box[2] > -math.inf):
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    if not (box[3] < math.inf and box[4] < math.inf and box[5] < math.inf):
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if not (box.lx > -math.inf and box.ly > -math.inf and box.lz > -math.inf):
+        return Box(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if not (box.hx < math.inf and box.hy < math.inf and box.hz < math.inf):
+        return Box(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return box
 
 
@@ -77,15 +94,15 @@ def _scale(low: float, high: float, cells: int) -> float:
 
 
 @inline
-def _key(lanes: Floats, i: Any, box: Box, scale: tuple[float, float, float], most: float, bits: int) -> None:
+def _key(lanes: Floats, i: Any, box: Box, scale: Vector, most: float, bits: int) -> None:
     ox, oy, oz, dx, dy, dz = lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
-    tx, ty, tz = _entry(ox, dx, box[0], box[3]), _entry(oy, dy, box[1], box[4]), _entry(oz, dz, box[2], box[5])
+    tx, ty, tz = _entry(ox, dx, box.lx, box.hx), _entry(oy, dy, box.ly, box.hy), _entry(oz, dz, box.lz, box.hz)
     t = choose(tx > 0.0, tx, 0.0)
     t = choose(ty > t, ty, t)
     t = choose(tz > t, tz, t)
-    x = _spread_bits(_cell(ox + t * dx, box[0], scale[0], most))
-    y = _spread_bits(_cell(oy + t * dy, box[1], scale[1], most))
-    z = _spread_bits(_cell(oz + t * dz, box[2], scale[2], most))
+    x = _spread_bits(_cell(ox + t * dx, box.lx, scale.x, most))
+    y = _spread_bits(_cell(oy + t * dy, box.ly, scale.y, most))
+    z = _spread_bits(_cell(oz + t * dz, box.lz, scale.z, most))
     quarter = 4.0 / (abs(dx) + abs(dy) + abs(dz))
     u, v = _cell(abs(dx), 0.0, quarter, 3.0), _cell(abs(dy), 0.0, quarter, 3.0)
     octant = whole(choose(dx < 0.0, 1.0, 0.0) + choose(dy < 0.0, 2.0, 0.0) + choose(dz < 0.0, 4.0, 0.0))
@@ -99,7 +116,7 @@ def ray_keys(
 ) -> None:  # fmt: skip
     """The keys of rays begin..end, and how often each occurs among them."""
     box, lanes, cells = scene_box(geometry), np.ones(_ROWS * LANES), 1 << bits
-    scale = _scale(box[0], box[3], cells), _scale(box[1], box[4], cells), _scale(box[2], box[5], cells)
+    scale = Vector(_scale(box.lx, box.hx, cells), _scale(box.ly, box.hy, cells), _scale(box.lz, box.hz, cells))
     for first in range(begin, end, LANES):
         count = min(LANES, end - first)
         for k in range(0, count & -8, 8):

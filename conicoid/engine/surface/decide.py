@@ -39,7 +39,7 @@ Decision: TypeAlias = tuple[int, int, Sure, Sure]
 """Of a plane: (CROSSES, sign of its rate, t, t) or (MISSES, sign of its height, ...). Of a curved surface: (CROSSES,
 sign of a, low, high) or (MISSES, the sign of its value all along, ...). OPEN where that is not certain."""
 
-_NOTHING: Sure = (0.0, 0.0, 0.0)
+_NOTHING = Sure(0.0, 0.0, 0.0)
 Terms: TypeAlias = tuple[Sure, Sure, Sure, Sure]
 """a, b, c and b² - a c"""
 
@@ -56,7 +56,7 @@ class Rest(NamedTuple):
 @inline
 def _difference(x: float, y: float) -> Sure:
     high, low = two_difference(x, y)
-    return high, low, 0.0
+    return Sure(high, low, 0.0)
 
 
 @inline
@@ -172,18 +172,18 @@ def decide_curved(geometry: Geometry, rest: Rest, surface: int, ray: Ray, starts
         all_along = bends if bends != 0 else value
         return (OPEN if all_along == OPEN else MISSES), all_along, _NOTHING, _NOTHING
     q, from_origin = root(discriminant), sure(foot)
-    q = opposite(plus(b, q)) if b[0] >= 0.0 else minus(q, b)
+    q = opposite(plus(b, q)) if b.high >= 0.0 else minus(q, b)
     second = plus(over(c, q), from_origin)
     if bends == 0:
         if sign(b) == OPEN:
             return OPEN, 0, _NOTHING, _NOTHING
         # One root; the other has gone to the infinity where b grows it to
-        falls = b[0] < 0.0
-        nowhere = (math.inf if falls else -math.inf, 0.0, 0.0)
+        falls = b.high < 0.0
+        nowhere = Sure(math.inf if falls else -math.inf, 0.0, 0.0)
         second = _NOTHING if starts else second
         return CROSSES, 0, (second if falls else nowhere), (nowhere if falls else second)
     first = plus(over(q, a), from_origin)
-    low, high = (first, second) if (b[0] >= 0.0) == (bends > 0) else (second, first)
+    low, high = (first, second) if (b.high >= 0.0) == (bends > 0) else (second, first)
     if starts:
         gone = sign(plus(low, high))  # which of them is nearer to 0
         if gone == OPEN or gone == 0:

@@ -17,7 +17,8 @@ OPEN = 2
 def _from(geometry: Geometry, rest: Rest, at: int, origin: float) -> Sure:
     """A coordinate of a corner, from the ray's origin."""
     high, low = two_difference(real(geometry, table.VERTICES, at), origin)
-    return (high, low, 0.0) if rest.vertices[at] == 0.0 else plus((high, low, 0.0), remainder(rest.vertices[at]))
+    given = Sure(high, low, 0.0)
+    return given if rest.vertices[at] == 0.0 else plus(given, remainder(rest.vertices[at]))
 
 
 @inline

@@ -196,10 +196,10 @@ def careful_quadratic(quadric: Quadric, line: Line, terms: Quadratic) -> Quadrat
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     ox, oy, oz, dx, dy, dz = line
     foot = terms.foot
-    px = pair_sum(two_difference(ox, ax), _product(foot, dx))
-    py = pair_sum(two_difference(oy, ay), _product(foot, dy))
-    pz = pair_sum(two_difference(oz, az), _product(foot, dz))
-    d0, d1, d2 = (dx, 0.0), (dy, 0.0), (dz, 0.0)
+    px = pair_sum(_difference(ox, ax), _product(foot, dx))
+    py = pair_sum(_difference(oy, ay), _product(foot, dy))
+    pz = pair_sum(_difference(oz, az), _product(foot, dz))
+    d0, d1, d2 = Pair(dx, 0.0), Pair(dy, 0.0), Pair(dz, 0.0)
     e0, y0 = pair_dot(w00, w01, w02, d0, d1, d2), pair_dot(w00, w01, w02, px, py, pz)
     e1, y1 = pair_dot(w10, w11, w12, d0, d1, d2), pair_dot(w10, w11, w12, px, py, pz)
     e2, y2 = pair_dot(w20, w21, w22, d0, d1, d2), pair_dot(w20, w21, w22, px, py, pz)
@@ -207,7 +207,7 @@ def careful_quadratic(quadric: Quadric, line: Line, terms: Quadratic) -> Quadrat
     g = pair_dot(b0, b1, b2, e0, e1, e2)
     b = pair_sum(pair_dot(s0, s1, s2, pair_product(e0, y0), pair_product(e1, y1), pair_product(e2, y2)), g)
     c = pair_dot(s0, s1, s2, pair_product(y0, y0), pair_product(y1, y1), pair_product(y2, y2))
-    c = pair_sum(c, pair_sum(pair_dot(2.0 * b0, 2.0 * b1, 2.0 * b2, y0, y1, y2), (-k, 0.0)))
+    c = pair_sum(c, pair_sum(pair_dot(2.0 * b0, 2.0 * b1, 2.0 * b2, y0, y1, y2), Pair(-k, 0.0)))
     m0 = _moment(y1, e2, y2, e1)
     m1 = _moment(y2, e0, y0, e2)
     m2 = _moment(y0, e1, y1, e0)
@@ -222,14 +222,20 @@ def careful_quadratic(quadric: Quadric, line: Line, terms: Quadratic) -> Quadrat
     mixed = pair_dot(2.0, 2.0, 2.0, h0, h1, h2)
     discriminant = pair_sum(pair_sum(pair_scaled(a, k), negative(squares)), pair_sum(pair_product(g, g), mixed))
     return Quadratic(
-        a[0] + 0.0, b[0], c[0], discriminant[0], foot, terms.cancels, terms.straight, terms.ruling
+        a.high + 0.0, b.high, c.high, discriminant.high, foot, terms.cancels, terms.straight, terms.ruling
     )  # fmt: skip
+
+
+@inline
+def _difference(a: float, b: float) -> Pair:
+    high, low = two_difference(a, b)
+    return Pair(high, low)
 
 
 @inline
 def _product(a: float, b: float) -> Pair:
     p = a * b
-    return p, fma(a, b, -p)
+    return Pair(p, fma(a, b, -p))
 
 
 @inline
