@@ -6,6 +6,8 @@ by how much rounding may have moved an end. Where the ray is one of ranks (see c
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
@@ -27,6 +29,15 @@ CROSSING_COLUMNS = 7
 _FEW = 12
 
 
+class Met(NamedTuple):
+    """What a ray has of a body; the crossings themselves are in scratch."""
+
+    crossings: int
+    inside: bool  # just after t_min
+    off: float  # by how much rounding may have moved each
+    unsure: bool
+
+
 @allocator
 def with_room(rows: Floats, used: int, more: int) -> Floats:
     """The rows, in a larger table where theirs has no room for some more."""
@@ -44,18 +55,15 @@ def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
 
 
 @helper
-def _put_spans(
-    geometry: Geometry, scratch: Scratch, entry: int, crossings: int, inside: bool, ray: Ray, off: float,
-    rows: Floats, used: int,
-) -> int:  # fmt: skip
+def _put_spans(geometry: Geometry, scratch: Scratch, entry: int, met: Met, ray: Ray, rows: Floats, used: int) -> int:
     """Rows of the spans between an entry's crossings, which stand in scratch; returns how many there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
-    enter, surface, before = ray.t_min, whole(-1), 0.0
-    for c in range(crossings + 1):
-        at_end = c == crossings
+    enter, surface, before, inside = ray.t_min, whole(-1), 0.0, met.inside
+    for c in range(met.crossings + 1):
+        at_end = c == met.crossings
         t, beyond, after = ray.t_max, whole(-1), 0.0
         if not at_end:
-            t, beyond, after = crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), off
+            t, beyond, after = crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), met.off
         if inside:
             rows[used, ENTER], rows[used, BODY], rows[used, EXIT] = enter, body, t
             rows[used, ENTER_CLIPPED], rows[used, EXIT_CLIPPED] = 1.0 if surface < 0 else 0.0, 1.0 if at_end else 0.0
@@ -68,30 +76,27 @@ def _put_spans(
 
 
 @helper
-def _put_crossings(
-    geometry: Geometry, scratch: Scratch, entry: int, crossings: int, off: float, rows: Floats, used: int
-) -> int:
+def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, met: Met, rows: Floats, used: int) -> int:
     """Rows of an entry's crossings, which stand in scratch; returns how many there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
-    for c in range(crossings):
+    for c in range(met.crossings):
         t, place, sense, enters = crossing(scratch, c)
         surface, face, side = crossed_face(geometry, whole(entry), place, sense)
         rows[used, T], rows[used, BODY] = t, body
         rows[used, FACE], rows[used, SURFACE], rows[used, SIDE] = face, surface, side
-        rows[used, ENTERS], rows[used, OFF] = 1.0 if enters else 0.0, off
+        rows[used, ENTERS], rows[used, OFF] = 1.0 if enters else 0.0, met.off
         used += 1
     return used
 
 
 @inline
 def put_rows(
-    geometry: Geometry, scratch: Scratch, entry: int, crossings: int, inside: bool, ray: Ray, off: float,
-    spans: bool, rows: Floats, used: int,
-) -> int:  # fmt: skip
+    geometry: Geometry, scratch: Scratch, entry: int, met: Met, ray: Ray, spans: bool, rows: Floats, used: int
+) -> int:
     """Rows of an entry's spans or crossings; there must be room for one more than it has crossings."""
     if spans:
-        return _put_spans(geometry, scratch, entry, crossings, inside, ray, off, rows, used)
-    return _put_crossings(geometry, scratch, entry, crossings, off, rows, used)
+        return _put_spans(geometry, scratch, entry, met, ray, rows, used)
+    return _put_crossings(geometry, scratch, entry, met, rows, used)
 
 
 @inline
@@ -182,5 +187,6 @@ def ray_rows(
         if crossings > 0 or inside:
             off = entry_nearness(geometry, entry, ray).off
             rows = with_room(rows, used, crossings + 1)
-            used = put_rows(geometry, scratch, entry, crossings, inside, ray, off, spans, rows, used)
+            met = Met(crossings, inside, off, unsure)
+            used = put_rows(geometry, scratch, entry, met, ray, spans, rows, used)
     return rows, used, put_in_order(rows, first, used, spans) | doubtful

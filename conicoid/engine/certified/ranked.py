@@ -25,6 +25,7 @@ from ..body.rows import (
     EXIT_CLIPPED,
     EXIT_OFF,
     OFF,
+    Met,
     T,
     put_in_order,
     put_rows,
@@ -171,7 +172,7 @@ def rows_of_ranks(
         crossings, inside = told_crossings(geometry, stand, scratch, ranks, entry, ray)
         if crossings > 0 or inside:
             rows = with_room(rows, used, crossings + 1)
-            put_rows(geometry, scratch, entry, crossings, inside, along, 0.0, spans, rows, used)
+            put_rows(geometry, scratch, entry, Met(crossings, inside, 0.0, False), along, spans, rows, used)
             used = _put_places(scratch, crossings, inside, spans, rows, used)
     forget_leaves(scratch)
     put_in_order(rows, first, used, spans)

@@ -15,30 +15,22 @@ from .. import tables as table
 from ..body.boolean import put_event, sort_events, sweep
 from ..body.cell import CellSpans
 from ..body.entry import crossings_of_roots, crossings_of_spans, entry_crossings, entry_nearness
-from ..body.rows import put_rows, with_room
+from ..body.rows import Met, put_rows, with_room
 from ..body.scratch import Scratch
 from ..culling import balls_in_beam, highest_bit, lowest_bit
 from ..ray import Ray
 from ..surface.nearness import lengths_of, lengths_of_ball
 from ..surface.records import load_sphere
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, integer, whole
-from ..tree.leaf import is_round, leaf_at, leaf_item, leaf_range
+from ..tree.leaf import Item, is_round, leaf_at, leaf_item, leaf_range
 from ..tree.walk import next_leaf, push_roots, scene_tree
 from .booleans import MOST, in_lanes, leaves_of_lanes
 from .lanes import BEAM_AT, DOUBT, LANES, SEEKS, T_MAX, T_MIN, lane_nearness, lane_ray
 from .packet import Packet, lanes_at_ball, lanes_in_child
 from .spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, spans_of_ball, spans_of_cell
 
-Found = tuple[int, bool, float, bool]
-"""Of a lane and an entry: crossings, which stand in scratch; inside just after t_min; off; doubtful"""
-
-
 _MOST_ROWS = LANES * (4 * MOST + 1)
 """Of an entry that is traced in lanes."""
-
-
-Item = tuple[Any, Any, Any]
-"""kind, index and number of an entry"""
 
 
 class Chains(NamedTuple):
@@ -48,6 +40,21 @@ class Chains(NamedTuple):
     rows: Ints  # how many
 
 
+class Lane(NamedTuple):
+    """A lane and its ray."""
+
+    i: Any
+    ray: Ray
+
+
+class Listing(NamedTuple):
+    """A packet whose rows are being listed."""
+
+    packet: Packet
+    chains: Chains
+    spans: bool  # spans, else crossings
+
+
 @allocator
 def new_chains() -> Chains:
     """Memory for one thread."""
@@ -55,26 +62,26 @@ def new_chains() -> Chains:
 
 
 @inline
-def _in_ball(geometry: Geometry, scratch: Scratch, packet: Packet, surface: int, i: Any, ray: Ray) -> Found:
+def _in_ball(geometry: Geometry, scratch: Scratch, packet: Packet, surface: int, i: Any, ray: Ray) -> Met:
     """What lane i has of a ball, whose spans are known."""
     low, high = packet.leaves[IN + i], packet.leaves[OUT + i]
     if not low < high:
-        return 0, False, 0.0, False
+        return Met(0, False, 0.0, False)
     sphere = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, surface))
     nearness = lane_nearness(packet.lanes, i, lengths_of_ball(sphere))
     if not (low < ray.t_max + nearness.off and high > ray.t_min - nearness.off):
-        return 0, False, 0.0, False
+        return Met(0, False, 0.0, False)
     count, inside, unsure = crossings_of_roots(scratch, surface, ray, nearness, low, high)
-    return count, inside, nearness.off, unsure
+    return Met(count, inside, nearness.off, unsure)
 
 
 @inline
-def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i: Any, ray: Ray) -> Found:
+def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i: Any, ray: Ray) -> Met:
     """What lane i has of a cell, whose spans are known."""
     first, second = _span(packet.leaves, 0, i), _span(packet.leaves, SPAN, i)
     spans = (1 if first[0] < first[1] else 0) + (1 if second[0] < second[1] else 0)
     if spans == 0:
-        return 0, False, 0.0, False
+        return Met(0, False, 0.0, False)
     if not first[0] < first[1]:
         first = second
     nearness = lane_nearness(packet.lanes, i, lengths_of(geometry, table.CELL_LIMITS, cell))
@@ -82,7 +89,7 @@ def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i:
     in2, out2, a2, b2 = second
     found = CellSpans(spans, in1, out1, a1, b1, in2, out2, a2, b2, False)
     count, inside, unsure = crossings_of_spans(geometry, scratch, ray, nearness, found)
-    return count, inside, nearness.off, unsure
+    return Met(count, inside, nearness.off, unsure)
 
 
 @inline
@@ -92,10 +99,10 @@ def _span(leaves: Floats, at: int, i: Any) -> tuple[float, float, int, int]:
 
 
 @inline
-def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: int, i: Any, ray: Ray) -> Found:
+def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: int, i: Any, ray: Ray) -> Met:
     """What lane i has of a Boolean body, the spans of whose leaves are known."""
     if packet.lanes[SEEKS + i] == 0.0:
-        return 0, False, 0.0, False
+        return Met(0, False, 0.0, False)
     events = 0
     begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
     for leaf in range(begin, end):
@@ -107,7 +114,7 @@ def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: in
     sort_events(scratch, events)
     nearness = lane_nearness(packet.lanes, i, lengths_of(geometry, table.PROGRAM_LIMITS, program))
     count, inside, unsure = sweep(geometry, scratch, program, ray, nearness, events, 1 << 30)
-    return count, inside, nearness.off, unsure
+    return Met(count, inside, nearness.off, unsure)
 
 
 @helper
@@ -124,40 +131,38 @@ def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int
 
 @helper
 def _lane_rows(
-    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, item: Item, met: int,
-    rows: Floats, used: int,
-) -> int:  # fmt: skip
+    geometry: Geometry, scratch: Scratch, listing: Listing, item: Item, bits: int, rows: Floats, used: int
+) -> int:
     """The rows of a ball, cell or small body in the lanes that are told by bits; returns how many there are now."""
+    packet, (kind, index, _, entry) = listing.packet, item
     lanes = packet.lanes
-    kind, index, entry = item
-    while met != 0:
-        i = np.uint64(lowest_bit(met))
-        met &= met - 1
+    while bits != 0:
+        i = np.uint64(lowest_bit(bits))
+        bits &= bits - 1
         if lanes[DOUBT + i] != 0.0 or not lanes[T_MIN + i] < lanes[T_MAX + i]:
             continue
         ray = lane_ray(lanes, i, lanes[T_MAX + i])
         if kind == BALL:
-            found = _in_ball(geometry, scratch, packet, index, i, ray)
+            met = _in_ball(geometry, scratch, packet, index, i, ray)
         elif kind == CELL:
-            found = _in_cell(geometry, scratch, packet, index, i, ray)
+            met = _in_cell(geometry, scratch, packet, index, i, ray)
         else:
-            found = _in_region(geometry, scratch, packet, index, i, ray)
-        used = _keep(geometry, scratch, packet, chains, spans, entry, found, i, ray, rows, used)
+            met = _in_region(geometry, scratch, packet, index, i, ray)
+        used = _keep(geometry, scratch, listing, entry, met, Lane(i, ray), rows, used)
     return used
 
 
 @inline
 def _keep(
-    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, entry: int,
-    found: Found, i: Any, ray: Ray, rows: Floats, used: int,
-) -> int:  # fmt: skip
+    geometry: Geometry, scratch: Scratch, listing: Listing, entry: int, met: Met, lane: Lane, rows: Floats, used: int
+) -> int:
     """Put what a lane has of an entry at the end of its chain, or doubt it; returns how many rows there are now."""
-    count, inside, off, unsure = found
-    if unsure:
-        packet.lanes[DOUBT + i] = 1.0
-    if unsure or (count == 0 and not inside):
+    chains, i = listing.chains, lane.i
+    if met.unsure:
+        listing.packet.lanes[DOUBT + i] = 1.0
+    if met.unsure or (met.crossings == 0 and not met.inside):
         return used
-    now = put_rows(geometry, scratch, entry, count, inside, ray, off, spans, rows, used)
+    now = put_rows(geometry, scratch, entry, met, lane.ray, listing.spans, rows, used)
     for k in range(used, now):
         rows[k, rows.shape[1] - 1] = chains.last[i]
         chains.last[i] = k
@@ -167,38 +172,36 @@ def _keep(
 
 @allocator
 def _one_by_one(
-    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, entry: int, met: int,
-    rows: Floats, used: int,
-) -> tuple[Floats, int]:  # fmt: skip
+    geometry: Geometry, scratch: Scratch, listing: Listing, entry: int, bits: int, rows: Floats, used: int
+) -> tuple[Floats, int]:
     """The rows of a large body or a sheet in the lanes that are told by bits."""
-    lanes = packet.lanes
-    while met != 0:
-        i = np.uint64(lowest_bit(met))
-        met &= met - 1
+    lanes = listing.packet.lanes
+    while bits != 0:
+        i = np.uint64(lowest_bit(bits))
+        bits &= bits - 1
         if lanes[DOUBT + i] != 0.0 or not lanes[T_MIN + i] < lanes[T_MAX + i]:
             continue
         ray = lane_ray(lanes, i, lanes[T_MAX + i])
         count, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)
-        found = count, inside, entry_nearness(geometry, entry, ray).off, unsure
+        met = Met(count, inside, entry_nearness(geometry, entry, ray).off, unsure)
         rows = with_room(rows, used, count + 1)
-        used = _keep(geometry, scratch, packet, chains, spans, entry, found, i, ray, rows, used)
+        used = _keep(geometry, scratch, listing, entry, met, Lane(i, ray), rows, used)
     return rows, used
 
 
 @allocator
 def _meet(
-    geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, item: Item, met: int,
-    rows: Floats, used: int,
-) -> tuple[Floats, int]:  # fmt: skip
+    geometry: Geometry, scratch: Scratch, listing: Listing, item: Item, bits: int, rows: Floats, used: int
+) -> tuple[Floats, int]:
     """The rows of an entry in the lanes that are told by bits."""
-    kind, index, entry = item
-    if spans and kind > REGION:
+    kind, index = item.kind, item.index
+    if listing.spans and kind > REGION:
         return rows, used
     if kind > REGION or (kind == REGION and not in_lanes(geometry, index)):
-        return _one_by_one(geometry, scratch, packet, chains, spans, entry, met, rows, used)
-    if _prepare(geometry, packet, kind, index, met):
+        return _one_by_one(geometry, scratch, listing, item.entry, bits, rows, used)
+    if _prepare(geometry, listing.packet, kind, index, bits):
         rows = with_room(rows, used, _MOST_ROWS)
-        used = _lane_rows(geometry, scratch, packet, chains, spans, item, met, rows, used)
+        used = _lane_rows(geometry, scratch, listing, item, bits, rows, used)
     return rows, used
 
 
@@ -210,7 +213,7 @@ def list_packet(
 
     Lanes whose DOUBT is set do not have all of theirs.
     """
-    way, lanes, used = scratch.way, packet.lanes, 0
+    way, lanes, used, listing = scratch.way, packet.lanes, 0, Listing(packet, chains, spans)
     for i in range(LANES):
         chains.last[i], chains.rows[i] = -1, 0
     boxes = geometry.places[table.NODE_BOXES]
@@ -230,9 +233,8 @@ def list_packet(
             if balls:
                 met = lanes_at_ball(geometry, lanes, at + k, count)
             if met != 0:
-                kind, index, _, entry = leaf_item(geometry, at, count, k)
-                item = kind, index, entry
-                rows, used = _meet(geometry, scratch, packet, chains, spans, item, met, rows, used)
+                item = leaf_item(geometry, at, count, k)
+                rows, used = _meet(geometry, scratch, listing, item, met, rows, used)
         code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
     return rows, used
 
