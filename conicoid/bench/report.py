@@ -60,8 +60,7 @@ def machine(peers: Iterable[Peer]) -> list[str]:
     lines = [
         f"{datetime.date.today().isoformat()}, {processor()}, {thread_count()} threads, {platform.system()}, "
         f"Python {platform.python_version()}",
-        ", ".join(f"{name} {metadata.version(name)}" for name in ("conicoid", "numba", "numpy"))
-        + f", {compiler()}",
+        ", ".join(f"{name} {metadata.version(name)}" for name in ("conicoid", "numba", "numpy")) + f", {compiler()}",
     ]
     for peer in dict.fromkeys(peers):
         try:

@@ -96,7 +96,10 @@ print(machine.emit_assembly(module))
 
 def _run(program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", program, *map(str, arguments)]
-    environment = os.environ | {"CONICOID_THREADS": "1", "CONICOID_VECTOR_BITS": "512"}  # or another process compiles it
+    environment = os.environ | {
+        "CONICOID_THREADS": "1",
+        "CONICOID_VECTOR_BITS": "512",
+    }  # or another process compiles it
     return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
 
 
