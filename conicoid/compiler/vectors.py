@@ -62,10 +62,5 @@ def about() -> str:
     """For a report: what was chosen for this processor."""
     from numba.core.registry import cpu_target
 
-    codegen = cpu_target.target_context.codegen()
-    features, width = codegen.magic_tuple()[2].split(","), bits(codegen)
-    if width > NARROW and "+avx512f" not in features:
-        width = NARROW
-    if not width or "+avx" not in features:
-        return "loops in vectors as LLVM likes them"
-    return f"loops in vectors of {width} bits"
+    width = bits(cpu_target.target_context.codegen())
+    return f"loops in vectors of up to {width} bits" if width else "loops in vectors of LLVM's choice"
