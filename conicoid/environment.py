@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 THREADS, CACHE, JIT = "CONICOID_THREADS", "CONICOID_CACHE_DIR", "CONICOID_JIT"
-KNOWN = THREADS, CACHE, JIT
+VECTOR_BITS = "CONICOID_VECTOR_BITS"
+KNOWN = THREADS, CACHE, JIT, VECTOR_BITS
 MOST_THREADS = 1 << 16
 _LONGEST = 80
 
@@ -35,12 +36,21 @@ def jit_wanted() -> str:
     return wanted
 
 
+def vector_bits_wanted() -> int:
+    """What CONICOID_VECTOR_BITS asks for: 256, 512, or nothing, 0. Raises ValueError for anything else."""
+    wanted = os.environ.get(VECTOR_BITS, "")
+    if wanted not in ("", "256", "512"):
+        raise ValueError(f"{VECTOR_BITS} must be 256 or 512, got {_shown(wanted, _LONGEST)}")
+    return int(wanted or 0)
+
+
 def check_environment() -> None:
     """Raise ValueError for what the command line is not to pass over: a wrong value, or an unknown name."""
     for message in _unknown():
         raise ValueError(message)
     threads_wanted()
     jit_wanted()
+    vector_bits_wanted()
     _check_cache(os.environ.get(CACHE, ""))
 
 

@@ -7,10 +7,12 @@ import sys
 import numba
 import numpy as np
 import pytest
+from numba.core.registry import cpu_target
 
-from conicoid.compiler import jit
+from conicoid.compiler import jit, vectors
+from conicoid.compiler.cache import KernelCache
 from conicoid.compiler.jit import helper, inline, kernel
-from conicoid.environment import jit_wanted
+from conicoid.environment import jit_wanted, vector_bits_wanted
 
 
 @inline
@@ -73,6 +75,55 @@ def test_there_are_two_ways_only(monkeypatch):
         jit_wanted()
 
 
+def test_a_width_of_vectors_is_one_of_two(monkeypatch):
+    monkeypatch.setenv("CONICOID_VECTOR_BITS", "1024")
+    with pytest.raises(ValueError, match="CONICOID_VECTOR_BITS must be 256 or 512, got '1024'"):
+        vector_bits_wanted()
+
+
+LINUX = "x86_64-unknown-linux-gnu"
+
+
+@pytest.mark.parametrize(
+    ("triple", "processor", "features", "wish", "bits"),
+    [
+        (LINUX, "znver4", "", 0, 512),
+        (LINUX, "icelake-server", "+avx512f,+avx512vl", 0, 512),
+        (LINUX, "skylake-avx512", "+avx512f,+avx512vl", 0, 256),
+        (LINUX, "haswell", "+avx,+avx2", 0, 256),
+        (LINUX, "rocketlake", "+avx512f,-avx512fp16", 0, 256),
+        (LINUX, "rocketlake", "+avx512f,+avx512fp16", 0, 512),  # a virtual machine that tells another model's number
+        (LINUX, "generic", "+avx512f,+sse4a", 0, 512),  # AMD's next
+        (LINUX, "znver5", "", 256, 256),
+        (LINUX, "skylake-avx512", "", 512, 512),
+        ("arm64-apple-darwin25.0.0", "apple-m1", "", 0, 0),
+        ("arm64-apple-darwin25.0.0", "apple-m1", "", 512, 512),
+    ],
+)
+def test_the_width_of_vectors(triple, processor, features, wish, bits):
+    assert vectors._bits(triple, processor, features, wish) == bits
+
+
+def test_kernels_of_another_width_are_other_files(monkeypatch):
+    """Of the cache; LLVM's name and features of the processor are the same."""
+    signature, code = (numba.float64[::1],), cpu_target.target_context.codegen()
+    names = set()
+    for wish in (256, 512):
+        monkeypatch.setattr(vectors, "_wish", wish)
+        names.add(KernelCache(half.py_func)._file(signature, code))
+    assert len(names) == 2
+
+
+@pytest.mark.parametrize("wish", [256, 512])
+def test_a_kernel_prefers_what_is_wished(wish, monkeypatch):
+    monkeypatch.setattr(vectors, "_wish", wish)
+    outer = kernel(lambda values: abs(values[0]))
+    outer(np.array([-2.0]))
+    written = "".join(outer.inspect_llvm().values())
+    assert f'"prefer-vector-width"="{wish}"' in written
+    assert f'"prefer-vector-width"="{768 - wish}"' not in written
+
+
 SAMPLE = """
 import hashlib
 import sys
@@ -91,8 +142,10 @@ print("conicoid.compiler.functions" in sys.modules)
 """
 
 
-def said(program: str, way: str, folder: object) -> list[str]:
-    environment = {**os.environ, "CONICOID_JIT": way, "CONICOID_CACHE_DIR": str(folder)}
+def said(program: str, way: str, folder: object, bits: str = "") -> list[str]:
+    environment = {
+        **os.environ, "CONICOID_JIT": way, "CONICOID_CACHE_DIR": str(folder), "CONICOID_VECTOR_BITS": bits,
+    }  # fmt: skip
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout.split()
@@ -109,3 +162,8 @@ def test_plain_njit_gives_the_same_bits(tmp_path):
     own, plain = (said(SAMPLE, way, tmp_path) for way in ("own", "plain"))
     assert (own.pop(), plain.pop()) == ("True", "False")
     assert own == plain
+
+
+@pytest.mark.deep
+def test_both_widths_of_vectors_give_the_same_bits(tmp_path):
+    assert said(SAMPLE, "own", tmp_path, "256") == said(SAMPLE, "own", tmp_path, "512")

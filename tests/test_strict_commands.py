@@ -61,6 +61,7 @@ def test_bench_takes_either():
     ("CONICOID_CACHE_DIR", "FILE/below/it", "must name a folder, got '.*it': '.*scene.yaml' is none"),
     ("CONICOID_CACHE_DIR", "x" * 3000, "must name a folder, got 'x*\\.\\.\\.: file name too long"),
     ("CONICOID_THREAD", "3", "CONICOID_THREAD is not a Conicoid variable: did you mean CONICOID_THREADS"),
+    ("CONICOID_VECTOR_BITS", "wide", "CONICOID_VECTOR_BITS must be 256 or 512, got 'wide'"),
     ("CONICOID_" + "X" * 900, "3", "is not a Conicoid variable: known are CONICOID_THREADS, CONICOID_CACHE_DIR, CONICOID_JIT"),
 ])  # fmt: skip
 @pytest.mark.parametrize("command", ["info", "schema"])

@@ -60,7 +60,7 @@ def machine(peers: Iterable[Peer]) -> list[str]:
     lines = [
         f"{datetime.date.today().isoformat()}, {processor()}, {thread_count()} threads, {platform.system()}, "
         f"Python {platform.python_version()}",
-        ", ".join(f"{name} {metadata.version(name)}" for name in ("conicoid", "numba", "numpy")),
+        ", ".join(f"{name} {metadata.version(name)}" for name in ("conicoid", "numba", "numpy")) + f", {compiler()}",
     ]
     for peer in dict.fromkeys(peers):
         try:
@@ -70,6 +70,17 @@ def machine(peers: Iterable[Peer]) -> list[str]:
         if version:
             lines.append(f"{version} ({peer.about})")
     return lines
+
+
+def compiler() -> str:
+    """How kernels are compiled: what a processor's figures depend on as well."""
+    from ..compiler import jit
+
+    if jit.PLAIN:
+        return "Numba's plain njit"
+    from ..compiler.vectors import about
+
+    return about()
 
 
 def processor() -> str:

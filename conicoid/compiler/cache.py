@@ -17,7 +17,7 @@ from numba.core import caching, config
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from . import address_space, ahead
+from . import address_space, ahead, vectors
 from .kernel_cache import files, place
 from .kernel_cache.turn import Turn
 
@@ -98,7 +98,8 @@ class KernelCache(caching.NullCache):  # type: ignore[misc]
         """The name says all that a version depends on, besides the sources, which the folder says."""
         code = self._function.__code__
         settings = [str(getattr(config, name, None)) for name in _SETTINGS]
-        about = (str(signature), codegen.magic_tuple(), sys.implementation.cache_tag, settings, code.co_code)
+        target = *codegen.magic_tuple(), vectors.bits(codegen)
+        about = (str(signature), target, sys.implementation.cache_tag, settings, code.co_code)
         places = ",".join(map(_place_of, self._parts))
         number = hashlib.sha256(f"{places} {about!r}".encode()).hexdigest()[:24]
         return f"{self._function.__name__}-{number}.nbc"

@@ -23,6 +23,7 @@ from numba.core.registry import CPUDispatcher
 from .beside import beside
 from .cache import KernelCache
 from .passes import passes, with_memory
+from .vectors import bits, prefer
 
 
 class _Nowhere:
@@ -38,7 +39,15 @@ class _Nowhere:
         del name, environment
 
 
-class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
+class _Own(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """The code of a function of ours, in vectors of the width that is ours to choose."""
+
+    def add_ir_module(self, module: Any) -> None:
+        prefer(module, bits(self._codegen))
+        super().add_ir_module(module)
+
+
+class _Library(_Own):
     """The code of an inner function by itself: not linked with what it calls, and not placed in memory."""
 
     _linking_libraries: list[Any]
@@ -65,7 +74,7 @@ class _Library(codegen.JITCodeLibrary):  # type: ignore[misc]
         return _Nowhere(self._codegen)
 
 
-class _Program(codegen.JITCodeLibrary):  # type: ignore[misc]
+class _Program(_Own):
     """The code of a kernel, with all that it calls, directly or not."""
 
     _linking_libraries: list[Any]

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from conicoid.compiler import vectors
+
 LINUX, MAC = "unknown-linux-gnu", "apple-macosx"
 TRIPLES = {
     "x86-64-v3": f"x86_64-{LINUX}",
@@ -20,9 +22,11 @@ TRIPLES = {
     "znver3": f"x86_64-{LINUX}",
     "x86-64-v4": f"x86_64-{LINUX}",
     "skylake-avx512": f"x86_64-{LINUX}",
+    "cascadelake": f"x86_64-{LINUX}",
     "icelake-server": f"x86_64-{LINUX}",
     "rocketlake": f"x86_64-{LINUX}",
     "sapphirerapids": f"x86_64-{LINUX}",
+    "graniterapids": f"x86_64-{LINUX}",
     "znver4": f"x86_64-{LINUX}",
     "znver5": f"x86_64-{LINUX}",
     "neoverse-n1": f"aarch64-{LINUX}",
@@ -68,11 +72,13 @@ import sys
 from pathlib import Path
 import llvmlite.binding as llvm
 
-source, triple, processor, optimized = sys.argv[1:]
+source, triple, processor, width, optimized = sys.argv[1:]
 llvm.initialize_all_targets()
 llvm.initialize_all_asmprinters()
 machine = llvm.Target.from_triple(triple).create_target_machine(cpu=processor, opt=3)
 module = llvm.parse_bitcode(Path(source).read_bytes())
+words = '"prefer-vector-width"="{}"'.format
+module = llvm.parse_assembly(str(module).replace(words(512), words(width)) if int(width) else str(module))
 module.triple, module.data_layout = triple, str(machine.target_data)
 for speed, vectors in ((0, False), (3, True)) if optimized == "optimized" else ():  # as Numba does it
     options = llvm.create_pipeline_tuning_options(speed_level=speed)
@@ -90,7 +96,10 @@ print(machine.emit_assembly(module))
 
 def _run(program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-c", program, *map(str, arguments)]
-    environment = os.environ | {"CONICOID_THREADS": "1"}  # or another process compiles it
+    environment = os.environ | {
+        "CONICOID_THREADS": "1",
+        "CONICOID_VECTOR_BITS": "512",
+    }  # or another process compiles it
     return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
 
 
@@ -101,9 +110,15 @@ def before_optimization(program: str, path: Path) -> Path:
     return path
 
 
+def width(processor: str) -> int:
+    """The width of vectors that we choose for a processor, of which nothing but the name is known."""
+    return vectors._bits(TRIPLES[processor], processor, "", 0)
+
+
 def assembly(code: Path, processor: str, optimized: bool = True) -> str:
-    """The instructions of LLVM's code on a processor."""
-    run = _run(BACK, code, TRIPLES[processor], processor, "optimized" if optimized else "as it is")
+    """The instructions of LLVM's code on a processor, in vectors of the width that is chosen for it."""
+    how = "optimized" if optimized else "as it is"
+    run = _run(BACK, code, TRIPLES[processor], processor, width(processor), how)
     if "Unable to find target" in run.stderr or "No available targets" in run.stderr:
         pytest.skip(f"this LLVM makes no code for {TRIPLES[processor]}")
     assert run.returncode == 0, run.stderr[-2000:]
