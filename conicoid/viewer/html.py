@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from ..shapes.body import Body
 
 SHADERS = (
-    "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights", "whitted",
-    "camera", "picture",
+    "vectors", "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights",
+    "whitted", "camera", "picture",
 )  # fmt: skip
 """The pieces of the shader of pictures, in the order in which they build on each other."""
-PICK_SHADERS = (*SHADERS[:10], "camera", "pick")
+PICK_SHADERS = (*SHADERS[:11], "camera", "pick")
 MODULES = (
     "vectors", "tables", "graphics", "camera", "film", "pick", "state", "gestures", "section", "measure", "panel",
     "details", "editing", "live", "kernel", "waiting", "main",

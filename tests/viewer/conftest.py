@@ -6,6 +6,8 @@ from typing import Any
 import pytest
 
 from .browser import launch
+from .mirrors.workbench import Workbench
+from .mirrors.worlds import exact_world, random_world
 
 
 @pytest.fixture(scope="session")
@@ -20,3 +22,12 @@ def browser(playwright_tool: Any) -> Iterator[Any]:
     found = launch(playwright_tool)
     yield found
     found.close()
+
+
+@pytest.fixture(scope="session")
+def workbench(browser: Any) -> Iterator[Workbench]:
+    bench = Workbench(browser)
+    for make_world in (exact_world, random_world):
+        bench.load(make_world())
+    yield bench
+    bench.close()

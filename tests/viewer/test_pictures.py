@@ -88,3 +88,29 @@ def test_large_scenes_draw(browser, kind, tmp_path):
         bodies = [co.Box((-1, -1, -1), (1, 1, 1)) - co.Union(tuple(co.Sphere(0.12, tuple(c)) for c in centers[:500]))]
     camera = co.Camera((0.5, -5, 2), (0, 0, 0), field_of_view=32)
     assert_agrees(browser, co.Scene(bodies, camera=camera, lights=[co.DirectionalLight((0.3, 1, -1), 1.0)]), tmp_path)
+
+
+def test_walls_that_light_does_not_notice_cost_no_turn(browser, tmp_path):
+    """Twelve walls between two materials that light cannot tell apart, the innermost first, and a box behind: the depth is ten."""
+    clear = [co.Material(transparency=1.0, refractive_index=1.0, name=name) for name in ("one", "other")]
+    shells = [co.Body(co.Sphere(1.5 + 0.1 * k), material=clear[k % 2]) for k in range(6)]
+    camera = co.Camera((0, -9, 0), (0, 0, 0), field_of_view=30)
+    bodies = [*shells, co.Body(co.Box((-0.5, 3, -0.5), (1.5, 4, 1)), material=co.matte("#b02018"))]
+    assert_agrees(browser, co.Scene(bodies, camera=camera, lights=[co.AmbientLight(1)]), tmp_path)
+
+
+def test_coincident_crossings_are_listed_as_the_engine_lists_them(browser, tmp_path):
+    """Glass and a block in one place: the glass is listed first; what light meets is the block."""
+    block = co.Box((-1, -1, -1), (1, 1, 1))
+    camera = co.Camera((0.1, -9, 0.2), (0.1, 0, 0.2), field_of_view=30)
+    bodies = [co.Body(block, material=co.glass()), co.Body(block, material=co.matte("#b02018"))]
+    scene = co.Scene(bodies, camera=camera, lights=[co.AmbientLight(1)])
+    with opened(browser, scene, tmp_path, NARROW) as page:
+        width, height = page.size()
+        found = page.ask(
+            f"conicoid.picker.at({{ camera: conicoid.state.camera, section: null }}, {width / 2}, {height / 2}, {width}, {height}, 64)"
+        )
+        expected = scene.crossings(camera.position, np.subtract(camera.look_at, camera.position))
+        assert [hit["body"] for hit in found] == expected.body.tolist() == [0, 1, 0, 1]
+        red, _, blue = page.pixels()[height // 2, width // 2, :3]
+        assert red > 3 * blue

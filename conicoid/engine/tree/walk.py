@@ -108,6 +108,13 @@ def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
 
 
 @inline
+def push_node(geometry: Geometry, way: Floats, node: int, beam: Floats, at: int, top: int) -> int:
+    """Put the children of a node that a beam (beam[at:]) meets on the stack; returns its height."""
+    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES] + 48 * node, beam, at, way)
+    return push_met(geometry, way, node, bits, top)
+
+
+@inline
 def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) -> tuple[int, int, int]:
     """Go on with a walk to the next leaf that a beam (beam[at:]) reaches: (its code, its box or -1, the stack's height)
 
@@ -124,8 +131,7 @@ def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) 
         code = whole(way[here + ITS_CODE])
         if code < 0:
             return code, whole(way[here + ITS_BOX]), top
-        bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES] + 48 * code, beam, at, way)
-        top = push_met(geometry, way, code, bits, top)
+        top = push_node(geometry, way, code, beam, at, top)
     return whole(0), whole(-1), 0
 
 

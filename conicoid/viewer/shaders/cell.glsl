@@ -1,68 +1,114 @@
-// A cell on a ray: conicoid/engine/body/cell.py. At most two spans, each end with the place of its face:
-// a row of the cells' planes, -2 - cell for its curved face, NO_PLACE at infinity, CUT_PLACE on the section plane.
+// A cell on a ray. At most two spans, each end with the place of its face: a row of the cells' planes,
+// -2 - cell for its curved face, NO_PLACE at infinity, CUT_PLACE on the section plane.
 
 const int NO_PLACE = -1;
 const int CUT_PLACE = 0x7fffffff;
 
-struct Spans {
-    int count;
-    float in1, out1, in2, out2;
-    int a1, b1, a2, b2;
+struct CellSpans {
+    int number;
+    float in1, out1;
+    int place_in1, place_out1;
+    float in2, out2;
+    int place_in2, place_out2;
 };
 
-// (t, height, rate): where the ray crosses a plane; t = 0 on the plane it starts on
-vec3 plane_crossing(int surface, Ray ray) {
-    int at = integer4(SURFACE, surface).y;
-    vec4 plane = real4(at);
-    vec3 anchor = real4(at + 1).xyz;
-    float rate = dot(plane.xyz, ray.d);
-    float height = surface == ray.start ? 0.0 : dot(plane.xyz, ray.o - anchor) + plane.w;
-    return vec3(rate == 0.0 ? FAR : clamp(-height / rate, -FAR, FAR), height, rate);
+// One span, none where t_in >= t_out
+struct Slab {
+    float t_in, t_out;
+    int place_in, place_out;
+};
+
+const Slab EVERYWHERE = Slab(-FAR, FAR, NO_PLACE, NO_PLACE);
+const Slab NOWHERE = Slab(FAR, -FAR, NO_PLACE, NO_PLACE);
+
+// Where height + rate t is zero
+float zero_of(float height, float rate) {
+    return rate == 0.0 ? FAR : clamp(-height / rate, -FAR, FAR);
 }
 
-Spans cell_spans(int cell, Ray ray, float inverse) {
+// (height, rate) of a plane on a ray: its value at t is height + rate t, 0 at the start of one on it
+vec2 plane_values(int surface, Ray ray) {
+    int at = integer4(SURFACE, surface).y;
+    return vec2(surface == ray.start ? 0.0 : plane_height(at, ray.o), dot(real4(at).xyz, ray.d));
+}
+
+// (t, rate): where the ray crosses a plane
+vec2 plane_crossing(int surface, Ray ray) {
+    vec2 plane = plane_values(surface, ray);
+    return vec2(zero_of(plane.x, plane.y), plane.y);
+}
+
+// A slab cut by one more plane; `inner`: what is kept is where height + rate t is negative. A ray within the plane
+// counts as if the plane stood an infinitesimal further along its normal
+Slab clip_slab(Slab slab, float height, float rate, bool inner, int place) {
+    float t = zero_of(height, rate);
+    if (rate == 0.0) {
+        if ((height <= 0.0) != inner) return NOWHERE;
+    } else if ((rate < 0.0) == inner) {
+        if (t > slab.t_in) { slab.t_in = t; slab.place_in = place; }
+    } else if (t < slab.t_out) { slab.t_out = t; slab.place_out = place; }
+    return slab;
+}
+
+// What the planes of a cell leave of a ray
+Slab slab_of(int cell, Ray ray) {
     ivec4 row = integer4(CELLS, cell);
-    float t_in = -FAR, t_out = FAR;
-    int place_in = NO_PLACE, place_out = NO_PLACE, curved = -2 - cell;
-    Spans none = Spans(0, FAR, -FAR, FAR, -FAR, NO_PLACE, NO_PLACE, NO_PLACE, NO_PLACE);
+    Slab slab = EVERYWHERE;
     for (int slot = row.z; slot < row.w; slot++) {
         ivec4 face = integer4(SLOTS, slot);
-        vec3 crossing = plane_crossing(face.x, ray);
-        if (crossing.z == 0.0) {
-            if ((crossing.y <= 0.0) != (face.y > 0)) return none;
-        } else if ((crossing.z < 0.0) == (face.y > 0)) {
-            if (crossing.x > t_in) { t_in = crossing.x; place_in = slot; }
-        } else if (crossing.x < t_out) { t_out = crossing.x; place_out = slot; }
+        vec2 plane = plane_values(face.x, ray);
+        slab = clip_slab(slab, plane.x, plane.y, face.y > 0, slot);
     }
-    if (!(t_in < t_out)) return none;
-    Spans one = Spans(1, t_in, t_out, FAR, -FAR, place_in, place_out, NO_PLACE, NO_PLACE);
-    if (row.x < 0) return one;
-    Roots roots = curved_roots(row.x, ray, inverse);
-    bool outside = roots.outside != ((row.y & 1) == 0);
-    if (!roots.crosses) {
-        one.count = outside ? 1 : 0;
+    return slab;
+}
+
+// The spans that a quadric leaves of a slab: `outside` of its roots, or between them; `curved` is its place.
+// Where the ray does not cross it, all of the slab is left if `outside`, else nothing
+CellSpans compose_spans(Slab slab, float low, float high, bool crosses, bool outside, int curved) {
+    CellSpans none = CellSpans(0, FAR, -FAR, NO_PLACE, NO_PLACE, FAR, -FAR, NO_PLACE, NO_PLACE);
+    if (!(slab.t_in < slab.t_out)) return none;
+    CellSpans one = CellSpans(1, slab.t_in, slab.t_out, slab.place_in, slab.place_out, FAR, -FAR, NO_PLACE, NO_PLACE);
+    if (!crosses) {
+        one.number = outside ? 1 : 0;
         return one;
     }
     if (!outside) {
-        one.a1 = roots.low >= t_in ? curved : place_in;
-        one.b1 = roots.high <= t_out ? curved : place_out;
-        one.in1 = max(roots.low, t_in);
-        one.out1 = min(roots.high, t_out);
-        one.count = one.in1 < one.out1 ? 1 : 0;
+        one.place_in1 = low >= slab.t_in ? curved : slab.place_in;
+        one.place_out1 = high <= slab.t_out ? curved : slab.place_out;
+        one.in1 = max(low, slab.t_in);
+        one.out1 = min(high, slab.t_out);
+        one.number = one.in1 < one.out1 ? 1 : 0;
         return one;
     }
     // Outside of ]low, high[: what is left of it and what is right of it
-    int out_place = roots.low <= t_out ? curved : place_out;
-    int in_place = roots.high >= t_in ? curved : place_in;
-    float first_out = min(roots.low, t_out), second_in = max(roots.high, t_in);
-    bool first = t_in < first_out, second = second_in < t_out;
-    if (first && second)
-        return Spans(2, t_in, first_out, second_in, t_out, place_in, out_place, in_place, place_out);
-    if (second) return Spans(1, second_in, t_out, FAR, -FAR, in_place, place_out, NO_PLACE, NO_PLACE);
-    one.out1 = first_out;
-    one.b1 = out_place;
-    one.count = first ? 1 : 0;
+    float out1 = min(low, slab.t_out), in2 = max(high, slab.t_in);
+    int place_out1 = low <= slab.t_out ? curved : slab.place_out, place_in2 = high >= slab.t_in ? curved : slab.place_in;
+    bool some = slab.t_in < out1, more = in2 < slab.t_out;
+    if (some && more)
+        return CellSpans(2, slab.t_in, out1, slab.place_in, place_out1, in2, slab.t_out, place_in2, slab.place_out);
+    if (more) return CellSpans(1, in2, slab.t_out, place_in2, slab.place_out, FAR, -FAR, NO_PLACE, NO_PLACE);
+    one.out1 = out1;
+    one.place_out1 = place_out1;
+    one.number = some ? 1 : 0;
     return one;
+}
+
+// The spans of a ray inside a cell, in order; contacts of zero length are none
+CellSpans cell_spans(int cell, Ray ray, float inverse) {
+    ivec4 row = integer4(CELLS, cell);
+    Slab slab = slab_of(cell, ray);
+    Roots roots = Roots(FAR, FAR, true, false);
+    if (row.x >= 0) {
+        roots = curved_roots(row.x, ray, inverse);
+        roots.outside = roots.outside != (number_and_side(row.y).y < 0);
+    }
+    return compose_spans(slab, roots.low, roots.high, roots.crosses, roots.outside, -2 - cell);
+}
+
+// The span of a ray inside a ball
+CellSpans ball_spans(int surface, Ray ray, float inverse) {
+    Roots roots = curved_roots(surface, ray, inverse);
+    return compose_spans(EVERYWHERE, roots.low, roots.high, roots.crosses, false, NO_PLACE);
 }
 
 // (surface, face number, side) of a place; side +1 where the surface's gradient points out of the cell
@@ -71,7 +117,7 @@ ivec3 place_face(int place) {
     if (place == NO_PLACE) return ivec3(NO_SURFACE, 0, 1);
     if (place < 0) {
         ivec4 cell = integer4(CELLS, -2 - place);
-        return ivec3(cell.x, cell.y >> 1, (cell.y & 1) == 1 ? 1 : -1);
+        return ivec3(cell.x, number_and_side(cell.y));
     }
     ivec4 slot = integer4(SLOTS, place);
     return ivec3(slot.x, slot.z, slot.y);

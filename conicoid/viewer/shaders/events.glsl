@@ -1,4 +1,4 @@
-// The crossings of a ray with one body, in order: conicoid/engine/body/boolean.py.
+// The crossings of a ray with one body, in order.
 // The span ends of a region's leaves are events, taken in groups of equal t. Storage is bounded: only the
 // next EVENTS of them are kept, sorted; when they are used up the leaves are asked again for those after.
 
@@ -28,14 +28,13 @@ float cut_in, cut_out;    // where the ray is in it
 bool tie_counts;          // does a crossing at t_min itself count?
 
 void put_section(Ray ray) {
-    cut_in = -FAR;
-    cut_out = FAR;
-    if (!u_cuts) return;
-    float rate = dot(u_section.xyz, ray.d);
-    float height = ray.start == CUT ? 0.0 : dot(u_section.xyz, ray.o) - u_section.w;
-    if (rate == 0.0) { if (height > 0.0) cut_out = -FAR; }
-    else if (rate < 0.0) cut_in = -height / rate;
-    else cut_out = -height / rate;
+    Slab kept = EVERYWHERE;
+    if (u_cuts) {
+        float height = ray.start == CUT ? 0.0 : dot(u_section.xyz, ray.o) - u_section.w;
+        kept = clip_slab(kept, height, dot(u_section.xyz, ray.d), true, CUT_PLACE);
+    }
+    cut_in = kept.t_in;
+    cut_out = kept.t_out;
 }
 
 bool is_after(int i, float t, int key) {
@@ -73,9 +72,9 @@ void gather(int program, Ray ray, float inverse, float last) {
         ivec2 range = leaf_range(code);
         for (int k = range.x; k < range.y; k++) {
             int leaf = integer4(ORDER, k).x;
-            Spans s = cell_spans(integer4(LEAVES, leaf).x, ray, inverse);
-            if (s.count > 0) { put_event(s.in1, 4 * leaf, s.a1); put_event(s.out1, 4 * leaf + 1, s.b1); }
-            if (s.count > 1) { put_event(s.in2, 4 * leaf + 2, s.a2); put_event(s.out2, 4 * leaf + 3, s.b2); }
+            CellSpans s = cell_spans(integer4(LEAVES, leaf).x, ray, inverse);
+            if (s.number > 0) { put_event(s.in1, 4 * leaf, s.place_in1); put_event(s.out1, 4 * leaf + 1, s.place_out1); }
+            if (s.number > 1) { put_event(s.in2, 4 * leaf + 2, s.place_in2); put_event(s.out2, 4 * leaf + 3, s.place_out2); }
         }
     }
 }
@@ -88,8 +87,9 @@ Crossing at_crossing(float t, int place, int sense, bool enters) {
     return Crossing(true, t, place, sense, enters, false, false, 0.0);
 }
 
-bool counts_in(float t, int surface, Ray ray) {
-    return (t > ray.t_min || (t == ray.t_min && tie_counts)) && t < ray.t_max && !(t == 0.0 && surface == ray.start);
+// Is a crossing within (t_min, t_max), and not the one that the ray starts on? `starts`: it is with the start's surface
+bool counts_in(float t, bool starts, float t_min, float t_max) {
+    return (t > t_min || (t == t_min && tie_counts)) && t < t_max && !(t == 0.0 && starts);
 }
 
 // The surface of a place where it matters: at t = 0, where it may be the one that the ray starts on
@@ -99,11 +99,11 @@ int surface_of(int place, float t, int ball) {
 }
 
 // Spans of a ball or a cell, cut by the section plane
-Crossing spans_crossing(Spans s, Ray ray, int mode, int ball) {
+Crossing spans_crossing(CellSpans s, Ray ray, int mode, int ball) {
     Crossing result = no_crossing();
-    for (int k = 0; k < s.count; k++) {
+    for (int k = 0; k < s.number; k++) {
         float a = k == 0 ? s.in1 : s.in2, b = k == 0 ? s.out1 : s.out2;
-        int place_a = k == 0 ? s.a1 : s.a2, place_b = k == 0 ? s.b1 : s.b2;
+        int place_a = k == 0 ? s.place_in1 : s.place_in2, place_b = k == 0 ? s.place_out1 : s.place_out2;
         if (cut_in > a) { a = cut_in; place_a = CUT_PLACE; }
         if (cut_out < b) { b = cut_out; place_b = CUT_PLACE; }
         if (!(a < b)) continue;
@@ -112,9 +112,9 @@ Crossing spans_crossing(Spans s, Ray ray, int mode, int ball) {
             result.after = result.after || (a <= ray.t_min && ray.t_min < b);
         } else if (mode == CHORDS) {
             result.chord += max(0.0, min(b, ray.t_max) - max(a, ray.t_min));
-        } else if (a < result.t && counts_in(a, surface_of(place_a, a, ball), ray)) {
+        } else if (a < result.t && counts_in(a, surface_of(place_a, a, ball) == ray.start, ray.t_min, ray.t_max)) {
             result = at_crossing(a, place_a, 1, true);
-        } else if (b < result.t && counts_in(b, surface_of(place_b, b, ball), ray)) {
+        } else if (b < result.t && counts_in(b, surface_of(place_b, b, ball) == ray.start, ray.t_min, ray.t_max)) {
             result = at_crossing(b, place_b, 1, false);
         }
     }
@@ -165,7 +165,8 @@ Crossing region_crossing(int program, Ray ray, float inverse, int mode) {
             }
             if (!started && t > low) {
                 started = true;
-                if (inside && mode <= FIRST && u_cuts && low == cut_in && low < high && counts_in(low, CUT, ray))
+                bool cut = u_cuts && low == cut_in && low < high && counts_in(low, ray.start == CUT, ray.t_min, ray.t_max);
+                if (inside && mode <= FIRST && cut)
                     return at_crossing(low, CUT_PLACE, 1, true);
             }
             if (!more) break;
@@ -190,52 +191,62 @@ Crossing region_crossing(int program, Ray ray, float inverse, int mode) {
         result.after = result.after && cut_in <= ray.t_min && ray.t_min < cut_out;
     } else if (inside && low < high) {
         if (mode == CHORDS) result.chord += high < FAR ? high - chord_from : 0.0;
-        else if (high == cut_out && counts_in(high, CUT, ray)) return at_crossing(high, CUT_PLACE, 1, false);
+        else if (high == cut_out && counts_in(high, ray.start == CUT, ray.t_min, ray.t_max))
+            return at_crossing(high, CUT_PLACE, 1, false);
     }
     return result;
+}
+
+// A clipped surface, or a polygon, which has vertices
+struct Sheet {
+    int surface, program, side, first_vertex, last_vertex;
+    bool one_sided;
+};
+
+Sheet sheet_of(ivec4 entry) {
+    if (entry.x == SHEET) {
+        ivec4 row = integer4(SHEETS, entry.y);
+        return Sheet(row.x, row.y, row.z, 0, 0, row.w == 1);
+    }
+    if (entry.x != POLYGON) return Sheet(NO_SURFACE, -1, 1, 0, 0, false);
+    ivec4 row = integer4(POLYGONS, entry.y);
+    ivec2 surface = number_and_side(row.x);
+    return Sheet(surface.x, row.y, surface.y, row.z, row.w, false);
 }
 
 // The first crossing of an entry's body, or what else is asked
 Crossing entry_crossing(ivec4 entry, Ray ray, float inverse, int mode) {
     int kind = entry.x, index = entry.y;
     if (kind == BALL || kind == CELL) {
-        Spans s;
-        if (kind == BALL) {
-            Roots r = curved_roots(index, ray, inverse);
-            s = Spans(r.crosses ? 1 : 0, r.low, r.high, FAR, -FAR, NO_PLACE, NO_PLACE, NO_PLACE, NO_PLACE);
-        } else s = cell_spans(index, ray, inverse);
+        CellSpans s;
+        if (kind == BALL) s = ball_spans(index, ray, inverse);
+        else s = cell_spans(index, ray, inverse);
         return spans_crossing(s, ray, mode, kind == BALL ? index : NO_SURFACE);
     }
-    int program = index, rounds = 1, surface = NO_SURFACE;
+    int program = index, rounds = 1;
     float low = FAR, high = FAR;
-    bool falls = false, one_sided = false;
-    int side = 1;
+    bool falls = false;
+    Sheet sheet = sheet_of(entry);
     if (kind != REGION) {
         if (mode == MEDIA || mode == CHORDS) return no_crossing();
-        if (kind == SHEET) {
-            ivec4 sheet = integer4(SHEETS, index);
-            surface = sheet.x; program = sheet.y; side = sheet.z; one_sided = sheet.w == 1;
-        } else {
-            ivec4 polygon = integer4(POLYGONS, index);
-            surface = polygon.x >> 1; side = (polygon.x & 1) == 1 ? 1 : -1; program = polygon.y;
-            if (!inside_loop(polygon.z, polygon.w, ray)) return no_crossing();
-        }
-        if (is_curved(surface)) {
-            Roots r = curved_roots(surface, ray, inverse);
+        program = sheet.program;
+        if (kind == POLYGON && !inside_loop(sheet.first_vertex, sheet.last_vertex, ray)) return no_crossing();
+        if (is_curved(sheet.surface)) {
+            Roots r = curved_roots(sheet.surface, ray, inverse);
             if (!r.crosses) return no_crossing();
             low = r.low; high = r.high; falls = !r.outside; rounds = 2;
         } else {
-            vec3 crossing = plane_crossing(surface, ray);
-            if (crossing.z == 0.0) return no_crossing();
-            low = crossing.x; falls = crossing.z < 0.0;
+            vec2 crossing = plane_crossing(sheet.surface, ray);
+            if (crossing.y == 0.0) return no_crossing();
+            low = crossing.x; falls = crossing.y < 0.0;
         }
     }
     for (int k = 0; k < rounds; k++) {
         float t = k == 0 ? low : high;
-        bool against = (falls != (k == 1)) == (side > 0);
+        bool against = (falls != (k == 1)) == (sheet.side > 0);
         Ray asked = ray;
         if (kind != REGION) {
-            if (!counts_in(t, surface, ray) || (one_sided && !against)) continue;
+            if (!counts_in(t, sheet.surface == ray.start, ray.t_min, ray.t_max) || (sheet.one_sided && !against)) continue;
             if (program < 0) return at_crossing(t, NO_PLACE, 1, against);
             asked.t_min = t;
         }
@@ -253,8 +264,10 @@ Crossing entry_crossing(ivec4 entry, Ray ray, float inverse, int mode) {
 ivec3 crossed_face(ivec4 entry, int place, int sense) {
     if (place == CUT_PLACE) return ivec3(CUT, -1, 1);
     if (entry.x == BALL) return ivec3(entry.y, 0, 1);
-    if (entry.x == SHEET) { ivec4 sheet = integer4(SHEETS, entry.y); return ivec3(sheet.x, 0, sheet.z); }
-    if (entry.x == POLYGON) { int s = integer4(POLYGONS, entry.y).x; return ivec3(s >> 1, 0, (s & 1) == 1 ? 1 : -1); }
+    if (entry.x == SHEET || entry.x == POLYGON) {
+        Sheet sheet = sheet_of(entry);
+        return ivec3(sheet.surface, 0, sheet.side);
+    }
     ivec3 face = place_face(place);
     return ivec3(face.xy, face.z * sense);
 }

@@ -1,4 +1,4 @@
-// Lights and highlights: conicoid/shading/{lights,phong}.py.
+// Lights, highlights, and the light that arrives at a point.
 
 uniform int u_light_count;
 uniform vec3 u_ambient;
@@ -11,7 +11,7 @@ struct Light {
     float outer, inner, radius;
 };
 
-Light light_at(int k) {
+Light load_light(int k) {
     int at = u_lights + 4 * k;
     vec4 a = real4(at), b = real4(at + 1), c = real4(at + 2), d = real4(at + 3);
     return Light(a.xyz, b.xyz, c.rgb, a.w > 0.5, b.w > 0.5, c.w, d.x, d.y);
@@ -42,7 +42,7 @@ vec4 towards(Light light, vec3 x) {
 float share(Light light, vec3 l, float distance) {
     float result = light.fades ? 1.0 / (distance * distance) : 1.0;
     if (light.outer < FAR) {
-        float angle = acos(clamp(-dot(l, light.axis), -1.0, 1.0));
+        float angle = atan(length(cross(l, light.axis)), -dot(l, light.axis));   // acos is off by 1e-4 on some drivers
         if (angle > light.outer) return 0.0;
         if (angle > light.inner) {
             float s = (light.outer - angle) / (light.outer - light.inner);
@@ -53,7 +53,27 @@ float share(Light light, vec3 l, float distance) {
 }
 
 float highlight(Material m, vec3 l, vec3 eye, vec3 n) {
-    vec3 half_way = m.half_vector ? normalize(l + eye) : 2.0 * dot(n, l) * n - l;
+    vec3 half_way = m.half_vector ? normalized(l + eye) : 2.0 * dot(n, l) * n - l;
     float cosine = dot(half_way, m.half_vector ? n : eye);
     return cosine > 0.0 ? pow(cosine, m.shininess) : 0.0;
+}
+
+// The ray to a light and what its light would do at x; share 0 if nothing
+struct Arrival {
+    vec3 l;
+    float end, cosine, shine, share;
+};
+
+const float FAINT_SHINE = 1e-5;   // a highlight under this is not worth a shadow ray
+
+Arrival light_at(Light light, Material m, vec3 x, vec3 n, vec3 eye) {
+    vec4 to = towards(light, x);
+    float distance = length(to.xyz);
+    if (distance == 0.0) return Arrival(to.xyz, to.w, 0.0, 0.0, 0.0);
+    vec3 l = to.xyz / distance;
+    float cosine = dot(n, l);
+    if (cosine <= 0.0) return Arrival(to.xyz, to.w, cosine, 0.0, 0.0);
+    float shine = m.specular.r + m.specular.g + m.specular.b > 0.0 ? highlight(m, l, eye, n) : 0.0;
+    float part = m.diffuse == 0.0 && shine < FAINT_SHINE ? 0.0 : share(light, l, distance);
+    return Arrival(to.xyz, to.w, cosine, shine, part);
 }

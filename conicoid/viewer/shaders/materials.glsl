@@ -1,4 +1,4 @@
-// Materials, patterns and media: conicoid/shading/{materials,checker,media,background}.py.
+// Materials, patterns, media and the background.
 
 struct Material {
     vec3 color, second, scale, specular, reflectivity, transparency, absorption, offset;
@@ -9,7 +9,7 @@ struct Material {
 
 const int OUTSIDE = -1;
 
-Material material(int row) {
+Material load_material(int row) {
     int at = u_materials + 8 * row;
     vec4 a = real4(at), b = real4(at + 1), c = real4(at + 2), d = real4(at + 3);
     vec4 e = real4(at + 4), f = real4(at + 5), g = real4(at + 6), h = real4(at + 7);
@@ -50,13 +50,25 @@ int medium_of(int body) {
 }
 
 float index_of(int medium) {
-    return medium >= 0 ? material(medium).index : 1.0;
+    return medium >= 0 ? load_material(medium).index : 1.0;
+}
+
+vec3 absorption_of(int medium) {
+    return medium >= 0 ? load_material(medium).absorption : vec3(0.0);
+}
+
+// Does light pass the wall of a transparent body as if nothing were there?
+bool unseen(int body, int before, int after) {
+    if (before == after) return true;
+    Material wall = load_material(medium_of(body));
+    return index_of(before) == index_of(after) && absorption_of(before) == absorption_of(after)
+        && wall.transparency == vec3(1.0) && wall.specular == vec3(0.0);
 }
 
 // Light after a length of way through a medium (Beer)
 vec3 absorbed(int medium, float length_inside, vec3 light) {
     if (medium < 0 || length_inside <= 0.0) return light;
-    vec3 a = material(medium).absorption;
+    vec3 a = absorption_of(medium);
     return light * vec3(a.r > 0.0 ? exp(-a.r * length_inside) : 1.0, a.g > 0.0 ? exp(-a.g * length_inside) : 1.0,
                         a.b > 0.0 ? exp(-a.b * length_inside) : 1.0);
 }

@@ -1,4 +1,4 @@
-// Is a ray inside a closed loop of points, by even-odd? conicoid/engine/surface/loop.py.
+// Is a ray inside a closed loop of points, by even-odd?
 // u and v of a vertex depend on the ray and the vertex alone, so neighbours see one and the same edge.
 
 vec2 seen_along(int axis, vec3 vertex, Ray ray) {
@@ -16,8 +16,9 @@ bool inside_loop(int first, int last, Ray ray) {
     for (int k = first; k < last; k++) {
         vec2 b = seen_along(axis, real4(u_vertices + k).xyz, ray);
         if ((a.y < 0.0) != (b.y < 0.0)) {
-            float side = a.x * b.y - b.x * a.y;
-            if (b.y > a.y ? side > 0.0 : side < 0.0) odd = !odd;
+            // Upward always, so that both neighbours round alike, whatever a driver fuses
+            vec2 low = b.y > a.y ? a : b, high = b.y > a.y ? b : a;
+            if (low.x * high.y - high.x * low.y > 0.0) odd = !odd;
         }
         a = b;
     }

@@ -1,4 +1,4 @@
-// Boolean programs as counting gates: conicoid/engine/body/gates.py. A gate is true when at least `need` inputs are.
+// Boolean programs as counting gates. A gate is true when at least `need` inputs are.
 
 int counts[GATES];
 int first_gate;

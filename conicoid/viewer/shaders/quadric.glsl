@@ -1,4 +1,4 @@
-// A quadric on a ray: conicoid/engine/surface/quadric.py in single precision.
+// A quadric on a ray, in single precision, and the height of a point over a plane.
 // With y = W (x - anchor) the surface is  sum s_i y_i² + 2 b_i y_i - k = 0; on the ray, about the foot of the
 // perpendicular from the anchor, a t² + 2 b t + c; the discriminant is taken in its moment form.
 
@@ -72,6 +72,12 @@ Roots curved_roots(int surface, Ray ray, float inverse) {
     bool starts = surface == ray.start;
     if (row.x == SPHERE) return sphere_roots(real4(row.y), ray, inverse, starts);
     return quadric_roots(load_quadric(row.y), ray, inverse, starts);
+}
+
+// n·x - offset of the plane whose records begin at `at`
+float plane_height(int at, vec3 x) {
+    vec4 plane = real4(at);
+    return dot(plane.xyz, x - real4(at + 1).xyz) + plane.w;
 }
 
 bool is_curved(int surface) {

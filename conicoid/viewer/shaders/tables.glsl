@@ -1,4 +1,4 @@
-// What conicoid/engine/tables.py calls the tables, as records of two textures: four integers, or four floats.
+// The engine's tables, as records of two textures: four integers, or four floats.
 // Where a table begins stands in u_place. All places are relative to an origin that the page keeps near the camera.
 
 uniform highp sampler2D u_floats;
@@ -52,4 +52,9 @@ ivec4 record(int i) {
 
 ivec4 integer4(int table, int i) {
     return record(u_place[table] + i);
+}
+
+// (number, side) that stand in one integer
+ivec2 number_and_side(int packed) {
+    return ivec2(packed >> 1, (packed & 1) == 1 ? 1 : -1);
 }

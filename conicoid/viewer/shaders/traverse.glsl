@@ -1,7 +1,8 @@
 // What integrators ask of a scene: the nearest crossing, any opaque one, the media on both sides of a point, and
-// the sum of the chords. conicoid/engine/single/first.py; one function, so that a driver compiles the walk once.
+// the sum of the chords. One function, so that a driver compiles the walk once.
 
-const int NEAREST = 0, BLOCKED = 1, MEDIA_AT = 2, THROUGH = 3;  // BLOCKED: any crossing of an opaque body
+// NOTICED: the nearest, at equal t an opaque one first; BLOCKED: any crossing of an opaque body
+const int NEAREST = 0, BLOCKED = 1, MEDIA_AT = 2, THROUGH = 3, NOTICED = 4;
 
 struct Hit {
     float t;
@@ -15,16 +16,19 @@ int flags_of(int body) {
     return integer4(BODIES, body).z;
 }
 
-// Is a crossing better than the best so far? At equal t an opaque body, then the one listed first
-bool is_closer(float t, int body, int flags, Hit best, int best_flags) {
-    if (t != best.t) return t < best.t;
-    int a = flags & OPAQUE, b = best_flags & OPAQUE;
-    return a != b ? a > b : body < best.body;
+// The rule of ties: the nearer of two crossings; at equal t that of the body listed first, by its rank
+bool comes_first(float t, int rank, float other_t, int other_rank) {
+    return t < other_t || (t == other_t && rank < other_rank);
+}
+
+// The place of a body among those with equal t
+int rank_of(int body, int flags, int mode) {
+    return mode == NOTICED && (flags & OPAQUE) == 0 ? body | (1 << 30) : body;
 }
 
 Hit traverse(Ray ray, int mode, int after_body) {
     Hit best = Hit(FAR, -1, NO_SURFACE, -1, 1, false, ivec2(-1), 0.0);
-    int best_flags = 0, place = NO_PLACE, sense = 1;
+    int best_rank = 0x7fffffff, place = NO_PLACE, sense = 1;
     ivec4 best_entry = ivec4(0);
     float inverse = 1.0 / dot(ray.d, ray.d);
     vec3 d = reciprocal(ray.d);
@@ -45,17 +49,17 @@ Hit traverse(Ray ray, int mode, int after_body) {
             if ((flags & HIDDEN) != 0 || (mode == BLOCKED && (flags & OPAQUE) == 0)) continue;
             if (mode == MEDIA_AT && (flags & MEDIUM) == 0) continue;
             Ray part = ray;
-            part.t_max = mode == THROUGH ? ray.t_max : min(ray.t_max, best.t * 1.000001);
+            part.t_max = mode == THROUGH ? ray.t_max : min(ray.t_max, best.t + abs(best.t) * 1e-6 + 1e-30);
             tie_counts = body > after_body;
             Crossing crossing = entry_crossing(entry, part, inverse, asked);
             best.chord += crossing.chord;
             if (crossing.before && (best.media.x < 0 || body < best.media.x)) best.media.x = body;
             if (crossing.after && (best.media.y < 0 || body < best.media.y)) best.media.y = body;
-            if (mode != MEDIA_AT && crossing.found && is_closer(crossing.t, body, flags, best, best_flags)) {
+            if (mode != MEDIA_AT && crossing.found && comes_first(crossing.t, rank_of(body, flags, mode), best.t, best_rank)) {
                 best.t = crossing.t;
                 best.body = body;
                 best.enters = crossing.enters;
-                best_flags = flags;
+                best_rank = rank_of(body, flags, mode);
                 best_entry = entry;
                 place = crossing.place;
                 sense = crossing.sense;
@@ -84,7 +88,7 @@ vec3 normal_at(int surface, int side, vec3 x) {
         n = quadric_gradient(quadric, x);
         if (dot(n, n) == 0.0) n = quadric.w2;
     }
-    return float(side) * normalize(n);
+    return float(side) * normalized(n);
 }
 
 // A point of a plane put back on it: single precision leaves it, and a pattern in space would show that
@@ -92,15 +96,16 @@ vec3 on_surface(int surface, vec3 x) {
     if (surface < 0) return x;
     ivec2 row = integer4(SURFACE, surface).xy;
     if (row.x != PLANE) return x;
-    vec4 plane = real4(row.y);
-    float height = dot(plane.xyz, x - real4(row.y + 1).xyz) + plane.w;
-    return x - plane.xyz * (height / dot(plane.xyz, plane.xyz));
+    vec3 n = real4(row.y).xyz;
+    return x - n * (plane_height(row.y, x) / dot(n, n));
 }
 
 // The angle of (x, y) as a fraction of a full turn, in [0, 1)
 float turns(float x, float y) {
-    float angle = x == 0.0 && y == 0.0 ? 0.0 : atan(y, x) / 6.283185307179586;
-    return fract(angle + 1.0);
+    if (y == 0.0) return x < 0.0 ? 0.5 : 0.0;   // drivers differ about atan(-0.0, x)
+    float angle = atan(y, x) / 6.283185307179586;
+    angle = angle < 0.0 ? angle + 1.0 : angle;
+    return angle >= 1.0 ? 0.0 : angle;
 }
 
 vec2 uv_at(int body, int face, int surface, vec3 x) {

@@ -1,8 +1,7 @@
-// Whitted's ray tracing: conicoid/integrators/whitted.py with conicoid/shading/{local,shadow}.py. What those do by
-// calling each other is done here step by step, each step one walk through the scene.
+// Whitted's ray tracing. What functions of the engine do by calling each other is done here step by step, each step
+// one walk through the scene.
 
 const float FAINT = 2.44140625e-4;   // a ray that adds less than this share is not followed
-const float FAINT_SHINE = 1e-5;
 
 struct Pending {
     vec3 o, d, weight;
@@ -33,11 +32,12 @@ vec4 whitted_radiance(vec3 o, vec3 d) {
     Ray ray;
     Hit hit, wall;
     Material m;
-    int before = OUTSIDE, after = OUTSIDE, light_number = 0, mode = NEAREST;
+    int before = OUTSIDE, after = OUTSIDE, light_number = 0, mode = NOTICED;
     float t_min = 0.0;
-    vec3 x, n, color, reflectance, transmitted, diffuse, shine, through, l_dir;
+    vec3 x, n, color, reflectance, transmitted, diffuse, shine, through;
+    Arrival arrival;
     bool refracts = false, from_inside = false, lit = false;
-    float light_done = 0.0, light_part = 0.0, light_shine = 0.0, light_cosine = 0.0;
+    float light_done = 0.0;
     int shadow_medium = OUTSIDE;
     for (int step = 0; step < STEPS; step++) {
         if (task == TAKE) {
@@ -48,7 +48,7 @@ vec4 whitted_radiance(vec3 o, vec3 d) {
         }
         // One walk through the scene
         if (task == CAMERA_MEDIUM) { ray = Ray(o, vec3(0.0, 0.0, 1.0), 0.0, FAR, NO_SURFACE); mode = MEDIA_AT; }
-        else if (task == VISIBLE) { ray = Ray(now.o, now.d, t_min, FAR, now.start); mode = NEAREST; }
+        else if (task == VISIBLE) { ray = Ray(now.o, now.d, t_min, FAR, now.start); mode = NOTICED; }
         else if (task == WALL) { ray = Ray(now.o, now.d, hit.t, FAR, now.start); mode = MEDIA_AT; }
         else if (task == SHADOW) mode = BLOCKED;
         else if (task == SHADOW_WALL) mode = NEAREST;
@@ -71,7 +71,7 @@ vec4 whitted_radiance(vec3 o, vec3 d) {
             if (now.turns == 0) covered = 1.0;
             if (hit.surface == CUT) {
                 // The cut of the section plane shows the body's own colour, flat
-                m = material(material_row(hit.body, -1));
+                m = load_material(material_row(hit.body, -1));
                 vec3 flat_color = max(max(m.color.r, m.color.g), m.color.b) * m.diffuse > 0.02 ? m.color : vec3(0.35, 0.55, 0.75);
                 if ((flags_of(hit.body) & TINTED) != 0)
                     flat_color = surface_color(m, hit.body, -1, CUT, now.o + hit.t * now.d, u_section.xyz);
@@ -89,7 +89,7 @@ vec4 whitted_radiance(vec3 o, vec3 d) {
         } else if (task == WALL) {
             before = medium_of(found.media.x);
             after = medium_of(found.media.y);
-            shade = (flags_of(hit.body) & MEDIUM) == 0 || before != after;
+            shade = (flags_of(hit.body) & MEDIUM) == 0 || !unseen(hit.body, before, after);
             if (!shade) {
                 t_min = hit.t;
                 task = VISIBLE;
@@ -104,20 +104,20 @@ vec4 whitted_radiance(vec3 o, vec3 d) {
         } else if (task == SHADOW_WALL) {
             wall = found;
             if (wall.body >= 0) { task = SHADOW_MEDIA; continue; }
-            through = absorbed(shadow_medium, (ray.t_max - light_done) * length(l_dir), through);
+            through = absorbed(shadow_medium, (ray.t_max - light_done) * length(arrival.l), through);
             shadow_done = true;
         } else {
             int inside = medium_of(found.media.x), beyond = medium_of(found.media.y);
             if ((flags_of(wall.body) & MEDIUM) == 0 || inside != beyond) {
-                float size = length(l_dir);
+                float size = length(arrival.l);
                 through = absorbed(inside, (wall.t - light_done) * size, through);
-                vec3 normal = normal_at(wall.surface, wall.side, x + wall.t * l_dir);
-                float cosine = abs(dot(l_dir, normal)) / size;
+                vec3 normal = normal_at(wall.surface, wall.side, x + wall.t * arrival.l);
+                float cosine = abs(dot(arrival.l, normal)) / size;
                 float kept = 1.0 - wall_reflectance(cosine, index_of(inside), index_of(beyond));
-                through *= kept * material(medium_of(wall.body)).transparency;
-                shadow_medium = beyond;
+                through *= kept * load_material(medium_of(wall.body)).transparency;
                 light_done = wall.t;
             }
+            shadow_medium = beyond;
             task = SHADOW_WALL;
             continue;
         }
@@ -125,7 +125,7 @@ vec4 whitted_radiance(vec3 o, vec3 d) {
         if (shade) {
             // The surface there, its normal turned to the eye
             now.weight = absorbed(before, hit.t, now.weight);
-            m = material(material_row(hit.body, hit.face));
+            m = load_material(material_row(hit.body, hit.face));
             x = on_surface(hit.surface, now.o + hit.t * now.d);
             n = normal_at(hit.surface, hit.side, x);
             color = surface_color(m, hit.body, hit.face, hit.surface, x, n);
@@ -147,26 +147,17 @@ vec4 whitted_radiance(vec3 o, vec3 d) {
             light_number = lit ? 0 : u_light_count;
         }
         if (shadow_done) {
-            vec3 arrived = through * light_part * light_at(light_number).intensity;
-            diffuse += arrived * light_cosine;
-            shine += arrived * light_shine;
+            vec3 arrived = through * arrival.share * load_light(light_number).intensity;
+            diffuse += arrived * arrival.cosine;
+            shine += arrived * arrival.shine;
             light_number++;
         }
         // The next light that could add something
         bool waiting = false;
         for (; light_number < u_light_count; light_number++) {
-            Light light = light_at(light_number);
-            vec4 to = towards(light, x);
-            float distance = length(to.xyz);
-            if (distance == 0.0) continue;
-            vec3 l = to.xyz / distance;
-            light_cosine = dot(n, l);
-            if (light_cosine <= 0.0) continue;
-            light_shine = m.specular.r + m.specular.g + m.specular.b > 0.0 ? highlight(m, l, -now.d, n) : 0.0;
-            light_part = share(light, l, distance);
-            if (light_part == 0.0 || (m.diffuse == 0.0 && light_shine < FAINT_SHINE)) continue;
-            l_dir = to.xyz;
-            ray = Ray(x, l_dir, 0.0, to.w, hit.surface);
+            arrival = light_at(load_light(light_number), m, x, n, -now.d);
+            if (arrival.share == 0.0) continue;
+            ray = Ray(x, arrival.l, 0.0, arrival.end, hit.surface);
             waiting = true;
             break;
         }
