@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
+from conicoid.integrators import INTEGRATORS
 
 from .command_line import refused, run, written
 from .formats.broken import CASES
@@ -125,7 +126,7 @@ def test_100_mb_of_brackets_in_a_process_of_its_own(tmp_path):
     [
         (["-o", "x.gif"], "x.gif: pictures are saved as .png, .exr, .jpg, .jpeg, .webp"),
         (["-o", "none/x.png"], "none: no such folder"),
-        (["-o", "x.png", "--integrator", "path"], "integrator must be one of whitted, normals, got 'path'"),
+        (["-o", "x.png", "--integrator", "path"], f"integrator must be one of {', '.join(INTEGRATORS)}, got 'path'"),
         (["-o", "x.png", "--width", "0"], "--width"),
         (["-o", "x.png", "--samples", "many"], "--samples"),
         (["-o", "x.png", "--threads", "0"], "--threads"),

@@ -9,6 +9,9 @@ import numpy.typing as npt
 
 from ..compiler.jit import inline, look
 
+# Numbers in a row of a table of floats
+PLANE_SIZE, SPHERE_SIZE, QUADRIC_SIZE, NODE_SIZE, UV_SIZE, FRAME_SIZE = 7, 4, 19, 48, 13, 9
+
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int32]
 Signs: TypeAlias = npt.NDArray[np.int8]
@@ -241,6 +244,18 @@ def integer(geometry: Geometry, table: int, index: int) -> Any:
 def real(geometry: Geometry, table: int, index: int) -> float:
     """An element of a table of floats, counted flat."""
     return geometry.floats[geometry.places[table] + index]
+
+
+@inline
+def node_at(geometry: Geometry, node: int) -> int:
+    """Where in the floats the eight boxes of a node begin."""
+    return geometry.places[NODE_BOXES] + NODE_SIZE * node
+
+
+@inline
+def box_at(geometry: Geometry, box: int) -> int:
+    """Where in the floats a box, 8 node + child, has the first of its six sides, which are 8 apart."""
+    return geometry.places[NODE_BOXES] + NODE_SIZE * (box >> 3) + (box & 7)
 
 
 @inline

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,10 +13,6 @@ from ..body.hit import Hit, turn_of
 from ..culling import prefetch_to_write, store_eight
 from ..packets.lanes import BEST, BODY, ENTRY, PLACE, TURN
 from ..tables import Floats
-
-if TYPE_CHECKING:
-    pass
-
 
 _PAGE = 4096
 

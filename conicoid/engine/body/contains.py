@@ -12,7 +12,7 @@ from ..surface.decide import OPEN, Rest, curved_terms, plane_terms
 from ..surface.doubt import POINT, POINT_AT_BALL
 from ..surface.quadric import quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
-from ..tables import BALL, CELL, PLANE, REGION, SPHERE, Geometry, integer, whole
+from ..tables import BALL, CELL, PLANE, QUADRIC_SIZE, REGION, SPHERE, Geometry, integer, whole
 from .boolean import leaves_met
 from .gates import root_value, turn_leaf
 from .scratch import EVENT, LEAF, Scratch
@@ -50,7 +50,7 @@ def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: fl
         value, off = square - r * r, POINT_AT_BALL * (square + r * r)
     else:
         quadric = load_quadric(geometry, row)
-        rests, at = rest.quadrics, 19 * row
+        rests, at = rest.quadrics, QUADRIC_SIZE * row
         value = quadric_value(quadric, x, y, z)
         off = quadric_rounding(quadric, x, y, z, rests[at], rests[at + 1], rests[at + 2])
     if abs(value) > off:

@@ -55,7 +55,10 @@ def within(hit: Hit) -> float:
 
 @inline
 def comes_first(t: float, body: int, other_t: float, other_body: int) -> bool:
-    """The rule of ties: the nearer of two crossings; at equal t that of the body listed first."""
+    """The rule of ties: the nearer of two crossings; at equal t that of the body listed first.
+
+    A miss is at t = inf with a body of any number: against another (body -1) it never comes first.
+    """
     return (t < other_t) | ((t == other_t) & (body < other_body))
 
 
@@ -93,6 +96,12 @@ def resolved(geometry: Geometry, hit: Hit) -> tuple[float, int, int, int, int]:
         return hit.t, hit.body, hit.entry, hit.entry, hit.sense
     surface, face, side = crossed_face(geometry, hit.entry, hit.place, hit.sense)
     return hit.t, hit.body, surface, face, side
+
+
+@inline
+def is_doubtful(turn: Any) -> Any:
+    """Is a hit of this turn (or an array of them) one that rounding might have changed?"""
+    return turn > DOUBTFUL // 2
 
 
 @inline

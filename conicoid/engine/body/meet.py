@@ -6,6 +6,7 @@ import math
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..culling.slack import END, END_LEAST
 from ..ray import Ray, line_of, with_limits
 from ..surface.interval import at_start, counts_in
 from ..surface.nearness import along, beyond, lengths_of_ball, nearness_of
@@ -57,7 +58,7 @@ def try_cell(geometry: Geometry, item: Item, ray: Ray, inverse: float, best: Hit
 @helper
 def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
     """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
-    limit = min(ray.t_max, within(best) + abs(best.t) * 1e-15 + 1e-300)
+    limit = min(ray.t_max, within(best) + abs(best.t) * END + END_LEAST)
     ray = with_limits(ray, ray.t_min, limit)
     nearness = entry_nearness(geometry, entry, ray)
     count, _, unsure = entry_crossings(geometry, scratch, entry, ray, 1)

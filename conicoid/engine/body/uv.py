@@ -8,12 +8,12 @@ from ...compiler.jit import inline
 from .. import tables as table
 from ..numbers.vectors import dot
 from ..surface.records import anchor_of
-from ..tables import Geometry, integer, real
+from ..tables import FRAME_SIZE, UV_SIZE, Geometry, integer, real
 
 
 @inline
 def _uv_row(geometry: Geometry, row: int, k: int, x: float, y: float, z: float) -> float:
-    at = geometry.places[table.FACE_UV] + 13 * row + k
+    at = geometry.places[table.FACE_UV] + UV_SIZE * row + k
     f = geometry.floats
     return dot(f[at], f[at + 1], f[at + 2], x, y, z) + f[at + 3]
 
@@ -34,7 +34,7 @@ def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: f
         return ball_uv(geometry, -1 - first, surface, x, y, z)
     a = _uv_row(geometry, first + face, 1, x, y, z)
     b = _uv_row(geometry, first + face, 5, x, y, z)
-    if real(geometry, table.FACE_UV, 13 * (first + face)) == 0.0:
+    if real(geometry, table.FACE_UV, UV_SIZE * (first + face)) == 0.0:
         return a, b
     return turns(a, b), _uv_row(geometry, first + face, 9, x, y, z)
 
@@ -46,7 +46,7 @@ def from_center(
     """A point relative to the center of one of many balls, along the ball's own axes."""
     cx, cy, cz = anchor_of(geometry, surface)
     x, y, z = x - cx, y - cy, z - cz
-    at = geometry.places[table.BALL_FRAMES] + 9 * frame
+    at = geometry.places[table.BALL_FRAMES] + FRAME_SIZE * frame
     f = geometry.floats
     return (
         dot(f[at], f[at + 1], f[at + 2], x, y, z),

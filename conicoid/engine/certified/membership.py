@@ -17,7 +17,7 @@ from ..body.contains import INSIDE, entry_holds, point_ray
 from ..body.entry import collect
 from ..body.scratch import new_scratch
 from ..surface.decide import OPEN, Rest
-from ..tables import PLANE, SPHERE, Floats, Geometry, Ints, Signs, integer
+from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, Ints, Signs, integer
 from .ranked import find_leaves, forget_leaves
 from .ranks import SURFACES, Ranks, Room, forget, list_surfaces
 
@@ -62,16 +62,16 @@ def _stand_in(stand: Geometry, surface: int, where: float) -> None:
     f, kind = stand.floats, integer(stand, table.SURFACE_KIND, surface)
     row = integer(stand, table.SURFACE_ROW, surface)
     if kind == PLANE:
-        at = stand.places[table.PLANES] + 7 * row
-        for k in range(7):
+        at = stand.places[table.PLANES] + PLANE_SIZE * row
+        for k in range(PLANE_SIZE):
             f[at + k] = 0.0
         f[at], f[at + 3] = 1.0, where
     elif kind == SPHERE:
-        at = stand.places[table.SPHERES] + 4 * row
+        at = stand.places[table.SPHERES] + SPHERE_SIZE * row
         f[at], f[at + 1], f[at + 2], f[at + 3] = where + 1.0, 0.0, 0.0, 1.0
     else:
-        at = stand.places[table.QUADRICS] + 19 * row
-        for k in range(19):
+        at = stand.places[table.QUADRICS] + QUADRIC_SIZE * row
+        for k in range(QUADRIC_SIZE):
             f[at + k] = 0.0
         f[at + 18] = -where
 

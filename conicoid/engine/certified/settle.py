@@ -15,7 +15,7 @@ from ...shapes.vector import FloatArray
 from .. import tables as table
 from ..arrays.first import trace_first
 from ..arrays.found import Found
-from ..body.hit import DOUBTFUL
+from ..body.hit import is_doubtful
 from ..packets.load import ALONE
 from ..packets.tile import tile_count
 from ..ray import Ray, RayArrays, scaled_ray
@@ -99,7 +99,7 @@ def doubted(scene: Prepared, rays: RayArrays, which: Any, found: Found) -> Any:
         chunk_size(tiles, _CHUNK),
         len(which),
     )  # fmt: skip
-    return which[again.turn > DOUBTFUL // 2]
+    return which[is_doubtful(again.turn)]
 
 
 def settled_rows(scene: Prepared, rays: RayArrays, doubtful: Any, spans: bool) -> list[FloatArray]:

@@ -9,7 +9,7 @@ from .. import tables as table
 from ..body.scratch import Scratch
 from ..surface.decide import CROSSES
 from ..surface.records import is_curved
-from ..tables import POLYGON, SPHERE, Geometry, integer
+from ..tables import PLANE_SIZE, POLYGON, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Geometry, integer
 from .ranks import SURFACES, Ranks
 
 
@@ -40,7 +40,7 @@ def put_stand_ins(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: 
 
 @inline
 def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: float) -> None:
-    f, at = stand.floats, stand.places[table.PLANES] + 7 * row
+    f, at = stand.floats, stand.places[table.PLANES] + PLANE_SIZE * row
     f[at], f[at + 1], f[at + 2] = (sense, 0.0, 0.0) if crosses else (0.0, 1.0, 0.0)
     f[at + 3] = -sense * rank if crosses else sense
     f[at + 4], f[at + 5], f[at + 6] = 0.0, 0.0, 0.0
@@ -48,7 +48,7 @@ def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: flo
 
 @inline
 def _put_sphere(stand: Geometry, row: int, crosses: bool, low: float, high: float) -> None:
-    f, at = stand.floats, stand.places[table.SPHERES] + 4 * row
+    f, at = stand.floats, stand.places[table.SPHERES] + SPHERE_SIZE * row
     f[at], f[at + 1], f[at + 2] = 0.5 * (low + high), 0.0 if crosses else 5.0, 0.0
     f[at + 3] = 0.5 * (high - low) if crosses else 1.0
 
@@ -59,8 +59,8 @@ def _put_quadric(
     starts: bool,
 ) -> None:  # fmt: skip
     """± ((x - middle)² - half²), or a plane where one root is infinite, or a constant."""
-    f, at = stand.floats, stand.places[table.QUADRICS] + 19 * row
-    for k in range(19):
+    f, at = stand.floats, stand.places[table.QUADRICS] + QUADRIC_SIZE * row
+    for k in range(QUADRIC_SIZE):
         f[at + k] = 0.0
     f[at + 3], f[at + 7], f[at + 11] = 1.0, 1.0, 1.0
     if crosses and ends[0] and ends[1]:

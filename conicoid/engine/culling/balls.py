@@ -42,7 +42,9 @@ def _depth(c: Code, center: list[Any], direction: list[Any], foot: Any, squared:
     """How deep the foot of the perpendicular is in balls: r² - |center - foot d|², raised (`balls_met`)."""
     b = c.builder
     off = [c.fused(b.fneg(foot), direction[k], center[k]) for k in range(3)]
-    raised = c.fused(b.fadd(c.product(center, center), squared), c.constant(slack.BALL), c.constant(slack.BALL_LEAST))
+    raised = c.fused(
+        b.fadd(c.product(center, center), squared), c.constant(slack.BALL_SLACK), c.constant(slack.BALL_LEAST)
+    )
     return b.fadd(b.fsub(squared, c.product(off, off)), raised)
 
 
@@ -84,7 +86,7 @@ def balls_met(floats: Floats, at: int, stride: int, count: int, ray: Ray, invers
     """Which of up to eight balls a ray may meet between its t_min and `last`, as bits; `inverse` is 1 / d·d.
 
     The balls' x begin at floats[at], their y, z and radii `stride` further each. A ball is left out only if
-    the ray misses it for certain (`slack.BALL`).
+    the ray misses it for certain (`slack.BALL_SLACK`).
     """
     ox, oy, oz, dx, dy, dz, t_min, _, _ = ray
     return _balls_met(floats, at, stride, ox, oy, oz, dx, dy, dz, inverse, t_min, last) & ((1 << count) - 1)
@@ -103,7 +105,7 @@ def _lanes_in_ball(groups: int) -> Any:
                 center, direction = [b.fsub(ball[k], row[k]) for k in range(3)], row[3:6]
                 foot = b.fmul(c.product(center, direction), row[6])
                 apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
-                reach = b.fmul(c.fused(apart, c.constant(slack.BALL), ball[3]), row[7])
+                reach = b.fmul(c.fused(apart, c.constant(slack.BALL_SLACK), ball[3]), row[7])
                 first, last = b.fsub(foot, reach), b.fadd(foot, reach)
                 # What is not a number counts as met
                 missed = b.fcmp_ordered("<", _depth(c, center, direction, foot, squared), c.constant(0.0))

@@ -92,7 +92,7 @@ class Code:
     def overlapping(self, first: Any, last: Any) -> Any:
         """first <= last, with slack, each by itself."""
         b = self.builder
-        wider = b.fmul(b.fadd(self.size(first), self.size(last)), self.constant(slack.BOX))
+        wider = b.fmul(b.fadd(self.size(first), self.size(last)), self.constant(slack.BOX_SLACK))
         return b.fcmp_ordered("<=", first, b.fadd(last, wider))
 
     def folded(self, a: Any, join: Any) -> Any:

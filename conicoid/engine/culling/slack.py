@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from ..surface.doubt import RELATIVE, STARTING
 
-BOX = 1e-15
+BOX_SLACK = 1e-15
 """Share of |first| + |last| by which a ray may miss a box: both ends of a slab, (side - o) (1 / d), carry three
 roundings, that of 1 / d included: 3.4e-16 of each."""
 
-BALL = 1e-13
+BALL_SLACK = 1e-13
 """Share of |center - o|² + r² by which the square of a half chord is raised. r² - |center - foot d - o|² has some dozen
 roundings of numbers up to that sum, about 1.4e-15 of it; what is left moves both ends of the chord by more than the
 roundings of foot and root move them."""
@@ -25,8 +25,16 @@ BALL_BOX = 1e-14
 BESIDE = STARTING * RELATIVE
 """Share of |x| by which boxes and balls are wider, as far as the origin of a ray may lie beside the surface on which it
 starts: a ray within the outermost plane of a body would miss the body's own box."""
+BOUNDS = 32 * 2.0**-53
+"""Share of |x| by which boxes of leaves are wider than what a shape says of itself: sums of a few rounded products."""
 WALL = 1e-150
 """And at least this, for a ray within a wall at 0: over the slope of `STEEPEST` it is beyond all t."""
+ENTERED = 4.0 * BOX_SLACK
+"""Share of t by which a box may be entered beyond the end of a ray that may have been shortened since: both are rounded
+as those of `BOX_SLACK`, and t stands for either."""
+END, END_LEAST = 1e-15, 1e-300
+"""Share of t, and least length, by which a body is looked for beyond the nearest hit: so a tie is among what is found,
+whatever the additions of t and what it may be off by have lost."""
 STEEPEST = 1e290
 """1 / d of a ray along the walls of a box, finite: it lies on one side of each."""
 

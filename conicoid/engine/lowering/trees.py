@@ -12,6 +12,7 @@ from ...shapes.cells import UV, All, Any_, Cell, Not, Tree
 from ...shapes.material import Material
 from ...shapes.motion import Motion
 from ...shapes.region import Boolean, Complement, Difference, Painted, Union
+from ..culling.slack import BOUNDS, WALL
 from ..tables import Floats
 
 
@@ -124,5 +125,5 @@ def _widened(low: Floats, high: Floats) -> Floats:
     if (low > high).any():
         return np.concatenate([np.full(3, np.inf), np.full(3, -np.inf)])
     size = np.maximum(np.where(np.isfinite(low), np.abs(low), 0.0), np.where(np.isfinite(high), np.abs(high), 0.0))
-    margin = 32 * 2.0**-53 * size + 1e-150
+    margin = BOUNDS * size + WALL
     return np.concatenate([low - margin, high + margin])

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 from ...compiler.jit import helper, inline
-from .. import tables as table
 from ..body.scratch import Scratch
 from ..culling import (
     BOX,
@@ -27,7 +26,7 @@ from ..culling import (
     put_numbers,
 )
 from ..culling.items import MOST_CHOSEN
-from ..tables import Floats, Geometry, Signs, whole
+from ..tables import Floats, Geometry, Signs, box_at, whole
 from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
 from ..tree.walk import next_leaf, push_roots, put_on_stack, scene_tree
 from .frontier import ITEM_COUNT
@@ -159,7 +158,6 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
         items, top = 0, push_roots(geometry, way, scene_tree(geometry))
     if items > _MANY:
         put_group_beams(lanes)
-    boxes = geometry.places[table.NODE_BOXES]
     while True:
         if top == 0:
             # Few at first: what they hide need not be asked about
@@ -179,7 +177,7 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             continue
         met = -1
         if box >= 0:
-            met = lanes_in_child(geometry, lanes, boxes + 48 * (box >> 3) + (box & 7))
+            met = lanes_in_child(geometry, lanes, box_at(geometry, box))
             if met == 0:
                 continue
         for k in range(count):

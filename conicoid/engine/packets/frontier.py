@@ -27,7 +27,7 @@ from ..culling import (
     put_balls,
     put_children,
 )
-from ..tables import Floats, Geometry, integer, whole
+from ..tables import Floats, Geometry, box_at, integer, node_at, whole
 from ..tree.leaf import is_round, leaf_at, leaf_range
 from ..tree.walk import ask_for
 
@@ -96,7 +96,7 @@ def _descend(
             ask_for(geometry, _code(found[k + _AHEAD]))
         if code >= 0 and end - other + begin + count - k + 8 <= _MOST_FOUND:
             end += put_children(
-                geometry.floats, geometry.places[table.NODE_BOXES] + 48 * code,
+                geometry.floats, node_at(geometry, code),
                 geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code, 8 * code,
                 beam, start, found, level.t, end,
             )  # fmt: skip
@@ -111,7 +111,7 @@ def _descend(
 def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: float) -> None:
     """Item k: a node or leaf in a box, -1 if in none."""
     items[CODE + k], items[BOX + k], items[ENTERED + k] = code, box, t
-    at = geometry.places[table.NODE_BOXES] + 48 * (box >> 3) + (box & 7)
+    at = box_at(geometry, box)
     for side in range(6):
         open_end = -math.inf if side < 3 else math.inf
         items[k + side * ITEM_ROW] = geometry.floats[at + 8 * side] if box >= 0 else open_end

@@ -21,7 +21,7 @@ from ..culling import balls_in_beam, highest_bit, lowest_bit
 from ..ray import Ray
 from ..surface.nearness import lengths_of, lengths_of_ball
 from ..surface.records import load_sphere
-from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, integer, whole
+from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, box_at, integer, whole
 from ..tree.leaf import Item, is_round, leaf_at, leaf_item, leaf_range
 from ..tree.walk import next_leaf, push_roots, scene_tree
 from .booleans import MOST, in_lanes, leaves_of_lanes
@@ -216,7 +216,6 @@ def list_packet(
     way, lanes, used, listing = scratch.way, packet.lanes, 0, Listing(packet, chains, spans)
     for i in range(LANES):
         chains.last[i], chains.rows[i] = -1, 0
-    boxes = geometry.places[table.NODE_BOXES]
     code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, push_roots(geometry, way, scene_tree(geometry)))
     while code != 0:
         begin, end = leaf_range(code)
@@ -226,7 +225,7 @@ def list_packet(
         if balls and count > 1:
             bits = balls_in_beam(geometry.floats, at, count, count, lanes, BEAM_AT, way)
         elif box >= 0 and not balls:
-            met = lanes_in_child(geometry, lanes, boxes + 48 * (box >> 3) + (box & 7))
+            met = lanes_in_child(geometry, lanes, box_at(geometry, box))
         while bits != 0:
             k = lowest_bit(bits)
             bits &= bits - 1

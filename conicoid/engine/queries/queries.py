@@ -15,7 +15,7 @@ from ..answers.rays import Rays, points_array
 from ..answers.spans import Crossings, Spans
 from ..arrays.first import coherent_packets, trace_first, trace_occluded, trace_ordered
 from ..arrays.found import Found
-from ..body.hit import DOUBTFUL
+from ..body.hit import is_doubtful
 from ..certified.membership import locate
 from ..certified.settle import doubted, settle_bodies, settle_hits
 from ..packets.tile import tile_count
@@ -101,7 +101,7 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
             chunk_size(tiles, _TILES),
             len(arrays.origins),
         )
-    doubtful = np.flatnonzero(found.turn > DOUBTFUL // 2)
+    doubtful = np.flatnonzero(is_doubtful(found.turn))
     if len(doubtful):
         settle_hits(scene, arrays, doubtful, found)
         doubtful = doubted(scene, arrays, doubtful, found)
@@ -143,11 +143,11 @@ def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
             chunk_size(tiles, _TILES),
             len(arrays.origins),
         )
-        doubtful = np.flatnonzero(result >= DOUBTFUL)
+        doubtful = np.flatnonzero(is_doubtful(result))
     else:
         found = Found.new(len(arrays.origins))
         _trace_streams(scene, arrays, True, found)
-        result, doubtful = found.body >= 0, np.flatnonzero(found.turn > DOUBTFUL // 2)
+        result, doubtful = found.body >= 0, np.flatnonzero(is_doubtful(found.turn))
     if len(doubtful):
         result[doubtful] = _settled(scene, arrays, doubtful)
     return result.astype(np.bool_).reshape(rays.shape)[()]
@@ -171,8 +171,8 @@ def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     return Crossings(scene, rays, listed(scene, arrays_of(scene, rays, t_min, t_max), *_packets(rays), False))
 
 
-def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
-    """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
+def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
+    """The points of a query as kernels take them, (n, 3), and the shape of its answer; a named ValueError otherwise."""
     array = points_array(owner, "points", points)
     flat = np.ascontiguousarray(array.reshape(-1, 3))
     bad = outside(flat)
@@ -180,6 +180,12 @@ def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
         where = [int(i) for i in np.unravel_index(bad[0], array.shape[:-1])] if array.ndim > 1 else ""
         found = tuple(flat[bad[0]].tolist())
         raise ValueError(f"{owner}: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
+    return flat, array.shape[:-1]
+
+
+def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
+    """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
+    flat, shape = points_of(owner, points)
     bodies, still = np.empty(len(flat), np.int32), np.empty(len(flat), np.int8)
     run_on(
         scene.geometry,
@@ -189,4 +195,4 @@ def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
         len(flat),
     )
     settle_bodies(scene, flat, np.flatnonzero(still), bodies)
-    return bodies.reshape(array.shape[:-1])[()]
+    return bodies.reshape(shape)[()]

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ...compiler.jit import choose, helper, inline, kernel
 from .. import tables as table
 from ..culling import load_eight
-from ..tables import Floats, Geometry, Ints, integer, length, whole
+from ..tables import Floats, Geometry, Ints, integer, length, node_at, whole
 from ..threads import run_chunks, thread_count
 
 _CHUNK = 1 << 16
@@ -59,7 +59,7 @@ def scene_box(geometry: Geometry) -> Box:
         root = integer(geometry, table.ROOTS, k)
         if root < 0:
             continue
-        at = geometry.places[table.NODE_BOXES] + 48 * root
+        at = node_at(geometry, root)
         for child in range(8):
             if integer(geometry, table.NODE_CHILDREN, 8 * root + child) != 0:
                 b = geometry.floats

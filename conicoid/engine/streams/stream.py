@@ -16,12 +16,12 @@ import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
-from ..body.hit import DOUBTFUL, Hit, nearer, turn_of, within
+from ..body.hit import DOUBTFUL, Hit, is_doubtful, nearer, turn_of, within
 from ..body.meet import meet
 from ..body.scratch import Scratch
 from ..culling import FROM_THE_START, balls_met, lowest_bit, put_on_lists, rays_in_balls, waiting
 from ..ray import Ray
-from ..tables import BALL, Floats, Geometry, Ints, Signs, halted, integer, whole
+from ..tables import BALL, Floats, Geometry, Ints, Signs, halted, integer, node_at, whole
 from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_number, leaf_range
 from ..tree.walk import ask_for, reciprocal, scene_tree
 from .pairs import MOST, Pairs, meet_pairs, new_pairs, pair_hit, put_pair
@@ -99,7 +99,7 @@ def _octant(stream: Stream) -> int:
 def stream_hit(stream: Stream, k: int) -> Hit:
     """What ray k has met."""
     more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
-    unsure = hits[what + TURN] > DOUBTFUL // 2
+    unsure = is_doubtful(hits[what + TURN])
     turn = whole(hits[what + TURN] - (DOUBTFUL if unsure else 0))
     sense = whole(1 if turn > 0 else -1)
     body, entry, place = whole(hits[what + BODY]), whole(hits[what + ENTRY]), whole(hits[what + PLACE])
@@ -143,7 +143,7 @@ def _descend(
 ) -> int:  # fmt: skip
     """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
     lists, counts, its = stream.lists, stream.counts, (count + 7) & -8
-    at = geometry.places[table.NODE_BOXES] + 48 * node
+    at = node_at(geometry, node)
     put_on_lists(geometry.floats, at, octant, stream.rays, lists, begin, count, room, counts)
     # The nearest on top, as the first ray of the list sees it
     first, base, boxes = 8 * waiting(lists[begin])[0], top, geometry.floats

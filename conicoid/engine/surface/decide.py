@@ -30,7 +30,7 @@ from ..numbers.sure import (
     times,
 )
 from ..ray import Ray
-from ..tables import PLANE, SPHERE, Floats, Geometry, integer
+from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, integer
 from .records import anchor_of, load_plane, load_quadric, load_sphere
 
 CROSSES, MISSES, OPEN = 1, 0, 2
@@ -72,7 +72,7 @@ def plane_terms(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float
     ox, oy, oz, dx, dy, dz, _, _, _ = ray
     row = integer(geometry, table.SURFACE_ROW, surface)
     nx, ny, nz, above, ax, ay, az = load_plane(geometry, row)
-    at = 7 * row
+    at = PLANE_SIZE * row
     n0, n1, n2 = sure(nx, rest.planes[at]), sure(ny, rest.planes[at + 1]), sure(nz, rest.planes[at + 2])
     p0, p1, p2 = _from(ox, ax, 0.0, t, dx), _from(oy, ay, 0.0, t, dy), _from(oz, az, 0.0, t, dz)
     height = plus(inner(n0, n1, n2, p0, p1, p2), sure(above, rest.planes[at + 3]))
@@ -98,8 +98,8 @@ def _sphere_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float) 
     ox, oy, oz, dx, dy, dz, _, _, _ = ray
     cx, cy, cz, radius = load_sphere(geometry, row)
     r0, r1, r2, r3 = 0.0, 0.0, 0.0, 0.0
-    if 4 * row < len(rest.spheres):
-        at = 4 * row
+    if SPHERE_SIZE * row < len(rest.spheres):
+        at = SPHERE_SIZE * row
         r0, r1, r2, r3 = rest.spheres[at], rest.spheres[at + 1], rest.spheres[at + 2], rest.spheres[at + 3]
     p0, p1, p2 = _from(ox, cx, r0, t, dx), _from(oy, cy, r1, t, dy), _from(oz, cz, r2, t, dz)
     r = sure(radius, r3)
@@ -119,7 +119,7 @@ def _quadric_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float)
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, q0, q1, q2, l0, l1, l2, constant = load_quadric(
         geometry, row
     )
-    at, r = 19 * row, rest.quadrics
+    at, r = QUADRIC_SIZE * row, rest.quadrics
     p0, p1, p2 = _from(ox, ax, r[at], t, dx), _from(oy, ay, r[at + 1], t, dy), _from(oz, az, r[at + 2], t, dz)
     u0, u1, u2 = sure(w00, r[at + 3]), sure(w01, r[at + 4]), sure(w02, r[at + 5])
     v0, v1, v2 = sure(w10, r[at + 6]), sure(w11, r[at + 7]), sure(w12, r[at + 8])

@@ -9,7 +9,7 @@ RELATIVE = 2.0**-44
 STARTING = 1024.0
 """So many times less certain is a ray that starts on a surface, beside which its origin was rounded; and so many times
 larger the least discriminant there."""
-BALL, BALL_FAR = 2.0**-21, 2.0**45
+BALL_OFF, BALL_FAR = 2.0**-21, 2.0**45
 """Of a ball: share of its radius by which t may be off, and how many radii away nothing is certain."""
 LEAST_OF_BALLS = 2.0**-31
 """Least certain discriminant of a sphere, for |d| = 1, as a share of r²."""

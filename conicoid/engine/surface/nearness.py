@@ -8,7 +8,7 @@ from typing import NamedTuple
 from ...compiler.jit import inline
 from ..ray import Ray
 from ..tables import Geometry
-from .doubt import BALL, BALL_FAR, RELATIVE, STARTING
+from .doubt import BALL_FAR, BALL_OFF, RELATIVE, STARTING
 from .quadric import Sphere
 
 
@@ -42,7 +42,7 @@ def lengths_of(geometry: Geometry, table: int, row: int) -> Nearness:
 def lengths_of_ball(ball: Sphere) -> Nearness:
     """The limits of a ball, for |d| = 1."""
     x, y, z, radius = ball
-    return Nearness(BALL * radius + RELATIVE * (abs(x) + abs(y) + abs(z) + radius), BALL_FAR * radius)
+    return Nearness(BALL_OFF * radius + RELATIVE * (abs(x) + abs(y) + abs(z) + radius), BALL_FAR * radius)
 
 
 @inline

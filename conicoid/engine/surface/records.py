@@ -5,28 +5,28 @@ from __future__ import annotations
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..ray import Ray, line_of
-from ..tables import QUADRIC, SPHERE, Geometry, integer
+from ..tables import PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Geometry, integer
 from .plane import Plane, PlaneLimits, plane_on_ray, unsure_of_plane
 from .quadric import Quadric, QuadricLimits, Roots, Sphere, quadric_roots, sphere_roots
 
 
 @inline
 def load_plane(geometry: Geometry, row: int) -> Plane:
-    at = geometry.places[table.PLANES] + 7 * row
+    at = geometry.places[table.PLANES] + PLANE_SIZE * row
     t = geometry.floats
     return Plane(t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6])
 
 
 @inline
 def load_sphere(geometry: Geometry, row: int) -> Sphere:
-    at = geometry.places[table.SPHERES] + 4 * row
+    at = geometry.places[table.SPHERES] + SPHERE_SIZE * row
     t = geometry.floats
     return Sphere(t[at], t[at + 1], t[at + 2], t[at + 3])
 
 
 @inline
 def load_quadric(geometry: Geometry, row: int) -> Quadric:
-    at = geometry.places[table.QUADRICS] + 19 * row
+    at = geometry.places[table.QUADRICS] + QUADRIC_SIZE * row
     t = geometry.floats
     return Quadric(
         t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6], t[at + 7], t[at + 8], t[at + 9],

@@ -11,9 +11,9 @@ import math
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch_soon
-from ..culling.slack import BOX, STEEPEST
+from ..culling.slack import ENTERED, STEEPEST
 from ..ray import Ray
-from ..tables import Floats, Geometry, Ints, integer, length, whole
+from ..tables import Floats, Geometry, Ints, integer, length, node_at, whole
 from .leaf import leaf_at, leaf_range
 
 OWN_BEAM = 8
@@ -63,7 +63,7 @@ def put_beam(beam: Floats, at: int, ray: Ray) -> None:
 def ask_for(geometry: Geometry, code: int) -> None:
     """Ask for the memory of a node or leaf that is soon to be visited."""
     if code >= 0:
-        at = geometry.places[table.NODE_BOXES] + 48 * code
+        at = node_at(geometry, code)
         for line in range(6):
             prefetch_soon(geometry.floats, at + 8 * line)
         prefetch_soon(geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code)
@@ -110,7 +110,7 @@ def push_roots(geometry: Geometry, way: Floats, tree: int) -> int:
 @inline
 def push_node(geometry: Geometry, way: Floats, node: int, beam: Floats, at: int, top: int) -> int:
     """Put the children of a node that a beam (beam[at:]) meets on the stack; returns its height."""
-    bits = boxes_met(geometry.floats, geometry.places[table.NODE_BOXES] + 48 * node, beam, at, way)
+    bits = boxes_met(geometry.floats, node_at(geometry, node), beam, at, way)
     return push_met(geometry, way, node, bits, top)
 
 
@@ -126,7 +126,7 @@ def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) 
         top -= 1
         here = on_stack(top)
         t = way[here + ITS_T]
-        if t - 4.0 * BOX * abs(t) > beam[at + LAST]:
+        if t - ENTERED * abs(t) > beam[at + LAST]:
             continue
         code = whole(way[here + ITS_CODE])
         if code < 0:
