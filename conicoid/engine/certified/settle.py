@@ -83,7 +83,7 @@ def settle_hits(scene: Prepared, rays: RayArrays, doubtful: Any, found: Found) -
             _ask(scene, ranked_first, room, rays, i, found)
 
 
-def doubted(scene: Prepared, rays: RayArrays, which: Any, found: Found) -> Any:
+def left_doubtful(scene: Prepared, rays: RayArrays, which: Any, found: Found) -> Any:
     """Those of some settled rays that the fast formulas leave open up to their hits, each asked alone.
 
     On their way different routes ask different bodies beyond the hit, which may be doubtful as well.

@@ -31,7 +31,7 @@ from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
 from ..tree.walk import next_leaf, push_roots, put_on_stack, scene_tree
 from .frontier import ITEM_COUNT
 from .lanes import BEAM_AT, GROUP_BEAMS, GROUPS_AT, put_group_beams, shorten_beam
-from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet, retire
+from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, retire
 
 _MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
 
@@ -111,7 +111,7 @@ def _meet_chosen(
         else:
             met = lanes_at_ball(geometry, lanes, at + place, size)
         if met != 0:
-            meet(geometry, scratch, packet, blocks, at, size, place, met)
+            meet_in_lanes(geometry, scratch, packet, blocks, at, size, place, met)
             if any_hit:
                 retire(lanes)
     if count > 0:
@@ -140,7 +140,7 @@ def _meet_balls(
             break
         met = lanes_at_ball(geometry, lanes, at + k, count)
         if met != 0:
-            meet(geometry, scratch, packet, blocks, at, count, k, met)
+            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
             if any_hit:
                 retire(lanes)
             shorten_beam(lanes)
@@ -181,7 +181,7 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             if met == 0:
                 continue
         for k in range(count):
-            meet(geometry, scratch, packet, blocks, at, count, k, met)
+            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
         if any_hit:
             retire(lanes)
         shorten_beam(lanes)

@@ -116,7 +116,7 @@ def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> in
 
 
 @inline
-def meet(
+def meet_in_lanes(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
 ) -> None:
     """Item k of the leaf of `count` at floats[at:], asked by the lanes that are told by bits, or more."""

@@ -17,7 +17,7 @@ from ..arrays.first import coherent_packets, trace_first, trace_occluded, trace_
 from ..arrays.found import Found
 from ..body.hit import is_doubtful
 from ..certified.membership import locate
-from ..certified.settle import doubted, settle_bodies, settle_hits
+from ..certified.settle import left_doubtful, settle_bodies, settle_hits
 from ..packets.tile import tile_count
 from ..prepared import Prepared
 from ..ray import RayArrays
@@ -104,7 +104,7 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     doubtful = np.flatnonzero(is_doubtful(found.turn))
     if len(doubtful):
         settle_hits(scene, arrays, doubtful, found)
-        doubtful = doubted(scene, arrays, doubtful, found)
+        doubtful = left_doubtful(scene, arrays, doubtful, found)
     return Hits(scene, rays, found, doubtful)
 
 
