@@ -1,4 +1,8 @@
-"""What a single ray meets of one entry of the scene's tree first, by the shortest way for its kind."""
+"""A single ray against one entry of the scene's tree: its first crossing, by the cheapest route for its kind.
+
+Every function takes the best hit so far and returns the better one, so that it keeps `best` the first crossing, by
+`hit.nearer`, of all entries tested.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +60,11 @@ def try_cell(geometry: Geometry, item: Item, ray: Ray, inverse: float, best: Hit
 
 @helper
 def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
-    """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
+    """The better of `best` and the first crossing of an entry; equal t goes to the body listed first.
+
+    The interval is cut off a little beyond `within(best)`: a crossing farther away cannot be nearer, one up to there
+    may still make the order doubtful.
+    """
     limit = min(ray.t_max, within(best) + abs(best.t) * 1e-15 + 1e-300)
     ray = with_limits(ray, ray.t_min, limit)
     nearness = entry_nearness(geometry, entry, ray)
@@ -70,7 +78,10 @@ def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: 
 
 @inline
 def meet(geometry: Geometry, scratch: Scratch, item: Item, sphere: Sphere, ray: Ray, inverse: float, best: Hit) -> Hit:
-    """`try_entry` for an item of a leaf with a ball around it, by the shortest way for its kind."""
+    """`try_entry` for an item of a leaf with a ball around it, by the cheapest route for its kind.
+
+    For an item that is a ball, `sphere` is the exact one, not a bound.
+    """
     if item.kind == BALL:
         return try_ball(geometry, item, sphere, ray, inverse, best)
     if item.kind == CELL:

@@ -39,6 +39,7 @@ def with_room(rows: Floats, used: int, more: int) -> Floats:
 
 @inline
 def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
+    """The surface of crossing c of an entry, read from scratch."""
     _, place, sense, _ = crossing(scratch, c)
     return crossed_face(geometry, entry, place, sense)[0]
 
@@ -48,7 +49,7 @@ def _put_spans(
     geometry: Geometry, scratch: Scratch, entry: int, crossings: int, inside: bool, ray: Ray, off: float,
     rows: Floats, used: int,
 ) -> int:  # fmt: skip
-    """Rows of the spans between an entry's crossings, which stand in scratch; returns how many there are now."""
+    """Rows of the spans between an entry's crossings, read from scratch; returns how many rows there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
     enter, surface, before = ray.t_min, whole(-1), 0.0
     for c in range(crossings + 1):
@@ -71,7 +72,7 @@ def _put_spans(
 def _put_crossings(
     geometry: Geometry, scratch: Scratch, entry: int, crossings: int, off: float, rows: Floats, used: int
 ) -> int:
-    """Rows of an entry's crossings, which stand in scratch; returns how many there are now."""
+    """Rows of an entry's crossings, read from scratch; returns how many rows there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
     for c in range(crossings):
         t, place, sense, enters = crossing(scratch, c)
@@ -88,7 +89,7 @@ def put_rows(
     geometry: Geometry, scratch: Scratch, entry: int, crossings: int, inside: bool, ray: Ray, off: float,
     spans: bool, rows: Floats, used: int,
 ) -> int:  # fmt: skip
-    """Rows of an entry's spans or crossings; there must be room for one more than it has crossings."""
+    """Rows of an entry's spans or crossings. Relies on room for one row more than it has crossings (`with_room`)."""
     if spans:
         return _put_spans(geometry, scratch, entry, crossings, inside, ray, off, rows, used)
     return _put_crossings(geometry, scratch, entry, crossings, off, rows, used)
@@ -105,7 +106,7 @@ def _order(rows: Floats, i: int, j: int, columns: int) -> int:
 
 @helper
 def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
-    """Order a few rows by their first columns; what is equal there stays as it stands."""
+    """Order a few rows by their first columns: insertion sort, stable."""
     for i in range(first + 1, last):
         j = i
         while j > first and _order(rows, j - 1, j, columns) > 0:
@@ -116,7 +117,7 @@ def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
 
 @inline
 def _stands_after(rows: tuple[Floats, int, int], a: int, b: int) -> bool:
-    """Of rows from a first one on, by their first columns, then as they stand."""
+    """Does row a come after row b, counted from a first one, by their first columns? Stable: equal rows keep their order."""
     table, first, columns = rows
     order = _order(table, first + a, first + b, columns)
     return order > 0 or (order == 0 and a > b)
@@ -146,7 +147,7 @@ def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> b
 
 @inline
 def put_in_order(rows: Floats, first: int, last: int, spans: bool) -> bool:
-    """Sort the rows of a ray; might rounding have changed their order?"""
+    """Sort the rows of a ray by t and body (crossings also by face); might rounding have changed their order?"""
     if last - first < 2:
         return False
     if last - first <= _FEW:

@@ -124,7 +124,7 @@ def _prefetch(to_write: int, level: int) -> Any:
 
 
 prefetch = _prefetch(0, 2)
-"""prefetch(array, at): ask for the memory of an array from its element `at`, counted flat, to be read."""
+"""prefetch(array, at): fetch the memory of an array from its element `at`, counted flat, into the cache to be read."""
 prefetch_soon = _prefetch(0, 3)
 """The same, to be read at once."""
 prefetch_to_write = _prefetch(1, 3)

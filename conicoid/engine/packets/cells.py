@@ -2,9 +2,9 @@
 
 The lanes go through the same formulas as single rays, which the compiler turns into vector
 instructions: functions are merged into the loop, a surface's record is a tuple read before it, and
-selects take the place of branches. The few lanes whose terms cancel are done again one by one. So a
-ray gives the same hit to the bit, whichever way it goes. Loops are written twice where the lanes may
-have one origin: what follows from it is worked out before the first.
+selects replace branches. The few lanes whose terms cancel are evaluated again one by one. So a
+ray gives the same hit to the bit, whichever route it takes. Loops are written twice where the lanes may
+share one origin: what depends on it alone is then computed once, before the loop.
 
 Every function works on lanes first..last, multiples of eight.
 """
@@ -85,6 +85,7 @@ def ball_lanes(lanes: Floats, sphere: Sphere, surface: int, entry: int, body: in
 def _ball_of_lane(
     lanes: Floats, i: int, line: Line, sphere: Sphere, lengths: Nearness, surface: int, entry: int, body: int
 ) -> None:
+    """The first crossing of a ball by one lane, kept if it is the nearer (`take`)."""
     starts, nearness = lanes[START + i] == surface, lane_nearness(lanes, i, lengths)
     roots = sphere_roots(sphere, line, lanes[INVERSE + i], starts)
     t, enters, unsure = ball_event(roots, starts, lanes[T_MIN + i], lanes[T_MAX + i], nearness)
@@ -94,6 +95,7 @@ def _ball_of_lane(
 
 @inline
 def _put_roots(lanes: Floats, i: int, roots: Roots) -> None:
+    """Roots into the rows of a lane, as `_quadric_lanes` describes them."""
     lanes[LOW + i], lanes[HIGH + i] = roots.low, roots.high
     lanes[FLAG + i] = (1.0 if roots.outside else 0.0) + (2.0 if roots.crosses else 0.0)
     lanes[DISCRIMINANT + i] = 1.0 if roots.unsure else 0.0
@@ -112,6 +114,7 @@ def _lane_terms(lanes: Floats, i: int) -> Quadratic:
 
 @inline
 def _put_terms(lanes: Floats, i: int, terms: Quadratic) -> None:
+    """Terms into the rows of a lane, as `_lane_terms` reads them."""
     lanes[A + i], lanes[B + i], lanes[C + i] = terms.a, terms.b, terms.c
     lanes[DISCRIMINANT + i], lanes[FOOT + i] = terms.discriminant, terms.foot
     lanes[FLAG + i] = (
@@ -130,7 +133,7 @@ def _settle_lanes(lanes: Floats, limits: QuadricLimits, surface: int, first: int
 
 @inline
 def _quadric_of_lane(lanes: Floats, i: int, line: Line, quadric: Quadric, surface: int) -> int:
-    """A lane's terms; returns 1 where they are to be done again with care."""
+    """A lane's terms; returns 1 where `careful_quadratic` has to evaluate them again."""
     terms = quadratic_on_ray(quadric, line, lanes[INVERSE + i], lanes[START + i] == surface)
     _put_terms(lanes, i, terms)
     return 1 if terms.cancels else 0

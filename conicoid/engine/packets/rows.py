@@ -1,7 +1,7 @@
 """All crossings or spans of coherent rays, 64 at a time.
 
 A packet goes down the tree once, as for first hits, and finds the spans of balls, cells and leaves in lanes. From there
-on every lane that has any goes by itself, by the same code as a single ray.
+on every lane that has any continues alone, by the same code as a single ray.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from .packet import Packet, lanes_at_ball, lanes_in_child
 from .spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, spans_of_ball, spans_of_cell
 
 Found = tuple[int, bool, float, bool]
-"""Of a lane and an entry: crossings, which stand in scratch; inside just after t_min; off; doubtful"""
+"""Of a lane and an entry: number of crossings, which are in scratch; inside just after t_min; off; doubtful"""
 
 
 _MOST_ROWS = LANES * (4 * MOST + 1)
@@ -87,6 +87,7 @@ def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i:
 
 @inline
 def _span(leaves: Floats, at: int, i: Any) -> tuple[float, float, int, int]:
+    """(t in, t out, place in, place out) of lane i in the rows at leaves[at:]."""
     row = np.uint64(at) + i
     return leaves[row + IN], leaves[row + OUT], whole(leaves[row + PLACE_OF_IN]), whole(leaves[row + PLACE_OF_OUT])
 
@@ -112,7 +113,7 @@ def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: in
 
 @helper
 def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int) -> bool:
-    """The spans of a ball, cell or small body in the eights of lanes that are told by bits; False if there are none."""
+    """The spans of a ball, cell or small body in the groups of lanes of a mask; False if there are none."""
     lanes, leaves, first, last = packet.lanes, packet.leaves, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
     if kind == BALL:
         spans_of_ball(geometry, lanes, leaves, 0, index, first, last)
@@ -127,7 +128,7 @@ def _lane_rows(
     geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, item: Item, met: int,
     rows: Floats, used: int,
 ) -> int:  # fmt: skip
-    """The rows of a ball, cell or small body in the lanes that are told by bits; returns how many there are now."""
+    """The rows of a ball, cell or small body in the lanes of a mask; returns how many there are now."""
     lanes = packet.lanes
     kind, index, entry = item
     while met != 0:
@@ -170,7 +171,7 @@ def _one_by_one(
     geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, entry: int, met: int,
     rows: Floats, used: int,
 ) -> tuple[Floats, int]:  # fmt: skip
-    """The rows of a large body or a sheet in the lanes that are told by bits."""
+    """The rows of a large body or a sheet in the lanes of a mask: (rows, how many now)."""
     lanes = packet.lanes
     while met != 0:
         i = np.uint64(lowest_bit(met))
@@ -190,7 +191,7 @@ def _meet(
     geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, item: Item, met: int,
     rows: Floats, used: int,
 ) -> tuple[Floats, int]:  # fmt: skip
-    """The rows of an entry in the lanes that are told by bits."""
+    """The rows of an entry in the lanes of a mask: (rows, how many now)."""
     kind, index, entry = item
     if spans and kind > REGION:
         return rows, used
@@ -208,7 +209,7 @@ def list_packet(
 ) -> tuple[Floats, int]:
     """The spans or crossings of the rays of an `ordinary` packet, in chains through rows: (the rows, how many).
 
-    Lanes whose DOUBT is set do not have all of theirs.
+    Lanes whose DOUBT is set do not have all of theirs; the caller traces them again alone.
     """
     way, lanes, used = scratch.way, packet.lanes, 0
     for i in range(LANES):

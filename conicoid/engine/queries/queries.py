@@ -122,7 +122,7 @@ def _trace_streams(scene: Prepared, arrays: RayArrays, any_hit: bool, found: Fou
 
 
 def _in_order(scene: Prepared, arrays: RayArrays, width: int, packets: int) -> bool:
-    """Should rays be traced as they come? Yes if they are few, or if every other packet of them is coherent."""
+    """Should rays be traced in packets, in the order given? Yes if they are few, or every other packet is coherent."""
     if packets < _FEW:
         return True
     asked = 64

@@ -1,14 +1,14 @@
-"""Every number that says from where on the fast formulas are not trusted. Derived in docs/exactness.md.
+"""Every bound of doubt: the constants that decide where the fast formulas are not trusted. See docs/exactness.md.
 
-A crossing counts as doubtful long before rounding can have spoilt it: roundings are 2^-53 each, and a formula has some
-dozen of them. What is doubtful is decided again, so a bound that is too wide costs time, one too narrow an answer.
+A crossing is doubtful long before rounding can have spoilt it: roundings are 2^-53 each, and a formula has some dozen
+of them. What is doubtful is decided again, so a bound that is too wide costs time, one that is too narrow an answer.
 """
 
 RELATIVE = 2.0**-44
 """Share of |o| and of |x| by which t may be off, whatever is crossed."""
 STARTING = 1024.0
-"""So many times less certain is a ray that starts on a surface, beside which its origin was rounded; and so many times
-larger the least discriminant there."""
+"""By so much are the bounds larger for a ray that starts on a surface, since its origin was rounded to beside it: the
+share of |o| in t, and the least discriminant."""
 BALL, BALL_FAR = 2.0**-21, 2.0**45
 """Of a ball: share of its radius by which t may be off, and how many radii away nothing is certain."""
 LEAST_OF_BALLS = 2.0**-31

@@ -1,4 +1,7 @@
-"""The record of a surface in the scene's tables, and where a ray crosses it."""
+"""The record of a surface in the scene's tables, and where a ray crosses it.
+
+Every route evaluates a surface by its number through these, so that walls that coincide get the same t to the bit.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from .quadric import Quadric, QuadricLimits, Roots, Sphere, quadric_roots, spher
 
 @inline
 def load_plane(geometry: Geometry, row: int) -> Plane:
+    """The record of a plane."""
     at = geometry.places[table.PLANES] + 7 * row
     t = geometry.floats
     return Plane(t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6])
@@ -19,6 +23,7 @@ def load_plane(geometry: Geometry, row: int) -> Plane:
 
 @inline
 def load_sphere(geometry: Geometry, row: int) -> Sphere:
+    """The record of a sphere."""
     at = geometry.places[table.SPHERES] + 4 * row
     t = geometry.floats
     return Sphere(t[at], t[at + 1], t[at + 2], t[at + 3])
@@ -26,6 +31,7 @@ def load_sphere(geometry: Geometry, row: int) -> Sphere:
 
 @inline
 def load_quadric(geometry: Geometry, row: int) -> Quadric:
+    """The record of a quadric."""
     at = geometry.places[table.QUADRICS] + 19 * row
     t = geometry.floats
     return Quadric(
@@ -86,6 +92,7 @@ def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> 
 
 @inline
 def is_curved(geometry: Geometry, surface: int) -> bool:
+    """Is a surface a sphere or a quadric?"""
     return (
         integer(geometry, table.SURFACE_KIND, surface) == SPHERE
         or integer(geometry, table.SURFACE_KIND, surface) == QUADRIC

@@ -27,7 +27,7 @@ class Group:
     first: int
     last: int
     area: float = 0.0
-    moved: bool = False  # stands in the second copy of the records
+    moved: bool = False  # is in the second copy of the records
     halves: tuple[Group, Group] | None = None
 
 

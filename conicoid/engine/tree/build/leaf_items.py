@@ -1,4 +1,4 @@
-"""The table of what stands in the leaves of the scene's tree; see `engine/tree/leaf.py`."""
+"""The table of the items in the leaves of the scene's tree; see `engine/tree/leaf.py`."""
 
 from __future__ import annotations
 
@@ -80,15 +80,18 @@ def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> Sphere:
 
 @inline
 def _width(boxes: Floats, entry: int, k: int) -> float:
+    """How wide the box of an entry is along axis k."""
     return boxes[entry, k + 3] - boxes[entry, k]
 
 
 @inline
 def _middle(boxes: Floats, entry: int, k: int) -> float:
+    """The middle of the box of an entry along axis k, or 0 where that is not finite."""
     middle = 0.5 * boxes[entry, k] + 0.5 * boxes[entry, k + 3]
     return middle if math.isfinite(middle) else 0.0
 
 
 @inline
 def _half(boxes: Floats, entry: int, k: int, middle: float) -> float:
+    """How far the box of an entry reaches from `middle` along axis k."""
     return max(boxes[entry, k + 3] - middle, middle - boxes[entry, k])

@@ -77,7 +77,7 @@ def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Ints, 
 
 
 def stand_ins(ends: Floats) -> Floats:
-    """(6,) finite numbers beyond all finite ends, to stand for -inf and inf."""
+    """(6,) finite numbers beyond all finite ends, in place of -inf and inf."""
     low, high = np.where(ends[:3] <= ends[3:], ends[:3], 0.0), np.where(ends[:3] <= ends[3:], ends[3:], 0.0)
     beyond = max(float(np.linalg.norm(high - low)), 1e-3 * float(np.abs([low, high]).max())) or 1.0
     return np.concatenate([low - beyond, high + beyond])
