@@ -80,7 +80,7 @@ def allocator(function: Function) -> Function:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-    """a b + c with one rounding (IEEE 754 fusedMultiplyAdd), in a vector lane where it stands in a loop."""
+    """a b + c with one rounding (IEEE 754 fusedMultiplyAdd), also in the lanes of a vectorised loop."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.fma(*arguments)

@@ -55,7 +55,7 @@ def within(hit: Hit) -> float:
 
 @inline
 def comes_first(t: float, body: int, other_t: float, other_body: int) -> bool:
-    """The rule of ties: the nearer of two crossings; at equal t that of the body listed first. The only place of it."""
+    """The rule of ties: the nearer of two crossings; at equal t that of the body listed first."""
     return (t < other_t) | ((t == other_t) & (body < other_body))
 
 
@@ -70,8 +70,8 @@ def nearer(geometry: Geometry, best: Hit, new: Hit) -> Hit:
     """The nearer of two hits, by `comes_first`.
 
     Where rounding might have changed which it is, the answer is doubtful; not where both are on the same
-    surface: then they are at the same t, whatever it is. Which hit is kept does not depend on the order of comparisons, so
-    that routes that traverse differently agree.
+    surface: then they are at the same t, whatever it is. Which hit is kept does not depend on the order of
+    comparisons, so that routes that traverse differently agree.
     """
     unsure = best.unsure | new.unsure
     if too_close(new.t, new.off, best.t, best.off):

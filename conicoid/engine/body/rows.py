@@ -117,7 +117,7 @@ def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
 
 @inline
 def _stands_after(rows: tuple[Floats, int, int], a: int, b: int) -> bool:
-    """Does row a come after row b, counted from a first one, by their first columns? Stable: equal rows keep their order."""
+    """Does row a, counted from a first one, come after row b, by their first columns? Equal rows keep their order."""
     table, first, columns = rows
     order = _order(table, first + a, first + b, columns)
     return order > 0 or (order == 0 and a > b)

@@ -38,7 +38,7 @@ from .ranks import Ranks, Room, entry_program, ray_of_ranks, t_of
 
 @inline
 def find_leaves(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray) -> None:
-    """Find the leaves of an entry that the true ray may meet, for kernels that trace ranks, to which boxes mean nothing."""
+    """Find the leaves of an entry that the true ray may meet: a ray of ranks cannot be tested against their boxes."""
     program = entry_program(geometry, entry)
     forget_leaves(scratch)
     if program >= 0:

@@ -168,7 +168,7 @@ def tell_as_usual(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
 
 @inline
 def _tell_one(ranks: Ranks, k: int, t: float) -> None:
-    """Report t, unless it is far from the certain place: at the other side of the origin, or of a root near infinity."""
+    """Report t, unless it is far from the certain place: across the origin, or of a root near infinity."""
     if abs(t - ranks.t[k]) <= abs(t) * ALIKE:
         ranks.t[k] = t
 

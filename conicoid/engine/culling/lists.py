@@ -65,9 +65,9 @@ def put_on_lists(
 ) -> Any:  # fmt: skip
     """Put the rays of a list on the lists of those of the eight boxes at boxes[at:] that they meet.
 
-    The list has `count` rays from lists[begin], each as `waiting` reads it; that of box k begins at lists[room + k n], where n
-    is `count` rounded up to eight, and gets counts[k] rays. Ray i stands at rays[8 i:]: origin, inverse
-    direction, first and last t. All look into one octant: bit k is set where coordinate k falls along them.
+    The list has `count` rays from lists[begin], each as `waiting` reads it; that of box k begins at
+    lists[room + k n], where n is `count` rounded up to eight, and gets counts[k] rays. Ray i is at rays[8 i:]: origin,
+    inverse direction, first and last t. All directions are of one octant: bit k is set where coordinate k falls.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

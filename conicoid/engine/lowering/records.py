@@ -12,7 +12,7 @@ from ...shapes.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE
 
 _CENTERED = 2.0**-46
-"""A ball whose center cannot be told to this share of its radius is a general quadric: it has bounds of its own."""
+"""A ball whose center was rounded by more than this share of its radius is a general quadric, with its own bounds."""
 
 
 def record_of(surface: Surface) -> tuple[int, tuple[ex.Writable, ...]]:
