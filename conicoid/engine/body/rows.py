@@ -49,7 +49,7 @@ def _put_spans(
     geometry: Geometry, scratch: Scratch, entry: int, crossings: int, inside: bool, ray: Ray, off: float,
     rows: Floats, used: int,
 ) -> int:  # fmt: skip
-    """Rows of the spans between an entry's crossings, read from scratch; returns how many rows there are now."""
+    """Rows of the spans between an entry's crossings, which stand in scratch; returns how many there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
     enter, surface, before = ray.t_min, whole(-1), 0.0
     for c in range(crossings + 1):
@@ -72,7 +72,7 @@ def _put_spans(
 def _put_crossings(
     geometry: Geometry, scratch: Scratch, entry: int, crossings: int, off: float, rows: Floats, used: int
 ) -> int:
-    """Rows of an entry's crossings, read from scratch; returns how many rows there are now."""
+    """Rows of an entry's crossings, which stand in scratch; returns how many there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
     for c in range(crossings):
         t, place, sense, enters = crossing(scratch, c)
@@ -89,7 +89,7 @@ def put_rows(
     geometry: Geometry, scratch: Scratch, entry: int, crossings: int, inside: bool, ray: Ray, off: float,
     spans: bool, rows: Floats, used: int,
 ) -> int:  # fmt: skip
-    """Rows of an entry's spans or crossings. Relies on room for one row more than it has crossings (`with_room`)."""
+    """Rows of an entry's spans or crossings; there must be room for one more than it has crossings."""
     if spans:
         return _put_spans(geometry, scratch, entry, crossings, inside, ray, off, rows, used)
     return _put_crossings(geometry, scratch, entry, crossings, off, rows, used)

@@ -30,7 +30,7 @@ from .packet import Packet, lanes_at_ball, lanes_in_child
 from .spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, spans_of_ball, spans_of_cell
 
 Found = tuple[int, bool, float, bool]
-"""Of a lane and an entry: number of crossings, which are in scratch; inside just after t_min; off; doubtful"""
+"""Of a lane and an entry: crossings, which stand in scratch; inside just after t_min; off; doubtful"""
 
 
 _MOST_ROWS = LANES * (4 * MOST + 1)
@@ -128,7 +128,7 @@ def _lane_rows(
     geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, item: Item, met: int,
     rows: Floats, used: int,
 ) -> int:  # fmt: skip
-    """The rows of a ball, cell or small body in the lanes of a mask; returns how many there are now."""
+    """The rows of a ball, cell or small body in the lanes that are told by bits; returns how many there are now."""
     lanes = packet.lanes
     kind, index, entry = item
     while met != 0:
@@ -171,7 +171,7 @@ def _one_by_one(
     geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, entry: int, met: int,
     rows: Floats, used: int,
 ) -> tuple[Floats, int]:  # fmt: skip
-    """The rows of a large body or a sheet in the lanes of a mask: (rows, how many now)."""
+    """The rows of a large body or a sheet in the lanes that are told by bits."""
     lanes = packet.lanes
     while met != 0:
         i = np.uint64(lowest_bit(met))
@@ -191,7 +191,7 @@ def _meet(
     geometry: Geometry, scratch: Scratch, packet: Packet, chains: Chains, spans: bool, item: Item, met: int,
     rows: Floats, used: int,
 ) -> tuple[Floats, int]:  # fmt: skip
-    """The rows of an entry in the lanes of a mask: (rows, how many now)."""
+    """The rows of an entry in the lanes that are told by bits."""
     kind, index, entry = item
     if spans and kind > REGION:
         return rows, used

@@ -195,7 +195,7 @@ Crossing region_crossing(int program, Ray ray, float inverse, int mode) {
     return result;
 }
 
-// The first crossing of an entry's body, or what else the mode says
+// The first crossing of an entry's body, or what else is asked
 Crossing entry_crossing(ivec4 entry, Ray ray, float inverse, int mode) {
     int kind = entry.x, index = entry.y;
     if (kind == BALL || kind == CELL) {

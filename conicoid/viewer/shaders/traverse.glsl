@@ -1,4 +1,4 @@
-// The queries of a scene that integrators make: the nearest crossing, any opaque one, the media on both sides of a point, and
+// What integrators ask of a scene: the nearest crossing, any opaque one, the media on both sides of a point, and
 // the sum of the chords. conicoid/engine/single/first.py; one function, so that a driver compiles the walk once.
 
 const int NEAREST = 0, BLOCKED = 1, MEDIA_AT = 2, THROUGH = 3;  // BLOCKED: any crossing of an opaque body

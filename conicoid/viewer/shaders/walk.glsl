@@ -1,4 +1,4 @@
-// Traversing a tree of boxes along a ray: conicoid/engine/tree/walk.py. One stack serves the scene's tree and,
+// Walking a tree of boxes along a ray: conicoid/engine/tree/walk.py. One stack serves the scene's tree and,
 // above what that has left waiting, the tree over the leaves of a body.
 
 int stack_code[STACK];
