@@ -11,6 +11,7 @@ run it, and to compile one. About one and a half times of what was seen (2026-11
 
 
 def _limited() -> bool:
+    """Does this process have a limit of memory?"""
     if sys.platform == "win32":
         return False
     import resource

@@ -25,6 +25,7 @@ def put_items(geometry: Geometry, boxes: Floats) -> None:
 
 
 def _children(geometry: Geometry) -> int:
+    """How many children the nodes of all trees have, empty ones included."""
     return int(length(geometry, table.NODE_CHILDREN))
 
 
@@ -47,7 +48,7 @@ def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: 
 
 @inline
 def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int) -> int:
-    """Returns 1 if the ball is less to look at than the box, in the mean over all directions."""
+    """Write an item. Returns 1 if its ball has a smaller projection than its box, in the mean over all directions."""
     f, kind = geometry.floats, integer(geometry, table.ENTRY_KIND, entry)
     ball = _around(geometry, boxes, kind, entry)
     f[at], f[at + count], f[at + 2 * count], f[at + 3 * count] = ball
