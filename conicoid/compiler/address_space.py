@@ -1,4 +1,4 @@
-"""Memory asked for beforehand: LLVM and the C library end a process that gets none in the middle of their work."""
+"""Memory tested for beforehand: LLVM and the C library end a process that gets none in the middle of their work."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, 
 def settle_rows(
     geometry: Geometry, room: Room, rays: RayArrays, doubtful: Doubtful, spans: bool, counts: Ints
 ) -> Floats:
-    """Spans or crossings of doubtful rays, counts[k] rows for number k of them."""
+    """Spans or crossings of doubtful rays, counts[k] rows for number k of them; none, and still[k] = 1, if open."""
     scratch, used = new_scratch(geometry), 0
     rest, stand, ranks = room
     which, still = doubtful

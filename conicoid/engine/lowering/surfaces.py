@@ -61,7 +61,7 @@ class SurfaceTable:
     rests: list[tuple[float, ...]] = field(default_factory=list)
     senses: list[int] = field(default_factory=list)  # +1, or -1 where the record is the surface turned over
     surfaces: list[Surface] = field(default_factory=list)
-    names: list[list[tuple[Key, int]]] = field(default_factory=list)  # none, or one: its exact name, once asked for
+    names: list[list[tuple[Key, int]]] = field(default_factory=list)  # none, or one: its exact name, once needed
     balls: list[Floats] = field(default_factory=list)
     ball_count: int = 0
     # Surfaces whose records are rounded, and the first one with the same numbers before they were

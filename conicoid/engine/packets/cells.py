@@ -69,7 +69,7 @@ from .planes import plane_lanes
 
 @helper
 def ball_lanes(lanes: Floats, sphere: Sphere, surface: int, entry: int, body: int, first: int, last: int) -> None:
-    """The first crossing of a ball."""
+    """The first crossing of a ball, kept by each lane if it is the nearer; to the same bits as `meet.try_ball`."""
     first, last = eights(first, last)
     lengths = lengths_of_ball(sphere)
     x, y, z = lanes[OX], lanes[OY], lanes[OZ]
@@ -168,7 +168,11 @@ def _sphere_lanes(lanes: Floats, sphere: Sphere, surface: int, first: int, last:
 
 @helper
 def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: int) -> int:
-    """The slab between the planes of a cell, the roots of its quadric. Returns how many lanes may be inside."""
+    """The slab between the planes of a cell, the roots of its quadric. Returns how many lanes may be inside.
+
+    Early out: where that is 0 no lane has a span or a doubt within its interval, and the roots are not written. FLAG
+    and DISCRIMINANT are then as `_quadric_lanes` leaves them; without a quadric all of the slab is inside.
+    """
     first, last = eights(first, last)
     lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
     for i in range(first, last):
@@ -258,7 +262,10 @@ def _end_of_lane(
 
 @helper
 def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: int, first: int, last: int) -> None:
-    """The first end of the spans of a cell within each lane's interval."""
+    """The first end of the spans of a cell within each lane's interval, kept if it is the nearer (`take`).
+
+    To the same bits as `meet.try_cell`, or in doubt.
+    """
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return
     side, curved = curved_side(geometry, cell), quadric_place(cell)

@@ -86,7 +86,11 @@ def _packets(rays: Rays) -> tuple[int, int]:
 
 
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
-    """The nearest crossing of each ray in (t_min, t_max)."""
+    """The nearest crossing of each ray in (t_min, t_max).
+
+    In packets, or in streams where rays are not coherent; then what the kernels left in doubt is settled. Which route
+    a ray took changes no bit of the answer.
+    """
     arrays = arrays_of(scene, rays, t_min, t_max)
     found = Found.new(len(arrays.origins))
     width, packets = _packets(rays)

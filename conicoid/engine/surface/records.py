@@ -83,7 +83,7 @@ def plane_crossing(geometry: Geometry, surface: int, ray: Ray, inverse: float) -
 
 @helper
 def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Roots:
-    """Crossings with a sphere or general quadric."""
+    """Crossings with a sphere or general quadric; relies on `inverse` = 1 / d·d."""
     row, starts = integer(geometry, table.SURFACE_ROW, surface), surface == ray.start
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         return sphere_roots(load_sphere(geometry, row), line_of(ray), inverse, starts)
