@@ -60,11 +60,7 @@ def try_cell(geometry: Geometry, item: Item, ray: Ray, inverse: float, best: Hit
 
 @helper
 def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
-    """The better of `best` and the first crossing of an entry; equal t goes to the body listed first.
-
-    The interval is cut off a little beyond `within(best)`: a crossing farther away cannot be nearer, one up to there
-    may still make the order doubtful.
-    """
+    """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
     limit = min(ray.t_max, within(best) + abs(best.t) * 1e-15 + 1e-300)
     ray = with_limits(ray, ray.t_min, limit)
     nearness = entry_nearness(geometry, entry, ray)

@@ -84,7 +84,7 @@ def settle_hits(scene: Prepared, rays: RayArrays, doubtful: Any, found: Found) -
 
 
 def doubted(scene: Prepared, rays: RayArrays, which: Any, found: Found) -> Any:
-    """Those of some settled rays that the fast formulas leave open up to their hits, each traced alone.
+    """Those of some settled rays that the fast formulas leave open up to their hits, each asked alone.
 
     Different routes test different bodies beyond the hit, which may be doubtful too; the answer must not depend on it.
     """
