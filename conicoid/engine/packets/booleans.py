@@ -234,7 +234,7 @@ def region_lanes(
     geometry: Geometry, lanes: Floats, leaves: Floats, truths: Floats, spans: Ints,
     program: int, entry: int, body: int, first: int, last: int,
 ) -> None:  # fmt: skip
-    """The first crossing of a Boolean body, kept by each lane if it is the nearer; as `body.boolean.sweep`, or in doubt.
+    """The first crossing of a Boolean body, kept by each lane if it is the nearer: that of single rays, or in doubt.
 
     Relies on `in_lanes`: at most `MOST` leaves and gates.
     """

@@ -170,8 +170,8 @@ def _sphere_lanes(lanes: Floats, sphere: Sphere, surface: int, first: int, last:
 def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: int) -> int:
     """The slab between the planes of a cell, the roots of its quadric. Returns how many lanes may be inside.
 
-    Early out: where that is 0 no lane has a span or a doubt within its interval, and the roots are not written. FLAG
-    and DISCRIMINANT are then as `_quadric_lanes` leaves them; without a quadric all of the slab is inside.
+    Early out: where that is 0 no lane has a span or a doubt within its interval, and the roots are not written.
+    Otherwise FLAG and DISCRIMINANT are as `_quadric_lanes` leaves them; without a quadric all of the slab is inside.
     """
     first, last = eights(first, last)
     lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
