@@ -1,6 +1,6 @@
 """What a process that compiles ahead does (see `ahead`): the calls that make each job's kernels, on an empty scene.
 
-It reads names of jobs, a line each, and ends at an empty line, or when nobody can write any more. It writes
+It reads names of jobs, a line each, and ends at an empty line, or when the pipe is closed. It writes
 "begin KERNEL", "made KERNEL" and "done JOB".
 """
 
@@ -26,7 +26,7 @@ def picture(integrator: str) -> None:
 
 
 def rays() -> None:
-    """First hits of coherent rays: many enough that it is asked whether they are."""
+    """First hits of coherent rays: enough of them that their coherence is tested."""
     import numpy as np
 
     from .scene import Scene
@@ -68,7 +68,7 @@ def tell(word: str, name: str) -> None:
 
 
 def _read(jobs: queue.SimpleQueue[str]) -> None:
-    """Jobs as they come. When no more will come the process ends at once: nobody waits for it."""
+    """Queue jobs as they are read; at the end of the pipe the process ends at once, without cleaning up."""
     while job := sys.stdin.readline().strip():
         jobs.put(job)
     os._exit(0)

@@ -1,4 +1,4 @@
-"""Memory asked for beforehand: LLVM and the C library end a process that gets none in the middle of their work."""
+"""Memory tested for beforehand: LLVM and the C library end a process that gets none in the middle of their work."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ run it, and to compile one. About one and a half times of what was seen (2026-11
 
 
 def _limited() -> bool:
+    """Does this process have a limit of memory?"""
     if sys.platform == "win32":
         return False
     import resource

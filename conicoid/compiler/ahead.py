@@ -2,7 +2,7 @@
 
 Numba compiles on one core. Whoever begins something large says what it will need (`expect`). The first time that
 the cache lacks a kernel, children are started, one for each further core, and one more while this process waits.
-They run `compile_jobs` and tell line by line which kernels they begin and have made. Whatever goes wrong with them
+They run `compile_jobs` and report line by line which kernels they begin and have made. Whatever goes wrong with them
 costs time only: a kernel that no child has made is compiled here.
 """
 
@@ -26,7 +26,7 @@ JOBS: dict[str, tuple[str, ...]] = {
     "streams": ("ray_keys", "_begin_places", "trace_ordered"),
     "points": ("faces_of", "points_along", "normals_of"),
 }
-"""What a child can be asked for, and the kernels that are then made.
+"""The jobs of a child, and the kernels that each makes.
 
 An integrator's kernel is a job as well, by its own name.
 """
@@ -42,11 +42,12 @@ if sys.platform == "win32":
 
 
 def _kernels(job: str) -> tuple[str, ...]:
+    """The kernels that a job makes."""
     return JOBS.get(job, (job,))
 
 
 class _Child:
-    """A process that compiles one job after the other. Its pipe tells it when to end: also when this process does."""
+    """A process that compiles one job after the other. It ends when its pipe is closed, or with this process."""
 
     def __init__(self, others: _Others, job: str) -> None:
         self.job = job
@@ -77,6 +78,7 @@ class _Child:
                 stdin.close()
 
     def _listen(self, others: _Others) -> None:
+        """Read the reports of the child until it ends."""
         stdout = self.process.stdout
         assert stdout is not None
         with stdout:
@@ -128,7 +130,7 @@ class _Others:
             return kernel in self.made
 
     def hear(self, child: _Child, word: str, name: str) -> None:
-        """What a child tells: it begins a kernel, has made one, or is done with a job."""
+        """Handle a child's report: it begins a kernel, has made one, or is done with a job."""
         with self.changed:
             listeners = list(self.listeners) if word == "begin" else []
             if word == "made":
@@ -141,6 +143,7 @@ class _Others:
             listener(name)
 
     def forget(self, child: _Child) -> None:
+        """A child has ended; after a failure no others are started."""
         with self.changed:
             self.children.remove(child)
             self.off = self.off or child.process.returncode != 0
@@ -164,12 +167,15 @@ class _Others:
             self.changed.notify_all()
 
     def _promised(self, kernel: str) -> bool:
+        """Is some child to make a kernel that is not made yet?"""
         return kernel not in self.made and any(kernel in _kernels(child.job) for child in self.children)
 
     def _allowed(self) -> int:
+        """How many children there may be now."""
         return _cores() - (0 if self.waiting else 1)
 
     def _start(self) -> None:
+        """Start children while there are jobs and cores for them."""
         while not self.off and self.wanted and len(self.children) < self._allowed():
             try:
                 self.children.append(_Child(self, self.wanted.pop(0)))
@@ -178,6 +184,7 @@ class _Others:
 
 
 def _cores() -> int:
+    """How many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -240,7 +247,7 @@ def _deaf() -> Iterator[None]:
 
 
 def expect(*jobs: str) -> None:
-    """Tell what will be needed soon; nothing happens unless the cache turns out to lack kernels."""
+    """Announce what will be needed soon; nothing happens unless the cache turns out to lack kernels."""
     if not _others.asked.issuperset(jobs):
         _others.expect(jobs)
 
@@ -254,7 +261,7 @@ def obtained(kernel: str, cache: str) -> bool:
 
 
 def poll(done: Callable[[], bool], limit: float) -> None:
-    """Ask every so often until `done` says so, for some seconds at most.
+    """Poll until `done()` is true, for some seconds at most.
 
     Raises KeyboardInterrupt if `stop` is called meanwhile.
     """
@@ -262,7 +269,7 @@ def poll(done: Callable[[], bool], limit: float) -> None:
 
 
 def begun(kernel: str) -> None:
-    """Tell listeners that another process, which is no child of this one, is compiling a kernel."""
+    """Notify listeners that another process, which is no child of this one, is compiling a kernel."""
     for listener in list(_others.listeners):
         listener(kernel)
 

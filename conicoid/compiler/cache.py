@@ -43,11 +43,12 @@ def _is_ours(function: Any) -> bool:
 
 
 def _place_of(function: Any) -> str:
+    """Module, name and line of a function."""
     return f"{function.__module__}.{function.__qualname__}:{function.__code__.co_firstlineno}"
 
 
 class KernelCache(caching.NullCache):  # type: ignore[misc]
-    """What Numba's dispatcher asks for a compiled version and gives a new one. Of functions elsewhere it keeps none."""
+    """Where Numba's dispatcher loads and saves compiled versions. Functions of other packages are not kept."""
 
     def __init__(self, function: Any) -> None:
         self._function = function
@@ -57,6 +58,7 @@ class KernelCache(caching.NullCache):  # type: ignore[misc]
 
     @property
     def cache_path(self) -> str | None:
+        """The folder of the kernels; None where nothing is kept."""
         folder = place.kernels()
         return str(folder) if self._kept and folder else None
 
@@ -105,6 +107,7 @@ class KernelCache(caching.NullCache):  # type: ignore[misc]
         return f"{self._function.__name__}-{number}.nbc"
 
     def _loaded(self, file: str, target: Any) -> Any:
+        """A version from a file; None where there is none of use."""
         data = files.read(file)
         if data is None:
             return None

@@ -110,6 +110,8 @@ def _reached(libraries: list[Any]) -> list[Any]:
 
 
 class _Compiler(compiler.Compiler):  # type: ignore[misc]
+    """Numba's compiler with our typing context and kind of library."""
+
     library: type[Any] = _Library
 
     def __init__(self, typing_context: Any, target: Any, library: Any, *rest: Any) -> None:
@@ -118,11 +120,15 @@ class _Compiler(compiler.Compiler):  # type: ignore[misc]
 
 
 class _InnerCompiler(_Compiler):
+    """The compiler of inner functions, with fewer passes where they allocate nothing."""
+
     def define_pipelines(self) -> list[Any]:
         return super().define_pipelines() if self.state.flags.nrt else [passes()]
 
 
 class _KernelCompiler(_Compiler):
+    """The compiler of kernels."""
+
     library = _Program
 
 
@@ -136,6 +142,7 @@ def _hold() -> None:
 
 
 def _let_go() -> None:
+    """The compiler's lock is free again, in parent and child."""
     if _held:  # not after Ctrl-C in `_hold`
         _held.pop()
         global_compiler_lock.release()
@@ -158,6 +165,7 @@ def _rare_collections() -> Iterator[None]:
 
 
 def _is_being_imported(module: str) -> bool:
+    """Is a module only partly loaded?"""
     return bool(getattr(getattr(sys.modules.get(module), "__spec__", None), "_initializing", False))
 
 

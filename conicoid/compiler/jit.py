@@ -49,6 +49,7 @@ if not PLAIN:
 
 
 def _compiled(function: Any, entry: bool = False, **options: Any) -> Any:
+    """A function compiled our way, or by plain `njit` (`PLAIN`)."""
     options |= dict(nogil=True, error_model="numpy")
     if PLAIN:
         return numba.njit(**options)(function)
@@ -80,7 +81,7 @@ def allocator(function: Function) -> Function:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-    """a b + c with one rounding (IEEE 754 fusedMultiplyAdd), in a vector lane where it stands in a loop."""
+    """a b + c with one rounding (IEEE 754 fusedMultiplyAdd), also in the lanes of a vectorised loop."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.fma(*arguments)
@@ -110,6 +111,8 @@ def look(typing_context: Any, array: Any, index: Any) -> Any:
 
 
 class _Listener(event.Listener):  # type: ignore[misc]
+    """Numba's events of our kernels, as calls with their names."""
+
     def __init__(self, callback: Callable[[str], None]) -> None:
         self._callback = callback
 

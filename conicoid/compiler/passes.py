@@ -43,6 +43,7 @@ class _Typing(typing.Context):  # type: ignore[misc]
     _memory: dict[Any, Any]
 
     def resolve_function_type(self, function: Any, arguments: Any, names: Any) -> Any:
+        """The type of a call, remembered for each function, arguments and flags."""
         if not isinstance(function, types.Function) or names:
             return super().resolve_function_type(function, arguments, names)
         flags = ConfigStack.top_or_none()

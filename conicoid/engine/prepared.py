@@ -20,7 +20,7 @@ from .tree.build import with_trees
 
 @dataclass(frozen=True)
 class Prepared:
-    """A scene ready to be asked: lowered, with its tree."""
+    """A scene prepared for queries: lowered, with its trees. Immutable, except that `forms` is filled on demand."""
 
     lowered: Lowered
     geometry: Geometry
@@ -31,6 +31,7 @@ class Prepared:
 
     @classmethod
     def of(cls, lowered: Lowered, bodies: Sequence[Body] = ()) -> Prepared:
+        """Build the trees of a lowered scene; `bodies` give the names and materials."""
         geometry, rest = with_trees(lowered), lowered.rest
         flat = Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())
         return cls(lowered.sharing(geometry), geometry, flat, labels=Labels.of(bodies))

@@ -148,9 +148,9 @@ class Tables(NamedTuple):
     POLYGON_LIMITS,
 ) = range(52)
 LENGTHS = len(Tables._fields)
-"""In `Geometry.places` a table's length stands so far behind where it begins."""
+"""In `Geometry.places` a table's length is stored so many places behind its begin."""
 HALT = 2 * LENGTHS
-"""In `Geometry.places`: not 0 if kernels are to end soon, with whatever they have by then."""
+"""In `Geometry.places`: not 0 if kernels are to end early; what they return then is discarded."""
 STEPS = HALT + 1
 """In `Geometry.places`: about how many steps one ray may take at most, if it meets all there is."""
 
@@ -158,7 +158,8 @@ STEPS = HALT + 1
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 
-    Handing three arrays of one dimension from function to function costs little, forty would not.
+    Passing three arrays of one dimension from function to function is cheap, forty would not be. Kernels read all of
+    it and write none of it.
     """
 
     places: npt.NDArray[np.int64]  # [2 tables + 2] where each table begins, then their lengths; HALT, STEPS
@@ -211,6 +212,7 @@ def shared(tables: Tables, geometry: Geometry) -> Tables:
 
 
 def _room(geometry: Geometry, k: int, table: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The part of the packed arrays that belongs to table k, in its shape."""
     begin, size = int(geometry.places[k]), int(length(geometry, k))
     numbers: npt.NDArray[Any] = geometry.floats if table.dtype == np.float64 else geometry.integers
     return numbers[begin : begin + size].reshape(-1, *table.shape[1:]) if size else numbers[:0].reshape(table.shape)
@@ -218,19 +220,19 @@ def _room(geometry: Geometry, k: int, table: npt.NDArray[Any]) -> npt.NDArray[An
 
 @inline
 def whole(x: float) -> Any:
-    """A number as an int64: of a literal, or of a number of a thing that stands among floats."""
+    """A number as an int64: of a literal, or of an integer that is stored among floats."""
     return np.int64(x)
 
 
 @inline
 def halted(geometry: Geometry) -> bool:
-    """Is nobody waiting any more for what comes out?"""
+    """Has the query been interrupted? Kernels then end early, and their results are discarded."""
     return look(geometry.places, HALT) != 0
 
 
 @inline
 def halted_now_and_then(geometry: Geometry, k: int) -> bool:
-    """`halted`, looked at in some rounds of a loop, which k counts."""
+    """`halted`, tested in one of 64 rounds of a loop; k counts the rounds."""
     return (k & 63) == 0 and halted(geometry)
 
 

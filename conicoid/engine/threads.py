@@ -3,8 +3,8 @@
 Kernels release the interpreter lock, so plain threads run them in parallel, side by side with
 other threads, Dask workers or notebooks (Numba's own pool is not safe to share).
 
-Only the main thread hears of Ctrl-C, and only while it is in Python. So it waits for others, but for what is over
-in a moment. Work on a scene (`run_on`) gets a copy of the geometry's places, in which kernels look
+Only the main thread receives Ctrl-C, and only while it is in Python. So it waits for the others, except for work of
+a moment. Work on a scene (`run_on`) gets a copy of the geometry's places, in which kernels read
 whether they are to end: one ray may cross a hundred thousand leaves.
 """
 
@@ -28,7 +28,7 @@ Progress = Callable[[int, int], None]
 _AT_ONCE = 1 << 24
 """So many steps of rays the main thread takes itself: some tens of milliseconds."""
 _SHORT, _LONG = 0.01, 0.04
-"""Seconds between which chunks are to take, where how many rays they have does not tell."""
+"""Seconds that a chunk should take, at least and at most, where its number of rays does not predict it."""
 _FIRST = 8  # the first chunk is so many times smaller than the largest
 
 _chosen: list[int] = []
@@ -74,6 +74,7 @@ class _Work:
         self.changed = threading.Condition(self.lock)
 
     def take(self, size: int) -> tuple[int, int] | None:
+        """The next chunk of about a size; None if there is none, or after an error."""
         with self.lock:
             if self.next >= self.count or self.error is not None:
                 return None
@@ -82,6 +83,7 @@ class _Work:
             return begin, self.next
 
     def run(self) -> None:
+        """Work on chunks until there are none: what each thread does."""
         size = max(1, self.chunk // _FIRST) if self.timed else self.chunk
         while (piece := self.take(size)) is not None:
             began = time.perf_counter()
@@ -99,6 +101,7 @@ class _Work:
                 self.changed.notify_all()
 
     def stop(self) -> None:
+        """Give out no more chunks."""
         with self.changed:
             self.next = self.count
 
@@ -140,23 +143,25 @@ def run_on(
     mine = geometry._replace(places=geometry.places.copy())
 
     def halt() -> None:
+        """Have the kernels end early."""
         mine.places[HALT] = 1
 
     _together(_Work(lambda begin, end: work(mine, begin, end), count, chunk, True), progress, halt)
 
 
 def _keeps_waiting(geometry: Geometry, rays: int) -> bool:
-    """Might this thread hear of Ctrl-C late, if it did the work itself?"""
+    """Might this thread react late to Ctrl-C, if it did the work itself?"""
     return is_main() and rays * int(geometry.places[STEPS]) > _AT_ONCE
 
 
 def _in_turn(work: Callable[[int, int], Any], count: int, chunk: int) -> None:
+    """Do all of the work on this thread."""
     for begin in range(0, count, chunk):
         work(begin, min(count, begin + chunk))
 
 
 def _together(state: _Work, progress: Progress | None, halt: Callable[[], None]) -> None:
-    """Do the work on several threads, as many as the system gives; this one waits, and tells of the progress."""
+    """Do the work on several threads, as many as the system gives; this one waits, and reports the progress."""
     crew: list[threading.Thread] = []
     finished = False
     try:

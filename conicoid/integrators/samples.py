@@ -14,7 +14,7 @@ from ..engine.tables import Floats, Geometry
 
 
 class Settings(NamedTuple):
-    """The same for all of a picture. Each integrator has a kernel of its own, which knows the type of `look`."""
+    """The same for all of a picture. Each integrator has a kernel of its own, compiled for the type of `look`."""
 
     samples: int  # rays per pixel
     seed: int
@@ -45,14 +45,14 @@ class Seen(NamedTuple):
 
 @helper
 def trace_samples(geometry: Geometry, scratch: Scratch, samples: Samples) -> None:
-    """Find what the rays meet first, all together; `seen` then tells it ray by ray."""
+    """Trace the first hits of all rays together; `seen` then returns them ray by ray."""
     close_lanes(samples.packet.lanes, samples.size)
     trace_packet(geometry, scratch, samples.packet, scratch.nothing, False)
 
 
 @inline
 def seen(geometry: Geometry, samples: Samples, i: int) -> Seen:
-    """What ray i meets, after `trace_samples`."""
+    """The first hit of ray i. Relies on `trace_samples` having been called."""
     t, body, surface, face, side = resolved(geometry, lane_hit(samples.packet.lanes, i))
     if body < 0:
         return Seen(t, body, surface, face, side, 0.0, 0.0, 0.0)

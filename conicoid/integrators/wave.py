@@ -42,7 +42,7 @@ from .stack import NO_SURFACE, Stack, new_stack
 from .whitted import Sight, facing, follow, medium_at, shade, shows_light, sight_of, sky
 
 _MEDIUM, _ASKS = 13, 14
-"""Columns behind a sight: the medium that the ray starts in; 1 where it matters whether a light is seen, else 0."""
+"""Columns behind a sight: the medium that the ray starts in; 1 where a shadow ray is needed, else 0."""
 _NUMBERS = 15
 
 
@@ -68,6 +68,7 @@ def new_memory(settings: Settings) -> Wave:
 
 @inline
 def _keep(row: Floats, sight: Sight) -> None:
+    """Write a sight into a row."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = (
         sight.t, sight.body, sight.surface, sight.face, sight.side, sight.before, sight.after,
     )  # fmt: skip
@@ -76,6 +77,7 @@ def _keep(row: Floats, sight: Sight) -> None:
 
 @inline
 def _kept(row: Floats) -> Sight:
+    """The sight in a row."""
     return Sight(
         row[0], whole(row[1]), whole(row[2]), whole(row[3]), whole(row[4]), whole(row[5]), whole(row[6]),
         row[7], row[8], row[9], row[10], row[11], row[12],
@@ -94,6 +96,7 @@ def _begin(geometry: Geometry, scratch: Scratch, wave: Wave, materials: Material
 
 @inline
 def _direction(lanes: Floats, i: int) -> tuple[float, float, float]:
+    """The direction of the ray in lane i."""
     lane = np.uint64(i)
     return lanes[DX + lane], lanes[DY + lane], lanes[DZ + lane]
 
@@ -111,7 +114,7 @@ def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, samples: 
 
 @helper
 def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, samples: Samples) -> int:
-    """Rays to light k from where it may be seen into the lanes; returns one of them, or -1 if there is none."""
+    """Shadow rays to light k into the lanes of sights that it may light; returns one of them, or -1 for none."""
     lanes, light, some = wave.shadow, look.lights[k], -1
     for i in range(samples.size):
         sight = _kept(wave.sights[i])

@@ -164,6 +164,7 @@ def checked_size(width: int, height: int) -> tuple[int, int]:
 
 @calm
 def _check(camera: AnyCamera) -> None:
+    """Check and normalise the fields that all cameras have."""
     owner: str = type(camera).__name__
     position, look_at = vector(owner, "position", camera.position), vector(owner, "look_at", camera.look_at)
     up = vector(owner, "up", camera.up, nonzero=True)

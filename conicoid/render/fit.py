@@ -87,4 +87,5 @@ def placed(point: FloatArray) -> Vector:
 
 
 def _vector(v: FloatArray) -> Vector:
+    """An array as three floats."""
     return float(v[0]), float(v[1]), float(v[2])

@@ -92,6 +92,7 @@ def check_options(samples: Any, integrator: Any, seed: Any, depth: Any) -> dict[
 
 
 def _whole(name: str, value: Any, least: int, most: int) -> int:
+    """An option as an integer within limits, or a ValueError."""
     found = whole(value)
     if found is None or not least <= found <= most:
         raise ValueError(f"render: {name} must be a whole number from {least} to {most}, got {shown(value)}")

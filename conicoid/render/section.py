@@ -59,6 +59,7 @@ def section_pixels(
 
 
 def _camera(plane: Any, at: Any, extent: Box, aspect: float) -> OrthographicCamera:
+    """The camera that sees a section, from an axis and a place or as given."""
     if isinstance(plane, OrthographicCamera):
         if at is not None:
             raise ValueError("section: at goes with an axis; a camera says where by its position")
@@ -104,7 +105,7 @@ def _meets(bodies: Any, before: Any, steps: int) -> Any:
 
 
 def _color(material: Any) -> tuple[float, float, float]:
-    """What stands for a material: its colour; a pale blue for what is clear, and nothing for void."""
+    """The colour of a material in a section: its own; a pale blue for what is clear, and white for void."""
     material = Material() if material is None else material
     if np.any(np.asarray(material.transparency) != 0):
         is_void = material.refractive_index == 1 and not np.any(np.asarray(material.absorption) != 0)

@@ -94,6 +94,7 @@ def tile_kernel(integrator: str) -> Callable[..., None]:
     gather, new_memory = module.gather, getattr(module, "new_memory", no_memory)
 
     def tiles(geometry: Geometry, lens: Floats, film: Film, settings: Settings, begin: int, end: int) -> None:
+        """Fill tiles begin to end of a film."""
         scratch, packet, memory = new_scratch(geometry), new_packet(), new_memory(settings)
         colors = np.empty((LANES, film.shape[2]))
         height, width = film.shape[0], film.shape[1]

@@ -43,6 +43,7 @@ def lower_lights(lights: Iterable[Light]) -> tuple[npt.NDArray[np.void], tuple[f
 
 
 def _fill(record: Any, light: DirectionalLight | PointLight | SpotLight) -> None:
+    """The record of a light."""
     record["intensity"] = amount_rgb(light.intensity)
     record["outer"] = record["inner"] = math.inf
     if isinstance(light, DirectionalLight):
@@ -56,6 +57,7 @@ def _fill(record: Any, light: DirectionalLight | PointLight | SpotLight) -> None
 
 
 def _unit(direction: tuple[float, float, float]) -> tuple[float, ...]:
+    """A direction at unit length; scaled first, so that no square overflows."""
     scaled = [component / max(map(abs, direction)) for component in direction]
     return tuple(component / math.hypot(*scaled) for component in scaled)
 

@@ -42,7 +42,7 @@ RECORD = np.dtype(
 
 
 class Materials(NamedTuple):
-    """What kernels know about materials."""
+    """Materials as kernels read them."""
 
     rows: npt.NDArray[np.void]
     row_of: Ints
@@ -84,6 +84,7 @@ def lower_materials(
 
 
 def _fill(row: Any, material: Material) -> None:
+    """The record of a material."""
     color = material.color
     if isinstance(color, Checker):
         row["color"], row["second_color"] = linear_rgb(color.a), linear_rgb(color.b)

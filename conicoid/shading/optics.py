@@ -55,15 +55,18 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Dot products, (..., 1)."""
     return np.asarray((a * b).sum(axis=-1, keepdims=True))
 
 
 def _unit(v: FloatArray) -> FloatArray:
+    """Vectors at unit length; scaled first, so that no square overflows."""
     scaled = v / np.abs(v).max(axis=-1, keepdims=True, initial=0.0)
     return np.asarray(scaled / np.sqrt(_dot(scaled, scaled)))
 
 
 def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:
+    """Arrays broadcast together, or a ValueError that names their shapes."""
     try:
         return np.broadcast_arrays(*arrays)
     except ValueError:
@@ -72,6 +75,7 @@ def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:
 
 
 def _vectors(owner: str, name: str, value: Any) -> FloatArray:
+    """An array (..., 3) of finite vectors that are not zero (NaN is allowed), or a ValueError."""
     array = real_array(owner, name, value, "an array of numbers (..., 3)")
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ValueError(f"{owner}: {name} must have shape (..., 3), got {array.shape}")
@@ -85,16 +89,19 @@ def _size(d: FloatArray) -> FloatArray:
 
 
 def _normals(owner: str, value: Any) -> FloatArray:
+    """Normals at unit length."""
     return _unit(_vectors(owner, "normals", value))
 
 
 def _refuse(owner: str, name: str, array: FloatArray, bad: BoolArray, expected: str) -> None:
+    """Raise ValueError for the first vector that is bad."""
     if bad.any():
         index = tuple(int(i) for i in np.argwhere(bad)[0])
         raise ValueError(f"{owner}: {name}{list(index) if index else ''} must be {expected}, got {array[index]}")
 
 
 def _ratio(eta: Any) -> FloatArray:
+    """eta as an array, or a ValueError."""
     array = real_array("refract", "eta", eta)
     for bad, expected in ((~(np.isfinite(array) & (array > 0)), "finite and > 0"), (outside_domain(array), DOMAIN)):
         if bad.any():

@@ -40,7 +40,7 @@ def through_glass(
     geometry: Geometry, scratch: Scratch, materials: Materials,
     x: float, y: float, z: float, lx: float, ly: float, lz: float, end: float, start: int, inside: int,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """`light_through` where nothing opaque stands in the way."""
+    """`light_through` where nothing opaque is in the way."""
     ray = Ray(x, y, z, lx, ly, lz, 0.0, end, start)
     r, g, b = 1.0, 1.0, 1.0
     length = math.sqrt(dot(lx, ly, lz, lx, ly, lz))

@@ -19,6 +19,7 @@ _LARGEST = 1 << 28
 
 
 def _digest(name: str, data: bytes) -> bytes:
+    """The checksum of a file's name and contents."""
     return hashlib.sha256(name.encode() + b"\n" + data).digest()
 
 
@@ -105,6 +106,7 @@ def write(name: str, data: bytes) -> bool:
 
 
 def _say_unwritable(folder: Path, error: OSError) -> None:
+    """Say once that kernels cannot be kept, and why."""
     reason = (error.strerror or str(error)).lower()
     place.say_once(f"{folder} cannot keep compiled kernels: {reason}. They are compiled in memory")
 

@@ -47,6 +47,7 @@ def _ours(path: Path) -> bool:
 
 
 def _last_used(path: Path) -> float:
+    """When a folder of kernels was last used; 0 where that is unknown."""
     try:
         return os.stat(path / MARK).st_mtime
     except OSError:

@@ -39,12 +39,13 @@ def hash_of_sources() -> str:
 
 @functools.cache
 def source_hash() -> str:
-    """The hash as it was when first asked for, which is when the first kernel is declared."""
+    """The hash at the first call, which is when the first kernel is declared: later edits do not change it."""
     return hash_of_sources()
 
 
 @functools.cache
 def _absolute(chosen: str) -> Path:
+    """A folder as it is meant at first use, whatever the working directory becomes."""
     return Path(chosen).absolute()
 
 
@@ -65,7 +66,7 @@ def kernels() -> Path | None:
 
 
 def objection(found: os.stat_result) -> str:
-    """Why somebody else might have written what was found: "" if nobody could, but the administrator."""
+    """Why another user might have written what was found; "" if only this user and the administrator could."""
     if sys.platform == "win32":
         return ""
     if found.st_uid not in (os.geteuid(), 0):
@@ -82,6 +83,7 @@ def _parent_objection(found: os.stat_result) -> str:
 
 
 def _acceptable(found: os.stat_result, place: Path, reason: str) -> bool:
+    """May a folder be used? Says once why not."""
     reason = reason if stat.S_ISDIR(found.st_mode) else "it is no folder"
     if reason:
         say_once(f"{place} is not used for compiled kernels: {reason}. They are compiled in memory")

@@ -39,14 +39,17 @@ class Answer:
 
     @cached_property
     def _home(self) -> bytes:
+        """Which scene's surfaces the numbers belong to (`Prepared.key`)."""
         return self._scene.key
 
     @cached_property
     def _labels(self) -> Labels:
+        """Names and materials of the scene's bodies."""
         return self._scene.labels
 
     @property
     def _numbers(self) -> Any:
+        """The bodies that `name` and `material` are of."""
         return self.body  # type: ignore[attr-defined]
 
     @property
@@ -58,7 +61,7 @@ class Answer:
     def material(self) -> Any:
         """The material of each body, objects of the shape of `body`: as `scene.body(number).material`, None for a miss.
 
-        None is also that of a body without, which is the default one. The paint of single faces is not told.
+        None is also that of a body without, which is the default one. The paint of single faces is not included.
         """
         return _frozen(self._labels.materials_of(self._numbers))
 
@@ -87,7 +90,7 @@ class Answer:
         return all(_same(getattr(self, field), getattr(other, field)) for field in fields)
 
     def _fields(self) -> list[str]:
-        """What there is to ask: public attributes and properties."""
+        """The public attributes and properties."""
         kind = type(self)
         worked_out = (f for f in dir(kind) if isinstance(getattr(kind, f), (property, cached_property)))
         return [field for field in {**dict.fromkeys(worked_out), **vars(self)} if not field.startswith("_")]
@@ -126,12 +129,14 @@ def boxed(thing: Any, dtype: Any) -> Any:
 
 
 def _same(one: Any, other: Any) -> bool:
+    """Are two fields equal, NaN counting as equal to NaN?"""
     if isinstance(one, np.ndarray | np.generic):
         return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
     return bool(one == other)
 
 
 def _frozen(values: Any) -> Any:
+    """The same, read-only if it is an array."""
     if isinstance(values, np.ndarray):
         values.flags.writeable = False
     return values

@@ -1,4 +1,4 @@
-"""The answer to `first_hit`: what was found, and what is worked out when asked for."""
+"""The answer to `first_hit`: what was found, and fields that are computed on demand."""
 
 from __future__ import annotations
 

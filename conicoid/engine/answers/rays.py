@@ -44,7 +44,7 @@ class Rays:
     the surfaces that spawned rays start on are then lost. So a loop over rays gives these two arrays and not ray after
     ray: `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` goes along the first axis.
 
-    Spawned rays know the surface that they start on, by its number, and whose number that is: asked of a scene with
+    Spawned rays know the surface that they start on, by its number, and whose number that is: in a scene with
     other surfaces they are plain rays, with the same origins and directions.
 
     Raises ValueError for NaN, infinite or zero input, with the index of the first such ray.

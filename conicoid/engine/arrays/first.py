@@ -21,7 +21,7 @@ from ..streams.stream import new_stream, octant_of, put_stream_ray, stream_hit, 
 from ..tables import Geometry, Ints, Signs, halted, whole
 from .found import Found, ask_for_hits, put_eight_hits, put_hit
 
-_AHEAD = 24  # rays whose memory is asked for before it is needed
+_AHEAD = 24  # rays are prefetched so many ahead
 
 
 @kernel
@@ -29,7 +29,11 @@ def trace_first(
     geometry: Geometry, rays: RayArrays,
     width: int, begin: int, end: int, found: Found,
 ) -> None:  # fmt: skip
-    """First hits of tiles begin..end. What is doubtful in a packet is asked again by itself."""
+    """First hits of tiles begin..end; what is doubtful is marked in found.turn.
+
+    Packets where rays are coherent, else one ray at a time; a lane in doubt is traced again alone, because single rays
+    doubt less. Each ray of the tiles gets exactly one hit or miss.
+    """
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
     lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES and width != ALONE
     for tile in range(begin, end):

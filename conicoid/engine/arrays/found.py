@@ -20,7 +20,7 @@ _PAGE = 4096
 def _room(count: int, kind: Any, share: int) -> Any:
     """An array that begins some eighths of a page into a page.
 
-    Rows of a picture may lie whole pages apart: if all arrays began alike, the hits of a packet would want
+    Rows of a picture may lie whole pages apart: if all arrays began alike, the hits of a packet would compete for
     the same few lines of the cache.
     """
     if count < _PAGE:
@@ -57,7 +57,7 @@ def put_hit(hit: Hit, i: Any, found: Found) -> None:
 
 @inline
 def ask_for_hits(i: int, found: Found) -> None:
-    """Ask for the memory that hit i and a few after it are to be written to."""
+    """Prefetch, to be written, the memory of hit i and a few after it."""
     prefetch_to_write(found.t, i)
     prefetch_to_write(found.body, i)
     prefetch_to_write(found.entry, i)

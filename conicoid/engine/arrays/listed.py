@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Piece:
-    """Rows (see lists.py) of packets begin..end of rays that have counts[i] rows each, ray i from offsets[i] on."""
+    """Rows (see body/rows.py) of packets begin..end of rays that have counts[i] rows each, ray i from offsets[i] on."""
 
     rows: FloatArray
     counts: Any
@@ -36,6 +36,7 @@ class Listed:
         """Write all rows into columns, by `put_spans` or `put_crossings`, and make these read-only."""
 
         def work(begin: int, end: int) -> None:
+            """Write some of the pieces."""
             for p in self.pieces[begin:end]:
                 kernel(p.rows, p.counts, p.offsets, p.width, p.begin, p.end, *columns)
 

@@ -56,7 +56,7 @@ def trace_rows(
     geometry: Geometry, rays: RayArrays,
     width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs,
 ) -> Floats:  # fmt: skip
-    """Rows of spans or crossings (see lists.py) of packets begin..end of 64 rays, in the order of their lanes.
+    """Rows of spans or crossings (see body/rows.py) of packets begin..end of 64 rays, in the order of their lanes.
 
     counts[i] rows for ray i, sorted; a doubtful ray has doubts[i] = 1, and no rows.
     """

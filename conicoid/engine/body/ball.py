@@ -16,8 +16,9 @@ def ball_event(
 ) -> tuple[float, bool, bool]:  # fmt: skip
     """(t of the first crossing of a ball within the interval, is it entered there, doubtful); t = inf for none.
 
-    Without branches: single rays, the lanes of packets and the pairs of streams all ask here. Relies on
-    roots.low < roots.high where the ray crosses.
+    Without branches, so that single rays, the lanes of packets and the pairs of streams all call it. Relies on
+    roots.low < roots.high where the ray crosses; `doubtful` is set wherever rounding, by `nearness`, might change t
+    from one root to the other or to inf.
     """
     low, high, _, crosses, unsure = roots
     enters = crosses & counts_in(low, starts, t_min, t_max)

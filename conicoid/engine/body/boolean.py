@@ -1,8 +1,10 @@
 """The crossings of a ray with one body, in order.
 
 Every leaf of a body's program gives the ends of its spans as events. They are sorted and taken in
-groups of equal t: all leaves of a group turn at once, and only if the body's truth differs before
-and after the group is there a crossing. Coincident faces settle themselves so, without a tolerance.
+groups of equal t: all leaves of a group turn at once, and only if the body's value differs before
+and after the group is there a crossing. So coincident faces cancel or count once, without a tolerance.
+
+All of it relies on `scratch.counts` having every leaf outside at the beginning, and leaves it so (`turn_back`).
 """
 
 from __future__ import annotations
@@ -31,7 +33,10 @@ def put_event(scratch: Scratch, count: int, t: float, leaf: int, place: int, on:
 
 @inline
 def leaves_met(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> int:
-    """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many."""
+    """Put the leaves of a program that the ray can meet into scratch.found_leaves; returns how many.
+
+    Culled by their boxes: none is left out whose box meets the ray within its interval.
+    """
     if scratch.found_leaves[KNOWN] >= 0:
         return scratch.found_leaves[KNOWN]
     return walk(geometry, scratch.inner_way, program, ray, scratch.found_leaves)
@@ -60,6 +65,7 @@ def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tupl
 
 @inline
 def _later(scratch: Scratch, i: int, t: float, leaf: int) -> bool:
+    """Does event i come after an event at t of a leaf? At equal t by the number of the leaf."""
     before = scratch.time[TIME * i]
     return before > t or (before == t and scratch.event[EVENT * i + LEAF] > leaf)
 
@@ -120,7 +126,11 @@ def _turned_until(geometry: Geometry, scratch: Scratch, done: int, events: int, 
 def sweep(
     geometry: Geometry, scratch: Scratch, program: int, ray: Ray, nearness: Nearness, events: int, limit: int
 ) -> tuple[int, bool, bool]:
-    """`region_crossings` from sorted events."""
+    """`region_crossings` from sorted events; an early out ends it after `limit` crossings or at t_max.
+
+    Invariant of the loop: `inside` is the value of the program just before event `done`, and all events before it have
+    turned their leaves. Doubtful if two events of different surfaces, one of them within the interval, are too near.
+    """
     t_min, t_max = ray.t_min, ray.t_max
     gates, event, unsure, found = scratch.counts, scratch.event, False, 0
     done = _turned_until(geometry, scratch, 0, events, t_min, True)
@@ -153,6 +163,7 @@ def sweep(
 
 @inline
 def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: Nearness) -> bool:
+    """Might rounding have taken event k to the other side of the origin?"""
     t = scratch.time[TIME * k]
     surface = surface_of(geometry, scratch.event[EVENT * k + PLACE], t)
     return at_start(t, surface == ray.start, ray.t_min, nearness.off)

@@ -1,6 +1,6 @@
 """A cell on a ray: at most two spans, each end with the face it lies on.
 
-A face is told by its place: a row in the table of the cells' planes, or `quadric_place` of a cell, or
+A face is identified by its place: a row in the table of the cells' planes, or `quadric_place` of a cell, or
 `NO_PLACE` for an end at infinity.
 """
 
@@ -21,7 +21,7 @@ NO_PLACE = -1
 
 
 class CellSpans(NamedTuple):
-    """The spans of a ray inside a cell, in order; what is beyond their `number` means nothing."""
+    """The spans of a ray inside a cell: in1 < out1 <= in2 < out2 as far as their `number` goes."""
 
     number: int  # of spans
     in1: float
@@ -43,7 +43,7 @@ def quadric_place(cell: int) -> int:
 
 @inline
 def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
-    """(t, place) of the first, second, third or fourth end."""
+    """(t, place) of end 0, 1, 2 or 3; even ends are entered, odd ones left."""
     if end < 2:
         return (spans.in1, spans.place_in1) if end == 0 else (spans.out1, spans.place_out1)
     return (spans.in2, spans.place_in2) if end == 2 else (spans.out2, spans.place_out2)
@@ -53,7 +53,10 @@ def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
 def slab_of(
     geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
 ) -> tuple[Slab, bool, bool]:  # fmt: skip
-    """(what the planes of a cell leave of a ray, might rounding change it, is it unknown where the ray meets one?)"""
+    """(what the planes of a cell leave of a ray, might rounding change it, is it unknown where the ray meets one?)
+
+    Early out where a plane along the ray leaves nothing: then no other plane matters.
+    """
     slab, unsure, lost = Slab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False, False
     for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         surface, inner = integer(geometry, table.PLANE_SURFACE, place), integer(geometry, table.PLANE_SIDE, place) > 0
@@ -68,7 +71,11 @@ def slab_of(
 
 @helper
 def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellSpans:
-    """The spans of a ray inside a cell."""
+    """The spans of a ray inside a cell, over the whole line, each end with the place of its face.
+
+    Relies on `inverse` = 1 / d·d. Unless `unsure`, the ends within the interval have the order of the exact ones, and
+    lie within `nearness.off` of them.
+    """
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
     slab, unsure, lost = slab_of(geometry, cell, ray, inverse, nearness)
     lost |= nearness.far < 0.0

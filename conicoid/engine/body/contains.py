@@ -39,7 +39,7 @@ def _plane_value(geometry: Geometry, row: int, x: float, y: float, z: float) -> 
 
 @helper
 def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: float) -> int:
-    """The sign of a surface's value at a point, or OPEN."""
+    """The sign of a surface's value at a point, or OPEN: by floats where their error bound allows, else with bounds."""
     row, kind = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.SURFACE_KIND, surface)
     if kind == PLANE:
         value, off = _plane_value(geometry, row, x, y, z)
@@ -80,7 +80,7 @@ def cell_holds(geometry: Geometry, rest: Rest, cell: int, x: float, y: float, z:
 
 @helper
 def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x: float, y: float, z: float) -> int:
-    """Does an entry's body contain the point? INSIDE, 0 or OPEN."""
+    """Does an entry's body contain the point? INSIDE, 0 or OPEN. `scratch.counts` are as before when it returns."""
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
         where = side(geometry, rest, index, x, y, z)

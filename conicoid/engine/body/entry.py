@@ -19,6 +19,7 @@ from .sheet import polygon_crossings, sheet_crossings
 
 @inline
 def _put_end(scratch: Scratch, count: int, t: float, starts: bool, ray: Ray, place: int, enters: int) -> int:
+    """One end of a span as a crossing, if it counts in the interval; returns how many there are now."""
     if not counts_in(t, starts, ray.t_min, ray.t_max):
         return count
     put_crossing(scratch, count, t, place, 1, enters)
@@ -30,7 +31,7 @@ def _put_span(
     scratch: Scratch, count: int, ends: tuple[float, float], places: tuple[int, int], starts: tuple[bool, bool],
     ray: Ray, off: float,
 ) -> tuple[int, bool, bool]:  # fmt: skip
-    """The ends of one span into scratch: (how many crossings stand there, inside just after t_min, doubtful)."""
+    """The ends of one span into scratch: (crossings in scratch now, inside just after t_min, doubtful)."""
     t_in, t_out = ends
     unsure = at_start(t_in, starts[0], ray.t_min, off) | at_start(t_out, starts[1], ray.t_min, off)
     inside = t_in <= ray.t_min < t_out
@@ -131,7 +132,10 @@ def crossed_face(geometry: Geometry, entry: int, place: int, sense: int) -> tupl
 
 @inline
 def entry_crossings(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, limit: int) -> tuple[int, bool, bool]:
-    """Crossings of an entry's body into scratch, in order of t: (number, inside just after t_min, doubtful)."""
+    """Crossings of an entry's body into scratch, in order of t: (number, inside just after t_min, doubtful).
+
+    For solids the crossings alternate between in and out, starting from `inside`; a region stops after `limit`.
+    """
     kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:
         return ball_crossings(geometry, scratch, index, ray)
@@ -148,6 +152,7 @@ def entry_crossings(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, 
 
 @inline
 def is_solid(geometry: Geometry, entry: int) -> bool:
+    """Has an entry an inside? Sheets and polygons have none."""
     return integer(geometry, table.ENTRY_KIND, entry) <= REGION
 
 
@@ -172,12 +177,16 @@ def entry_sides(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, t: f
 
 @inline
 def _larger(data: None, a: int, b: int) -> bool:
+    """The order of numbers, for `sort_numbers`."""
     return a > b
 
 
 @helper
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
-    """Put the entries whose boxes the ray meets within its interval into scratch, by number of body."""
+    """Put the entries whose boxes the ray meets within its interval into scratch.found, in order; returns how many.
+
+    Entries are numbered in the order of their bodies, so the body listed first comes first.
+    """
     count = walk(geometry, scratch.way, scene_tree(geometry), ray, scratch.found)
     sort_numbers(scratch.found, count, _larger, None)
     return count

@@ -12,7 +12,7 @@ from ..tables import Geometry
 from .entry import crossed_face
 
 DOUBTFUL = 32
-"""Added to the turn of a hit, or miss, that rounding might have changed."""
+"""Added to the turn (`turn_of`) of a hit, or miss, that rounding might have changed."""
 
 
 class Hit(NamedTuple):
@@ -37,7 +37,7 @@ def no_hit() -> Hit:
 
 @inline
 def doubted(hit: Hit, unsure: bool) -> Hit:
-    """A hit, and whether something more speaks against its certainty."""
+    """The same hit, doubtful also where `unsure`. A hit never becomes certain again."""
     return Hit(hit.t, hit.body, hit.entry, hit.place, hit.sense, hit.enters, hit.off, hit.unsure | unsure)
 
 
@@ -49,7 +49,7 @@ def scaled_hit(hit: Hit, scale: float) -> Hit:
 
 @inline
 def within(hit: Hit) -> float:
-    """Nothing beyond can be the nearer crossing."""
+    """The t beyond which no crossing can be nearer, whatever rounding did: where culling may cut the ray off."""
     return hit.t + hit.off
 
 
@@ -73,7 +73,8 @@ def nearer(geometry: Geometry, best: Hit, new: Hit) -> Hit:
     """The nearer of two hits, by `comes_first`.
 
     Where rounding might have changed which it is, the answer is doubtful; not where both are on the same
-    surface: then they are at the same t, whatever it is.
+    surface: then they are at the same t, whatever it is. Which hit is kept does not depend on the order of
+    comparisons, so that routes that traverse differently agree.
     """
     unsure = best.unsure | new.unsure
     if too_close(new.t, new.off, best.t, best.off):
@@ -106,5 +107,5 @@ def is_doubtful(turn: Any) -> Any:
 
 @inline
 def turn_of(hit: Hit) -> Any:
-    """The sense of a hit's leaf, doubled where the body is entered, raised if doubtful."""
+    """Sense, entering and doubt of a hit in one small integer: the sense, doubled where entered, + DOUBTFUL."""
     return (2 * hit.sense if hit.enters else hit.sense) + (DOUBTFUL if hit.unsure else 0)

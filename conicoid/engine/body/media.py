@@ -14,7 +14,8 @@ from .scratch import Scratch
 def media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: Signs) -> tuple[int, int]:
     """(before, after): the first body with is_medium[body] != 0 that the ray is in, just before and after t.
 
-    -1 for none. All that crosses at the same t acts together.
+    -1 for none. All crossings at the same t act together. Relies on `collect` listing entries in order of
+    their bodies, so that the body listed first has priority.
     """
     ray, scale = scaled_ray(ray)
     t = t / scale

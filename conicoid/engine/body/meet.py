@@ -1,4 +1,8 @@
-"""What a single ray meets of one entry of the scene's tree first, by the shortest way for its kind."""
+"""A single ray against one entry of the scene's tree: its first crossing, by the cheapest route for its kind.
+
+Every function takes the best hit so far and returns the better one, so that it keeps `best` the first crossing, by
+`hit.nearer`, of all entries tested.
+"""
 
 from __future__ import annotations
 
@@ -71,7 +75,10 @@ def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: 
 
 @inline
 def meet(geometry: Geometry, scratch: Scratch, item: Item, sphere: Sphere, ray: Ray, inverse: float, best: Hit) -> Hit:
-    """`try_entry` for an item of a leaf with a ball around it, by the shortest way for its kind."""
+    """`try_entry` for an item of a leaf with a ball around it, by the cheapest route for its kind.
+
+    For an item that is a ball, `sphere` is the exact one, not a bound.
+    """
     if item.kind == BALL:
         return try_ball(geometry, item, sphere, ray, inverse, best)
     if item.kind == CELL:

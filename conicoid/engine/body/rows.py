@@ -50,6 +50,7 @@ def with_room(rows: Floats, used: int, more: int) -> Floats:
 
 @inline
 def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
+    """The surface of crossing c of an entry, read from scratch."""
     _, place, sense, _ = crossing(scratch, c)
     return crossed_face(geometry, entry, place, sense)[0]
 
@@ -110,7 +111,7 @@ def _order(rows: Floats, i: int, j: int, columns: int) -> int:
 
 @helper
 def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
-    """Order a few rows by their first columns; what is equal there stays as it stands."""
+    """Order a few rows by their first columns: insertion sort, stable."""
     for i in range(first + 1, last):
         j = i
         while j > first and _order(rows, j - 1, j, columns) > 0:
@@ -121,7 +122,7 @@ def _insert_rows(rows: Floats, first: int, last: int, columns: int) -> None:
 
 @inline
 def _stands_after(rows: tuple[Floats, int, int], a: int, b: int) -> bool:
-    """Of rows from a first one on, by their first columns, then as they stand."""
+    """Does row a, counted from a first one, come after row b, by their first columns? Equal rows keep their order."""
     table, first, columns = rows
     order = _order(table, first + a, first + b, columns)
     return order > 0 or (order == 0 and a > b)
@@ -151,7 +152,7 @@ def _unsettled(rows: Floats, first: int, last: int, surface: int, off: int) -> b
 
 @inline
 def put_in_order(rows: Floats, first: int, last: int, spans: bool) -> bool:
-    """Sort the rows of a ray; might rounding have changed their order?"""
+    """Sort the rows of a ray by t and body (crossings also by face); might rounding have changed their order?"""
     if last - first < 2:
         return False
     if last - first <= _FEW:

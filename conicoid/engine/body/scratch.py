@@ -20,11 +20,14 @@ CROSS_T = 1
 CROSS_PLACE, CROSS_SENSE, CROSS_ENTERS = 3, 4, 5
 """Of a crossing: the place of its face, the sense of its leaf, 1 if the body is entered."""
 KNOWN = -1
-"""The last of `found_leaves`: how many leaves stand there already, or -1: they are to be looked for."""
+"""The last of `found_leaves`: how many leaves it holds already, or -1: the tree is to be traversed for them."""
 
 
 class Scratch(NamedTuple):
-    """Scratch memory, sized for the largest body of a scene. Taken once for each chunk of rays."""
+    """Scratch memory, sized for the largest body of a scene, allocated once for each chunk of rays.
+
+    Between rays `counts` has every leaf outside and found_leaves[KNOWN] is -1; whoever changes them restores them.
+    """
 
     time: Floats  # (TIME each) t of a region's events, the span ends of its leaves; of a body's crossings
     event: Ints  # (EVENT each) what they are

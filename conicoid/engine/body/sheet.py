@@ -19,7 +19,10 @@ from .scratch import Scratch
 
 @helper
 def sheet_crossings(geometry: Geometry, scratch: Scratch, sheet: int, ray: Ray) -> tuple[int, bool]:
-    """(crossings of a clipped surface in (t_min, t_max), doubtful). "Entered" is against the sheet's normal."""
+    """(crossings of a clipped surface in (t_min, t_max), doubtful). "Entered" is against the sheet's normal.
+
+    Crossings go into scratch in order of t, by low < high; the clipping program leaves `scratch.counts` as they were.
+    """
     surface, program = integer(geometry, table.SHEET_SURFACE, sheet), integer(geometry, table.SHEET_PROGRAM, sheet)
     side, one_sided = integer(geometry, table.SHEET_SIDE, sheet), integer(geometry, table.SHEET_ONE_SIDED, sheet) == 1
     low, high, falls, count, inverse = math.inf, math.inf, False, 0, span_inverse(ray)

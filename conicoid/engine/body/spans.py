@@ -15,7 +15,7 @@ from ..surface.nearness import Nearness, beyond, near
 
 
 class Slab(NamedTuple):
-    """What the planes so far leave of a ray; nothing where t_in >= t_out."""
+    """What the planes so far leave of a ray: t_in to t_out, each with the place of its face; empty if t_in >= t_out."""
 
     t_in: float
     t_out: float
@@ -45,7 +45,9 @@ def clip_slab(
     """(the slab cut by one more plane, might rounding have changed the order of two planes?)
 
     Along the ray the plane's value is height + rate t; `inner`: the cell is where that is negative, else where it is
-    positive. A ray within a plane counts as if the plane stood an infinitesimal further along its normal.
+    positive. A ray within a plane is treated as if the plane lay an infinitesimal further along its normal. Keeps t_in
+    the largest t of the planes that are entered, t_out the least of those that are left, each with its plane's place;
+    an empty slab stays empty.
     """
     t, parallel = -height / rate, rate == 0.0
     outside = parallel & ((height <= 0.0) != inner)
@@ -62,7 +64,8 @@ def clip_slab(
 def compose_spans(slab: Slab, low: float, high: float, crosses: bool, outside: bool, curved: Any) -> Composed:
     """The spans that a quadric leaves of a slab: `outside` of its roots, or between them; `curved` is its place.
 
-    Where the ray does not cross it, all of the slab is left if `outside`, else nothing.
+    Where the ray does not cross it, all of the slab is left if `outside`, else nothing. Relies on low < high where it
+    crosses. What comes out is in order, of positive length, and within the slab.
     """
     t_in, t_out, place_in, place_out = slab
     between, beside = crosses & (not outside), crosses & outside
@@ -82,7 +85,8 @@ def spans_unsure(
 ) -> bool:
     """Might rounding change the spans of a cell within a ray's interval?
 
-    `unsure`: it might change the order of two planes, or what is known of the quadric.
+    `unsure`: it might change the order of two planes, or the roots of the quadric. A slab that is
+    certainly empty, or certainly outside of the interval, is not doubtful, whatever else is close.
     """
     t_in, t_out = slab.t_in, slab.t_out
     close = near(low, t_in, nearness) | near(low, t_out, nearness)

@@ -1,1 +1,1 @@
-"""Doubtful rays and points decided with certainty, and bounds on what is told of crossings."""
+"""Doubtful rays and points decided with certainty, and error bounds of reported crossings."""

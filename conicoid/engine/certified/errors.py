@@ -1,6 +1,6 @@
-"""How far what is told of a crossing may be from the exact one: bounds worked out from the answer itself.
+"""Error bounds of reported crossings, computed from the answer itself.
 
-With f(t + s) = A + 2 B s + a s² about the t that is told, the root near it lies at most
+With f(t + s) = A + 2 B s + a s² about the reported t, the root near it lies at most
 |A| / (|B| + sqrt(B² - |a A|)) away. A, B and a are taken about the hit point in numbers with error bounds
 (engine/numbers/sure.py), of the surface as the user gave it, so that the bound is about as large as the error.
 """
@@ -24,17 +24,19 @@ _TINY = 2.0**-1000
 
 @inline
 def _most(x: Sure) -> float:
+    """An upper bound of |x|."""
     return (abs(x.high) + abs(x.low) + x.error) * _MORE
 
 
 @inline
 def _least(x: Sure) -> float:
+    """A lower bound of |x|; it may be negative."""
     return (abs(x.high) - abs(x.low) - x.error) * (2.0 - _MORE)
 
 
 @helper
 def error_of_t(geometry: Geometry, rest: Rest, surface: int, ray: Ray, t: float) -> float:
-    """A bound on |t - t*| for a crossing t* of a surface that was found at t."""
+    """A bound on |t - t*| for a crossing t* of a surface that was found at t; infinite where none is proved."""
     if is_plane(geometry, surface):
         height, rate = plane_terms(geometry, rest, surface, ray, t)
         slope = _least(rate)

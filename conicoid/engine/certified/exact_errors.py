@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..prepared import Prepared
 
 _MUCH = 2.0**-24
-"""Of |t| and of |o| / |d|: a bound beyond that is looked into."""
+"""Of |t| and of |o| / |d|: a larger bound is replaced by an exact one."""
 _BITS = 128
 _CHUNK = 16384
 

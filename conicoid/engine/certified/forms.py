@@ -1,4 +1,4 @@
-"""The surfaces of a prepared scene in exact arithmetic, each worked out when it is first asked for."""
+"""The surfaces of a prepared scene in exact arithmetic, each computed on first use."""
 
 from __future__ import annotations
 

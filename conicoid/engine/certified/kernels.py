@@ -22,7 +22,7 @@ from .stand_ins import put_stand_ins
 def settle_first(
     geometry: Geometry, room: Room, rays: RayArrays, doubtful: Doubtful, begin: int, end: int, found: Found
 ) -> None:
-    """First hits of doubtful rays begin to end."""
+    """First hits of doubtful rays begin to end. Those whose ranks stay open keep theirs, with still[k] = 1."""
     scratch = new_scratch(geometry)
     rest, stand, ranks = room
     which, still = doubtful
@@ -43,7 +43,7 @@ def settle_first(
 
 @kernel
 def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, limits: Floats) -> None:
-    """limits[k]: how far ray k has to be looked at for its hit: as far as another may be the first, or to its end.
+    """limits[k]: the t up to which ray k decides its hit: as far as another crossing may be the first, or its end.
 
     The rays are to start on surfaces, where the limits of what is certain are widest.
     """
@@ -59,7 +59,7 @@ def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, 
 def settle_rows(
     geometry: Geometry, room: Room, rays: RayArrays, doubtful: Doubtful, spans: bool, counts: Ints
 ) -> Floats:
-    """Spans or crossings of doubtful rays, counts[k] rows for number k of them."""
+    """Spans or crossings of doubtful rays, counts[k] rows for number k of them; none, and still[k] = 1, if open."""
     scratch, used = new_scratch(geometry), 0
     rest, stand, ranks = room
     which, still = doubtful
@@ -94,7 +94,7 @@ def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entr
 
 @inline
 def _again(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray) -> int:
-    """Go on with a ray whose ranks have come from elsewhere; returns how many entries it may meet."""
+    """Prepare to trace a ray whose ranks were found in exact arithmetic; returns how many entries it may meet."""
     count, inverse = collect(geometry, scratch, ray), span_inverse(ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
     for k in range(ranks.size[SURFACES]):

@@ -24,6 +24,7 @@ from .ranks import SURFACES, Ranks, Room, forget, list_surfaces
 
 @inline
 def _is_point(x: float, y: float, z: float) -> bool:
+    """Is a point finite?"""
     return math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
 
 
@@ -58,7 +59,7 @@ def surfaces_near(geometry: Geometry, ranks: Ranks, x: float, y: float, z: float
 
 @inline
 def _stand_in(stand: Geometry, surface: int, where: float) -> None:
-    """A record whose value at the origin is -1, 0 or 1."""
+    """Write a record whose value at the origin is `where`: -1, 0 or 1."""
     f, kind = stand.floats, integer(stand, table.SURFACE_KIND, surface)
     row = integer(stand, table.SURFACE_ROW, surface)
     if kind == PLANE:
@@ -78,7 +79,7 @@ def _stand_in(stand: Geometry, surface: int, where: float) -> None:
 
 @kernel
 def locate_ranked(geometry: Geometry, room: Room, x: float, y: float, z: float) -> Any:
-    """The lowest-numbered body that contains a point, of which ranks.verdict tells the sides; room.rest is zero."""
+    """The lowest-numbered body that contains a point, on the sides in ranks.verdict. Relies on room.rest being 0."""
     nothing, stand, ranks = room
     scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), np.int64(-1)
     count = collect(geometry, scratch, ray)

@@ -1,8 +1,8 @@
 """A ray whose ranks are known (see ranks.py): which of a body's crossings lie within its interval, and where.
 
-The origin is the rank 0. Other ends of an interval are compared with the t that is told of a crossing, each body
-by itself, as the fast formulas do: so first hits, occlusion, spans and crossings agree on what an interval holds,
-whichever of them took the fast formulas. Of crossings that are told in another order than they come in, a later one
+The origin is the rank 0. Other ends of an interval are compared with the reported t of a crossing, each body
+separately, as the fast formulas do: so first hits, occlusion, spans and crossings agree on what an interval holds,
+whichever of them took the fast formulas. Where reported t are not in the order of the ranks, a later crossing
 is within the interval if the one before it is.
 """
 
@@ -39,7 +39,7 @@ from .ranks import Ranks, Room, entry_program, ray_of_ranks, t_of
 
 @inline
 def find_leaves(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray) -> None:
-    """The leaves that the true ray may meet of an entry, for the kernels that trace ranks."""
+    """Find the leaves of an entry that the true ray may meet: a ray of ranks cannot be tested against their boxes."""
     program = entry_program(geometry, entry)
     forget_leaves(scratch)
     if program >= 0:
@@ -65,7 +65,7 @@ def told_crossings(
 ) -> tuple[int, bool]:
     """(number of an entry's crossings in (t_min, t_max), inside just after t_min); they are in scratch, t is a rank.
 
-    What the fast formulas say of where each is, is in scratch.time[TIME * n].
+    The reported t of each is in scratch.time[TIME * n].
     """
     count, inside, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), 1 << 30)
     first = 0
@@ -87,7 +87,7 @@ def told_crossings(
 
 @helper
 def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> Hit:
-    """The first crossing of the entries scratch.found[:count]; t is the latest that is said of any at its rank."""
+    """The first crossing of the entries scratch.found[:count]; its t is the largest reported for any at its rank."""
     best, latest = no_hit(), -math.inf
     for k in range(count):
         entry = scratch.found[k]
@@ -121,7 +121,7 @@ def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, row
 
 @inline
 def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, float]:
-    """(is it a crossing, its rank, what is said of where) of row i's first end, or of a span's last."""
+    """(is it a crossing, its rank, its reported t) of row i's first end, or of a span's last."""
     if not spans:
         return not last, rows[i, T], rows[i, OFF]
     if last:
@@ -133,7 +133,7 @@ def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, fl
 def _in_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: bool) -> None:
     """From ranks to t, of the length that the ray's direction had; clipped ends to those of the interval.
 
-    What has one rank has one t, whatever body it belongs to, and t rises with the ranks: it is the latest so far.
+    Keeps one t for each rank, whatever body it belongs to, and t rising with the ranks: the largest reported so far.
     """
     low, high = math.inf, -math.inf
     for i in range(first, last):
@@ -161,7 +161,7 @@ def _in_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: 
 def rows_of_ranks(
     geometry: Geometry, room: Room, scratch: Scratch, given: Ray, count: int, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int]:
-    """Rows (see lists.py) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
+    """Rows (body/rows.py) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
     (ray, scale), stand, ranks = scaled_ray(given), room.stand, room.ranks
     first, along = used, ray_of_ranks(ray.start)
     for k in range(count):

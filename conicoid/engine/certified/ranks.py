@@ -1,10 +1,10 @@
 """A doubtful ray as a problem of order alone.
 
-What bodies a ray meets depends on its crossings with surfaces only by their order. So a ray that rounding may
+Which bodies a ray meets depends on the order of its crossings with surfaces alone. So a ray that rounding may
 have got wrong is decided in two steps. First every crossing is found with certainty and gets its rank: 0, 1, 2
 along the ray, equal where crossings coincide. Then the surfaces are replaced by simple ones which a ray along the
 x axis crosses at x = the rank, exactly, in floats: a sphere from rank 3 to 8 has its center at 5.5. The
-kernels of `events` trace these as they trace any ray, so every rule stands in one place.
+functions of `engine/body` trace these as they trace any ray, so every rule is written in one place.
 
 Ranks come from numbers with error bounds (engine/surface/decide.py) or, where those leave it open, from exact
 arithmetic (conicoid.exact).
@@ -41,12 +41,12 @@ class Ranks(NamedTuple):
     surfaces: Ints  # (surfaces,) those that the ray may meet
     listed: Ints  # (surfaces,) 1 for those
     verdict: Ints  # (2 surfaces,) of each: CROSSES or MISSES, and the sign that goes with it
-    first: Ints  # (surfaces,) where its crossings stand in the lists below
+    first: Ints  # (surfaces,) where its crossings begin in the lists below
     high: Floats  # (2 surfaces + 8,) crossings: where, to 30 digits
     low: Floats
     error: Floats
     owner: Ints  # the surface
-    t: Floats  # what is said of where
+    t: Floats  # what is reported as its t
     order: Ints
     rank: Floats
     loops: Ints  # (polygons,) 1: the ray passes within the polygon's outline
@@ -70,6 +70,7 @@ class Doubtful(NamedTuple):
 
 @inline
 def _put(ranks: Ranks, place: Sure, owner: int) -> None:
+    """Append a crossing; the reported t is the certain one until `tell_as_usual`."""
     k = ranks.size[CROSSINGS]
     ranks.high[k], ranks.low[k], ranks.error[k] = place.high, place.low, place.error
     ranks.owner[k], ranks.t[k] = owner, place.high
@@ -78,6 +79,7 @@ def _put(ranks: Ranks, place: Sure, owner: int) -> None:
 
 @inline
 def _list(ranks: Ranks, surface: int) -> None:
+    """List a surface, once."""
     if surface >= 0 and ranks.listed[surface] == 0:
         ranks.listed[surface] = 1
         ranks.surfaces[ranks.size[SURFACES]] = surface
@@ -86,6 +88,7 @@ def _list(ranks: Ranks, surface: int) -> None:
 
 @inline
 def _list_cell(geometry: Geometry, ranks: Ranks, cell: int) -> None:
+    """List the surfaces of a cell."""
     _list(ranks, integer(geometry, table.CELL_QUADRIC, cell))
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         _list(ranks, integer(geometry, table.PLANE_SURFACE, slot))
@@ -124,7 +127,7 @@ def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, 
 
 @inline
 def forget(ranks: Ranks) -> None:
-    """Make ready for another ray."""
+    """Clear `listed` for another ray; the other lists are overwritten."""
     for k in range(ranks.size[SURFACES]):
         ranks.listed[ranks.surfaces[k]] = 0
     ranks.size[SURFACES] = 0
@@ -151,7 +154,7 @@ def _decide_surface(geometry: Geometry, rest: Rest, ranks: Ranks, surface: int, 
 
 @inline
 def tell_as_usual(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inverse: float) -> None:
-    """Say of a crossing what rays are told that are not doubtful: t must not depend on who else is near."""
+    """Report the t of the fast formulas where it is not doubtful: t must not depend on other crossings nearby."""
     if is_curved(geometry, surface):
         low, high, _, crosses, unsure = curved_roots(geometry, surface, ray, inverse)
         known = crosses and not unsure
@@ -165,13 +168,14 @@ def tell_as_usual(geometry: Geometry, ranks: Ranks, surface: int, ray: Ray, inve
 
 @inline
 def _tell_one(ranks: Ranks, k: int, t: float) -> None:
-    """Not beyond the origin, and not of far roots, which may be anywhere: there the exact place counts."""
+    """Report t, unless it is far from the certain place: across the origin, or of a root near infinity."""
     if abs(t - ranks.t[k]) <= abs(t) * ALIKE:
         ranks.t[k] = t
 
 
 @inline
 def _later(ranks: Ranks, i: int, j: int) -> bool:
+    """Does crossing i come after crossing j, by their midpoints?"""
     return ranks.high[i] > ranks.high[j] or (ranks.high[i] == ranks.high[j] and ranks.low[i] > ranks.low[j])
 
 
@@ -223,7 +227,7 @@ def _number(ranks: Ranks) -> bool:
 
 @helper
 def rank_ray(geometry: Geometry, rest: Rest, scratch: Scratch, ranks: Ranks, ray: Ray, inverse: float) -> int:
-    """Ranks of all that the ray may cross: how many entries stand in scratch.found, -1 if something is open.
+    """Ranks of all that the ray may cross; returns how many entries are in scratch.found, or -1 if an order is open.
 
     The ray's origin is number 0 in the list of crossings.
     """
@@ -244,6 +248,7 @@ def rank_ray(geometry: Geometry, rest: Rest, scratch: Scratch, ranks: Ranks, ray
 
 @inline
 def _decide_outline(geometry: Geometry, rest: Rest, ranks: Ranks, entry: int, ray: Ray) -> bool:
+    """Decide whether the ray passes within a polygon; False if that is open."""
     if integer(geometry, table.ENTRY_KIND, entry) != POLYGON:
         return True
     polygon = integer(geometry, table.ENTRY_INDEX, entry)

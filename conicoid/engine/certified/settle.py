@@ -1,4 +1,4 @@
-"""Doubtful rays and what becomes of them: error bounds first, exact arithmetic for what they leave open."""
+"""Doubtful rays and points, decided: by numbers with bounds first, by exact arithmetic where those leave it open."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def _room(scene: Prepared) -> Room:
 
 
 def _halted_with(geometry: Geometry, room: Room) -> Room:
-    """The room, whose stand-ins say as soon as `geometry` does that kernels are to end."""
+    """The room, whose stand-ins share the flag of `geometry` that ends kernels early."""
     return room._replace(stand=room.stand._replace(places=geometry.places))
 
 
 def _ask(scene: Prepared, kernel: Callable[..., Any], room: Room, *arguments: Any) -> Any:
-    """What a kernel says of one ray or point, which ends early at Ctrl-C."""
+    """Run a kernel for one ray or point, so that it ends early at Ctrl-C; returns its result."""
     found: list[Any] = []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
@@ -86,7 +86,7 @@ def settle_hits(scene: Prepared, rays: RayArrays, doubtful: Any, found: Found) -
 def left_doubtful(scene: Prepared, rays: RayArrays, which: Any, found: Found) -> Any:
     """Those of some settled rays that the fast formulas leave open up to their hits, each asked alone.
 
-    On their way different routes ask different bodies beyond the hit, which may be doubtful as well.
+    Different routes test different bodies beyond the hit, which may be doubtful too; the answer must not depend on it.
     """
     some = rays.some(which)
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
@@ -135,11 +135,12 @@ def settle_bodies(scene: Prepared, points: FloatArray, doubtful: Any, bodies: An
 
 
 def _pick(values: Any, i: int) -> float:
+    """Value i of an array of one value for all, or of one for each."""
     return float(values[i if len(values) > 1 else 0])
 
 
 def _rank_exactly(scene: Prepared, ranks: Ranks, rays: RayArrays, i: int) -> None:
-    """Put the ranks of all that ray i may cross where kernels look for them."""
+    """Find the ranks of all that ray i may cross in exact arithmetic, and write them where kernels read them."""
     geometry, tables = scene.geometry, scene.lowered.tables
     entries = np.zeros(len(tables.entry_kind), np.int32)
     surfaces, count = surfaces_met(geometry, ranks, rays, i, entries)

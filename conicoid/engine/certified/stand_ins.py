@@ -1,4 +1,4 @@
-"""The simple surfaces that stand in for those of a ray whose ranks are known (see ranks.py)."""
+"""Stand-ins: simple surfaces that replace those of a ray whose ranks are known (see ranks.py)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""Vectors of eight floats, spelled out where the compiler would not find them by itself.
+"""Culling: tests of boxes and balls, and of lists of them, in explicit vectors of eight floats.
 
-It vectorises loops over many lanes, but unrolls a loop over the eight children of a node or the
+The compiler vectorises loops over many lanes, but unrolls a loop over the eight children of a node or the
 eight rows of a packet first, and then leaves it scalar. So these few are written in LLVM's own
-vectors, which it lowers to whatever the machine has. IEEE arithmetic as elsewhere.
+vectors, which it lowers to whatever the processor has. IEEE arithmetic as elsewhere. All tests are conservative,
+by the slacks of slack.py: NaN counts as met.
 """
 
 from .balls import balls_in_beam, balls_met, group_in_ball, lanes_in_ball

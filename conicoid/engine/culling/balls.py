@@ -56,7 +56,7 @@ def balls_missed(
     foot = b.fmul(c.product(center, direction), per_square)
     inside = _depth(c, center, direction, foot, squared)
     half = c.root(b.fmul(inside, per_square))
-    # What is not a number counts as met
+    # NaN counts as met
     missed = b.fcmp_ordered("<", inside, c.constant(0.0))
     missed = b.or_(missed, b.fcmp_ordered(">", b.fsub(foot, half), last))
     return b.or_(missed, b.fcmp_ordered("<", b.fadd(foot, half), first))
@@ -107,7 +107,7 @@ def _lanes_in_ball(groups: int) -> Any:
                 apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
                 reach = b.fmul(c.fused(apart, c.constant(slack.BALL_SLACK), ball[3]), row[7])
                 first, last = b.fsub(foot, reach), b.fadd(foot, reach)
-                # What is not a number counts as met
+                # NaN counts as met
                 missed = b.fcmp_ordered("<", _depth(c, center, direction, foot, squared), c.constant(0.0))
                 missed = b.or_(missed, b.fcmp_ordered(">", first, c.smaller(row[9], row[10])))
                 missed = b.or_(missed, b.fcmp_ordered("<", last, row[8]))
@@ -127,7 +127,7 @@ _in_ball_64, _in_ball_8 = _lanes_in_ball(8), _lanes_in_ball(1)
 def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float) -> int:
     """Which lanes of a packet may meet a ball, as bits; see `balls_met`.
 
-    Where it is entered is told without a root: within 1 / |d| of a radius of the foot of the perpendicular.
+    Where it is entered is bounded without a root: within a radius / |d| of the foot of the perpendicular.
     """
     return _in_ball_64(lanes, 0, x, y, z, r)
 

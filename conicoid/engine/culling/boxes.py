@@ -47,7 +47,7 @@ def stretches(c: Code, sides: Any, rays: Any, begin: Any) -> tuple[Any, Any]:
 def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:
     """The code of `boxes_met` for eight boxes with six `sides_of`; the beam is argument number `beam`.
 
-    Where it does not tell where they are entered, it has no last argument.
+    Without `tells_where` it does not store where they are entered, and has no last argument.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -20,7 +20,7 @@ _PLACES = ir.VectorType(ir.IntType(32), WIDTH)
 
 
 class Code:
-    """Short names for what is built."""
+    """Short names over LLVM's builder; an eight is a vector of eight doubles."""
 
     def __init__(self, context: Any, builder: Any) -> None:
         self.context, self.builder = context, builder
@@ -30,12 +30,15 @@ class Code:
         return self.context.make_array(signature.args[k])(self.context, self.builder, arguments[k]).data
 
     def place(self, pointer: Any, at: Any, offset: int) -> Any:
+        """A pointer to element at + offset."""
         return self.builder.gep(pointer, [self.builder.add(at, INT64(offset))])
 
     def number(self, pointer: Any, at: Any, offset: int) -> Any:
+        """One float."""
         return self.builder.load(self.place(pointer, at, offset))
 
     def eight(self, pointer: Any, at: Any, offset: int) -> Any:
+        """Eight floats side by side."""
         place = self.builder.bitcast(self.place(pointer, at, offset), EIGHT.as_pointer())
         return self.builder.load(place, align=8)
 
@@ -45,6 +48,7 @@ class Code:
         return [self.eight(pointer, b.add(at, b.mul(stride, INT64(k))), 0) for k in range(4)]
 
     def store(self, value: Any, pointer: Any, at: Any, offset: int) -> None:
+        """Eight floats to memory."""
         self.builder.store(value, self.builder.bitcast(self.place(pointer, at, offset), EIGHT.as_pointer()), align=8)
 
     def spread(self, number: Any) -> Any:
@@ -59,15 +63,19 @@ class Code:
         return self.builder.shuffle_vector(first, ir.Constant(WHOLE, ir.Undefined), ir.Constant(_PLACES, [0] * WIDTH))
 
     def constant(self, value: float) -> Any:
+        """The same constant in all eight."""
         return ir.Constant(EIGHT, [value] * WIDTH)
 
     def smaller(self, a: Any, b: Any) -> Any:
+        """The lesser of each two; b where either is NaN."""
         return self.builder.select(self.builder.fcmp_ordered("<", a, b), a, b)
 
     def larger(self, a: Any, b: Any) -> Any:
+        """The greater of each two; b where either is NaN."""
         return self.builder.select(self.builder.fcmp_ordered(">", a, b), a, b)
 
     def size(self, a: Any) -> Any:
+        """Absolute values."""
         return self.larger(a, self.builder.fneg(a))
 
     def product(self, a: Any, b: Any) -> Any:
@@ -79,9 +87,11 @@ class Code:
         return self._call("llvm.fma.v8f64", a, b, c)
 
     def root(self, a: Any) -> Any:
+        """Square roots; NaN of negative numbers."""
         return self._call("llvm.sqrt.v8f64", a)
 
     def _call(self, name: str, *eights: Any) -> Any:
+        """Call an intrinsic of LLVM on eights."""
         kind = ir.FunctionType(EIGHT, [EIGHT] * len(eights))
         return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, name), eights)
 

@@ -31,7 +31,7 @@ def items_met(typing_context: Any, items: Any, at: Any, beam: Any, start: Any) -
 
 @intrinsic  # type: ignore[untyped-decorator]
 def keep_items(typing_context: Any, items: Any, at: Any, bits: Any, kept: Any, end: Any) -> Any:
-    """Those of eight items, from number `at` on, that are told by bits become items of `kept`, from number `end` on."""
+    """Those of eight items, from number `at` on, that a mask selects become items of `kept`, from number `end` on."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c = Code(context, builder)
@@ -52,8 +52,8 @@ def put_children(
 ) -> Any:  # fmt: skip
     """Put those of a node's children that a beam meets behind found[:end]; returns how many.
 
-    The boxes are at boxes[at:], what they hold is told by codes[first:], 0 is nothing; see `found_item`. `number`
-    is that of the first box.
+    The boxes are at boxes[at:], the codes of what they hold at codes[first:], 0 for nothing. An element of `found` is a
+    code, with the number of its box in the upper half; `number` is that of the first box.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -102,7 +102,7 @@ def put_balls(
 
 @intrinsic  # type: ignore[untyped-decorator]
 def put_numbers(typing_context: Any, first: Any, bits: Any, numbers: Any, end: Any) -> Any:
-    """Put those of the numbers first..first + 7 that are told by bits behind numbers[:end]."""
+    """Put those of the numbers first..first + 7 that a mask selects behind numbers[:end]."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder

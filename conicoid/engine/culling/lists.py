@@ -15,11 +15,11 @@ from .code import BITS, DOUBLE, EIGHT, INT64, WHOLE, WIDTH, Code
 _UPPER, _LOWER = -(1 << 32), (1 << 32) - 1
 
 FROM_THE_START = -(1 << 52)
-"""Added to a ray's number: it waits from t = -inf on."""
+"""Added to a ray's number: it enters at t = -inf."""
 
 
 class _Rays:
-    """Eight rays that wait on a list; if fewer are left, the first stands in for those that are not."""
+    """Eight rays that wait on a list; if fewer are left, the others repeat the first and are masked."""
 
     def __init__(self, c: Code, rays: Any, lists: Any, at: Any, left: Any) -> None:
         """Those from lists[at] on, of which there are `left`."""
@@ -65,9 +65,9 @@ def put_on_lists(
 ) -> Any:  # fmt: skip
     """Put the rays of a list on the lists of those of the eight boxes at boxes[at:] that they meet.
 
-    The list has `count` rays from lists[begin], as `waiting` tells; that of box k begins at lists[room + k n], where n
-    is `count` rounded up to eight, and gets counts[k] rays. Ray i stands at rays[8 i:]: origin, inverse
-    direction, first and last t. All look into one octant: bit k is set where coordinate k falls along them.
+    The list has `count` rays from lists[begin], each as `waiting` reads it; that of box k begins at
+    lists[room + k n], where n is `count` rounded up to eight, and gets counts[k] rays. Ray i is at rays[8 i:]: origin,
+    inverse direction, first and last t. All directions are of one octant: bit k is set where coordinate k falls.
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -109,6 +109,8 @@ def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: A
 
 
 def _prefetch(to_write: int, level: int) -> Any:
+    """An intrinsic that prefetches a line of memory, by LLVM's `prefetch` of a locality."""
+
     def ask(typing_context: Any, array: Any, at: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             c, number, byte = Code(context, builder), ir.IntType(32), ir.IntType(8).as_pointer()
@@ -124,7 +126,7 @@ def _prefetch(to_write: int, level: int) -> Any:
 
 
 prefetch = _prefetch(0, 2)
-"""prefetch(array, at): ask for the memory of an array from its element `at`, counted flat, to be read."""
+"""prefetch(array, at): fetch the memory of an array from its element `at`, counted flat, into the cache to be read."""
 prefetch_soon = _prefetch(0, 3)
 """The same, to be read at once."""
 prefetch_to_write = _prefetch(1, 3)

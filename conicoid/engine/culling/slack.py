@@ -1,8 +1,8 @@
-"""By how much whatever culls is widened: every number of that kind, and why it is enough.
+"""Every slack of culling: by how much tests of boxes and balls are loosened, and why that suffices.
 
-Culling may ask about what a ray misses; it may never leave out what it meets. What is compared here is rounded, by
-2^-53 of each result, so every test is loosened by more than its roundings can come to. How far a reported crossing
-may be off is another matter: see surface/doubt.py.
+Culling may keep what a ray misses; it must never discard what it meets. Its tests are rounded, by 2^-53 of each
+result, so every test is loosened by more than its roundings can add up to. Error bounds of crossings are another
+matter: see surface/doubt.py.
 """
 
 from __future__ import annotations

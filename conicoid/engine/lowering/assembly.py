@@ -24,7 +24,7 @@ LeafBounds = dict[int, Floats]
 
 @dataclass
 class Assembly:
-    """Growing lists, one per column of `Tables`. Surfaces stand in them by temporary number."""
+    """Growing lists, one per column of `Tables`. Surfaces are referred to by temporary numbers."""
 
     surfaces: SurfaceTable = field(default_factory=SurfaceTable)
     # (quadric or None, side, face) and its planes (surface, side, face)
@@ -42,6 +42,7 @@ class Assembly:
     outlines: list[tuple[ex.Row, ...]] = field(default_factory=list)
 
     def cell(self, cell: Cell) -> int:
+        """Add a cell; returns its number. Raises ValueError for a second quadric."""
         quadric, side, number = None, 1, -1
         for face in cell.faces:
             surface = self.surfaces.add(face.surface)
@@ -99,6 +100,7 @@ class Assembly:
         return len(self.program_leaf) - 2
 
     def _gate(self, parent: int, need: int, negated: bool) -> int:
+        """Add a gate; returns its number."""
         self.gates.append((parent, need, int(negated), 0))
         return len(self.gates) - 1
 
@@ -148,6 +150,7 @@ class Entries:
         self.face_count += len(faces)
 
     def add_many(self, kind: int, indices: Ints, boxes: Floats, first_face: int) -> None:
+        """Many bodies of one kind, a row of boxes each."""
         count = len(indices)
         self.kinds.append(np.full(count, kind, np.int8))
         self.indices.append(indices)
@@ -171,6 +174,7 @@ def finished_tables(assembly: Assembly, entries: Entries) -> tuple[Tables, Float
     single = len(assembly.surfaces.kinds)
 
     def resolve(temporary: list[int]) -> tuple[Ints, Signs]:
+        """(ids, senses) of surfaces in the finished table."""
         numbers = np.array(temporary, dtype=np.int64)
         at = np.where(numbers >= 0, numbers, single - 1 - numbers)
         return table.ids[at].astype(np.int32), table.senses[at]
@@ -263,6 +267,7 @@ def _balls_direct(tables: Tables) -> Tables:
 
 
 def _column(rows: Sequence[tuple[Any, ...]], column: int) -> Ints:
+    """A column of rows as int32."""
     return np.array([row[column] for row in rows], dtype=np.int32)
 
 

@@ -1,8 +1,9 @@
-"""How far the fast formulas can be trusted: the numbers that rays are told doubtful by.
+"""How far the fast formulas can be trusted: the limits by which rays are marked as doubtful.
 
 Every bound of docs/exactness.md depends on a scene only through a few numbers of each surface and cell.
-They are worked out here, once. R is how far from a surface's anchor the bodies reach that it bounds, kappa the
-share of a value's terms by which rounding may change it, and the bounds hold for rays within `far` of the scene.
+They are computed here, once, from the constants of surface/doubt.py. R is how far from a surface's anchor the bodies
+reach that it bounds, kappa the share of a value's terms by which rounding may change it, and the bounds hold for rays
+within `far` of the scene.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ class _Uses:
     entries: list[Whole] = field(default_factory=list)
 
     def add(self, surfaces: Whole, owners: Whole, entries: Whole) -> None:
+        """Add surfaces with what they bound; those that are missing, or in no entry, are left out."""
         known = (surfaces >= 0) & (entries >= 0)
         self.surfaces.append(surfaces[known])
         self.owners.append(owners[known])
@@ -96,6 +98,7 @@ def _programs(tables: Tables) -> list[tuple[int, int]]:
 
 
 def _anchors(tables: Tables, surface: Whole) -> Floats:
+    """(n, 3) anchors of surfaces."""
     kind, row = tables.surface_kind[surface], tables.surface_row[surface]
     anchors = np.empty((len(surface), 3))
     for which, table, first in ((0, tables.planes, 4), (1, tables.spheres, 0), (2, tables.quadrics, 0)):
@@ -139,6 +142,7 @@ def _sizes(quadrics: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def _kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> Floats:
+    """kappa of every use of a surface."""
     kind, row = tables.surface_kind[surface], tables.surface_row[surface]
     kappa = np.full(len(surface), KAPPA_OF_BALLS)
     flat, curved = kind == 0, kind == 2
@@ -149,6 +153,7 @@ def _kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> 
 
 
 def _inexact(rest: Floats) -> npt.NDArray[np.bool_]:
+    """Was anything rounded in each record?"""
     return np.asarray((rest != 0.0).any(axis=1))
 
 

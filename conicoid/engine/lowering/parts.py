@@ -51,6 +51,7 @@ def stretched_balls(shape: Spheres, centers: Floats, back: Floats) -> Assembly:
     """The cells of balls that a motion has made ellipsoids, worked out once; `back` undoes the motion."""
 
     def cells(_: Shape) -> Assembly:
+        """The cells of all balls."""
         assembly = Assembly()
         rows = tuple(tuple(float(x) for x in row) for row in back)
         for center, radius in zip(centers.tolist(), shape.radii.tolist(), strict=True):
@@ -63,6 +64,7 @@ def stretched_balls(shape: Spheres, centers: Floats, back: Floats) -> Assembly:
 
 
 def _kept(shape: Shape, name: str, work: Callable[[Shape], Any]) -> Any:
+    """What `work` makes of a shape, kept with the shape under a name."""
     found = shape.kept.get(name)
     if found is None:
         try:
@@ -76,6 +78,7 @@ def _kept(shape: Shape, name: str, work: Callable[[Shape], Any]) -> Any:
 
 
 def _part(shape: Shape) -> Part:
+    """`part_of`, computed."""
     assembly, faces = Assembly(), Faces()
     if isinstance(shape, Solid):
         tree = world_tree(shape, STILL, faces)

@@ -12,7 +12,7 @@ from ...shapes.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE
 
 _CENTERED = 2.0**-46
-"""A ball whose center cannot be told to this share of its radius is a general quadric: it has bounds of its own."""
+"""A ball whose center was rounded by more than this share of its radius is a general quadric, with its own bounds."""
 
 
 def record_of(surface: Surface) -> tuple[int, tuple[ex.Writable, ...]]:
@@ -45,6 +45,7 @@ def _times(value: ex.Writable, factor: float) -> ex.Writable:
 
 
 def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Writable:
+    """The height of an anchor over a plane, exactly."""
     offset: ex.Writable = surface.offset
     if not any(anchor):
         return -offset
@@ -71,12 +72,14 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
 
 
 def _centered(surface: QuadricSurface, radius: ex.Writable) -> tuple[ex.Writable, ...] | None:
+    """(center, radius), or None where rounding the center would move the sphere too far (`_CENTERED`)."""
     if any(abs(rest) > _CENTERED * float(radius) for rest in rests(surface.anchor)):
         return None
     return (*surface.anchor, radius)
 
 
 def floats(values: Iterable[Any]) -> tuple[float, ...]:
+    """Each number rounded to float64."""
     return tuple(float(v) for v in values)
 
 
@@ -86,6 +89,7 @@ def rests(values: Iterable[Any]) -> tuple[float, ...]:
 
 
 def _rest(value: Any) -> float:
+    """What rounding to float64 takes from a number."""
     if isinstance(value, Fraction):
         return float(value - Fraction(float(value)))
     rest = ex.cancelling_sum((value, -ex.exact(float(value))))  # the last of many bits are noise

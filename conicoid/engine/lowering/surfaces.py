@@ -3,7 +3,7 @@
 Surfaces are rounded to float64 records; records that are equal to the bit, and that nothing was rounded in, are
 one surface. Where records are merely close, the exact names (`key`, 3000-bit arithmetic) decide: surfaces written
 twice, scaled, negated, or reached by different motions that are equal on paper become one. Which of
-their records stands for all, and so gives the anchor, does not depend on the order they came in.
+their records represents all, and so gives the anchor, does not depend on the order in which they were added.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class SurfaceTable:
     rests: list[tuple[float, ...]] = field(default_factory=list)
     senses: list[int] = field(default_factory=list)  # +1, or -1 where the record is the surface turned over
     surfaces: list[Surface] = field(default_factory=list)
-    names: list[list[tuple[Key, int]]] = field(default_factory=list)  # none, or one: its exact name, once asked for
+    names: list[list[tuple[Key, int]]] = field(default_factory=list)  # none, or one: its exact name, once needed
     balls: list[Floats] = field(default_factory=list)
     ball_count: int = 0
     # Surfaces whose records are rounded, and the first one with the same numbers before they were
@@ -167,7 +167,7 @@ class SurfaceTable:
                 key, sense = self._name(index, spheres, row)
                 equal.setdefault(key, []).append((index, sense))
             for members in equal.values():
-                # The record that stands for them does not depend on the order they came in
+                # Which record represents them does not depend on the order in which they were added
                 chosen, its_sense = min(members, key=lambda m: (kind[m[0]] != SPHERE, *tables[kind[m[0]]][row[m[0]]]))
                 for index, sense in members:
                     named[index] = (chosen, 1 if kind[index] == PLANE else sense * its_sense)
@@ -212,6 +212,7 @@ def _leading(numbers: tuple[Any, ...]) -> Any:
 
 
 def _rows(records: list[tuple[float, ...]], kinds: Signs, kind: int, width: int) -> Floats:
+    """(n, width) records of one kind."""
     rows = [record for record, k in zip(records, kinds.tolist(), strict=True) if k == kind]
     return np.array(rows, dtype=np.float64).reshape(len(rows), width)
 
@@ -246,6 +247,7 @@ def _merge_equal(first: Any, members: Any, table: Floats) -> None:
 
 
 def _plane_features(planes: Floats) -> Floats:
+    """Unit normals and offsets about the middle of the scene, scaled to order one."""
     normals, over, anchors = planes[:, :3], planes[:, 3], planes[:, 4:]
     lengths = np.linalg.norm(normals, axis=1)
     center = anchors.mean(axis=0) if len(anchors) else np.zeros(3)

@@ -34,6 +34,7 @@ class Faces:
         return boxes
 
     def put(self, number: int, uv: UV, inverse: Floats) -> None:
+        """Set the uv map of a face, by a number within the body."""
         while len(self.rows) <= number:
             self.rows.append(np.zeros(13))
         self.rows[number] = np.concatenate([[float(uv.angular)], (np.array(uv.matrix) @ inverse).ravel()])
@@ -66,6 +67,7 @@ def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:
 
 
 def _combined(node: Boolean, parts: list[Tree]) -> Tree:
+    """The tree of a Boolean node from those of its operands."""
     if isinstance(node, Complement):
         return negation(parts[0])
     if isinstance(node, Painted):
@@ -78,6 +80,7 @@ def _combined(node: Boolean, parts: list[Tree]) -> Tree:
 
 
 def negation(tree: Tree) -> Tree:
+    """The complement of a tree, of which there are never two in a row."""
     return tree.part if isinstance(tree, Not) else Not(tree)
 
 
@@ -104,9 +107,9 @@ def _moved(tree: Tree, motion: Motion, faces: Faces, first: int) -> Tree:
 
 
 def _cells(tree: Tree) -> list[Cell]:
-    """All cells of a primitive, which may be passed over where a ray misses the primitive's box.
+    """All cells of a primitive, which may be culled where a ray misses the primitive's box.
 
-    None where a complement stands in its tree: it might be inside although all of its cells are not.
+    None where its tree has a complement: it might be inside although all of its cells are not.
     """
     cells, pending = [], [tree]
     while pending:

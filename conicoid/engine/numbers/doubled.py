@@ -53,6 +53,7 @@ def pair_scaled(a: Pair, b: float) -> Pair:
 
 @inline
 def negative(a: Pair) -> Pair:
+    """-a, exactly."""
     return Pair(-a.high, -a.low)
 
 

@@ -1,4 +1,4 @@
-"""Sorting whole numbers by what they stand for."""
+"""Sorting integers that number things, by a comparison of the things: Shell's sort."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ def next_gap(gap: int) -> int:
 
 @helper
 def sort_numbers(numbers: Any, count: int, comes_after: Any, data: Any) -> None:
-    """Order the first `count` numbers such that comes_after(data, a, b) holds for none that stands before b."""
+    """Order the first `count` numbers so that comes_after(data, a, b) holds for no a before b. In place; not stable.
+
+    Relies on `comes_after` being a strict weak order; whoever needs ties in a fixed order compares the numbers too.
+    """
     gap = first_gap(count)
     while gap > 0:
         for i in range(gap, count):

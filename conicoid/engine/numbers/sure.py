@@ -49,6 +49,7 @@ def product(x: float, y: float) -> Sure:
 
 @inline
 def plus(a: Sure, b: Sure) -> Sure:
+    """a + b."""
     s, e = two_sum(a.high, b.high)
     t, f = two_sum(a.low, b.low)
     e, r = two_sum(e, t)
@@ -60,16 +61,19 @@ def plus(a: Sure, b: Sure) -> Sure:
 
 @inline
 def opposite(a: Sure) -> Sure:
+    """-a, exactly."""
     return Sure(-a.high, -a.low, a.error)
 
 
 @inline
 def minus(a: Sure, b: Sure) -> Sure:
+    """a - b."""
     return plus(a, opposite(b))
 
 
 @inline
 def times(a: Sure, b: Sure) -> Sure:
+    """a b."""
     p = a.high * b.high
     e = fma(a.high, b.high, -p) + fma(a.high, b.low, a.low * b.high)
     high, low = quick_sum(p, e)

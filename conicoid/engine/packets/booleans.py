@@ -1,8 +1,8 @@
 """Boolean bodies of a few leaves met by the lanes of a packet.
 
-The same sweep as for a single ray (see `events`), all lanes at once: every leaf gives its spans; then
-each lane goes from one span end to the next and asks the body's program there, all ends at equal t
-together, until the truth turns. Nothing is sorted and nothing branches on a lane.
+The rules of the sweep for single rays (body/boolean.py) by another algorithm, all lanes at once: every leaf gives its
+spans; then each lane steps from one span end to the next and evaluates the program there, all ends at equal t together,
+until its value changes. Nothing is sorted and nothing branches on a lane, which is why there are two.
 """
 
 from __future__ import annotations
@@ -141,7 +141,10 @@ def _settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, 
 def _advance(
     geometry: Geometry, lanes: Floats, truths: Floats, program: int, starts: bool, first: int, last: int
 ) -> int:
-    """Note where the truth has turned, go on to the next end; returns how many lanes still seek."""
+    """Note where the value has changed, go on to the next end; returns how many lanes still seek.
+
+    Keeps INSIDE the value just after NOW; a lane stops seeking at its crossing, or beyond its interval or nearest hit.
+    """
     first, last = eights(first, last)
     root = integer(geometry, table.PROGRAM_GATE, program)
     need, negated = float(integer(geometry, table.GATE_NEED, root)), integer(geometry, table.GATE_NEGATED, root) == 1
@@ -167,7 +170,10 @@ def _advance(
 
 @helper
 def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: int, last: int) -> None:
-    """Where a span's end is the crossing found and turns the way the body does, its face shows."""
+    """Where a span's end is the crossing found and turns the way the body does, its face is reported.
+
+    Called for leaves from the last to the first, so that the first is reported, as by single rays.
+    """
     first, last = eights(first, last)
     row = np.uint64(at)
     for i in range(first, last):
@@ -185,6 +191,7 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
 
 @helper
 def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
+    """Bounds and the stretch to be searched, of each lane, before its leaves are met."""
     first, last = eights(first, last)
     for i in range(first, last):
         off, far = lane_nearness(lanes, i, lengths)
@@ -227,7 +234,10 @@ def region_lanes(
     geometry: Geometry, lanes: Floats, leaves: Floats, truths: Floats, spans: Ints,
     program: int, entry: int, body: int, first: int, last: int,
 ) -> None:  # fmt: skip
-    """The first crossing of a Boolean body."""
+    """The first crossing of a Boolean body, kept by each lane if it is the nearer: that of single rays, or in doubt.
+
+    Relies on `in_lanes`: at most `MOST` leaves and gates.
+    """
     if leaves_of_lanes(geometry, lanes, leaves, spans, program, first, last) == 0:
         return
     first, last = eights(first, last)
@@ -256,7 +266,7 @@ def region_lanes(
     for i in range(first, last):
         t, sense, enters = lanes[FOUND + i], lanes[NEW_SENSE + i], lanes[NEW_ENTERS + i]
         far = lane_nearness(lanes, i, lengths)[1]
-        # Ends that were not told apart: as many as were gone by more than there were steps
+        # Ends at equal t were one step: doubtful where more ends were passed than steps made
         unsure = ((abs(t) > far) & (abs(t) < math.inf)) | (lanes[ENDS + i] != 0.0)
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
         take(lanes, i, t, lanes[OFF + i], entry, body, lanes[NEW_PLACE + i], sense, enters)

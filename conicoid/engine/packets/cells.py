@@ -2,9 +2,9 @@
 
 The lanes go through the same formulas as single rays, which the compiler turns into vector
 instructions: functions are merged into the loop, a surface's record is a tuple read before it, and
-selects take the place of branches. The few lanes whose terms cancel are done again one by one. So a
-ray gives the same hit to the bit, whichever way it goes. Loops are written twice where the lanes may
-have one origin: what follows from it is worked out before the first.
+selects replace branches. The few lanes whose terms cancel are evaluated again one by one. So a
+ray gives the same hit to the bit, whichever route it takes. Loops are written twice where the lanes may
+share one origin: what depends on it alone is then computed once, before the loop.
 
 Every function works on lanes first..last, multiples of eight.
 """
@@ -69,7 +69,7 @@ from .planes import plane_lanes
 
 @helper
 def ball_lanes(lanes: Floats, sphere: Sphere, surface: int, entry: int, body: int, first: int, last: int) -> None:
-    """The first crossing of a ball."""
+    """The first crossing of a ball, kept by each lane if it is the nearer; to the same bits as `meet.try_ball`."""
     first, last = eights(first, last)
     lengths = lengths_of_ball(sphere)
     x, y, z = lanes[OX], lanes[OY], lanes[OZ]
@@ -85,6 +85,7 @@ def ball_lanes(lanes: Floats, sphere: Sphere, surface: int, entry: int, body: in
 def _ball_of_lane(
     lanes: Floats, i: int, line: Line, sphere: Sphere, lengths: Nearness, surface: int, entry: int, body: int
 ) -> None:
+    """The first crossing of a ball by one lane, kept if it is the nearer (`take`)."""
     starts, nearness = lanes[START + i] == surface, lane_nearness(lanes, i, lengths)
     roots = sphere_roots(sphere, line, lanes[INVERSE + i], starts)
     t, enters, unsure = ball_event(roots, starts, lanes[T_MIN + i], lanes[T_MAX + i], nearness)
@@ -94,6 +95,7 @@ def _ball_of_lane(
 
 @inline
 def _put_roots(lanes: Floats, i: int, roots: Roots) -> None:
+    """Roots into the rows of a lane, as `_quadric_lanes` describes them."""
     lanes[LOW + i], lanes[HIGH + i] = roots.low, roots.high
     lanes[FLAG + i] = (1.0 if roots.outside else 0.0) + (2.0 if roots.crosses else 0.0)
     lanes[DISCRIMINANT + i] = 1.0 if roots.unsure else 0.0
@@ -112,6 +114,7 @@ def _lane_terms(lanes: Floats, i: int) -> Quadratic:
 
 @inline
 def _put_terms(lanes: Floats, i: int, terms: Quadratic) -> None:
+    """Terms into the rows of a lane, as `_lane_terms` reads them."""
     lanes[A + i], lanes[B + i], lanes[C + i] = terms.a, terms.b, terms.c
     lanes[DISCRIMINANT + i], lanes[FOOT + i] = terms.discriminant, terms.foot
     lanes[FLAG + i] = (
@@ -130,7 +133,7 @@ def _settle_lanes(lanes: Floats, limits: QuadricLimits, surface: int, first: int
 
 @inline
 def _quadric_of_lane(lanes: Floats, i: int, line: Line, quadric: Quadric, surface: int) -> int:
-    """A lane's terms; returns 1 where they are to be done again with care."""
+    """A lane's terms; returns 1 where `careful_quadratic` has to evaluate them again."""
     terms = quadratic_on_ray(quadric, line, lanes[INVERSE + i], lanes[START + i] == surface)
     _put_terms(lanes, i, terms)
     return 1 if terms.cancels else 0
@@ -165,7 +168,11 @@ def _sphere_lanes(lanes: Floats, sphere: Sphere, surface: int, first: int, last:
 
 @helper
 def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: int) -> int:
-    """The slab between the planes of a cell, the roots of its quadric. Returns how many lanes may be inside."""
+    """The slab between the planes of a cell, the roots of its quadric. Returns how many lanes may be inside.
+
+    Early out: where that is 0 no lane has a span or a doubt within its interval, and the roots are not written.
+    Otherwise FLAG and DISCRIMINANT are as `_quadric_lanes` leaves them; without a quadric all of the slab is inside.
+    """
     first, last = eights(first, last)
     lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
     for i in range(first, last):
@@ -255,7 +262,10 @@ def _end_of_lane(
 
 @helper
 def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: int, first: int, last: int) -> None:
-    """The first end of the spans of a cell within each lane's interval."""
+    """The first end of the spans of a cell within each lane's interval, kept if it is the nearer (`take`).
+
+    To the same bits as `meet.try_cell`, or in doubt.
+    """
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return
     side, curved = curved_side(geometry, cell), quadric_place(cell)

@@ -1,8 +1,8 @@
 """First hits of coherent rays, 64 at a time.
 
-A packet asks about the items that its tile sees, the nearest first. Where that is not known, and below items that are
-nodes, it goes down the tree as one beam, which is tested against all eight children of a node at
-once; only what it reaches is asked by the lanes.
+A packet tests the items of its frontier, the nearest first. Where there is none, and below items that are nodes, it
+traverses the tree as one beam, which is tested against all eight children of a node at once; only what the beam meets
+is tested by the lanes. The beam ends where the last of its lanes does (`shorten_beam`), so what it culls no lane meets.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def _ball_of(geometry: Geometry, items: Floats, k: int) -> tuple[int, int, int]:
 
 @inline
 def _group_at_ball(geometry: Geometry, packet: Packet, pair: int) -> int:
-    """Which of a group of lanes may meet a ball; see `PAIRS`."""
+    """A mask of the lanes of a group that may meet a ball; see `PAIRS`."""
     at, size, place = _ball_of(geometry, packet.items, pair >> 3)
     x, y, z, r = leaf_ball(geometry, at, size, place)
     return group_in_ball(packet.lanes, pair & 7, x, y, z, r)
@@ -68,9 +68,9 @@ def _group_at_ball(geometry: Geometry, packet: Packet, pair: int) -> int:
 
 @inline
 def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
-    """Find what is to be asked of the balls among the chosen items; returns how many pairs there are.
+    """Pair the balls among the chosen items with the groups of lanes that may meet them; returns how many pairs.
 
-    Step by step for all of them, without branches, so that what one is found to be does not hold up the next.
+    Step by step for all of them, without branches, so that no test waits for the outcome of the one before.
     """
     items, asked, count, kept = packet.items, packet.asked, 0, 0
     split = packet.lanes[GROUP_BEAMS] != 0.0
@@ -95,7 +95,7 @@ def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
 def _meet_chosen(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int
 ) -> int:
-    """Meet the balls among the chosen items. The others go to the stack, whose height is returned."""
+    """Intersect the balls among the chosen items. The others are pushed on the stack, whose height is returned."""
     way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
     for j in range(chosen - 1, -1, -1):
         k = packet.asked[j]
@@ -124,7 +124,7 @@ def _meet_balls(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool,
     at: int, count: int,
 ) -> None:  # fmt: skip
-    """A leaf of balls: the beam sorts out those that it misses, the lanes ask about the others."""
+    """A leaf of balls: the beam culls those that it misses, the lanes test the others, the nearest first."""
     lanes, near = packet.lanes, scratch.way
     bits, near[0] = 1, -math.inf
     if count > 1:
@@ -150,7 +150,8 @@ def _meet_balls(
 def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool) -> None:
     """First hits, or any, of the rays in the lanes, which are `ordinary`; see `lane_hit`.
 
-    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Relies on `prepare_lanes` and
+    `put_lane_beam` having been called and, where there is a frontier, on its holding all that they can meet at t >= 0.
     """
     way, lanes = scratch.way, packet.lanes
     items, item, top, most = whole(packet.items[ITEM_COUNT]), 0, 0, 2
@@ -160,7 +161,7 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
         put_group_beams(lanes)
     while True:
         if top == 0:
-            # Few at first: what they hide need not be asked about
+            # Few at first: what they hide need not be tested
             chosen, item = _choose(packet, item, items, most)
             most = min(2 * most, MOST_CHOSEN - 8)
             if chosen == 0:

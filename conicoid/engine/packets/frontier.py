@@ -1,4 +1,4 @@
-"""What part of the tree a tile of packets sees, so that not each of its packets starts at the roots.
+"""The frontier of a tile: what part of the tree it sees, so that not each of its packets starts at the roots.
 
 The beam that holds all rays of the tile goes down the tree first, the nearest first, to balls and to leaves of other
 things. Of these items quarters of the tile keep what their beams meet, and of those each packet, eight at a time.
@@ -38,7 +38,7 @@ _AHEAD = 10
 
 
 ITEM_COUNT = ITEMS_SIZE
-"""Behind a frontier's items (see `simd.items`): how many there are, or -1: nothing is known.
+"""Behind a frontier's items (see culling/items.py): how many there are, or -1: there is no frontier.
 
 They are in order from the nearest to the furthest, or nearly so: nodes, leaves, and balls of leaves.
 """
@@ -53,7 +53,7 @@ class Level(NamedTuple):
 
 @allocator
 def new_frontier() -> Floats:
-    """Memory for one thread; nothing is known."""
+    """Memory for one thread, without a frontier."""
     items = np.empty(ITEMS_SIZE + 1)
     items[ITEM_COUNT] = -1.0
     return items
@@ -67,12 +67,13 @@ def new_level() -> Level:
 
 @inline
 def _code(found: Any) -> Any:
-    """Of a node or leaf."""
+    """The code of a node or leaf, the lower half of what was found."""
     return np.int64(np.int32(found))
 
 
 @inline
 def _sort(level: Level, begin: int, end: int) -> None:
+    """Order a level by where the beam enters: insertion sort."""
     for k in range(begin + 1, end):
         found, t, slot = level.found[k], level.t[k], k
         while slot > begin and level.t[slot - 1] > t:
@@ -119,7 +120,11 @@ def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: floa
 
 @helper
 def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats, start: int, tree: int) -> None:
-    """What of a tree a beam (from beam[start:]) meets."""
+    """The nodes, leaves and balls of a tree that a beam (beam[start:]) meets, roughly from the nearest to the farthest.
+
+    Whatever a ray within the beam can meet at t >= 0 is one of the items or below one; ENTERED never decreases along
+    them, so that a packet may stop at the first that is entered beyond its reach.
+    """
     roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
     count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
     items[ITEM_COUNT] = -1.0
@@ -153,7 +158,7 @@ def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats,
 
 @helper
 def narrow_frontier(items: Floats, beam: Floats, start: int, narrowed: Floats) -> None:
-    """What of a tile a narrower beam (from beam[start:]) meets."""
+    """The items of a frontier that a narrower beam (beam[start:]) meets, in the same order."""
     end, count = 0, whole(items[ITEM_COUNT])
     for first in range(0, count, 8):
         bits = items_met(items, first, beam, start) & ((1 << min(8, count - first)) - 1)

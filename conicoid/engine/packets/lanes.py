@@ -1,8 +1,8 @@
 """A packet: 64 rays side by side, a row of 64 floats for each of their numbers.
 
-All rows stand in one block of floats, numbers of things too, at places the compiler knows: so it
-sees that what a loop over lanes writes is not what it reads, and makes vectors of it. Lanes are counted
-by unsigned numbers, else it must think of places counted from the end.
+All rows are in one block of floats, integers too, at places that are constants to the compiler: so it sees that a loop
+over lanes does not read what it writes, and vectorises it. Lanes are unsigned numbers, else it would have to allow for
+indices counted from the end.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ..tree.walk import reciprocal
 
 LANES = 64
 
-# Where the rows begin. `simd` relies on the order of the first fourteen
+# Where the rows begin. `culling` relies on the order of the first fourteen
 (
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, UNIT, START, BEST, BODY, ENTRY, PLACE, SENSE,
     ENTERS, A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN, NOW, NEXT, INSIDE,
@@ -51,7 +51,7 @@ SIZE = GROUPS_AT + 96
 
 @inline
 def eights(first: int, last: int) -> tuple[Any, Any]:
-    """The same numbers, multiples of 8 in [0, 64], made such that the compiler knows that they are."""
+    """The same numbers, multiples of 8 in [0, 64], masked so that the compiler can prove it."""
     return np.uint64(first) & np.uint64(56), np.uint64(last) & np.uint64(120)
 
 
@@ -98,7 +98,7 @@ def put_idle(lanes: Floats, i: Any, like: Any) -> None:
 
 @inline
 def prepare_lanes(lanes: Floats) -> None:
-    """What follows from the rays; nothing is hit yet."""
+    """Derive the other rows from the rays: no hit yet, no doubt. To be called before any lane is traced."""
     for i in range(ALL):
         dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
         inverse = 1.0 / (dx * dx + dy * dy + dz * dz)

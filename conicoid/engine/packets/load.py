@@ -43,6 +43,7 @@ _SEVERAL = 4.0
 
 @inline
 def packets_across(width: int) -> int:
+    """How many packets lie side by side in a picture."""
     return (width + 7) >> 3
 
 
@@ -105,7 +106,7 @@ def ordinary(lanes: Floats) -> bool:
 
 @helper
 def coherent(geometry: Geometry, lanes: Floats) -> bool:
-    """Do the rays of a packet see about the same part of the scene?
+    """Are the rays of a packet coherent: do they see about the same part of the scene?
 
     Their origins and, at the far end of the scene, their points must lie within a few times the
     size that a body has when the scene's box is shared out among all.

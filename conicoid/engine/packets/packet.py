@@ -1,4 +1,4 @@
-"""A packet of 64 rays, and how its lanes meet what stands in a leaf."""
+"""A packet of 64 rays, and how its lanes intersect the items of a leaf."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ class Packet(NamedTuple):
     leaves: Floats  # spans of a body's leaves
     truths: Floats  # true inputs of its gates
     spans: Ints  # how many spans each leaf has, at most
-    items: Floats  # what of the scene's tree may be met, if that is known: a frontier
-    asked: Any  # int64: the next of the items that its beam meets; from `PAIRS` on what is asked of them, see there
+    items: Floats  # a frontier: what of the scene's tree may be met, if that is known
+    asked: Any  # int64: the next items that its beam meets; from `PAIRS` on the tests of them in groups of lanes
 
 
 @allocator
@@ -69,7 +69,7 @@ def new_packet() -> Packet:
 
 @inline
 def with_lanes(packet: Packet, lanes: Floats) -> Packet:
-    """A packet of other rays in the same memory, of which as much is known of the scene."""
+    """A packet of other rays in the same memory, with the same frontier, which must hold for them too."""
     return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked)
 
 
@@ -81,7 +81,7 @@ def new_lanes() -> Floats:
 
 @helper
 def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int, met: int) -> None:
-    """Large bodies and sheets: each lane that meets the box by itself."""
+    """Large bodies and sheets: each lane that meets the box alone, by `try_entry` of single rays."""
     while met != 0:
         i = np.uint64(lowest_bit(met))
         met &= met - 1
@@ -95,7 +95,7 @@ def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int,
 
 @inline
 def retire(lanes: Floats) -> None:
-    """Make the lanes idle that have met something."""
+    """Make the lanes idle that have a hit: the early out of any-hit queries."""
     for i in range(ALL):
         lanes[T_MAX + i] = choose(lanes[BEST + i] < math.inf, -math.inf, lanes[T_MAX + i])
 
@@ -119,7 +119,11 @@ def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> in
 def meet_in_lanes(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
 ) -> None:
-    """Item k of the leaf of `count` at floats[at:], asked by the lanes that are told by bits, or more."""
+    """Intersect item k of the leaf of `count` at floats[at:] with the lanes of a mask, or with more of them.
+
+    Whole groups of eight are tested, from the first to the last lane of the mask: lanes outside of it lose time, and
+    their hits are the same, because culled lanes do not meet the item. Keeps every lane's hit the first of all tested.
+    """
     lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
     kind, index, body, entry = leaf_item(geometry, at, count, k)
     if len(blocks) > 0 and blocks[body] == 0:

@@ -34,7 +34,7 @@ from .lanes import (
 
 @helper
 def _cut_lanes(lanes: Floats, lengths: Nearness, surface: int, inner: bool, place: int, first: int, last: int) -> None:
-    """Cut the slabs by a plane whose height and rate stand in A and B; FLAG 2: rounding may have changed them too much.
+    """Cut the slabs by a plane whose height and rate are in A and B; FLAG 2: rounding may have changed them too much.
 
     UNSURE becomes 1 where it may have changed the order of two planes, 2 where it may have changed more.
     """

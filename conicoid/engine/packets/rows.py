@@ -1,7 +1,7 @@
 """All crossings or spans of coherent rays, 64 at a time.
 
 A packet goes down the tree once, as for first hits, and finds the spans of balls, cells and leaves in lanes. From there
-on every lane that has any goes by itself, by the same code as a single ray.
+on every lane that has any continues alone, by the same code as a single ray.
 """
 
 from __future__ import annotations
@@ -94,6 +94,7 @@ def _in_cell(geometry: Geometry, scratch: Scratch, packet: Packet, cell: int, i:
 
 @inline
 def _span(leaves: Floats, at: int, i: Any) -> tuple[float, float, int, int]:
+    """(t in, t out, place in, place out) of lane i in the rows at leaves[at:]."""
     row = np.uint64(at) + i
     return leaves[row + IN], leaves[row + OUT], whole(leaves[row + PLACE_OF_IN]), whole(leaves[row + PLACE_OF_OUT])
 
@@ -119,7 +120,7 @@ def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: in
 
 @helper
 def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int) -> bool:
-    """The spans of a ball, cell or small body in the eights of lanes that are told by bits; False if there are none."""
+    """The spans of a ball, cell or small body in the groups of lanes of a mask; False if there are none."""
     lanes, leaves, first, last = packet.lanes, packet.leaves, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
     if kind == BALL:
         spans_of_ball(geometry, lanes, leaves, 0, index, first, last)
@@ -211,7 +212,7 @@ def list_packet(
 ) -> tuple[Floats, int]:
     """The spans or crossings of the rays of an `ordinary` packet, in chains through rows: (the rows, how many).
 
-    Lanes whose DOUBT is set do not have all of theirs.
+    Lanes whose DOUBT is set do not have all of theirs; the caller traces them again alone.
     """
     way, lanes, used, listing = scratch.way, packet.lanes, 0, Listing(packet, chains, spans)
     for i in range(LANES):

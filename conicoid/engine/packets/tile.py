@@ -79,6 +79,7 @@ def _extend(points: Floats, i: int, extremes: Floats, at: int) -> None:
 
 @inline
 def _extent(extremes: Floats, at: int, axis: int) -> tuple[float, float]:
+    """(least, greatest) of an axis, from 24 extremes each."""
     low, high = math.inf, -math.inf
     for k in range(axis, 24, 3):
         low, high = min(low, extremes[at + k]), max(high, extremes[at + 24 + k])
@@ -87,6 +88,7 @@ def _extent(extremes: Floats, at: int, axis: int) -> tuple[float, float]:
 
 @inline
 def _put_extremes(extremes: Floats, at: int, rays: RayArrays, tile: int, quarter: int, width: int) -> None:
+    """The extremes of origins and directions of the rays in a quarter of a tile."""
     origins, directions = rays.origins, rays.directions
     for k in range(24):
         for begin in (at + _ORIGINS, at + _DIRECTIONS):
@@ -128,7 +130,7 @@ def open_tile(
     geometry: Geometry, tile: Tile, lanes: Floats,
     rays: RayArrays, number: int, width: int,
 ) -> bool:  # fmt: skip
-    """Find what a tile sees (t >= 0). True if all its rays have one origin, which all lanes have got then."""
+    """Find the frontier of a tile (t >= 0). True if all its rays share an origin, which is in all lanes then."""
     beams = tile.beams
     for quarter in range(_QUARTERS):
         _put_extremes(tile.extremes, 96 * quarter, rays, number, quarter, width)
@@ -141,14 +143,14 @@ def open_tile(
 
 @helper
 def open_quarter(tile: Tile, quarter: int, seen: Floats) -> None:
-    """Find what a quarter of an open tile sees."""
+    """Narrow the frontier of an open tile to one of its quarters."""
     _put_beam(tile.beams, BEAM * quarter, tile.extremes, 96 * quarter, 96 * quarter + 96)
     narrow_frontier(tile.seen, tile.beams, BEAM * quarter, seen)
 
 
 @inline
 def ask_for_packet(rays: RayArrays, packet: int, width: int) -> None:
-    """Ask for the memory of a packet's rays, if there is one."""
+    """Prefetch a packet's rays, if there is one."""
     origins, directions = rays.origins, rays.directions
     for row in range(8 if packet >= 0 else 0):
         i, n = packet_row(packet, row, width, len(origins))

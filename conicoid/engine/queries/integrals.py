@@ -81,9 +81,11 @@ def _part(rays: Rays, begin: int, end: int, width: int) -> Rays:
 
 
 def _cut(limits: FloatArray, begin: int, end: int, width: int) -> Any:
+    """The limits of some rays."""
     return limits[begin:end].reshape(_shape(begin, end, width)) if len(limits) > 1 else float(limits[0])
 
 
 def _shape(begin: int, end: int, width: int) -> tuple[int, ...]:
+    """The shape of some rays: whole rows of a picture, or a list."""
     count = end - begin
     return (count // width, width) if width and begin % width == 0 == count % width else (count,)

@@ -20,12 +20,13 @@ _PACKETS = 64
 
 
 def listed(scene: Prepared, rays: RayArrays, width: int, packets: int, spans: bool) -> Listed:
-    """All spans, or crossings, of some packets of rays; `width`: see `bundle.packet_row`."""
+    """All spans, or crossings, of some packets of rays; `width`: see `packet_row` of packets/load.py."""
     count = len(rays.origins)
     counts, doubts = np.zeros(count, np.int32), np.zeros(count, np.int8)
     offsets, pieces = np.zeros(count + 1, np.int64), []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
+        """Trace some packets, and keep their rows as a piece."""
         rows = trace_rows(geometry, rays, width, spans, begin, end, counts, doubts)
         pieces.append(_Piece(rows, counts, offsets, width, begin, end))
 

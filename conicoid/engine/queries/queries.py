@@ -86,7 +86,11 @@ def _packets(rays: Rays) -> tuple[int, int]:
 
 
 def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
-    """The nearest crossing of each ray in (t_min, t_max)."""
+    """The nearest crossing of each ray in (t_min, t_max).
+
+    In packets, or in streams where rays are not coherent; then what the kernels left in doubt is settled. Which route
+    a ray took changes no bit of the answer.
+    """
     arrays = arrays_of(scene, rays, t_min, t_max)
     found = Found.new(len(arrays.origins))
     width, packets = _packets(rays)
@@ -122,7 +126,7 @@ def _trace_streams(scene: Prepared, arrays: RayArrays, any_hit: bool, found: Fou
 
 
 def _in_order(scene: Prepared, arrays: RayArrays, width: int, packets: int) -> bool:
-    """Should rays be traced as they come? Yes if they are few, or if every other packet of them is coherent."""
+    """Should rays be traced in packets, in the order given? Yes if they are few, or every other packet is coherent."""
     if packets < _FEW:
         return True
     asked = 64

@@ -15,7 +15,7 @@ from ...shapes.vector import FloatArray
 from ..answers.rays import Rays
 
 FEW = 1 << 14
-"""Shorter lists are not looked at: it would take longer than it saves."""
+"""Shorter lists are not examined: it would take longer than it saves."""
 _LEAST = 32  # rays in a row: a few idle lanes at its end do not matter
 _SIDE = 8  # of a square
 _LOOKS = (1 << 10, 1 << 14)  # how far the end of the first row is searched
@@ -37,6 +37,7 @@ def row_length(rays: Rays) -> int:
 
 
 def _squared(vectors: FloatArray) -> Any:
+    """Squared lengths of vectors."""
     return np.einsum("...i,...i->...", vectors, vectors)
 
 

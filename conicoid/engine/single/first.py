@@ -1,4 +1,4 @@
-"""What other kernels ask of a scene: the nearest crossing, occlusion, the media on both sides, normals, uv."""
+"""The queries of one ray that other kernels build on: the nearest crossing, any crossing of some bodies."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ from ..tree.walk import OWN_BEAM, next_leaf, push_roots, put_beam, scene_tree
 
 @helper
 def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs, any_hit: bool) -> Hit:
-    """The nearest crossing of bodies with blocks[body] != 0 (of all, if `blocks` is empty), or any one of them."""
+    """The nearest crossing of bodies with blocks[body] != 0 (of all, if `blocks` is empty), or any one of them.
+
+    Traverses the tree, the nearest box first. The beam ends at `within(best)`, so that what is culled can neither be
+    nearer nor make the order doubtful. `any_hit` is an early out at the first crossing.
+    """
     best = no_hit()
     if not ray.t_min < ray.t_max:
         return best

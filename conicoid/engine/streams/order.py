@@ -2,7 +2,7 @@
 
 Rays in no order are sorted by the octant of their direction, then by where they begin in the
 scene's box (or enter it), then by direction within the octant: a key of a few bits for each, a stable
-counting sort. Sixteen in a row then go well together. After Garanzha and Loop, Fast ray sorting and breadth-first
+counting sort. Sixteen in a row are then coherent. After Garanzha and Loop, Fast ray sorting and breadth-first
 packet traversal (Eurographics 2010).
 """
 
@@ -90,11 +90,13 @@ def _entry(o: float, d: float, low: float, high: float) -> float:
 
 @inline
 def _scale(low: float, high: float, cells: int) -> float:
+    """Equal parts for each unit of length between two ends; 0 for an empty stretch."""
     return cells / (high - low) if high > low else 0.0
 
 
 @inline
 def _key(lanes: Floats, i: Any, box: Box, scale: Vector, most: float, bits: int) -> None:
+    """The key of the ray in lane i."""
     ox, oy, oz, dx, dy, dz = lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i]
     tx, ty, tz = _entry(ox, dx, box.lx, box.hx), _entry(oy, dy, box.ly, box.hy), _entry(oz, dz, box.lz, box.hz)
     t = choose(tx > 0.0, tx, 0.0)
@@ -136,6 +138,7 @@ def ray_keys(
 
 @kernel
 def _place(keys: Ints, begin: int, end: int, places: Ints, order: Ints) -> None:
+    """Put the rays of a block in their places, in order of their keys; ties keep their order."""
     for i in range(begin, end):
         key = keys[i]
         order[places[key]] = i
@@ -154,7 +157,7 @@ def _begin_places(counts: npt.NDArray[np.int32]) -> None:
 
 
 def ray_order(geometry: Geometry, origins: Floats, directions: Floats) -> Ints:
-    """Numbers of rays in an order in which neighbours go well together."""
+    """Numbers of rays in an order in which neighbours are coherent; each number occurs once."""
     count = len(origins)
     bits = 3 if count >= 1 << 18 else 2
     blocks = max(1, min(thread_count(), 16, count // _CHUNK))
@@ -163,10 +166,12 @@ def ray_order(geometry: Geometry, origins: Floats, directions: Floats) -> Ints:
     counts = np.zeros((blocks, 1 << (3 * bits + 7)), np.int32)
 
     def number(first: int, last: int) -> None:
+        """Keys of some blocks."""
         for block in range(first, last):
             ray_keys(geometry, origins, directions, bits, edges[block], edges[block + 1], keys, counts[block])
 
     def place(first: int, last: int) -> None:
+        """Places of some blocks."""
         for block in range(first, last):
             _place(keys, edges[block], edges[block + 1], counts[block], order)
 

@@ -1,7 +1,7 @@
 """Rays of a stream and balls that they may meet, pair by pair: 64 are tested at once, in lanes.
 
-A pair is a lane, whatever leaf the ball is of. It is tested as `meet.try_ball` does it, to the bit; whose
-hit is nearer is told afterwards, one pair after the other, since two may have the same ray.
+A pair is a lane, whatever leaf the ball is from. It is tested by the formulas of `meet.try_ball`, to the same bits;
+which hit is nearer is decided afterwards, one pair after the other, since two may have the same ray.
 """
 
 from __future__ import annotations
@@ -73,6 +73,7 @@ def meet_pairs(pairs: Pairs, rays: Floats, more: Floats, count: int) -> None:
 
 @inline
 def _test_lane(lanes: Floats, i: Any) -> None:
+    """Intersect the ray of a pair with its ball, without branches."""
     line = Line(lanes[OX + i], lanes[OY + i], lanes[OZ + i], lanes[DX + i], lanes[DY + i], lanes[DZ + i])
     sphere, inverse = Sphere(lanes[X + i], lanes[Y + i], lanes[Z + i], lanes[RADIUS + i]), lanes[INVERSE + i]
     t_min, t_max, start = lanes[T_MIN + i], lanes[T_MAX + i], lanes[START + i]
@@ -89,7 +90,7 @@ def _test_lane(lanes: Floats, i: Any) -> None:
 
 @inline
 def pair_hit(pairs: Pairs, at: int) -> Hit:
-    """What pair number `at` has come to; t = inf if the ray does not meet the ball."""
+    """The crossing of pair number `at`; t = inf if the ray does not meet the ball."""
     lanes, i = pairs.lanes, np.uint64(at)
     return Hit(
         lanes[T + i], whole(lanes[BODY + i]), whole(lanes[ENTRY + i]), whole(NO_PLACE), whole(1),

@@ -1,9 +1,9 @@
 """First hits of rays in no order, thousands at a time.
 
-All go down the tree together: at a node every ray of a list is tested against the eight children, and
-is put on the lists of those that it meets. So a node is fetched once for many rays, and one
-ray's arithmetic fills the waiting times of another's. The rays look into one octant; the
-children wait in its order, the nearest first. After Barringer and Akenine-Möller,
+All traverse the tree together: at a node every ray of a list is tested against the eight children, and
+is put on the lists of those that it meets. So a node is fetched once for many rays, and the arithmetic of one
+hides the memory latency of another. The directions lie in one octant; the children are visited in its order, the
+nearest first. After Barringer and Akenine-Möller,
 Dynamic ray stream traversal (ACM TOG 33, 2014).
 """
 
@@ -41,11 +41,11 @@ class Stream(NamedTuple):
     rays: Floats  # 8 numbers each
     more: Floats  # 8 numbers each
     hits: Ints  # 4 numbers each
-    lists: Any  # int64: rays that meet something, list after list, each with where, as `waiting` tells
+    lists: Any  # int64: rays that meet something, list after list, each with the t where (`waiting`)
     stack: Ints  # 4 each: what is met, where its list begins, how many rays it has, where its siblings' memory ends
     keys: Floats  # (8,) how far a node's children are
     counts: Ints  # (8,) how many rays they have
-    asked: Any  # (136,) int64: 16 times a ray, and the place in its leaf of what it may meet
+    asked: Any  # (136,) int64: tests of a leaf that culling left: 16 times a ray, plus the item's place
     pairs: Pairs
 
 
@@ -76,6 +76,7 @@ def put_stream_ray(stream: Stream, k: int, ray: Ray) -> None:
 
 @inline
 def _ray(stream: Stream, k: int) -> Ray:
+    """Ray k of a stream."""
     rays, more, at = stream.rays, stream.more, np.uint64(8 * k)
     return Ray(
         rays[at + ORIGIN], rays[at + ORIGIN + 1], rays[at + ORIGIN + 2],
@@ -97,7 +98,7 @@ def _octant(stream: Stream) -> int:
 
 @inline
 def stream_hit(stream: Stream, k: int) -> Hit:
-    """What ray k has met."""
+    """The hit of ray k so far."""
     more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
     unsure = is_doubtful(hits[what + TURN])
     turn = whole(hits[what + TURN] - (DOUBTFUL if unsure else 0))
@@ -108,6 +109,7 @@ def stream_hit(stream: Stream, k: int) -> Hit:
 
 @inline
 def _keep(stream: Stream, k: int, hit: Hit, any_hit: bool) -> None:
+    """A new hit of ray k; what lies beyond it is culled from now on, or everything, if any hit will do."""
     more, hits, at, what = stream.more, stream.hits, np.uint64(8 * k), np.uint64(4 * k)
     more[at + BEST], more[at + OFF] = hit.t, hit.off
     hits[what + BODY], hits[what + ENTRY], hits[what + PLACE], hits[what + TURN] = (
@@ -130,7 +132,7 @@ def _compare(geometry: Geometry, stream: Stream, k: int, new: Hit, any_hit: bool
 
 @helper
 def _settle_pairs(geometry: Geometry, stream: Stream, waiting_pairs: int, any_hit: bool) -> int:
-    """Test the pairs that wait; returns how many are left: none."""
+    """Test the pairs that wait, and keep the nearer hits in their order; returns how many are left: none."""
     meet_pairs(stream.pairs, stream.rays, stream.more, waiting_pairs)
     for n in range(waiting_pairs):
         _compare(geometry, stream, stream.pairs.rays[n], pair_hit(stream.pairs, n), any_hit)
@@ -198,7 +200,7 @@ def _meet(
     geometry: Geometry, scratch: Scratch, stream: Stream, code: int, begin: int, count: int, paired: int,
     blocks: Signs, any_hit: bool,
 ) -> int:  # fmt: skip
-    """The entries of a leaf, for all rays of a list; returns how many pairs wait to be tested now."""
+    """Intersect a leaf with all rays of a list; returns how many pairs of rays and balls wait to be tested now."""
     first, last = leaf_range(code)
     at, size = leaf_at(geometry, first), last - first
     for j in range(begin, begin + count, 8):
@@ -224,9 +226,10 @@ def _meet(
 def trace_stream(
     geometry: Geometry, scratch: Scratch, stream: Stream, count: int, blocks: Signs, any_hit: bool
 ) -> None:
-    """First hits, or any, of the first `count` rays of a stream, of one octant; `stream_hit` tells what each has met.
+    """First hits, or any, of the first `count` rays of a stream, of one octant; `stream_hit` reads their hits.
 
-    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty.
+    Only bodies with blocks[body] != 0 count, or all, if `blocks` is empty. Relies on one octant of all
+    directions. A ray's LAST bounds what can still be nearer than its hit; any-hit rays leave the stream by LAST = -inf.
     """
     if count == 0:
         return

@@ -1,7 +1,7 @@
-"""What a surface does to a ray, decided: on which side it begins, whether it is crossed, where to 30 digits.
+"""A surface on a ray, decided: on which side it begins, whether it is crossed, where to 30 digits.
 
 The same formulas as in quadric.py and plane.py, in numbers that carry a bound on their error. A surface
-is its record together with what rounding took from it.
+is its record together with what rounding took from it. Whatever is not OPEN is proved.
 """
 
 from __future__ import annotations
@@ -55,6 +55,7 @@ class Rest(NamedTuple):
 
 @inline
 def _difference(x: float, y: float) -> Sure:
+    """x - y exactly."""
     high, low = two_difference(x, y)
     return Sure(high, low, 0.0)
 
@@ -95,6 +96,7 @@ def decide_plane(geometry: Geometry, rest: Rest, surface: int, ray: Ray, starts:
 
 @helper
 def _sphere_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float) -> Terms:
+    """`curved_terms` of a sphere."""
     ox, oy, oz, dx, dy, dz, _, _, _ = ray
     cx, cy, cz, radius = load_sphere(geometry, row)
     r0, r1, r2, r3 = 0.0, 0.0, 0.0, 0.0
@@ -115,6 +117,7 @@ def _sphere_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float) 
 
 @helper
 def _quadric_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float) -> Terms:
+    """`curved_terms` of a quadric."""
     ox, oy, oz, dx, dy, dz, _, _, _ = ray
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, q0, q1, q2, l0, l1, l2, constant = load_quadric(
         geometry, row
@@ -194,4 +197,5 @@ def decide_curved(geometry: Geometry, rest: Rest, surface: int, ray: Ray, starts
 
 @inline
 def is_plane(geometry: Geometry, surface: int) -> bool:
+    """Is a surface a plane?"""
     return integer(geometry, table.SURFACE_KIND, surface) == PLANE

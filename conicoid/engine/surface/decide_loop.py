@@ -23,7 +23,7 @@ def _from(geometry: Geometry, rest: Rest, at: int, origin: float) -> Sure:
 
 @inline
 def _seen(geometry: Geometry, rest: Rest, vertex: int, axis: int, ray: Ray) -> tuple[Sure, Sure]:
-    """(u, v) of a vertex, as in `polygon.seen_along`."""
+    """(u, v) of a vertex, as in `loop.seen_along`."""
     first, second = (1, 2) if axis == 0 else ((2, 0) if axis == 1 else (0, 1))
     at, origin, direction = 3 * vertex, (ray.ox, ray.oy, ray.oz), (ray.dx, ray.dy, ray.dz)
     x, y = _from(geometry, rest, at + first, origin[first]), _from(geometry, rest, at + second, origin[second])

@@ -1,7 +1,7 @@
-"""Every number that says from where on the fast formulas are not trusted. Derived in docs/exactness.md.
+"""Every bound of doubt: the constants that decide where the fast formulas are not trusted. See docs/exactness.md.
 
-A crossing counts as doubtful long before rounding can have spoilt it: roundings are 2^-53 each, and a formula has some
-dozen of them. What is doubtful is decided again, so a bound that is too wide costs time, one too narrow an answer.
+A crossing is doubtful long before rounding can have spoilt it: roundings are 2^-53 each, and a formula has some dozen
+of them. What is doubtful is decided again, so a bound that is too wide costs time, one that is too narrow an answer.
 """
 
 RELATIVE = 2.0**-44

@@ -28,6 +28,7 @@ def left_out(t: float, starts: bool, t_min: float, t_max: float) -> bool:
 def at_start(t: float, starts: bool, t_min: float, off: float) -> bool:
     """Might rounding have taken a crossing to the other side of the ray's origin? Not the one that it starts on.
 
-    Other ends of the interval are compared with t as it is reported, so what is reported lies within them.
+    Other ends of the interval are compared with t as it is reported, so that what is reported lies within them; there
+    is nothing to doubt about those.
     """
     return (abs(t) <= off) & (t_min <= off) & ((t != 0.0) | (not starts))

@@ -37,6 +37,7 @@ def seen_along(axis: int, px: float, py: float, pz: float, ray: Ray) -> tuple[fl
 
 @inline
 def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[float, float, float, float]:
+    """`seen_along` for a vertex of the table."""
     at = 3 * vertex
     x, y, z = (
         real(geometry, table.VERTICES, at),
@@ -48,7 +49,10 @@ def seen_vertex(geometry: Geometry, vertex: int, axis: int, ray: Ray) -> tuple[f
 
 @inline
 def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bool, bool]:
-    """Even-odd: does a half-line from the ray across the view meet an odd number of edges? And: is that doubtful?"""
+    """(inside by even-odd, doubtful): does a half-line from the ray across the view meet an odd number of edges?
+
+    Relies on u, v of a vertex and the side of an edge not depending on the polygon: that makes shared edges watertight.
+    """
     dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
     odd, unsure = False, False

@@ -13,7 +13,10 @@ from .quadric import Sphere
 
 
 class Nearness(NamedTuple):
-    """What t may be off by, and the size of t beyond which nothing is certain; or both of lengths, for |d| = 1."""
+    """The error bound of t, and the size of t beyond which nothing is certain; or both as lengths, for |d| = 1.
+
+    far < 0 means that nothing is certain of the whole ray.
+    """
 
     off: float
     far: float
@@ -53,7 +56,10 @@ def nearness_of(geometry: Geometry, table: int, row: int, ray: Ray, inverse: flo
 
 @inline
 def limits_along(lengths: Nearness, unit: float, size: float, beside: float) -> Nearness:
-    """Limits of lengths as limits of t, by `ray_unit`, `ray_size` and how far beside its origin the ray may start."""
+    """Limits of lengths as limits of t, by `ray_unit`, `ray_size` and how far beside its origin the ray may start.
+
+    Never narrower than the exact ones: `off` is rounded up by `unit` >= 1 / |d|, `far` down by half of it.
+    """
     return Nearness(lengths.off * unit + RELATIVE * beside, lengths.far * (0.5 * unit) - size)
 
 

@@ -12,7 +12,7 @@ from .records import load_plane, load_quadric, load_sphere
 
 @inline
 def normal_at(geometry: Geometry, surface: int, side: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Unit normal of a surface at a point, times `side`; a cone's apex has its axis."""
+    """Unit normal of a surface at a point, times `side`; at the apex of a cone its axis."""
     kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
     if kind == PLANE:
         plane = load_plane(geometry, row)

@@ -34,7 +34,7 @@ class PlaneLimits(NamedTuple):
 def plane_on_ray(plane: Plane, line: Line) -> tuple[float, float, bool]:
     """(height, rate, parallel): the plane's value n·x - offset along the ray is height + rate t.
 
-    Where the terms of one of the dot products cancel, it is done again in twice the precision, so
+    Where the terms of one of the dot products cancel, both are evaluated again in twice the precision, so
     that t = -height / rate keeps its digits for grazing rays. `parallel`: every term of the rate is zero.
     """
     height, rate, cancels, parallel = plain_plane(plane, line)
@@ -58,7 +58,7 @@ def unsure_of_plane(height: float, rate: float, parallel: bool, inverse: float, 
 
 @inline
 def plain_plane(plane: Plane, line: Line) -> tuple[float, float, bool, bool]:
-    """(height, rate, cancels, parallel).
+    """(height, rate, cancels, parallel), without branches: for lanes, which evaluate the few that cancel again.
 
     The origin is taken relative to the anchor in two floats.
     """

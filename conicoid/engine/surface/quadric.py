@@ -72,8 +72,8 @@ class Roots(NamedTuple):
 class Quadratic(NamedTuple):
     """A quadric on a ray: a t² + 2 b t + c about o + foot d, its discriminant b² - a c, and what kind it is.
 
-    `cancels`: terms of a or of the discriminant do, and all of it is to be done again in two floats. `straight`: every
-    term of a is zero. `ruling`: of b's share in it too, the ray runs along the axis of a cylinder.
+    `cancels`: terms of a or of the discriminant do, and all is to be evaluated again in pairs of floats. `straight`:
+    every term of a is zero. `ruling`: of b's share in it too, the ray runs along the axis of a cylinder.
     """
 
     a: float
@@ -98,7 +98,8 @@ def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, un
     """Roots of a t² + 2 b t + c from its discriminant; each by the formula that does not cancel.
 
     q = -(b + sign(b) sqrt(b² - a c)); t = q / a and c / q. For a = 0 the first becomes the infinity
-    at the right end, so that a linear function needs no branch of its own.
+    at the right end, so that a linear function needs no branch of its own. Keeps low <= high; `outside` where
+    a < 0, or where a = 0, nothing is crossed and c < 0.
     """
     crosses = discriminant > 0.0
     q = -(b + math.copysign(math.sqrt(discriminant if crosses else 1.0), b))
@@ -142,7 +143,11 @@ def quadric_roots(quadric: Quadric, limits: QuadricLimits, line: Line, inverse: 
 
 @inline
 def settled_roots(terms: Quadratic, starts: bool, inverse: float, limits: QuadricLimits) -> Roots:
-    """Roots; the one a ray starts on is taken out by setting c = 0: what remains is t = 0 and -2 b / a."""
+    """Roots from the terms; the one a ray starts on is removed by setting c = 0: what remains is t = 0 and -2 b / a.
+
+    Relies on foot = 0 where the ray starts on the quadric. `unsure` by the least discriminant of `limits`, and for a
+    ray along a ruling by the least value.
+    """
     a, b, foot = terms.a, terms.b, terms.foot
     discriminant = b * b if starts else terms.discriminant
     c = 0.0 if starts else terms.c
@@ -155,7 +160,7 @@ def settled_roots(terms: Quadratic, starts: bool, inverse: float, limits: Quadri
 
 @inline
 def quadratic_on_ray(quadric: Quadric, line: Line, inverse: float, starts: bool) -> Quadratic:
-    """A quadric on a ray, in floats."""
+    """A quadric on a ray, in floats, without branches; `cancels` says where `careful_quadratic` is needed."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     ox, oy, oz, dx, dy, dz = line
     # Origin relative to the anchor in two floats, then the foot of the perpendicular
@@ -192,7 +197,7 @@ def quadratic_on_ray(quadric: Quadric, line: Line, inverse: float, starts: bool)
 
 @helper
 def careful_quadratic(quadric: Quadric, line: Line, terms: Quadratic) -> Quadratic:
-    """The same about the same foot, evaluated in two floats, rounded once."""
+    """`quadratic_on_ray` about the same foot, evaluated in pairs of floats and rounded once."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     ox, oy, oz, dx, dy, dz = line
     foot = terms.foot
@@ -228,12 +233,14 @@ def careful_quadratic(quadric: Quadric, line: Line, terms: Quadratic) -> Quadrat
 
 @inline
 def _difference(a: float, b: float) -> Pair:
+    """a - b exactly, as a pair."""
     high, low = two_difference(a, b)
     return Pair(high, low)
 
 
 @inline
 def _product(a: float, b: float) -> Pair:
+    """a b exactly, as a pair."""
     p = a * b
     return Pair(p, fma(a, b, -p))
 

@@ -1,4 +1,7 @@
-"""The record of a surface in the scene's tables, and where a ray crosses it."""
+"""The record of a surface in the scene's tables, and where a ray crosses it.
+
+Every route evaluates a surface by its number through these, so that walls that coincide get the same t to the bit.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,7 @@ def plane_crossing(geometry: Geometry, surface: int, ray: Ray, inverse: float) -
 
 @helper
 def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> Roots:
-    """Crossings with a sphere or general quadric."""
+    """Crossings with a sphere or general quadric; relies on `inverse` = 1 / d·d."""
     row, starts = integer(geometry, table.SURFACE_ROW, surface), surface == ray.start
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         return sphere_roots(load_sphere(geometry, row), line_of(ray), inverse, starts)
@@ -86,6 +89,7 @@ def curved_roots(geometry: Geometry, surface: int, ray: Ray, inverse: float) -> 
 
 @inline
 def is_curved(geometry: Geometry, surface: int) -> bool:
+    """Is a surface a sphere or a quadric?"""
     return (
         integer(geometry, table.SURFACE_KIND, surface) == SPHERE
         or integer(geometry, table.SURFACE_KIND, surface) == QUADRIC

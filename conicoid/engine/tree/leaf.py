@@ -1,7 +1,8 @@
-"""Leaves of the scene's tree: what stands in one, side by side in one block of floats.
+"""Leaves of the scene's tree: the items of one, side by side in one block of floats.
 
 A leaf of n entries has eight rows of n numbers: x, y, z and radii of balls around them, kinds, indices, bodies and
-entries, so that whoever comes to a leaf waits for one place of memory only. A ball's own is the exact one.
+entries, so that visiting a leaf waits for one place of memory only. The ball around an entry that is a ball is that
+ball exactly; those around others are bounds, widened by their slack.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from ..tables import Geometry, whole
 
 ROWS = 8
 ROUND = 0.5
-"""Added to the kind of the first entry where all balls of a leaf are less to look at than the entries' boxes."""
+"""Added to the kind of the first entry where each ball of a leaf has a smaller mean projection than its entry's box."""
 
 
 class Item(NamedTuple):
-    """What stands in a leaf: an entry, by numbers."""
+    """An entry in a leaf, by numbers."""
 
     kind: Any
     index: Any  # surface, cell, program, sheet or polygon
@@ -43,7 +44,7 @@ def leaf_at(geometry: Geometry, first: int) -> int:
 
 @inline
 def is_round(geometry: Geometry, at: int, count: int) -> bool:
-    """Are balls around the items of a leaf less to look at than boxes?"""
+    """Are the balls around the items of a leaf tighter than their boxes (`ROUND`)?"""
     kind = geometry.floats[at + 4 * count]
     return kind != math.floor(kind)
 
@@ -66,5 +67,5 @@ def leaf_ball(geometry: Geometry, at: int, count: int, k: int) -> Sphere:
 
 @inline
 def leaf_number(geometry: Geometry, at: int, count: int, k: int, row: int) -> float:
-    """Number `row` of the eight of item k: its ball, kind, index, body and entry, as they stand there."""
+    """Number `row` of the eight of item k: its ball, kind, index, body and entry, unconverted."""
     return geometry.floats[at + row * count + k]

@@ -1,4 +1,4 @@
-"""Walking a tree of boxes along a ray: the scene's own over its entries, a large body's over its leaves.
+"""Traversing a tree of boxes along a ray: the scene's own over its entries, a large body's over its leaves.
 
 The memory of a walk, its `way`, is one block of floats: where a beam enters the eight boxes that were tested last,
 the beam that is the ray, and a stack of what is still to be visited.
@@ -45,7 +45,7 @@ def put_on_stack(way: Floats, k: int, code: float, box: float, t: float) -> None
 
 @inline
 def reciprocal(d: float) -> float:
-    """1 / d, finite: a direction along a wall of a box lies on one side of it."""
+    """1 / d, finite, so that a ray along a wall of a box lies on one side of it and no 0 · inf arises."""
     return 1.0 / d if abs(d) > 1.0 / STEEPEST else math.copysign(STEEPEST, d)
 
 
@@ -61,7 +61,7 @@ def put_beam(beam: Floats, at: int, ray: Ray) -> None:
 
 @inline
 def ask_for(geometry: Geometry, code: int) -> None:
-    """Ask for the memory of a node or leaf that is soon to be visited."""
+    """Prefetch a node or leaf that is soon to be visited."""
     if code >= 0:
         at = node_at(geometry, code)
         for line in range(6):
@@ -76,9 +76,9 @@ def ask_for(geometry: Geometry, code: int) -> None:
 
 @inline
 def push_met(geometry: Geometry, way: Floats, node: int, bits: int, top: int) -> int:
-    """Put the children of a node that are told by bits on the stack, the nearest on top; returns its height.
+    """Push the children of a node that a mask selects on the stack, the nearest on top; returns its height.
 
-    way[:8] tells where they are entered.
+    Relies on way[:8] holding the t at which each child is entered.
     """
     base = top
     while bits != 0:
@@ -116,11 +116,12 @@ def push_node(geometry: Geometry, way: Floats, node: int, beam: Floats, at: int,
 
 @inline
 def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) -> tuple[int, int, int]:
-    """Go on with a walk to the next leaf that a beam (beam[at:]) reaches: (its code, its box or -1, the stack's height)
+    """Continue a traversal to the next leaf that a beam (beam[at:]) meets: (its code, its box or -1, stack height).
 
-    Code 0: there is none any more. What is entered beyond the beam's LAST, which may have been shortened since, is left
-    out. This is the walk of single rays and packets; streams (many rays at each node) and frontiers (level by level)
-    are other algorithms.
+    Code 0: none is left. Relies on the stack holding all that was met and not visited, with a lower bound of the t at
+    which it is entered; keeps that. What is entered beyond the beam's LAST, which may have been shortened since it was
+    pushed, is culled. Single rays and packets traverse this way; streams (many rays at each node) and frontiers (level
+    by level) are other algorithms.
     """
     while top > 0:
         top -= 1
@@ -137,7 +138,10 @@ def next_leaf(geometry: Geometry, way: Floats, beam: Floats, at: int, top: int) 
 
 @helper
 def walk(geometry: Geometry, way: Floats, tree: int, ray: Ray, found: Ints) -> int:
-    """Put everything whose box the ray meets within its interval into `found`; returns how many."""
+    """Put everything whose box the ray meets within its interval into `found`, in no order; returns how many.
+
+    Conservative: the box test has slack, so it may report too much, never too little.
+    """
     count = 0
     put_beam(way, OWN_BEAM, ray)
     code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, tree))

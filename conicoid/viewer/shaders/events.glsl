@@ -1,6 +1,6 @@
 // The crossings of a ray with one body, in order.
 // The span ends of a region's leaves are events, taken in groups of equal t. Storage is bounded: only the
-// next EVENTS of them are kept, sorted; when they are used up the leaves are asked again for those after.
+// next EVENTS of them are kept, sorted; when they are used up the leaves are tested again for those after.
 
 float event_t[EVENTS];
 int event_key[EVENTS];    // 4 leaf + its end: even ones enter
@@ -10,9 +10,9 @@ bool events_left;         // some had no room
 float taken_t;            // all up to this (t, key) have been taken
 int taken_key;
 
-const int FIRST = 0, MEDIA = 1, CHORDS = 2, CLOSED = 3;  // what is asked of an entry
+const int FIRST = 0, MEDIA = 1, CHORDS = 2, CLOSED = 3;  // what is computed for an entry
 
-// What an entry answers
+// The result for an entry
 struct Crossing {
     bool found;
     float t;

@@ -32,7 +32,7 @@ const int PLANE = 0, SPHERE = 1, QUADRIC = 2;
 const int BALL = 0, CELL = 1, REGION = 2, SHEET = 3, POLYGON = 4;
 const int OPAQUE = 1, MEDIUM = 2, HIDDEN = 4, TINTED = 8;
 
-const float FAR = 1e30;  // stands for infinity, which WebGL does not promise
+const float FAR = 1e30;  // in place of infinity, which WebGL does not guarantee
 const int NO_SURFACE = -1;
 const int CUT = -2;      // the section plane as a surface
 

@@ -1,8 +1,8 @@
 """Trees over a scene's entries and over a body's leaves, eight boxes to a node.
 
-Boxes are parted in two by the surface area heuristic, again and again, on all threads; nodes of eight are taken
-from that so that a walk is as cheap as it can be. What has no end along some axes stands in a tree
-of its own with whatever has no end along the same; only what has none along all three stands beside the trees.
+Boxes are split in two by the surface area heuristic, recursively, on all threads; nodes of eight are formed from
+the binary branches so that the expected cost of a traversal is least. What is unbounded along some axes has a tree of
+its own with all that is unbounded along the same; only what is unbounded along all three is kept outside of the trees.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .leaf_items import put_items
 from .records import Survey
 
 _FEW = 12
-"""Leaves of a body that are asked one by one, without a tree."""
+"""Leaves of a body that are tested one by one, without a tree."""
 
 _COSTS = np.ones(5)
 """What testing an entry of each kind costs, where a node costs one."""

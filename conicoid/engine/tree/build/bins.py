@@ -1,4 +1,4 @@
-"""Where to part a group of boxes, by the binned surface area heuristic.
+"""Where to split a group of boxes, by the binned surface area heuristic.
 
 I. Wald: On fast construction of SAH-based bounding volume hierarchies, RT 2007.
 """
@@ -52,6 +52,7 @@ def bin_scale(low: float, high: float, bins: int) -> float:
 
 @inline
 def _bin(center: float, low: float, scale: float, bins: int) -> Any:
+    """Which bin the middle of a box is in."""
     return min(np.int64((center - low) * scale), bins - 1)
 
 

@@ -43,6 +43,7 @@ def new_branches(count: int) -> Branches:
 
 @inline
 def _put(branches: Branches, branch: int, left: int, first: int, last: int) -> None:
+    """Write a branch over records first..last."""
     branches.left[branch], branches.first[branch], branches.last[branch] = left, first, last
 
 
@@ -84,6 +85,7 @@ def weigh(branches: Branches, branch: int, area: float, as_leaf: float, costs: F
 
 @inline
 def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int) -> float:
+    """What a branch costs as one leaf; infinite where it has too many entries."""
     if last - first > most:
         return math.inf
     cost = 0.0

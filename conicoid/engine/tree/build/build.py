@@ -26,7 +26,7 @@ class Tree:
     branches: Branches
     children: Ints  # (nodes, 8)
     sources: Ints  # (nodes, 8) the branch that a child comes from
-    limits: Floats  # (6,) what stands for infinity in the records
+    limits: Floats  # (6,) used in place of infinity in the records
     levels: int
 
     def put_boxes(self, floats: Floats, at: int) -> None:

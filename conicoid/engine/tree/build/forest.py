@@ -46,6 +46,7 @@ class Forest:
         return found
 
     def _plant(self, tree: Tree) -> None:
+        """Append a tree whose numbers begin at 0 to those that there are."""
         items, inner, leaf = tree.items(), tree.children > 0, tree.children < 0
         tree.children[inner] += self.node_count
         tree.children[leaf] -= self.placed << 4

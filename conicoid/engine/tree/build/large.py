@@ -27,7 +27,7 @@ class Group:
     first: int
     last: int
     area: float = 0.0
-    moved: bool = False  # stands in the second copy of the records
+    moved: bool = False  # is in the second copy of the records
     halves: tuple[Group, Group] | None = None
 
 
@@ -49,6 +49,7 @@ def part_large(records: Floats) -> list[Group]:
 
 
 def _copy(source: Floats, target: Floats, begin: int, end: int) -> None:
+    """Copy records begin..end."""
     target[SIZE * begin : SIZE * end] = source[SIZE * begin : SIZE * end]
 
 
@@ -62,6 +63,7 @@ Piece = tuple[Group, int, int]
 
 
 def _pieces(groups: list[Group]) -> list[Piece]:
+    """Chunks of groups, each some records of one group."""
     return [
         (group, begin, min(begin + _CHUNK, group.last))
         for group in groups
@@ -70,6 +72,8 @@ def _pieces(groups: list[Group]) -> list[Piece]:
 
 
 def _on_all(pieces: list[Piece], work: Callable[[int, Group, int, int], None]) -> None:
+    """Call work(k, *pieces[k]) for every piece, on all threads."""
+
     def some(begin: int, end: int) -> None:
         for k in range(begin, end):
             work(k, *pieces[k])
@@ -86,6 +90,7 @@ def _part_all(groups: list[Group], copies: tuple[Floats, Floats]) -> None:
     limits = np.empty((len(pieces), 6))
 
     def measure(k: int, group: Group, begin: int, end: int) -> None:
+        """The limits of a piece's middles."""
         limits[k] = centers(copies[group.moved], begin, end)
 
     _on_all(pieces, measure)
@@ -93,6 +98,7 @@ def _part_all(groups: list[Group], copies: tuple[Floats, Floats]) -> None:
     boxes, counts = np.empty((len(pieces), BOXES)), np.empty((len(pieces), 3 * BINS), np.int64)
 
     def count(k: int, group: Group, begin: int, end: int) -> None:
+        """The bins of a piece."""
         fill_bins(copies[group.moved], begin, end, *frames[id(group)], BINS, boxes[k], counts[k])
 
     _on_all(pieces, count)
@@ -102,6 +108,7 @@ def _part_all(groups: list[Group], copies: tuple[Floats, Floats]) -> None:
         _plan(group, frames[id(group)], mine, boxes[mine], counts[mine], plan)
 
     def move(k: int, group: Group, begin: int, end: int) -> None:
+        """The records of a piece into their halves."""
         if k in plan:
             axis, low, scale, border, left, right = plan[k]
             target = copies[not group.moved]

@@ -1,4 +1,4 @@
-"""The table of what stands in the leaves of the scene's tree; see `engine/tree/leaf.py`."""
+"""The table of the items in the leaves of the scene's tree; see `engine/tree/leaf.py`."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ def put_items(geometry: Geometry, boxes: Floats) -> None:
 
 
 def _children(geometry: Geometry) -> int:
+    """How many children the nodes of all trees have, empty ones included."""
     return int(length(geometry, table.NODE_CHILDREN))
 
 
@@ -47,7 +48,7 @@ def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: 
 
 @inline
 def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int) -> int:
-    """Returns 1 if the ball is less to look at than the box, in the mean over all directions."""
+    """Write an item. Returns 1 if its ball has a smaller projection than its box, in the mean over all directions."""
     f, kind = geometry.floats, integer(geometry, table.ENTRY_KIND, entry)
     ball = _around(geometry, boxes, kind, entry)
     f[at], f[at + count], f[at + 2 * count], f[at + 3 * count] = ball
@@ -80,15 +81,18 @@ def _around(geometry: Geometry, boxes: Floats, kind: int, entry: int) -> Sphere:
 
 @inline
 def _width(boxes: Floats, entry: int, k: int) -> float:
+    """How wide the box of an entry is along axis k."""
     return boxes[entry, k + 3] - boxes[entry, k]
 
 
 @inline
 def _middle(boxes: Floats, entry: int, k: int) -> float:
+    """The middle of the box of an entry along axis k, or 0 where that is not finite."""
     middle = 0.5 * boxes[entry, k] + 0.5 * boxes[entry, k + 3]
     return middle if math.isfinite(middle) else 0.0
 
 
 @inline
 def _half(boxes: Floats, entry: int, k: int, middle: float) -> float:
+    """How far the box of an entry reaches from `middle` along axis k."""
     return max(boxes[entry, k + 3] - middle, middle - boxes[entry, k])

@@ -50,6 +50,7 @@ def survey(boxes: Floats) -> Survey:
 
 @kernel
 def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Ints, around: Floats) -> None:
+    """Patterns of boxes begin..end, how many there are of each, and the boxes around them."""
     for i in range(begin, end):
         pattern, empty = 0, False
         for k in range(3):
@@ -77,7 +78,7 @@ def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Ints, 
 
 
 def stand_ins(ends: Floats) -> Floats:
-    """(6,) finite numbers beyond all finite ends, to stand for -inf and inf."""
+    """(6,) finite numbers beyond all finite ends, in place of -inf and inf."""
     low, high = np.where(ends[:3] <= ends[3:], ends[:3], 0.0), np.where(ends[:3] <= ends[3:], ends[3:], 0.0)
     beyond = max(float(np.linalg.norm(high - low)), 1e-3 * float(np.abs([low, high]).max())) or 1.0
     return np.concatenate([low - beyond, high + beyond])
@@ -95,6 +96,7 @@ def records_of(boxes: Floats, rows: Ints, first_item: int, costs: Floats, limits
 def _load(
     boxes: Floats, rows: Ints, begin: int, end: int, first_item: int, costs: Floats, limits: Floats, records: Floats
 ) -> None:
+    """Records begin..end, widened by their slack."""
     for i in range(begin, end):
         row = rows[i] if len(rows) > 0 else i
         margin = BESIDE * _size(boxes, row, limits) + WALL

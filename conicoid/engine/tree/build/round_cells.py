@@ -23,6 +23,7 @@ _LEAST, _MOST = 1e-250, 1e250  # beyond, products might overflow
 
 @inline
 def _none() -> Sphere:
+    """No ball: one of infinite radius."""
     return Sphere(0.0, 0.0, 0.0, math.inf)
 
 
