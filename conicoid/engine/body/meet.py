@@ -61,7 +61,11 @@ def try_cell(geometry: Geometry, item: Item, ray: Ray, inverse: float, best: Hit
 
 @helper
 def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: Hit) -> Hit:
-    """The better of `best` and the first crossing of an entry; equal t goes to the body listed first."""
+    """The better of `best` and the first crossing of an entry; equal t goes to the body listed first.
+
+    The interval is cut off a little beyond `within(best)`: a crossing farther away cannot be nearer, one up to there
+    may still make the order doubtful.
+    """
     limit = min(ray.t_max, within(best) + abs(best.t) * END + END_LEAST)
     ray = with_limits(ray, ray.t_min, limit)
     nearness = entry_nearness(geometry, entry, ray)

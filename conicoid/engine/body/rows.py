@@ -57,7 +57,7 @@ def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
 
 @helper
 def _put_spans(geometry: Geometry, scratch: Scratch, entry: int, met: Met, ray: Ray, rows: Floats, used: int) -> int:
-    """Rows of the spans between an entry's crossings, which stand in scratch; returns how many there are now."""
+    """Rows of the spans between an entry's crossings, read from scratch; returns how many rows there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
     enter, surface, before, inside = ray.t_min, whole(-1), 0.0, met.inside
     for c in range(met.crossings + 1):
@@ -78,7 +78,7 @@ def _put_spans(geometry: Geometry, scratch: Scratch, entry: int, met: Met, ray: 
 
 @helper
 def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, met: Met, rows: Floats, used: int) -> int:
-    """Rows of an entry's crossings, which stand in scratch; returns how many there are now."""
+    """Rows of an entry's crossings, read from scratch; returns how many rows there are now."""
     body = integer(geometry, table.ENTRY_BODY, entry)
     for c in range(met.crossings):
         t, place, sense, enters = crossing(scratch, c)
@@ -94,7 +94,7 @@ def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, met: Met, r
 def put_rows(
     geometry: Geometry, scratch: Scratch, entry: int, met: Met, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> int:
-    """Rows of an entry's spans or crossings; there must be room for one more than it has crossings."""
+    """Rows of an entry's spans or crossings. Relies on room for one row more than it has crossings (`with_room`)."""
     if spans:
         return _put_spans(geometry, scratch, entry, met, ray, rows, used)
     return _put_crossings(geometry, scratch, entry, met, rows, used)

@@ -32,7 +32,7 @@ class Scratch(NamedTuple):
     time: Floats  # (TIME each) t of a region's events, the span ends of its leaves; of a body's crossings
     event: Ints  # (EVENT each) what they are
     counts: Ints  # true inputs of every gate; between rays as they are with every leaf outside
-    way: Floats  # of the walk through the scene's tree, see walk.py
+    way: Floats  # of the walk through the scene's tree, see tree/walk.py
     inner_way: Floats  # of the walk through the tree of a body's leaves
     found: Ints  # entries whose boxes the ray meets
     found_leaves: Ints  # leaves of a body, see `KNOWN`

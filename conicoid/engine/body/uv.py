@@ -13,6 +13,7 @@ from ..tables import FRAME_SIZE, UV_SIZE, Geometry, integer, real
 
 @inline
 def _uv_row(geometry: Geometry, row: int, k: int, x: float, y: float, z: float) -> float:
+    """One coordinate of a point by an affine map: row k of a face's map."""
     at = geometry.places[table.FACE_UV] + UV_SIZE * row + k
     f = geometry.floats
     return dot(f[at], f[at + 1], f[at + 2], x, y, z) + f[at + 3]

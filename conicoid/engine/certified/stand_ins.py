@@ -40,6 +40,7 @@ def put_stand_ins(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: 
 
 @inline
 def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: float) -> None:
+    """x = rank, or a plane along the x axis on the side where the ray is."""
     f, at = stand.floats, stand.places[table.PLANES] + PLANE_SIZE * row
     f[at], f[at + 1], f[at + 2] = (sense, 0.0, 0.0) if crosses else (0.0, 1.0, 0.0)
     f[at + 3] = -sense * rank if crosses else sense
@@ -48,6 +49,7 @@ def _put_plane(stand: Geometry, row: int, crosses: bool, sense: float, rank: flo
 
 @inline
 def _put_sphere(stand: Geometry, row: int, crosses: bool, low: float, high: float) -> None:
+    """A sphere from low to high, or one beside the x axis."""
     f, at = stand.floats, stand.places[table.SPHERES] + SPHERE_SIZE * row
     f[at], f[at + 1], f[at + 2] = 0.5 * (low + high), 0.0 if crosses else 5.0, 0.0
     f[at + 3] = 0.5 * (high - low) if crosses else 1.0

@@ -39,7 +39,9 @@ STEEPEST = 1e290
 """1 / d of a ray along the walls of a box, finite: it lies on one side of each."""
 
 PARALLEL = 1e-12
-"""Cosine up to which axes of a quadric count as orthogonal, and planes as perpendicular to them (round_cells.py)."""
+"""Cosine up to which axes of a quadric count as orthogonal, and planes as perpendicular to them.
+
+This and what follows are for the balls of tree/build/round_cells.py."""
 ROUND_RAISED, ROUND_AWAY, ROUND_ROUNDED = 1e-6, 1e-9, 1e-12
 """Shares by which radii, distances and sums that cancel are raised there: far more than rounding and PARALLEL, whose
 effects are of first order in 1e-12, can take away."""

@@ -134,7 +134,7 @@ def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int
 def _lane_rows(
     geometry: Geometry, scratch: Scratch, listing: Listing, item: Item, bits: int, rows: Floats, used: int
 ) -> int:
-    """The rows of a ball, cell or small body in the lanes that are told by bits; returns how many there are now."""
+    """The rows of a ball, cell or small body in the lanes of a mask; returns how many there are now."""
     packet, (kind, index, _, entry) = listing.packet, item
     lanes = packet.lanes
     while bits != 0:
@@ -175,7 +175,7 @@ def _keep(
 def _one_by_one(
     geometry: Geometry, scratch: Scratch, listing: Listing, entry: int, bits: int, rows: Floats, used: int
 ) -> tuple[Floats, int]:
-    """The rows of a large body or a sheet in the lanes that are told by bits."""
+    """The rows of a large body or a sheet in the lanes of a mask: (rows, how many now)."""
     lanes = listing.packet.lanes
     while bits != 0:
         i = np.uint64(lowest_bit(bits))
@@ -194,7 +194,7 @@ def _one_by_one(
 def _meet(
     geometry: Geometry, scratch: Scratch, listing: Listing, item: Item, bits: int, rows: Floats, used: int
 ) -> tuple[Floats, int]:
-    """The rows of an entry in the lanes that are told by bits."""
+    """The rows of an entry in the lanes of a mask: (rows, how many now)."""
     kind, index = item.kind, item.index
     if listing.spans and kind > REGION:
         return rows, used

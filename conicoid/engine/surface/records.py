@@ -15,6 +15,7 @@ from .quadric import Quadric, QuadricLimits, Roots, Sphere, quadric_roots, spher
 
 @inline
 def load_plane(geometry: Geometry, row: int) -> Plane:
+    """The record of a plane."""
     at = geometry.places[table.PLANES] + PLANE_SIZE * row
     t = geometry.floats
     return Plane(t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6])
@@ -22,6 +23,7 @@ def load_plane(geometry: Geometry, row: int) -> Plane:
 
 @inline
 def load_sphere(geometry: Geometry, row: int) -> Sphere:
+    """The record of a sphere."""
     at = geometry.places[table.SPHERES] + SPHERE_SIZE * row
     t = geometry.floats
     return Sphere(t[at], t[at + 1], t[at + 2], t[at + 3])
@@ -29,6 +31,7 @@ def load_sphere(geometry: Geometry, row: int) -> Sphere:
 
 @inline
 def load_quadric(geometry: Geometry, row: int) -> Quadric:
+    """The record of a quadric."""
     at = geometry.places[table.QUADRICS] + QUADRIC_SIZE * row
     t = geometry.floats
     return Quadric(

@@ -214,7 +214,7 @@ Sheet sheet_of(ivec4 entry) {
     return Sheet(surface.x, row.y, surface.y, row.z, row.w, false);
 }
 
-// The first crossing of an entry's body, or what else is asked
+// The first crossing of an entry's body, or what else the mode says
 Crossing entry_crossing(ivec4 entry, Ray ray, float inverse, int mode) {
     int kind = entry.x, index = entry.y;
     if (kind == BALL || kind == CELL) {

@@ -1,5 +1,5 @@
 // The engine's tables, as records of two textures: four integers, or four floats.
-// Where a table begins stands in u_place. All places are relative to an origin that the page keeps near the camera.
+// u_place holds where each table begins. All places are relative to an origin that the page keeps near the camera.
 
 uniform highp sampler2D u_floats;
 uniform highp isampler2D u_ints;

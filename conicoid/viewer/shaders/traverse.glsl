@@ -1,4 +1,4 @@
-// What integrators ask of a scene: the nearest crossing, any opaque one, the media on both sides of a point, and
+// The queries that integrators make: the nearest crossing, any opaque one, the media on both sides of a point, and
 // the sum of the chords. One function, so that a driver compiles the walk once.
 
 // NOTICED: the nearest, at equal t an opaque one first; BLOCKED: any crossing of an opaque body

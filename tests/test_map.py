@@ -1,0 +1,49 @@
+"""What README and comments say of where things are: the folders and files that they name are there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import takewhile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "conicoid"
+NAMED = re.compile(r"(?<![\w./-])((?:[a-z_0-9]+/)*[a-z_0-9]+\.py)(?![\w(])")
+ELSEWHERE = {"setup.py", "my_scene.py"}
+
+
+def folders() -> Iterator[str]:
+    """Those of README's map, as paths from the root."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    block = re.search(r"```\n(conicoid/\n.*?)```", text, re.S)
+    assert block
+    above = {0: ""}
+    for line in block[1].splitlines():
+        depth = len(line) - len(line.lstrip())
+        for part in takewhile(lambda word: word.endswith(("/", ".py")), line.split()):
+            path = above[max(d for d in above if d <= depth)] + part
+            yield path
+        above = {d: text for d, text in above.items() if d <= depth} | {depth + 2: path}
+
+
+def test_the_folders_of_the_readme_are_there() -> None:
+    named = list(folders())
+    assert len(named) > 10
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
+def test_the_readme_names_every_folder() -> None:
+    there = {f"conicoid/{path.name}/" for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
+    assert there - set(folders()) == set()
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: path.relative_to(PACKAGE).as_posix())
+def test_files_that_comments_name_are_there(path: Path) -> None:
+    """From the root, the package, the engine or the file's own folder."""
+    places = (ROOT, PACKAGE, PACKAGE / "engine", path.parent, path.parent.parent)
+    words = "\n".join(re.findall(r'""".*?"""|#[^\n]*', path.read_text(encoding="utf-8"), re.S))
+    names = {name for name in NAMED.findall(words) if name not in ELSEWHERE}
+    assert sorted(name for name in names if not any((place / name).exists() for place in places)) == []
