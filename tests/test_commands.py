@@ -24,7 +24,7 @@ def test_info(scene):
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
     assert lines[1].split() == ["0", "ball", "red", "Sphere", "x", "[-1,", "1]", "y", "[-1,", "1]", "z", "[-1,", "1]"]
-    assert lines[3].split()[:2] == ["2-3", "Spheres"]
+    assert lines[3].split()[:3] == ["2-3", "-", "Spheres"]
     assert "z [-inf, -3]" in lines[4]
     totals = dict(line.split(maxsplit=1) for line in lines[6:])
     assert totals["bodies"] == "5"
@@ -114,7 +114,7 @@ def test_trace_keeps_the_shape_and_the_interval_of_rays(scene, tmp_path):
 
 
 def test_trace_in_pieces(scene, tmp_path, monkeypatch):
-    monkeypatch.setattr("conicoid.ray_tables.PIECE", 7)
+    monkeypatch.setattr("conicoid.command_line.ray_tables.PIECE", 7)
     rays = np.random.default_rng(5).normal(size=(50, 6))
     np.save(tmp_path / "rays.npy", rays)
     loaded = co.load(scene)

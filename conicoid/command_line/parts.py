@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from ..shapes.labels import counted
 from .exit_codes import MISTAKE
 from .terminal import PATIENCE, Bar, compile_notes, say
 
@@ -80,6 +79,8 @@ def prepare(scene: Scene, *jobs: str) -> None:
             nonlocal told
             bar(done, count)
             if not told and not bar.console.is_terminal and time.perf_counter() - began > PATIENCE:
+                from ..shapes.labels import counted
+
                 say(f"preparing {counted(count, 'entry', 'entries')} ...")
                 told = True
 

@@ -25,7 +25,7 @@ from conicoid.engine.culling import (
 from conicoid.engine.packets.frontier import ITEM_COUNT, narrow_frontier, new_frontier
 from conicoid.engine.packets.lanes import GROUPS_AT, SIZE, close_lanes, put_group_beams, put_ray
 from conicoid.engine.packets.tile import new_tile, open_tile
-from conicoid.engine.queries.queries import _arguments
+from conicoid.engine.queries.queries import arrays_of
 from conicoid.engine.ray import Ray
 from conicoid.engine.tree.walk import reciprocal
 
@@ -187,15 +187,15 @@ def deep_scene():
 
 def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
     scene, rays = deep_scene()
-    origins, directions = _arguments(scene.prepared, rays, 0.0, math.inf)[:2]
+    arrays = arrays_of(scene.prepared, rays, 0.0, math.inf)
 
     @numba.njit
-    def seen(geometry, origins, directions):
+    def seen(geometry, arrays):
         tile = new_tile()
-        open_tile(geometry, tile, np.empty(SIZE), origins, directions, 0, 32)
+        open_tile(geometry, tile, np.empty(SIZE), arrays, 0, 32)
         return tile.seen
 
-    found = seen(scene.prepared.geometry, origins, directions)
+    found = seen(scene.prepared.geometry, arrays)
     count = int(found[ITEM_COUNT])
     codes, boxes = found[CODE : CODE + count], found[BOX : BOX + count]
     assert MOST_ITEMS - 64 < count <= MOST_ITEMS

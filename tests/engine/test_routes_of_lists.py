@@ -7,7 +7,7 @@ import pytest
 
 import conicoid as co
 from conicoid.engine.arrays.first import coherent_packets
-from conicoid.engine.queries.queries import _arguments, _packets
+from conicoid.engine.queries.queries import _packets, arrays_of
 
 from .test_routes import crowded_scene, reordered
 from .test_routes_of_bodies import KINDS, scene_of
@@ -28,9 +28,7 @@ def rays_of(width):
 def share_of_packets(scene, rays, t_min=0.0):
     """Which part of packets is coherent, and so traced as such."""
     width, packets = _packets(rays)
-    found = coherent_packets(
-        scene.geometry, *_arguments(scene.prepared, rays, t_min, math.inf), width, packets, packets
-    )
+    found = coherent_packets(scene.geometry, arrays_of(scene.prepared, rays, t_min, math.inf), width, packets, packets)
     return found / packets
 
 

@@ -14,6 +14,7 @@ import conicoid as co
 from conicoid.formats import errors
 from conicoid.formats.errors import SceneFileError
 from conicoid.formats.scene_file import read
+from conicoid.shapes import suggestion
 
 MB = 1 << 20
 SECONDS = 20  # far more than any of them takes, for slow machines
@@ -260,9 +261,9 @@ def test_long_files_may_have_many_parts(tmp_path):
 def test_typos_cost_nothing(tmp_path, monkeypatch):
     """A thousand unknown names and twenty thousand known ones: counted in comparisons, not in seconds."""
     compared = []
-    plain = errors.difflib.get_close_matches
+    plain = suggestion.difflib.get_close_matches
     monkeypatch.setattr(
-        errors.difflib,
+        suggestion.difflib,
         "get_close_matches",
         lambda word, names, **how: compared.append(len(names)) or plain(word, names, **how),
     )
