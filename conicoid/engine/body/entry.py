@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
-from ..numbers.sort import sort_numbers
+from ..numbers.sort import sorting_by
 from ..ray import Ray, span_inverse
 from ..surface.interval import at_start, counts_in, left_out
 from ..surface.nearness import Nearness, along, beyond, lengths_of_ball, nearness_of
@@ -181,6 +181,9 @@ def _larger(data: None, a: int, b: int) -> bool:
     return a > b
 
 
+_sort = sorting_by(_larger)
+
+
 @helper
 def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     """Put the entries whose boxes the ray meets within its interval into scratch.found, in order; returns how many.
@@ -188,5 +191,5 @@ def collect(geometry: Geometry, scratch: Scratch, ray: Ray) -> int:
     Entries are numbered in the order of their bodies, so the body listed first comes first.
     """
     count = walk(geometry, scratch.way, scene_tree(geometry), ray, scratch.found)
-    sort_numbers(scratch.found, count, _larger, None)
+    _sort(scratch.found, count, None)
     return count

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
-from ..numbers.sort import sort_numbers
+from ..numbers.sort import sorting_by
 from ..ray import Ray
 from ..tables import Floats, Geometry, integer, whole
 from .boolean import crossing
@@ -128,13 +128,16 @@ def _stands_after(rows: tuple[Floats, int, int], a: int, b: int) -> bool:
     return order > 0 or (order == 0 and a > b)
 
 
+_sort_places = sorting_by(_stands_after)
+
+
 @allocator
 def _sort_many_rows(rows: Floats, first: int, last: int, columns: int) -> None:
     """As `_insert_rows`, for many."""
     order = np.empty(last - first, np.int32)
     for i in range(last - first):
         order[i] = i
-    sort_numbers(order, len(order), _stands_after, (rows, first, columns))
+    _sort_places(order, len(order), (rows, first, columns))
     before = rows[first:last].copy()
     for i in range(last - first):
         rows[first + i] = before[order[i]]

@@ -20,7 +20,7 @@ from .. import tables as table
 from ..body.boolean import leaves_met
 from ..body.entry import collect
 from ..body.scratch import Scratch
-from ..numbers.sort import sort_numbers
+from ..numbers.sort import sorting_by
 from ..numbers.sure import Sure
 from ..ray import Ray
 from ..surface.decide import CROSSES, OPEN, Rest, decide_curved, decide_plane
@@ -179,13 +179,16 @@ def _later(ranks: Ranks, i: int, j: int) -> bool:
     return ranks.high[i] > ranks.high[j] or (ranks.high[i] == ranks.high[j] and ranks.low[i] > ranks.low[j])
 
 
+_sort_places = sorting_by(_later)
+
+
 @helper
 def _sort(ranks: Ranks) -> None:
     """The crossings in order."""
     count, order = ranks.size[CROSSINGS], ranks.order
     for i in range(count):
         order[i] = i
-    sort_numbers(order, count, _later, ranks)
+    _sort_places(order, count, ranks)
 
 
 @inline

@@ -1,7 +1,8 @@
-"""Sorting integers that number things, by a comparison of the things: Shell's sort."""
+"""Sorting whole numbers by what they stand for."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from ...compiler.jit import helper, inline
@@ -22,18 +23,23 @@ def next_gap(gap: int) -> int:
     return gap * 4 // 9
 
 
-@helper
-def sort_numbers(numbers: Any, count: int, comes_after: Any, data: Any) -> None:
-    """Order the first `count` numbers so that comes_after(data, a, b) holds for no a before b. In place; not stable.
+def sorting_by(comes_after: Callable[[Any, int, int], bool]) -> Callable[[Any, int, Any], None]:
+    """A compiled function that orders the first `count` numbers by a compiled rule.
 
-    Relies on `comes_after` being a strict weak order; whoever needs ties in a fixed order compares the numbers too.
+    After it, comes_after(data, a, b) holds for no a that stands before b. (The rule is built in: were it handed over as
+    an argument, Numba would put its address into the code, which could then not be kept on disk.)
     """
-    gap = first_gap(count)
-    while gap > 0:
-        for i in range(gap, count):
-            number, j = numbers[i], i
-            while j >= gap and comes_after(data, numbers[j - gap], number):
-                numbers[j] = numbers[j - gap]
-                j -= gap
-            numbers[j] = number
-        gap = next_gap(gap)
+
+    @helper
+    def sort(numbers: Any, count: int, data: Any) -> None:
+        gap = first_gap(count)
+        while gap > 0:
+            for i in range(gap, count):
+                number, j = numbers[i], i
+                while j >= gap and comes_after(data, numbers[j - gap], number):
+                    numbers[j] = numbers[j - gap]
+                    j -= gap
+                numbers[j] = number
+            gap = next_gap(gap)
+
+    return sort
