@@ -33,6 +33,8 @@ def test_help_shows_the_extra_in_its_brackets(command, extra):
         ("title\nx,y,z,dx,dy,dz\n0,0,5,0,0,-1\n", "rays.csv: 2: must be 6 numbers"),
         ("dx,dy,dz,x,y,z\n0,0,-1,0,0,5\n", "rays.csv: 1: columns must be in the order origin x,"),
         ("ox dx oy dy oz dz\n0,0,-1,0,0,5\n", "columns must be in the order"),
+        ("u,v,w,x,y,z\n0,0,-1,0,0,5\n", "columns must be in the order"),
+        ("t,x,y,z,u,v\n0,0,-1,0,0,5\n", "columns must be in the order"),
     ],
 )
 def test_tables_without_rays_or_in_another_order_are_refused(tmp_path, content, phrase):
@@ -41,7 +43,7 @@ def test_tables_without_rays_or_in_another_order_are_refused(tmp_path, content, 
         read_rays(tmp_path / "rays.csv")
 
 
-@pytest.mark.parametrize("header", ["x,y,z,dx,dy,dz", "Origin X, Origin Y, Origin Z, Direction X, Direction Y, Direction Z",
+@pytest.mark.parametrize("header", ["x,y,z,dx,dy,dz", "x y z u v w", "Origin X, Origin Y, Origin Z, Direction X, Direction Y, Direction Z",
                                     "origin_x origin_y origin_z direction_x direction_y direction_z", "any words"])  # fmt: skip
 def test_one_header_line_is_skipped(tmp_path, header):
     (tmp_path / "rays.csv").write_text(header + "\n1,2,3,4,5,6\n")

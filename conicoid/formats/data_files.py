@@ -98,16 +98,22 @@ def _cells(heading: str) -> list[str]:
     return heading.split("," if "," in heading else None)
 
 
+_COSINES = {"direction x": "u", "direction y": "v", "direction z": "w"}
+
+
+def _aliases(name: str) -> set[str]:
+    """What a column may be called: of "origin x" originx, ox and x; of directions also u, v, w."""
+    words = name.split()
+    return {"".join(words), words[0][0] + "".join(words[1:]), words[-1], _COSINES.get(name, words[-1])}
+
+
 def _check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
-    """ValueError for a header line that names the columns in another order than theirs."""
-    known: dict[str, int] = {}
-    for i, name in enumerate(header):
-        words = name.split()
-        for alias in ("".join(words), words[0][0] + "".join(words[1:]), words[-1]):  # originx, ox, x
-            known.setdefault(alias, i)
-    order = [known.get("".join(c for c in cell.casefold() if c.isalnum()), -1) for cell in _cells(heading)]
-    if sorted(order) == list(range(len(header))) != order:
-        raise ValueError(f"{place}: columns must be in the order {', '.join(header)}, got {heading[:60]!r}")
+    """ValueError for a header line that has the name of a column in the place of another."""
+    for i, cell in enumerate(_cells(heading)):
+        plain = "".join(c for c in cell.casefold() if c.isalnum())
+        places = [k for k, name in enumerate(header) if plain in _aliases(name)]
+        if places and i not in places:
+            raise ValueError(f"{place}: columns must be in the order {', '.join(header)}, got {heading[:60]!r}")
 
 
 def _lines(path: Path, file: io.TextIOWrapper) -> Iterator[str]:
