@@ -85,6 +85,12 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellS
         outside = outside != (integer(geometry, table.CELL_SIDE, cell) < 0)
         unsure |= doubtful
     unsure = lost | spans_unsure(slab, low, high, crosses, unsure, ray.t_min, ray.t_max, nearness)
+    if not crosses:  # an early out: what `compose_spans` would say
+        t_in, t_out, place_in, place_out = slab
+        there = (t_in < t_out) & outside
+        return CellSpans(
+            1 if there else 0, t_in, t_out, place_in, place_out, t_in, t_out, place_in, place_out, unsure
+        )  # fmt: skip
     in1, out1, a1, b1, in2, out2, a2, b2, some, more = compose_spans(
         slab, low, high, crosses, outside, whole(quadric_place(cell))
     )
