@@ -25,10 +25,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-import conicoid as co  # noqa: E402
-from tests.oracle.compare import Score, compare  # noqa: E402
-from tests.oracle.rays import rays  # noqa: E402
-from tests.oracle.samples import KINDS, generator, random_case  # noqa: E402
+import conicoid as co
+from tests.oracle.compare import Score, compare
+from tests.oracle.rays import rays
+from tests.oracle.samples import KINDS, generator, random_case
 
 HEADINGS = (
     "shape",

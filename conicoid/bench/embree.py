@@ -110,7 +110,7 @@ class EmbreeScene:
         return time.perf_counter() - begin, t.astype(float)
 
 
-@njit(nogil=True)  # type: ignore[untyped-decorator]
+@njit(nogil=True)
 def _trace(call: Any, scene: int, origins: Singles, directions: Singles, t: Singles, first: int, last: int) -> None:
     """RTCRayHit in words of four bytes: origin 0, tnear 3, direction 4, time 7, tfar 8, mask 9, flags 11, ids 18."""
     raw = np.empty(48, np.float32)

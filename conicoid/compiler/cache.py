@@ -47,7 +47,7 @@ def _place_of(function: Any) -> str:
     return f"{function.__module__}.{function.__qualname__}:{function.__code__.co_firstlineno}"
 
 
-class KernelCache(caching.NullCache):  # type: ignore[misc]
+class KernelCache(caching.NullCache):
     """Where Numba's dispatcher loads and saves compiled versions. Functions of other packages are not kept."""
 
     def __init__(self, function: Any) -> None:

@@ -39,7 +39,7 @@ class _Nowhere:
         del name, environment
 
 
-class _Own(codegen.JITCodeLibrary):  # type: ignore[misc]
+class _Own(codegen.JITCodeLibrary):
     """The code of a function of ours, in vectors of the width that is ours to choose."""
 
     def add_ir_module(self, module: Any) -> None:
@@ -109,7 +109,7 @@ def _reached(libraries: list[Any]) -> list[Any]:
     return list(found)
 
 
-class _Compiler(compiler.Compiler):  # type: ignore[misc]
+class _Compiler(compiler.Compiler):
     """Numba's compiler with our typing context and kind of library."""
 
     library: type[Any] = _Library
@@ -169,7 +169,7 @@ def _is_being_imported(module: str) -> bool:
     return bool(getattr(getattr(sys.modules.get(module), "__spec__", None), "_initializing", False))
 
 
-class Kernel(CPUDispatcher):  # type: ignore[misc]
+class Kernel(CPUDispatcher):
     """Numba's dispatcher of a function that Python calls, cached on disk."""
 
     def __init__(self, function: Any, **options: Any) -> None:
@@ -197,7 +197,7 @@ def _plain(kind: Any) -> Any:
     return types.int64 if kind == types.int32 else kind
 
 
-class Inner(CPUDispatcher):  # type: ignore[misc]
+class Inner(CPUDispatcher):
     """Numba's dispatcher of a function that kernels call. Called from Python, it is interpreted."""
 
     def __init__(self, function: Any, **options: Any) -> None:

@@ -79,7 +79,7 @@ def allocator(function: Function) -> Function:
     return cast(Function, _compiled(function, forceinline=False, _nrt=True))
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
     """a b + c with one rounding (IEEE 754 fusedMultiplyAdd), also in the lanes of a vectorised loop."""
 
@@ -89,7 +89,7 @@ def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
     return types.float64(types.float64, types.float64, types.float64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
     """a where the condition holds, else b: floats, both at hand. Unlike `a if c else b` it never becomes a branch."""
 
@@ -99,7 +99,7 @@ def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
     return types.float64(types.boolean, types.float64, types.float64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def look(typing_context: Any, array: Any, index: Any) -> Any:
     """An element of an array of int64, read anew each time: another thread may have written it."""
 
@@ -110,7 +110,7 @@ def look(typing_context: Any, array: Any, index: Any) -> Any:
     return types.int64(array, types.int64), code
 
 
-class _Listener(event.Listener):  # type: ignore[misc]
+class _Listener(event.Listener):
     """Numba's events of our kernels, as calls with their names."""
 
     def __init__(self, callback: Callable[[str], None]) -> None:

@@ -37,7 +37,7 @@ def passes() -> PassManager:
     return manager
 
 
-class _Typing(typing.Context):  # type: ignore[misc]
+class _Typing(typing.Context):
     """Numba's types of functions, with a memory: it tries some dozen templates for each + it meets."""
 
     _memory: dict[Any, Any]

@@ -11,9 +11,8 @@ from .reflect import reflect
 
 @inline
 def phong(
-    lx: float, ly: float, lz: float, ex: float, ey: float, ez: float,
-    nx: float, ny: float, nz: float, shininess: float,
-) -> float:  # fmt: skip
+    lx: float, ly: float, lz: float, ex: float, ey: float, ez: float, nx: float, ny: float, nz: float, shininess: float
+) -> float:
     """(R·E)^n with R = 2 (N·L) N - L; 0 where R points away from the eye."""
     rx, ry, rz = reflect(-lx, -ly, -lz, nx, ny, nz)
     cosine = dot(rx, ry, rz, ex, ey, ez)
@@ -22,9 +21,8 @@ def phong(
 
 @inline
 def half_vector(
-    lx: float, ly: float, lz: float, ex: float, ey: float, ez: float,
-    nx: float, ny: float, nz: float, shininess: float,
-) -> float:  # fmt: skip
+    lx: float, ly: float, lz: float, ex: float, ey: float, ez: float, nx: float, ny: float, nz: float, shininess: float
+) -> float:
     """(H·N)^n with H = (L + E) / |L + E|; 0 where H points into the surface."""
     hx, hy, hz = normalized(lx + ex, ly + ey, lz + ez)
     cosine = dot(hx, hy, hz, nx, ny, nz)

@@ -25,10 +25,7 @@ _AHEAD = 24  # rays are prefetched so many ahead
 
 
 @kernel
-def trace_first(
-    geometry: Geometry, rays: RayArrays,
-    width: int, begin: int, end: int, found: Found,
-) -> None:  # fmt: skip
+def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, found: Found) -> None:
     """First hits of tiles begin..end; what is doubtful is marked in found.turn.
 
     Packets where rays are coherent, else one ray at a time; a lane in doubt is traced again alone, because single rays
@@ -70,10 +67,7 @@ def trace_first(
 
 
 @kernel
-def trace_occluded(
-    geometry: Geometry, rays: RayArrays,
-    width: int, begin: int, end: int, result: Signs,
-) -> None:  # fmt: skip
+def trace_occluded(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, result: Signs) -> None:
     """Is there any crossing (1) or not (0), raised if doubtful? Of tiles begin..end."""
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
     lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
@@ -106,10 +100,8 @@ def trace_occluded(
 
 @kernel
 def trace_ordered(
-    geometry: Geometry, rays: RayArrays,
-    order: Ints, size: int, any_hit: bool, begin: int, end: int,
-    found: Found,
-) -> None:  # fmt: skip
+    geometry: Geometry, rays: RayArrays, order: Ints, size: int, any_hit: bool, begin: int, end: int, found: Found
+) -> None:
     """First hits, or any, of rays in an order; those from `size` begin to `size` end make streams begin..end."""
     scratch, stream, mine = new_scratch(geometry), new_stream(geometry, size), np.empty(size, np.int32)
     for number in range(begin, end):
@@ -146,10 +138,7 @@ def trace_ordered(
 
 
 @kernel
-def coherent_packets(
-    geometry: Geometry, rays: RayArrays,
-    width: int, packets: int, asked: int,
-) -> int:  # fmt: skip
+def coherent_packets(geometry: Geometry, rays: RayArrays, width: int, packets: int, asked: int) -> int:
     """How many of some packets, spread over all, are coherent."""
     lanes, together = np.empty(SIZE), 0
     for k in range(asked):

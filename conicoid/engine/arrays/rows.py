@@ -53,9 +53,8 @@ def rows_of_ray(
 
 @kernel
 def trace_rows(
-    geometry: Geometry, rays: RayArrays,
-    width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs,
-) -> Floats:  # fmt: skip
+    geometry: Geometry, rays: RayArrays, width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
+) -> Floats:
     """Rows of spans or crossings (see body/rows.py) of packets begin..end of 64 rays, in the order of their lanes.
 
     counts[i] rows for ray i, sorted; a doubtful ray has doubts[i] = 1, and no rows.

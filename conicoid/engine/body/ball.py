@@ -11,9 +11,7 @@ from ..surface.quadric import Roots
 
 
 @inline
-def ball_event(
-    roots: Roots, starts: bool, t_min: float, t_max: float, nearness: Nearness
-) -> tuple[float, bool, bool]:  # fmt: skip
+def ball_event(roots: Roots, starts: bool, t_min: float, t_max: float, nearness: Nearness) -> tuple[float, bool, bool]:
     """(t of the first crossing of a ball within the interval, is it entered there, doubtful); t = inf for none.
 
     Without branches, so that single rays, the lanes of packets and the pairs of streams all call it. Relies on

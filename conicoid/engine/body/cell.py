@@ -50,9 +50,7 @@ def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
 
 
 @inline
-def slab_of(
-    geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
-) -> tuple[Slab, bool, bool]:  # fmt: skip
+def slab_of(geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness) -> tuple[Slab, bool, bool]:
     """(what the planes of a cell leave of a ray, might rounding change it, is it unknown where the ray meets one?)
 
     Early out where a plane along the ray leaves nothing: then no other plane matters.

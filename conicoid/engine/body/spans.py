@@ -39,9 +39,7 @@ class Composed(NamedTuple):
 
 
 @inline
-def clip_slab(
-    slab: Slab, height: float, rate: float, inner: bool, place: Any, off: float
-) -> tuple[Slab, bool]:  # fmt: skip
+def clip_slab(slab: Slab, height: float, rate: float, inner: bool, place: Any, off: float) -> tuple[Slab, bool]:
     """(the slab cut by one more plane, might rounding have changed the order of two planes?)
 
     Along the ray the plane's value is height + rate t; `inner`: the cell is where that is negative, else where it is

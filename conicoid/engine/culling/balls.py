@@ -22,10 +22,8 @@ def sides_of_balls(c: Code, floats: Any, at: Any, stride: Any) -> list[Any]:
     return [b.fsub(k, r) for k in (x, y, z)] + [b.fadd(k, r) for k in (x, y, z)]
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _balls_in_beam(
-    typing_context: Any, balls: Any, at: Any, stride: Any, beam: Any, start: Any, near: Any
-) -> Any:  # fmt: skip
+@intrinsic
+def _balls_in_beam(typing_context: Any, balls: Any, at: Any, stride: Any, beam: Any, start: Any, near: Any) -> Any:
     def sides(c: Code, floats: Any, arguments: Any) -> list[Any]:
         return sides_of_balls(c, floats, arguments[1], arguments[2])
 
@@ -62,7 +60,7 @@ def balls_missed(
     return b.or_(missed, b.fcmp_ordered("<", b.fadd(foot, half), first))
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def _balls_met(
     typing_context: Any, floats: Any, at: Any, stride: Any,
     ox: Any, oy: Any, oz: Any, dx: Any, dy: Any, dz: Any, inverse: Any, first: Any, last: Any,

@@ -11,7 +11,7 @@ from numba.extending import intrinsic
 from .code import INT64
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def lowest_bit(typing_context: Any, bits: Any) -> Any:
     """The place of the lowest bit set; 64 if none is."""
 
@@ -21,7 +21,7 @@ def lowest_bit(typing_context: Any, bits: Any) -> Any:
     return types.int64(types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def highest_bit(typing_context: Any, bits: Any) -> Any:
     """The place of the highest bit set; -1 if none is."""
 
@@ -31,7 +31,7 @@ def highest_bit(typing_context: Any, bits: Any) -> Any:
     return types.int64(types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def bit_count(typing_context: Any, bits: Any) -> Any:
     """How many bits are set."""
 

@@ -61,7 +61,7 @@ def beam_code(sides_of: Any, beam: int, tells_where: bool) -> Any:
     return code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, near: Any) -> Any:
     """Which of the eight boxes at boxes[at:] a beam meets, as bits; where it enters each goes into near[:8].
 
@@ -74,10 +74,8 @@ def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, n
     return types.int64(boxes, types.int64, beam, types.int64, near), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def lanes_in_box(
-    typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx: Any, hy: Any, hz: Any
-) -> Any:  # fmt: skip
+@intrinsic
+def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx: Any, hy: Any, hz: Any) -> Any:
     """Which lanes of a packet meet a box (low, high), as bits.
 
     The block of lanes begins with rows of 64: origins, inverse directions, t_min, t_max, nearest hits.

@@ -19,7 +19,7 @@ ENTERED, CODE, BOX = 6 * ITEM_ROW, 7 * ITEM_ROW, 8 * ITEM_ROW
 ITEMS_SIZE = 9 * ITEM_ROW
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def items_met(typing_context: Any, items: Any, at: Any, beam: Any, start: Any) -> Any:
     """Which of eight items, from number `at` on, have boxes that a beam meets (`boxes_met`), as bits."""
 
@@ -29,7 +29,7 @@ def items_met(typing_context: Any, items: Any, at: Any, beam: Any, start: Any) -
     return types.int64(items, types.int64, beam, types.int64), beam_code(sides, 2, False)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def keep_items(typing_context: Any, items: Any, at: Any, bits: Any, kept: Any, end: Any) -> Any:
     """Those of eight items, from number `at` on, that a mask selects become items of `kept`, from number `end` on."""
 
@@ -45,7 +45,7 @@ def keep_items(typing_context: Any, items: Any, at: Any, bits: Any, kept: Any, e
     return types.void(items, whole, whole, kept, whole), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def put_children(
     typing_context: Any, boxes: Any, at: Any, codes: Any, first: Any, number: Any, beam: Any, start: Any,
     found: Any, t: Any, end: Any,
@@ -74,10 +74,10 @@ def put_children(
     return types.int64(boxes, whole, codes, whole, whole, beam, whole, found, t, whole), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def put_balls(
     typing_context: Any, balls: Any, at: Any, count: Any, leaf: Any, beam: Any, start: Any, items: Any, end: Any
-) -> Any:  # fmt: skip
+) -> Any:
     """Those of the `count` balls of a leaf that a beam meets become items from number `end` on; returns how many.
 
     The balls are laid out as for `balls_met`; `leaf` is its code.
@@ -100,7 +100,7 @@ def put_balls(
     return types.int64(balls, whole, whole, whole, beam, whole, items, whole), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def put_numbers(typing_context: Any, first: Any, bits: Any, numbers: Any, end: Any) -> Any:
     """Put those of the numbers first..first + 7 that a mask selects behind numbers[:end]."""
 
@@ -116,10 +116,8 @@ def put_numbers(typing_context: Any, first: Any, bits: Any, numbers: Any, end: A
     return types.void(whole, whole, numbers, whole), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def put_groups(
-    typing_context: Any, items: Any, item: Any, lanes: Any, beams: Any, pairs: Any, end: Any
-) -> Any:  # fmt: skip
+@intrinsic
+def put_groups(typing_context: Any, items: Any, item: Any, lanes: Any, beams: Any, pairs: Any, end: Any) -> Any:
     """Put those of eight groups of lanes whose beams meet the box of an item behind pairs[:end]; returns how many.
 
     A pair is eight times the item, and the group. The beams are lanes[beams:] (`lanes.put_group_beams`).

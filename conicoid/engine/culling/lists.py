@@ -58,7 +58,7 @@ class _Rays:
         return met, b.or_(when, self.numbers)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def put_on_lists(
     typing_context: Any, boxes: Any, at: Any, octant: Any, rays: Any, lists: Any, begin: Any, count: Any, room: Any,
     counts: Any,
@@ -99,7 +99,7 @@ def put_on_lists(
     return types.void(boxes, whole, whole, rays, lists, whole, whole, whole, counts), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def rays_in_balls(
     typing_context: Any, balls: Any, at: Any, size: Any, rays: Any, more: Any, lists: Any, begin: Any, left: Any,
     pairs: Any,
@@ -135,7 +135,7 @@ def rays_in_balls(
     return types.int64(balls, whole, whole, rays, more, lists, whole, whole, pairs), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def records_in_lanes(typing_context: Any, records: Any, numbers: Any, at: Any, lanes: Any, row: Any) -> Any:
     """Eight records of eight floats, those of numbers[at:], as columns: rows of 64 lanes, from lanes[row:] on."""
 
@@ -152,7 +152,7 @@ def records_in_lanes(typing_context: Any, records: Any, numbers: Any, at: Any, l
     return types.void(records, numbers, types.int64, lanes, types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def waiting(typing_context: Any, packed: Any) -> Any:
     """(number, t) of a ray that waits to enter a box: its number, and not more than where it enters."""
 

@@ -12,7 +12,7 @@ from numba.extending import intrinsic
 from .code import EIGHT, INT64, WIDTH, Code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def extent(typing_context: Any, lanes: Any, row: Any) -> Any:
     """(least, greatest) of the 64 lanes from lanes[row]."""
 
@@ -29,7 +29,7 @@ def extent(typing_context: Any, lanes: Any, row: Any) -> Any:
     return types.UniTuple(types.float64, 2)(lanes, types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> Any:
     """The least of each of eight groups of lanes from lanes[row] into lanes[low:], the greatest into lanes[high:]."""
 
@@ -48,7 +48,7 @@ def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> A
     return types.void(lanes, whole, whole, whole), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def reach(typing_context: Any, lanes: Any) -> Any:
     """The greatest of min(t_max, nearest hit) of the 64 lanes."""
 
@@ -66,7 +66,7 @@ def reach(typing_context: Any, lanes: Any) -> Any:
     return types.float64(lanes), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any) -> Any:
     """Eight points (x, y, z) from row `first` into three rows of 64 lanes, from lanes[at:]; zeros become positive."""
 
@@ -90,7 +90,7 @@ def load_eight(typing_context: Any, points: Any, first: Any, lanes: Any, at: Any
     return types.none(points, types.int64, lanes, types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: Any) -> Any:
     """Eight lanes from lanes[at:], as they are or as whole numbers, to numbers[first:]."""
 
@@ -133,7 +133,7 @@ prefetch_to_write = _prefetch(1, 3)
 """The same, to be written."""
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def widen(typing_context: Any, points: Any, first: Any, extremes: Any, at: Any) -> Any:
     """Eight points (x, y, z) from row `first` on join the extremes of others.
 

@@ -121,9 +121,8 @@ def _meet_chosen(
 
 @inline
 def _meet_balls(
-    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool,
-    at: int, count: int,
-) -> None:  # fmt: skip
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, at: int, count: int
+) -> None:
     """A leaf of balls: the beam culls those that it misses, the lanes test the others, the nearest first."""
     lanes, near = packet.lanes, scratch.way
     bits, near[0] = 1, -math.inf

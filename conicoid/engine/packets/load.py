@@ -61,10 +61,7 @@ def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]
 
 
 @inline
-def fill_lanes(
-    lanes: Floats, rays: RayArrays,
-    packet: int, width: int, shared: bool,
-) -> None:  # fmt: skip
+def fill_lanes(lanes: Floats, rays: RayArrays, packet: int, width: int, shared: bool) -> None:
     """The rays of a packet into its lanes; those beyond the end are idle. `shared`: all have their origin already."""
     origins, directions, t_min, t_max, starts = rays
     one_min, one_max, one_start = len(t_min) == 1, len(t_max) == 1, len(starts) == 1

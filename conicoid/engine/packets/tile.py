@@ -126,10 +126,7 @@ def _put_beam(beams: Floats, at: int, extremes: Floats, first: int, last: int) -
 
 
 @helper
-def open_tile(
-    geometry: Geometry, tile: Tile, lanes: Floats,
-    rays: RayArrays, number: int, width: int,
-) -> bool:  # fmt: skip
+def open_tile(geometry: Geometry, tile: Tile, lanes: Floats, rays: RayArrays, number: int, width: int) -> bool:
     """Find the frontier of a tile (t >= 0). True if all its rays share an origin, which is in all lanes then."""
     beams = tile.beams
     for quarter in range(_QUARTERS):

@@ -113,9 +113,8 @@ def _key(lanes: Floats, i: Any, box: Box, scale: Vector, most: float, bits: int)
 
 @kernel
 def ray_keys(
-    geometry: Geometry, origins: Floats, directions: Floats, bits: int, begin: int, end: int,
-    keys: Ints, counts: Ints,
-) -> None:  # fmt: skip
+    geometry: Geometry, origins: Floats, directions: Floats, bits: int, begin: int, end: int, keys: Ints, counts: Ints
+) -> None:
     """The keys of rays begin..end, and how often each occurs among them."""
     box, lanes, cells = scene_box(geometry), np.ones(_ROWS * LANES), 1 << bits
     scale = Vector(_scale(box.lx, box.hx, cells), _scale(box.ly, box.hy, cells), _scale(box.lz, box.hz, cells))

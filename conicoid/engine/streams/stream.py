@@ -142,7 +142,7 @@ def _settle_pairs(geometry: Geometry, stream: Stream, waiting_pairs: int, any_hi
 @inline
 def _descend(
     geometry: Geometry, stream: Stream, octant: int, node: int, begin: int, count: int, room: int, top: int
-) -> int:  # fmt: skip
+) -> int:
     """Put the rays of a list on the lists of the node's children that they meet; returns the stack's height."""
     lists, counts, its = stream.lists, stream.counts, (count + 7) & -8
     at = node_at(geometry, node)

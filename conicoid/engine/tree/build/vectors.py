@@ -25,7 +25,7 @@ def _vector_at(context: Any, builder: Any, signature: Any, arguments: Any, k: in
     return builder.bitcast(builder.gep(array.data, [arguments[k + 1]]), _EIGHT.as_pointer())
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def join(typing_context: Any, into: Any, at: Any, other: Any, place: Any) -> Any:
     """into[at:at + 8] = the greater of it and other[place:place + 8], number by number."""
 
@@ -39,7 +39,7 @@ def join(typing_context: Any, into: Any, at: Any, other: Any, place: Any) -> Any
     return types.void(into, types.int64, other, types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def copy(typing_context: Any, into: Any, at: Any, other: Any, place: Any) -> Any:
     """into[at:at + 8] = other[place:place + 8]"""
 
@@ -51,7 +51,7 @@ def copy(typing_context: Any, into: Any, at: Any, other: Any, place: Any) -> Any
     return types.void(into, types.int64, other, types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def exchange(typing_context: Any, one: Any, at: Any, other: Any, place: Any) -> Any:
     """Exchange one[at:at + 8] and other[place:place + 8]."""
 
@@ -66,7 +66,7 @@ def exchange(typing_context: Any, one: Any, at: Any, other: Any, place: Any) -> 
     return types.void(one, types.int64, other, types.int64), code
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def clear(typing_context: Any, into: Any, at: Any) -> Any:
     """into[at:at + 8] = -inf: a box that holds nothing."""
 
