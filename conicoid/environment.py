@@ -11,7 +11,8 @@ from pathlib import Path
 
 THREADS, CACHE, JIT = "CONICOID_THREADS", "CONICOID_CACHE_DIR", "CONICOID_JIT"
 VECTOR_BITS = "CONICOID_VECTOR_BITS"
-KNOWN = THREADS, CACHE, JIT, VECTOR_BITS
+LEVEL = "CONICOID_LEVEL"
+KNOWN = THREADS, CACHE, JIT, VECTOR_BITS, LEVEL
 MOST_THREADS = 1 << 16
 _LONGEST = 80
 
@@ -42,6 +43,11 @@ def vector_bits_wanted() -> int:
     if wanted not in ("", "256", "512"):
         raise ValueError(f"{VECTOR_BITS} must be 256 or 512, got {_shown(wanted, _LONGEST)}")
     return int(wanted or 0)
+
+
+def level_wanted() -> str:
+    """The level of processor in CONICOID_LEVEL, whose machine code is to be taken, as "x86-64-v3"; "" for the best."""
+    return os.environ.get(LEVEL, "")
 
 
 def check_environment() -> None:

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 
 def warmup() -> None:
-    """Compile and cache all kernels (about a minute the first time on two cores, some seconds later)."""
+    """Compile and cache all kernels (about a minute the first time on two cores, some seconds later).
+
+    There is nothing to do where the package came with machine code.
+    """
+    from .compiler.machine_code import SHIPPED
+
+    if SHIPPED is not None:
+        return
     from .compile_jobs import CALLS
     from .compiler.ahead import expect
 

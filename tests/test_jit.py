@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numba.core.registry import cpu_target
 
-from conicoid.compiler import jit, vectors
+from conicoid.compiler import dispatch, vectors
 from conicoid.compiler.cache import KernelCache
 from conicoid.compiler.jit import helper, inline, kernel
 from conicoid.environment import jit_wanted, vector_bits_wanted
@@ -39,7 +39,7 @@ def test_njit_finds_what_an_inner_function_calls():
 
 
 def test_a_kernel_is_linked_with_all_that_it_calls():
-    outer = kernel(lambda values: sum_of_halves(values))
+    outer = kernel()(lambda values: sum_of_halves(values))
     assert outer(np.array([2.0, 4.0, 8.0])) == 7.0
 
 
@@ -53,8 +53,8 @@ def test_constants_and_widths_do_not_multiply_a_function():
     [
         ("", "0.65.0", False),
         ("", "0.64.1", True),
-        ("", "{}.{}.9".format(*jit.TESTED[1]), False),
-        ("", f"0.{jit.TESTED[1][1] + 1}.0rc1", True),
+        ("", "{}.{}.9".format(*dispatch.TESTED[1]), False),
+        ("", f"0.{dispatch.TESTED[1][1] + 1}.0rc1", True),
         ("", "1.0", True),
         ("", "nightly", True),
         ("own", "1.0", False),
@@ -62,11 +62,11 @@ def test_constants_and_widths_do_not_multiply_a_function():
     ],
 )
 def test_our_own_way_is_for_versions_of_numba_that_it_was_tested_with(wish, version, plain):
-    assert jit._is_plain(wish, version) is plain
+    assert dispatch._is_plain(wish, version) is plain
 
 
 def test_the_installed_numba_is_one_of_these():
-    assert not jit._is_plain("", numba.__version__)
+    assert not dispatch._is_plain("", numba.__version__)
 
 
 def test_there_are_two_ways_only(monkeypatch):
@@ -117,7 +117,7 @@ def test_kernels_of_another_width_are_other_files(monkeypatch):
 @pytest.mark.parametrize("wish", [256, 512])
 def test_a_kernel_prefers_what_is_wished(wish, monkeypatch):
     monkeypatch.setattr(vectors, "_wish", wish)
-    outer = kernel(lambda values: abs(values[0]))
+    outer = kernel()(lambda values: abs(values[0]))
     outer(np.array([-2.0]))
     written = "".join(outer.inspect_llvm().values())
     assert f'"prefer-vector-width"="{wish}"' in written

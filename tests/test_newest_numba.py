@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from conicoid.compiler import jit
+from conicoid.compiler import dispatch
 
 SCRIPT = Path(__file__).resolve().parents[1] / ".ci/newest_numba.py"
 
@@ -27,9 +27,14 @@ def script():
     ("version", "own", "plain", "said"),
     [
         ("0.68.1", True, True, ["our own way works, plain njit works", "nothing to raise"]),
-        ("0.69.0rc1", True, True, ["Raise the second of TESTED in conicoid/compiler/jit.py from (0, 68) to (0, 69)"]),
+        (
+            "0.69.0rc1",
+            True,
+            True,
+            ["Raise the second of TESTED in conicoid/compiler/dispatch.py from (0, 68) to (0, 69)"],
+        ),
         ("1.0.0", True, True, ["from (0, 68) to (1, 0)"]),
-        ("0.69.0", False, True, ["our own way fails", "Leave TESTED in conicoid/compiler/jit.py at (0, 68)"]),
+        ("0.69.0", False, True, ["our own way fails", "Leave TESTED in conicoid/compiler/dispatch.py at (0, 68)"]),
         ("0.68.2", False, True, ["mend our own way, or lower TESTED"]),
         ("0.69.0", False, False, ["plain njit fails", "pyproject.toml must refuse it: numba<0.69."]),
     ],
@@ -41,7 +46,7 @@ def test_what_is_to_be_written(script, version, own, plain, said):
 
 
 def test_it_reads_what_is_tested(script):
-    assert script.last_tested() == jit.TESTED[1]
+    assert script.last_tested() == dispatch.TESTED[1]
 
 
 def test_the_tests_that_it_runs_are_there(script):

@@ -74,13 +74,14 @@ def machine(peers: Iterable[Peer]) -> list[str]:
 
 def compiler() -> str:
     """How kernels are compiled: what a processor's figures depend on as well."""
-    from ..compiler import jit
+    from ..compiler import machine_code
 
-    if jit.PLAIN:
-        return "Numba's plain njit"
+    if machine_code.SHIPPED is not None:
+        return machine_code.about()
+    from ..compiler.dispatch import PLAIN
     from ..compiler.vectors import about
 
-    return about()
+    return "Numba's plain njit" if PLAIN else about()
 
 
 def processor() -> str:

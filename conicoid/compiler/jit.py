@@ -1,69 +1,84 @@
 """The decorators that every compiled function uses.
 
-`kernel` marks entry points called from Python: they release the interpreter lock and are cached on
-disk. `inline` marks the small functions inside them, which are merged into their callers, so that
-loops over lanes vectorise. Neither ever uses fastmath: infinities, NaN and error-free
-transformations must keep their IEEE meaning.
+`kernel` marks entry points called from Python: they release the interpreter lock and say what their arguments are.
+`inline` marks the small functions inside them, which are merged into their callers, so that loops over lanes vectorise.
+None ever uses fastmath: infinities, NaN and error-free transformations must keep their IEEE meaning.
 
-They compile in one of two ways, to the same bits. Ours (`jit_functions`) is made of parts of Numba that are not public,
-is three times as fast and keeps kernels on disk; it is taken for the versions of Numba that it has been tested with.
-Any other gets Numba's plain `njit`, and so does everybody with `CONICOID_JIT=plain`.
+Where the package came with machine code (`machine_code`), a kernel is that, and nothing is compiled; Numba is not even
+imported. Elsewhere kernels are compiled as they are first called (`dispatch`), to the same bits.
 """
 
 from __future__ import annotations
 
 import contextlib
-import re
+import functools
+import importlib
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar, cast
 
-from .address_space import TO_START, require
+from .machine_code import SHIPPED, entry
 
-require(TO_START, "the compiler")
-
-# isort: split
-import numba
-from numba import types
-from numba.core import event
-from numba.extending import intrinsic
-
-from ..environment import jit_wanted
-from .ahead import on_begin
+if SHIPPED is None:
+    from . import dispatch as dispatch  # before anything else of the compiler: it asks for room first
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-TESTED = (0, 65), (0, 68)
-"""The first and the last version of Numba that `jit_functions` has been tested with."""
+_PACKAGE = __name__.partition(".")[0] + "."
+
+DECLARED: dict[str, tuple[Callable[..., Any], dict[str, str]]] = {}
+"""Every kernel that has been declared in this process, and what it says of its arguments (`shapes`)."""
 
 
-def _is_plain(wish: str, version: str) -> bool:
-    """Is Numba's own `njit` to be taken: by a wish ("plain", "own", or ""), or because of a version?"""
-    known = re.match(r"(\d+)\.(\d+)", version)
-    tested = known is not None and TESTED[0] <= (int(known[1]), int(known[2])) <= TESTED[1]
-    return wish == "plain" or (not wish and not tested)
+class _Later:
+    """A function or intrinsic that only compiled code calls, made when a compiler asks for it, if ever one does."""
 
+    def __init__(self, function: Callable[..., Any], make: Callable[[], Any]) -> None:
+        self.py_func, self._make = function, make
+        functools.update_wrapper(self, function)
 
-PLAIN = _is_plain(jit_wanted(), numba.__version__)
-if not PLAIN:
-    from .functions import Inner, Kernel
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        """What Numba takes for the type of a value that it does not know."""
+        from numba.core.registry import cpu_target
+
+        made = self._made = self._make()  # Numba's types do not keep what they are of
+        for context in (cpu_target.typing_context, cpu_target.target_context):
+            context.refresh()  # an intrinsic has just been entered where they look for them
+        return cpu_target.typing_context.resolve_value_type(made)
 
 
 def _compiled(function: Any, entry: bool = False, **options: Any) -> Any:
-    """A function compiled our way, or by plain `njit` (`PLAIN`)."""
-    options |= dict(nogil=True, error_model="numpy")
-    if PLAIN:
-        return numba.njit(**options)(function)
-    return (Kernel if entry else Inner)(function, **options)
+    """A function that Numba is to compile."""
+    from . import dispatch
+
+    return dispatch.compiled(function, entry, **options)
 
 
-def kernel(function: Function) -> Function:
-    """Compile an entry point: no interpreter lock, cached on disk."""
-    return cast(Function, _compiled(function, entry=True))
+def _inner(function: Function, **options: Any) -> Function:
+    """A function that only kernels call."""
+    if SHIPPED is None:
+        return cast(Function, _compiled(function, **options))
+    return cast(Function, _Later(function, lambda: _compiled(function, **options)))
+
+
+def kernel(**shapes: str) -> Callable[[Function], Function]:
+    """Declare an entry point: no interpreter lock; its arguments are as `shapes` says."""
+
+    def declare(function: Function) -> Function:
+        DECLARED[function.__name__] = function, shapes
+        found = entry(function.__name__) if function.__module__.startswith(_PACKAGE) else None
+        return cast(Function, _compiled(function, entry=True) if found is None else found)
+
+    return declare
 
 
 def inline(function: Function) -> Function:
     """Compile a function that is merged into each caller. It may not allocate (no reference counts)."""
-    return cast(Function, _compiled(function, forceinline=True, _nrt=False))
+    return _inner(function, forceinline=True, _nrt=False)
 
 
 def helper(function: Function) -> Function:
@@ -71,17 +86,48 @@ def helper(function: Function) -> Function:
 
     Numba hands forceinline down to the functions that an inlined one calls, unless they say no.
     """
-    return cast(Function, _compiled(function, forceinline=False, _nrt=False))
+    return _inner(function, forceinline=False, _nrt=False)
 
 
 def allocator(function: Function) -> Function:
     """Compile a function that is called from kernels and allocates arrays."""
-    return cast(Function, _compiled(function, forceinline=False, _nrt=True))
+    return _inner(function, forceinline=False, _nrt=True)
+
+
+def intrinsic(function: Callable[..., Any]) -> Any:
+    """Declare an instruction: a function as Numba's own `intrinsic` takes it. Python cannot call it."""
+
+    def make() -> Any:
+        from numba.extending import intrinsic as numbas
+
+        return numbas(function)
+
+    return make() if SHIPPED is None else _Later(function, make)
+
+
+def instructions(package: str, *modules: str) -> Callable[[str], Any]:
+    """What modules of a package write for LLVM, by name, where there is machine code (`SHIPPED`).
+
+    The modules, and with them Numba, are imported when a compiler asks for one of the names.
+    """
+
+    def by_name(name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+
+        def found() -> Any:
+            every = (importlib.import_module(f"{package}.{module}") for module in modules)
+            return next(getattr(module, name) for module in every if hasattr(module, name))
+
+        return _Later(by_name, found)
+
+    return by_name
 
 
 @intrinsic
 def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
     """a b + c with one rounding (IEEE 754 fusedMultiplyAdd), also in the lanes of a vectorised loop."""
+    from numba import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.fma(*arguments)
@@ -92,6 +138,7 @@ def fma(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
 @intrinsic
 def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
     """a where the condition holds, else b: floats, both at hand. Unlike `a if c else b` it never becomes a branch."""
+    from numba import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.select(*arguments)
@@ -102,6 +149,7 @@ def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
 @intrinsic
 def look(typing_context: Any, array: Any, index: Any) -> Any:
     """An element of an array of int64, read anew each time: another thread may have written it."""
+    from numba import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -110,29 +158,13 @@ def look(typing_context: Any, array: Any, index: Any) -> Any:
     return types.int64(array, types.int64), code
 
 
-class _Listener(event.Listener):
-    """Numba's events of our kernels, as calls with their names."""
-
-    def __init__(self, callback: Callable[[str], None]) -> None:
-        self._callback = callback
-
-    def on_start(self, event: Any) -> None:
-        function = event.data["dispatcher"].py_func
-        options = event.data["dispatcher"].targetoptions
-        if function.__module__.startswith("conicoid.") and not options.get("forceinline"):
-            self._callback(function.__name__)
-
-    def on_end(self, event: Any) -> None:
-        del event
-
-
 @contextlib.contextmanager
 def on_compile(callback: Callable[[str], None]) -> Iterator[None]:
     """Within the block, call `callback(name)` whenever a kernel starts to compile, here or ahead, elsewhere."""
-    listener = _Listener(callback)
-    event.register("numba:compile", listener)
-    try:
-        with on_begin(callback):
-            yield
-    finally:
-        event.unregister("numba:compile", listener)
+    if SHIPPED is not None and "numba" not in sys.modules:
+        yield
+        return
+    from .dispatch import on_compile
+
+    with on_compile(callback):
+        yield

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compiler.jit import inline
+from ..compiler.shapes import shaped
 from .tables import Floats, Ints
 
 
@@ -49,6 +50,7 @@ def with_limits(ray: Ray, t_min: float, t_max: float) -> Ray:
     return Ray(ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, t_min, t_max, ray.start)
 
 
+@shaped(origins="n 3", directions="n 3", t_min="n|1", t_max="n|1", starts="n|1")
 class RayArrays(NamedTuple):
     """Rays as kernels take them. Limits and starts are arrays of one value for all rays, or of one for each."""
 

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..compiler.jit import inline, look
+from ..compiler.shapes import shaped
 
 # Numbers in a row of a table of floats
 PLANE_SIZE, SPHERE_SIZE, QUADRIC_SIZE, NODE_SIZE, UV_SIZE, FRAME_SIZE = 7, 4, 19, 48, 13, 9
@@ -15,6 +16,8 @@ PLANE_SIZE, SPHERE_SIZE, QUADRIC_SIZE, NODE_SIZE, UV_SIZE, FRAME_SIZE = 7, 4, 19
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int32]
 Signs: TypeAlias = npt.NDArray[np.int8]
+Longs: TypeAlias = npt.NDArray[np.int64]
+Flags: TypeAlias = npt.NDArray[np.bool_]
 
 # Kinds of surface
 PLANE, SPHERE, QUADRIC = 0, 1, 2
@@ -155,6 +158,7 @@ STEPS = HALT + 1
 """In `Geometry.places`: about how many steps one ray may take at most, if it meets all there is."""
 
 
+@shaped(places="106", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 
@@ -162,7 +166,7 @@ class Geometry(NamedTuple):
     it and write none of it.
     """
 
-    places: npt.NDArray[np.int64]  # [2 tables + 2] where each table begins, then their lengths; HALT, STEPS
+    places: Longs  # [2 tables + 2] where each table begins, then their lengths; HALT, STEPS
     integers: Ints
     floats: Floats
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ..compiler.jit import allocator, helper, inline
+from ..compiler.shapes import shaped
 from ..engine.body.hit import resolved
 from ..engine.body.scratch import Scratch
 from ..engine.packets.first import trace_packet
@@ -13,6 +14,7 @@ from ..engine.packets.packet import Packet
 from ..engine.tables import Floats, Geometry
 
 
+@shaped(samples="1..1048576", depth="0..10000")
 class Settings(NamedTuple):
     """The same for all of a picture. Each integrator has a kernel of its own, compiled for the type of `look`."""
 

@@ -61,8 +61,7 @@ def render(
     def work(geometry: Geometry, begin: int, end: int) -> None:
         fill(geometry, lens, film, settings, begin, end)
 
-    count = -(-width // tiles.SIDE) * -(-height // tiles.SIDE)
-    run_on(scene.geometry, work, count, 1, width * height * samples, progress)
+    run_on(scene.geometry, work, tiles.tile_total(width, height), 1, width * height * samples, progress)
     return film
 
 

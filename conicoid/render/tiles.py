@@ -10,6 +10,7 @@ import functools
 import importlib
 import math
 from collections.abc import Callable
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,7 @@ from ..engine.tables import Floats, Geometry, halted, whole
 from ..integrators import INTEGRATORS
 from ..integrators.samples import Samples, Settings, no_memory
 from ..integrators.stack import NO_SURFACE
+from ..shading.look import Look
 from .sampler import sample_in_pixel
 
 SIDE = 32
@@ -34,6 +36,12 @@ _SQUARE = 8
 """Pixels along a packet."""
 
 Film = npt.NDArray[np.float32]
+
+
+@inline
+def tile_total(width: int, height: int) -> int:
+    """How many tiles a film has."""
+    return -(-width // SIDE) * -(-height // SIDE)
 
 
 @inline
@@ -98,7 +106,7 @@ def tile_kernel(integrator: str) -> Callable[..., None]:
         scratch, packet, memory = new_scratch(geometry), new_packet(), new_memory(settings)
         colors = np.empty((LANES, film.shape[2]))
         height, width = film.shape[0], film.shape[1]
-        for tile in range(begin, end):
+        for tile in range(begin, min(end, tile_total(width, height))):
             corner = tile_corner(tile, width)
             for top in range(corner[1], min(height, corner[1] + SIDE), _SQUARE):
                 for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
@@ -112,5 +120,7 @@ def tile_kernel(integrator: str) -> Callable[..., None]:
                         gather(geometry, scratch, memory, settings, Samples(packet, colors, count))
                     expose(film, colors, left, top, settings.samples)
 
+    look = Look if chosen.lit else None
+    tiles.__annotations__["settings"] = Annotated[Settings, {"look": look}]
     tiles.__name__ = tiles.__qualname__ = chosen.kernel
-    return kernel(tiles)
+    return kernel(lens="6 3", film="out h w 3", begin="0..end")(tiles)

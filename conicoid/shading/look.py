@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..compiler.shapes import shaped
 from ..engine.tables import Ints
 from ..shapes.background import Background
 from ..shapes.light import Light
 from ..shapes.material import Material
 from .background import Colors, lower_background
+from .lights import RECORD as LIGHT
 from .lights import lower_lights
 from .materials import Materials, lower_materials
 
 
+@shaped(lights="*")
 class Look(NamedTuple):
     """Materials, lights, the ambient light and the background."""
 
     materials: Materials
-    lights: npt.NDArray[np.void]
+    lights: Annotated[npt.NDArray[np.void], LIGHT]
     ambient: tuple[float, float, float]
     background: Colors
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..compiler.jit import inline
+from ..compiler.shapes import shaped
 from ..engine import tables as table
 from ..engine.tables import Geometry, Ints, Signs, integer
 from ..shapes.checker import Checker
@@ -41,10 +42,11 @@ RECORD = np.dtype(
 )
 
 
+@shaped(rows="*", row_of="body_face", face_row="*", opaque="body_face", medium="body_face")
 class Materials(NamedTuple):
     """Materials as kernels read them."""
 
-    rows: npt.NDArray[np.void]
+    rows: Annotated[npt.NDArray[np.void], RECORD]
     row_of: Ints
     """Row of each body."""
     face_row: Ints

@@ -99,6 +99,7 @@ def _run(program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
     environment = os.environ | {
         "CONICOID_THREADS": "1",
         "CONICOID_VECTOR_BITS": "512",
+        "CONICOID_JIT": "own",
     }  # or another process compiles it
     return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
 

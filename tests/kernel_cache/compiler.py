@@ -2,4 +2,4 @@
 
 from conicoid.compiler.jit import kernel
 
-assert kernel(lambda x: x + 1.0)(1.0) == 2.0
+assert kernel()(lambda x: x + 1.0)(1.0) == 2.0

@@ -9,7 +9,8 @@ import pytest
 from numba.core.registry import cpu_target
 
 from conicoid.compiler.cache import KernelCache
-from conicoid.compiler.jit import PLAIN, helper
+from conicoid.compiler.dispatch import PLAIN
+from conicoid.compiler.jit import helper
 from conicoid.integrators import INTEGRATORS, Integrator
 from conicoid.render.tiles import tile_kernel
 

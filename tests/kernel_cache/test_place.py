@@ -60,7 +60,7 @@ def test_without_a_home(tmp_path):
 
 
 def test_outside_of_the_package_nothing_is_kept(tmp_path):
-    assert kernel(lambda x: 3.0 * x).stats.cache_path is None
+    assert kernel()(lambda x: 3.0 * x).stats.cache_path is None
 
 
 def as_another_user() -> object:
@@ -274,7 +274,7 @@ def test_no_old_code_after_an_edit(tmp_path):
     """Of a function that a kernel calls, in another file; with a folder for kernels and without one."""
     shutil.copytree(PACKAGE, tmp_path / "conicoid", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "conicoid" / "tiny.py").write_text(
-        "from .compiler.jit import kernel\nfrom .factor import times\n\n@kernel\ndef tiny(x):\n    return times(x)\n"
+        "from .compiler.jit import kernel\nfrom .factor import times\n\n@kernel()\ndef tiny(x):\n    return times(x)\n"
     )
     for folder in (tmp_path / "kernels", Path("/dev/null/x")):
         for factor in (2.0, 30.0):  # of another length: Python compares sizes and seconds

@@ -20,7 +20,7 @@ import pytest
 SOURCE = """
 from conicoid.compiler.jit import kernel
 
-@kernel
+@kernel()
 def doubled(x):
     return 2.0 * x
 """

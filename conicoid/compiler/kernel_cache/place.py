@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import importlib.util
 import logging
 import os
 import stat
 import sys
 from pathlib import Path
-
-import llvmlite
-import numba
-import platformdirs
 
 PACKAGE = Path(__file__).resolve().parents[2]
 _log = logging.getLogger("conicoid")
@@ -24,9 +21,17 @@ def say_once(message: str) -> None:
     _log.warning("%s", "".join(letter if letter.isprintable() else "?" for letter in message))
 
 
+def _version(package: str) -> str:
+    """The version of a package, which is not imported for that: the name of the folder that says all about it."""
+    found = importlib.util.find_spec(package)
+    if found is None or found.origin is None:
+        return ""
+    return " ".join(sorted(each.name for each in Path(found.origin).parents[1].glob(f"{package}-*.dist-info")))
+
+
 def hash_of_sources() -> str:
     """A hash over every source file of the package and the compilers' versions; empty where they cannot be read."""
-    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
+    digest = hashlib.sha256(" ".join(map(_version, ("numba", "llvmlite"))).encode())
     paths = sorted(PACKAGE.rglob("*.py"))
     try:
         for path in paths:
@@ -51,6 +56,8 @@ def _absolute(chosen: str) -> Path:
 
 def cache_directory() -> Path | None:
     """CONICOID_CACHE_DIR, or the user's cache folder; None for a user without a home."""
+    import platformdirs
+
     chosen = os.environ.get("CONICOID_CACHE_DIR")
     try:
         path = _absolute(chosen) if chosen else Path(platformdirs.user_cache_dir("conicoid", appauthor=False))

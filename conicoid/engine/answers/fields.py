@@ -20,7 +20,7 @@ def _strange(x: float) -> bool:
     return x != 0.0 and not SMALLEST <= abs(x) <= LARGEST
 
 
-@kernel
+@kernel(origins="n 3", directions="n 3")
 def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
     """(index, reason) of the first ray that cannot be traced, (-1, 0) if none.
 
@@ -42,7 +42,7 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
     return -1, 0
 
 
-@kernel
+@kernel(entry="n", place="n", turn="n", begin="0..end", end="0..n", faces="out 3 n")
 def faces_of(geometry: Geometry, entry: Ints, place: Ints, turn: Signs, begin: int, end: int, faces: Ints) -> None:
     """faces (3, n): surface, face number and side of hits; -1, -1, 0 for misses."""
     for i in range(begin, end):
@@ -53,7 +53,7 @@ def faces_of(geometry: Geometry, entry: Ints, place: Ints, turn: Signs, begin: i
             faces[0, i], faces[1, i], faces[2, i] = surface, face, side
 
 
-@kernel
+@kernel(origins="n 3", directions="n 3", t="n", begin="0..end", end="0..n", points="out n 3")
 def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end: int, points: Floats) -> None:
     """origin + t direction with one rounding; NaN for misses."""
     for i in range(begin, end):
@@ -61,7 +61,7 @@ def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end
             points[i, k] = fma(t[i], directions[i, k], origins[i, k]) if t[i] < math.inf else math.nan
 
 
-@kernel
+@kernel(faces="3 n", points="n 3", begin="0..end", end="0..n", normals="out n 3")
 def normals_of(geometry: Geometry, faces: Ints, points: Floats, begin: int, end: int, normals: Floats) -> None:
     """Outward unit normals at points of faces (3, n), as `faces_of` gives them; NaN for misses."""
     for i in range(begin, end):
@@ -71,7 +71,7 @@ def normals_of(geometry: Geometry, faces: Ints, points: Floats, begin: int, end:
         normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
 
 
-@kernel
+@kernel(body="n", faces="3 n", points="n 3", begin="0..end", end="0..n", uv="out n 2")
 def uvs_of(geometry: Geometry, body: Ints, faces: Ints, points: Floats, begin: int, end: int, uv: Floats) -> None:
     """uv coordinates of hit points; NaN for misses."""
     for i in range(begin, end):
@@ -81,7 +81,10 @@ def uvs_of(geometry: Geometry, body: Ints, faces: Ints, points: Floats, begin: i
         uv[i, 0], uv[i, 1] = u, v
 
 
-@kernel
+@kernel(
+    frames="* 3 4", body_frame="body_face", bodies="n", faces="3 n", points="n 3", begin="0..end", end="0..n",
+    local="out n 3"
+)  # fmt: skip
 def local_points_of(
     geometry: Geometry, frames: Floats, body_frame: Ints, bodies: Ints, faces: Ints, points: Floats,
     begin: int, end: int, local: Floats,

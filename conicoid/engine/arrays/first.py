@@ -24,7 +24,7 @@ from .found import Found, ask_for_hits, put_eight_hits, put_hit
 _AHEAD = 24  # rays are prefetched so many ahead
 
 
-@kernel
+@kernel(width="picture n", begin="0..end", end="0..n", found="out")
 def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, found: Found) -> None:
     """First hits of tiles begin..end; what is doubtful is marked in found.turn.
 
@@ -66,7 +66,7 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
                     put_hit(hit, i, found)
 
 
-@kernel
+@kernel(width="picture n", begin="0..end", end="0..n", result="out n")
 def trace_occluded(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, result: Signs) -> None:
     """Is there any crossing (1) or not (0), raised if doubtful? Of tiles begin..end."""
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
@@ -98,7 +98,7 @@ def trace_occluded(geometry: Geometry, rays: RayArrays, width: int, begin: int, 
                     result[i] = (1 if hit.body >= 0 else 0) + (DOUBTFUL if hit.unsure else 0)
 
 
-@kernel
+@kernel(order="n", size="1..65536", begin="0..end", end="0..n", found="out")
 def trace_ordered(
     geometry: Geometry, rays: RayArrays, order: Ints, size: int, any_hit: bool, begin: int, end: int, found: Found
 ) -> None:
@@ -137,7 +137,7 @@ def trace_ordered(
                 put_hit(stream_hit(stream, j), mine[j], found)
 
 
-@kernel
+@kernel(width="picture n", packets="1..n", asked="1..1048576")
 def coherent_packets(geometry: Geometry, rays: RayArrays, width: int, packets: int, asked: int) -> int:
     """How many of some packets, spread over all, are coherent."""
     lanes, together = np.empty(SIZE), 0

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...compiler.jit import inline
+from ...compiler.shapes import shaped
 from ...shapes.vector import FloatArray
 from ..body.hit import Hit, turn_of
 from ..culling import prefetch_to_write, store_eight
@@ -31,6 +32,7 @@ def _room(count: int, kind: Any, share: int) -> Any:
     return room[first : first + size].view(kind)
 
 
+@shaped(t="n", body="n", entry="n", place="n", turn="n")
 class Found(NamedTuple):
     """First hits as the kernels write them, a row each."""
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...compiler.jit import allocator, kernel
@@ -33,7 +31,7 @@ from ..packets.load import coherent, fill_lanes, packet_row
 from ..packets.packet import new_packet
 from ..packets.rows import list_packet, new_chains, put_chain
 from ..ray import DEAD, Ray, RayArrays, load_ray, scaled_ray
-from ..tables import Floats, Geometry, Ints, Signs, halted
+from ..tables import Flags, Floats, Geometry, Ints, Longs, Signs, halted
 
 
 @allocator
@@ -51,7 +49,7 @@ def rows_of_ray(
     return rows, used, unsure
 
 
-@kernel
+@kernel(width="picture n", begin="0..end", end="0..n", counts="out n", doubts="out n")
 def trace_rows(
     geometry: Geometry, rays: RayArrays, width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
 ) -> Floats:
@@ -87,10 +85,13 @@ def trace_rows(
     return rows[:used].copy()
 
 
-@kernel
+@kernel(
+    rows="* 9", counts="n", offsets="n", width="picture n", begin="0..end", end="0..n", t_enter="out s",
+    t_exit="out s", body="out s", clipped="out 2 s", surfaces="out 2 s"
+)  # fmt: skip
 def put_spans(
-    rows: Floats, counts: Ints, offsets: Ints, width: int, begin: int, end: int,
-    t_enter: Floats, t_exit: Floats, body: Ints, clipped: Any, surfaces: Ints,
+    rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int,
+    t_enter: Floats, t_exit: Floats, body: Ints, clipped: Flags, surfaces: Ints,
 ) -> None:  # fmt: skip
     """Rows of packets begin..end into columns: clipped and surfaces (2, n) of both ends."""
     done = 0
@@ -107,10 +108,13 @@ def put_spans(
                     done += 1
 
 
-@kernel
+@kernel(
+    rows="* 7", counts="n", offsets="n", width="picture n", begin="0..end", end="0..n", t="out s", body="out s",
+    face="out s", surface="out s", entering="out s"
+)  # fmt: skip
 def put_crossings(
-    rows: Floats, counts: Ints, offsets: Ints, width: int, begin: int, end: int,
-    t: Floats, body: Ints, face: Ints, surface: Ints, entering: Any,
+    rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int,
+    t: Floats, body: Ints, face: Ints, surface: Ints, entering: Flags,
 ) -> None:  # fmt: skip
     """Rows of packets begin..end into columns."""
     done = 0

@@ -44,7 +44,9 @@ def with_room(rows: Floats, used: int, more: int) -> Floats:
     if used + more <= len(rows):
         return rows
     larger = np.empty((2 * len(rows) + more + 64, rows.shape[1]))
-    larger[:used] = rows[:used]
+    for i in range(used):
+        for k in range(rows.shape[1]):
+            larger[i, k] = rows[i, k]
     return larger
 
 
@@ -140,7 +142,8 @@ def _sort_many_rows(rows: Floats, first: int, last: int, columns: int) -> None:
     _sort_places(order, len(order), (rows, first, columns))
     before = rows[first:last].copy()
     for i in range(last - first):
-        rows[first + i] = before[order[i]]
+        for k in range(rows.shape[1]):
+            rows[first + i, k] = before[order[i], k]
 
 
 @helper

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...compiler.jit import allocator
 from .. import tables as table
-from ..culling.items import MOST_CHOSEN
+from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry, Ints, Signs, integer, length
 from ..tree.walk import way_size
 

@@ -8,13 +8,12 @@ With f(t + s) = A + 2 B s + a s² about the reported t, the root near it lies at
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from ...compiler.jit import helper, inline, kernel
 from ..numbers.sure import Sure
 from ..ray import Ray, scaled_ray
 from ..surface.decide import Rest, curved_terms, is_plane, plane_terms
-from ..tables import Floats, Geometry, Ints, whole
+from ..tables import Floats, Geometry, Ints, Longs, whole
 
 _MORE = 1.0 + 2.0**-40
 """For the roundings of a bound itself."""
@@ -69,13 +68,14 @@ def _error_of_large(value: float, slope: float, bend: float, t: float) -> float:
     return bound if near else math.inf
 
 
-@kernel
+@kernel(origins="r 3", directions="r 3", which="n|0", t="n", surfaces="n", begin="0..end", end="0..n", errors="out n")
 def errors_of_t(
-    geometry: Geometry, rest: Rest, origins: Floats, directions: Floats, which: Any, t: Floats, surfaces: Ints,
+    geometry: Geometry, rest: Rest, origins: Floats, directions: Floats, which: Longs, t: Floats, surfaces: Ints,
     begin: int, end: int, errors: Floats,
 ) -> None:  # fmt: skip
     """errors[k]: the bound for crossing k, of ray which[k] (k, if empty) with surfaces[k] at t[k]; 0 for none (-1)."""
-    for k in range(begin, end):
+    last = end if len(which) > 0 else min(end, len(origins))
+    for k in range(begin, last):
         errors[k] = 0.0
         if surfaces[k] >= 0:
             i = which[k] if len(which) > 0 else k
@@ -85,7 +85,7 @@ def errors_of_t(
             errors[k] = error_of_t(geometry, rest, surfaces[k], ray, t[k] / scale) * scale
 
 
-@kernel
+@kernel(directions="n 3", points="n 3", t_errors="n", begin="0..end", end="0..n", errors="out n")
 def errors_of_points(
     directions: Floats, points: Floats, t_errors: Floats, begin: int, end: int, errors: Floats
 ) -> None:

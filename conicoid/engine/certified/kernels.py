@@ -18,7 +18,7 @@ from .ranks import SURFACES, Doubtful, Ranks, Room, forget, list_surfaces, rank_
 from .stand_ins import put_stand_ins
 
 
-@kernel
+@kernel(room="out", doubtful="out", begin="0..end", end="0..m", found="out")
 def settle_first(
     geometry: Geometry, room: Room, rays: RayArrays, doubtful: Doubtful, begin: int, end: int, found: Found
 ) -> None:
@@ -41,7 +41,7 @@ def settle_first(
         forget(ranks)
 
 
-@kernel
+@kernel(t="n", entry="n", limits="out n")
 def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, limits: Floats) -> None:
     """limits[k]: the t up to which ray k decides its hit: as far as another crossing may be the first, or its end.
 
@@ -55,7 +55,7 @@ def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, 
             limits[k] = min(limits[k], t[k] + entry_nearness(geometry, entry[k], ray).off * scale)
 
 
-@kernel
+@kernel(room="out", doubtful="out", counts="out m")
 def settle_rows(
     geometry: Geometry, room: Room, rays: RayArrays, doubtful: Doubtful, spans: bool, counts: Ints
 ) -> Floats:
@@ -79,7 +79,7 @@ def settle_rows(
     return rows[:used].copy()
 
 
-@kernel
+@kernel(ranks="out", i="0..n-1", entries="out entry_kind")
 def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entries: Ints) -> tuple[int, int]:
     """How many surfaces ray i may meet, into ranks.surfaces, and how many entries, into `entries`."""
     scratch = new_scratch(geometry)
@@ -87,7 +87,8 @@ def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entr
     count = collect(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
     found = ranks.size[SURFACES]
-    entries[:count] = scratch.found[:count]
+    for k in range(count):
+        entries[k] = scratch.found[k]
     forget(ranks)
     return found, count
 
@@ -104,7 +105,7 @@ def _again(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, 
     return count
 
 
-@kernel
+@kernel(room="out", i="0..n-1", found="out")
 def ranked_first(geometry: Geometry, room: Room, rays: RayArrays, i: int, found: Found) -> None:
     """The first hit of ray i, whose ranks are known."""
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
@@ -116,7 +117,7 @@ def ranked_first(geometry: Geometry, room: Room, rays: RayArrays, i: int, found:
     forget(ranks)
 
 
-@kernel
+@kernel(room="out", i="0..n-1")
 def ranked_rows(geometry: Geometry, room: Room, rays: RayArrays, i: int, spans: bool) -> Floats:
     """The spans or crossings of ray i, whose ranks are known."""
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks

@@ -7,9 +7,6 @@ it, else in numbers with error bounds; OPEN where those are not.
 from __future__ import annotations
 
 import math
-from typing import Any
-
-import numpy as np
 
 from ...compiler.jit import inline, kernel
 from .. import tables as table
@@ -17,7 +14,7 @@ from ..body.contains import INSIDE, entry_holds, point_ray
 from ..body.entry import collect
 from ..body.scratch import new_scratch
 from ..surface.decide import OPEN, Rest
-from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, Ints, Signs, integer
+from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, Ints, Signs, integer, whole
 from .ranked import find_leaves, forget_leaves
 from .ranks import SURFACES, Ranks, Room, forget, list_surfaces
 
@@ -28,7 +25,7 @@ def _is_point(x: float, y: float, z: float) -> bool:
     return math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
 
 
-@kernel
+@kernel(points="n 3", begin="0..end", end="0..n", bodies="out n", still="out n")
 def locate(geometry: Geometry, rest: Rest, points: Floats, begin: int, end: int, bodies: Ints, still: Signs) -> None:
     """bodies[i] = the lowest-numbered body that contains points[i], or -1; still[i] = 1 where that is not certain."""
     scratch = new_scratch(geometry)
@@ -47,7 +44,7 @@ def locate(geometry: Geometry, rest: Rest, points: Floats, begin: int, end: int,
                 break
 
 
-@kernel
+@kernel(ranks="out")
 def surfaces_near(geometry: Geometry, ranks: Ranks, x: float, y: float, z: float) -> int:
     """How many surfaces decide what contains a point, into ranks.surfaces."""
     scratch, ray = new_scratch(geometry), point_ray(x, y, z)
@@ -77,11 +74,11 @@ def _stand_in(stand: Geometry, surface: int, where: float) -> None:
         f[at + 18] = -where
 
 
-@kernel
-def locate_ranked(geometry: Geometry, room: Room, x: float, y: float, z: float) -> Any:
+@kernel(room="out")
+def locate_ranked(geometry: Geometry, room: Room, x: float, y: float, z: float) -> int:
     """The lowest-numbered body that contains a point, on the sides in ranks.verdict. Relies on room.rest being 0."""
     nothing, stand, ranks = room
-    scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), np.int64(-1)
+    scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), whole(-1)
     count = collect(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
     for k in range(ranks.size[SURFACES]):

@@ -13,9 +13,10 @@ arithmetic (conicoid.exact).
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ...compiler.jit import helper, inline
+from ...compiler.shapes import shaped
 from .. import tables as table
 from ..body.boolean import leaves_met
 from ..body.entry import collect
@@ -27,7 +28,7 @@ from ..surface.decide import CROSSES, OPEN, Rest, decide_curved, decide_plane
 from ..surface.decide_loop import decide_loop
 from ..surface.doubt import ALIKE
 from ..surface.records import curved_roots, is_curved, plane_crossing
-from ..tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, Signs, integer
+from ..tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, Longs, Signs, integer
 
 SURFACES, CROSSINGS = 0, 1
 """Of `Ranks.size`: how many of either there are."""
@@ -35,6 +36,11 @@ FREE = -1
 """In place of a surface: the ray's origin."""
 
 
+@shaped(
+    surfaces="surface_kind", listed="surface_kind", verdict="2*surface_kind", first="surface_kind",
+    high="2*surface_kind+8", low="2*surface_kind+8", error="2*surface_kind+8", owner="2*surface_kind+8",
+    t="2*surface_kind+8", order="2*surface_kind+8", rank="2*surface_kind+8", loops="polygon_surface", size="2",
+)  # fmt: skip
 class Ranks(NamedTuple):
     """Memory for one ray's crossings. Large arrays are empty until used, and take no memory before."""
 
@@ -50,7 +56,7 @@ class Ranks(NamedTuple):
     order: Ints
     rank: Floats
     loops: Ints  # (polygons,) 1: the ray passes within the polygon's outline
-    size: Any  # (2,) int64: see `SURFACES`
+    size: Longs  # (2,) see `SURFACES`
 
 
 class Room(NamedTuple):
@@ -61,6 +67,7 @@ class Room(NamedTuple):
     ranks: Ranks
 
 
+@shaped(which="m", still="m")
 class Doubtful(NamedTuple):
     """Rays to be decided."""
 

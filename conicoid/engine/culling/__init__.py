@@ -6,30 +6,42 @@ vectors, which it lowers to whatever the processor has. IEEE arithmetic as elsew
 by the slacks of slack.py: NaN counts as met.
 """
 
-from .balls import balls_in_beam, balls_met, group_in_ball, lanes_in_ball
-from .bits import bit_count, highest_bit, lowest_bit
-from .boxes import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lanes_in_box
-from .items import (
+from typing import TYPE_CHECKING
+
+from ...compiler.jit import instructions
+from ...compiler.machine_code import SHIPPED
+from .layout import (
+    BEAM,
     BOX,
     CODE,
     ENTERED,
+    FIRST,
+    FROM_THE_START,
+    HIGH_I,
+    HIGH_O,
     ITEM_ROW,
     ITEMS_SIZE,
+    LAST,
+    LOW_I,
+    LOW_O,
+    MOST_CHOSEN,
     MOST_ITEMS,
-    items_met,
-    keep_items,
-    put_balls,
-    put_children,
-    put_groups,
-    put_numbers,
 )
-from .lists import FROM_THE_START, put_on_lists, rays_in_balls, records_in_lanes, waiting
-from .rows import extent, extents, load_eight, prefetch, prefetch_soon, prefetch_to_write, reach, store_eight, widen
+
+if TYPE_CHECKING or SHIPPED is None:
+    from .balls import balls_in_beam, balls_met, group_in_ball, lanes_in_ball
+    from .bits import bit_count, highest_bit, lowest_bit
+    from .boxes import boxes_met, lanes_in_box
+    from .items import items_met, keep_items, put_balls, put_children, put_groups, put_numbers
+    from .lists import put_on_lists, rays_in_balls, records_in_lanes, waiting
+    from .rows import extent, extents, load_eight, prefetch, prefetch_soon, prefetch_to_write, reach, store_eight, widen
+else:
+    __getattr__ = instructions(__name__, "balls", "bits", "boxes", "items", "lists", "rows")
 
 __all__ = [
     "BEAM", "BOX", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
-    "LAST", "LOW_I", "LOW_O", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met", "extent",
-    "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_in_ball", "lanes_in_box",
+    "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met",
+    "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_in_ball", "lanes_in_box",
     "load_eight", "lowest_bit", "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children",
     "put_groups", "put_numbers", "put_on_lists", "rays_in_balls", "reach", "records_in_lanes",
     "store_eight", "waiting", "widen",

@@ -9,10 +9,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from .code import EIGHT, INT64, WIDTH, Code
-
-# Numbers of a beam, in the order of its block: where it starts and ends in t comes last
-LOW_O, HIGH_O, LOW_I, HIGH_I, FIRST, LAST = 0, 3, 6, 9, 12, 13
-BEAM = 14
+from .layout import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O
 
 
 def beam_stretch(c: Code, sides: Any, number: Any, first: Any, last: Any) -> tuple[Any, Any]:

@@ -11,12 +11,7 @@ from numba.extending import intrinsic
 from .balls import sides_of_balls
 from .boxes import beam_code, beam_stretch, stretches
 from .code import BITS, DOUBLE, EIGHT, INT64, MASK, WHOLE, WIDTH, Code
-
-MOST_ITEMS = 4096
-ITEM_ROW = MOST_ITEMS + 24  # not a multiple of a page: else all rows of an item shared a few lines of the cache
-# Where the rows begin, after six of the boxes' sides
-ENTERED, CODE, BOX = 6 * ITEM_ROW, 7 * ITEM_ROW, 8 * ITEM_ROW
-ITEMS_SIZE = 9 * ITEM_ROW
+from .layout import ITEM_ROW, ITEMS_SIZE
 
 
 @intrinsic
@@ -140,6 +135,3 @@ def put_groups(typing_context: Any, items: Any, item: Any, lanes: Any, beams: An
 
     whole = types.int64
     return types.int64(items, whole, lanes, whole, pairs, whole), code
-
-
-MOST_CHOSEN = 40  # items that a packet takes at a time

@@ -14,9 +14,6 @@ from .code import BITS, DOUBLE, EIGHT, INT64, WHOLE, WIDTH, Code
 
 _UPPER, _LOWER = -(1 << 32), (1 << 32) - 1
 
-FROM_THE_START = -(1 << 52)
-"""Added to a ray's number: it enters at t = -inf."""
-
 
 class _Rays:
     """Eight rays that wait on a list; if fewer are left, the others repeat the first and are masked."""

@@ -25,7 +25,7 @@ from ..culling import (
     put_groups,
     put_numbers,
 )
-from ..culling.items import MOST_CHOSEN
+from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry, Signs, box_at, whole
 from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
 from ..tree.walk import next_leaf, push_roots, put_on_stack, scene_tree

@@ -12,7 +12,7 @@ from ..body.hit import within
 from ..body.meet import try_entry
 from ..body.scratch import Scratch
 from ..culling import highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
-from ..culling.items import MOST_CHOSEN
+from ..culling.layout import MOST_CHOSEN
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from ..tree.leaf import leaf_ball, leaf_item
 from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes

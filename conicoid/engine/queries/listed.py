@@ -28,7 +28,7 @@ def listed(scene: Prepared, rays: RayArrays, width: int, packets: int, spans: bo
     def work(geometry: Geometry, begin: int, end: int) -> None:
         """Trace some packets, and keep their rows as a piece."""
         rows = trace_rows(geometry, rays, width, spans, begin, end, counts, doubts)
-        pieces.append(_Piece(rows, counts, offsets, width, begin, end))
+        pieces.append(_Piece(rows, counts, offsets[:-1], width, begin, end))
 
     run_on(scene.geometry, work, packets, chunk_size(packets, _PACKETS), count)
     doubtful = np.flatnonzero(doubts)

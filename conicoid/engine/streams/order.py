@@ -12,7 +12,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ...compiler.jit import choose, helper, inline, kernel
 from .. import tables as table
@@ -21,6 +20,7 @@ from ..tables import Floats, Geometry, Ints, integer, length, node_at, whole
 from ..threads import run_chunks, thread_count
 
 _CHUNK = 1 << 16
+_FEW_BITS, _MORE_BITS, _MANY = 2, 3, 1 << 18  # of a key, for each coordinate; so many rays get more
 LANES, _ROWS = 64, 7
 OX, OY, OZ, DX, DY, DZ, KEY = (np.uint64(row) for row in range(0, _ROWS * LANES, LANES))
 
@@ -111,11 +111,18 @@ def _key(lanes: Floats, i: Any, box: Box, scale: Vector, most: float, bits: int)
     lanes[KEY + i] = float((octant << (3 * bits) | x | y << 1 | z << 2) << 4 | u << 2 | v)
 
 
-@kernel
+@inline
+def _keys(bits: int) -> int:
+    """How many keys there are of some bits for each coordinate, three for the octant and four for the direction."""
+    return 1 << (3 * bits + 7)
+
+
+@kernel(origins="n 3", directions="n 3", begin="0..end", end="0..n", keys="out n", counts="out 65536|8192")
 def ray_keys(
-    geometry: Geometry, origins: Floats, directions: Floats, bits: int, begin: int, end: int, keys: Ints, counts: Ints
+    geometry: Geometry, origins: Floats, directions: Floats, begin: int, end: int, keys: Ints, counts: Ints
 ) -> None:
-    """The keys of rays begin..end, and how often each occurs among them."""
+    """The keys of rays begin..end, and how often each occurs among them. There are as many keys as counts."""
+    bits = _MORE_BITS if len(counts) == _keys(_MORE_BITS) else _FEW_BITS
     box, lanes, cells = scene_box(geometry), np.ones(_ROWS * LANES), 1 << bits
     scale = Vector(_scale(box.lx, box.hx, cells), _scale(box.ly, box.hy, cells), _scale(box.lz, box.hz, cells))
     for first in range(begin, end, LANES):
@@ -135,7 +142,7 @@ def ray_keys(
             counts[key] += 1
 
 
-@kernel
+@kernel(keys="n", begin="0..end", end="0..n", places="out 65536|8192", order="out n")
 def _place(keys: Ints, begin: int, end: int, places: Ints, order: Ints) -> None:
     """Put the rays of a block in their places, in order of their keys; ties keep their order."""
     for i in range(begin, end):
@@ -144,8 +151,8 @@ def _place(keys: Ints, begin: int, end: int, places: Ints, order: Ints) -> None:
         places[key] += 1
 
 
-@kernel
-def _begin_places(counts: npt.NDArray[np.int32]) -> None:
+@kernel(counts="out * *")
+def _begin_places(counts: Ints) -> None:
     """Counts of every key in every block, to where its first goes: by key, then by block."""
     total = 0
     for key in range(counts.shape[1]):
@@ -158,16 +165,16 @@ def _begin_places(counts: npt.NDArray[np.int32]) -> None:
 def ray_order(geometry: Geometry, origins: Floats, directions: Floats) -> Ints:
     """Numbers of rays in an order in which neighbours are coherent; each number occurs once."""
     count = len(origins)
-    bits = 3 if count >= 1 << 18 else 2
+    bits = _MORE_BITS if count >= _MANY else _FEW_BITS
     blocks = max(1, min(thread_count(), 16, count // _CHUNK))
     edges = np.linspace(0, count, blocks + 1).astype(np.int64)
     keys, order = np.empty(count, np.int32), np.empty(count, np.int32)
-    counts = np.zeros((blocks, 1 << (3 * bits + 7)), np.int32)
+    counts = np.zeros((blocks, _keys(bits)), np.int32)
 
     def number(first: int, last: int) -> None:
         """Keys of some blocks."""
         for block in range(first, last):
-            ray_keys(geometry, origins, directions, bits, edges[block], edges[block + 1], keys, counts[block])
+            ray_keys(geometry, origins, directions, edges[block], edges[block + 1], keys, counts[block])
 
     def place(first: int, last: int) -> None:
         """Places of some blocks."""

@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple, TypeAlias
 
 from ...compiler.jit import helper, inline
+from ...compiler.shapes import shaped
 from .. import tables as table
 from ..numbers.errorfree import two_difference
 from ..numbers.sure import (
@@ -44,6 +45,7 @@ Terms: TypeAlias = tuple[Sure, Sure, Sure, Sure]
 """a, b, c and b² - a c"""
 
 
+@shaped(planes="planes", spheres="*", quadrics="quadrics", vertices="vertices")
 class Rest(NamedTuple):
     """What rounding took from records and corners of polygons, flat; from spheres beyond the end: nothing."""
 

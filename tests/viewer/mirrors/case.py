@@ -60,7 +60,7 @@ def evaluator(cases: dict[str, Case]) -> Callable[..., Any]:
         choose = _or(number, helper(case.python), choose)
     numbers = {name: number for number, name in enumerate(cases)}
 
-    @kernel
+    @kernel()
     def rows(number, world, inputs, answers):
         scratch = new_scratch(world.geometry)
         for i in range(len(inputs)):

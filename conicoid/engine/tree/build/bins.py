@@ -30,7 +30,7 @@ def _center(records: Floats, i: int, k: int) -> float:
     return records[SIZE * i + 4 + k] - records[SIZE * i + k]
 
 
-@kernel
+@kernel(records="8*n", begin="0..end", end="0..n")
 def centers(records: Floats, begin: int, end: int) -> tuple[float, float, float, float, float, float]:
     """(low, high) of the middles of boxes, doubled."""
     ax = ay = az = math.inf
@@ -56,7 +56,7 @@ def _bin(center: float, low: float, scale: float, bins: int) -> Any:
     return min(np.int64((center - low) * scale), bins - 1)
 
 
-@kernel
+@kernel(records="8*n", begin="0..end", end="0..n", bins="1..16", boxes="out 408", counts="out 48")
 def fill_bins(
     records: Floats, begin: int, end: int, lows: tuple[float, float, float], scales: tuple[float, float, float],
     bins: int, boxes: Floats, counts: Counts,
@@ -78,7 +78,7 @@ def fill_bins(
         counts[c] += 1
 
 
-@kernel
+@kernel(bins="1..16", boxes="out 408", counts="48")
 def best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, counts: Counts) -> Cut:
     """The cut with the least sum of area times count; boxes has room for a vector behind the bins."""
     best, axis, border, left_area, right_area = math.inf, -1, 0, 0.0, 0.0
@@ -130,7 +130,10 @@ def part(records: Floats, begin: int, end: int, axis: int, low: float, scale: fl
         j -= 1
 
 
-@kernel
+@kernel(
+    records="8*n", begin="0..end", end="0..n", axis="0..2", border="0..16", target="out 8*n", left="0..n",
+    right="0..n"
+)  # fmt: skip
 def distribute(
     records: Floats, begin: int, end: int, axis: int, low: float, scale: float, border: int,
     target: Floats, left: int, right: int,

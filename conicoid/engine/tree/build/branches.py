@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....compiler.jit import helper, inline, kernel
+from ....compiler.shapes import shaped
 from ...tables import Floats, Ints, Signs
 from .bins import BINS, BOXES, cut_group
 from .vectors import COST, SIZE, half_area
@@ -25,6 +26,7 @@ LEAF_COST = 0.3  # of visiting a leaf, without what its entries cost
 LEAF, NODE = 1, 0
 
 
+@shaped(left="branches", first="branches", last="branches", choice="8*branches")
 class Branches(NamedTuple):
     """A binary tree; the branches within records [begin, end) have numbers from 2 begin, the first ones from 2 n."""
 
@@ -94,7 +96,7 @@ def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int
     return area * (LEAF_COST + cost)
 
 
-@kernel
+@kernel(records="8*n", branches="out", root="0..branches-1", root_costs="out c", row="0..c-8")
 def grow(records: Floats, branches: Branches, root: int, area: float, most: int, root_costs: Floats, row: int) -> None:
     """Build a branch down to its entries, and weigh it: its costs go to root_costs[row:]. Leaves hold `most`."""
     begin, end = branches.first[root], branches.last[root]
@@ -138,7 +140,7 @@ def grow(records: Floats, branches: Branches, root: int, area: float, most: int,
         root_costs[row + j] = costs[at + j]
 
 
-@kernel
+@kernel(branches="out", first="0..branches-groups", areas="groups", costs="out 8*groups")
 def weigh_first(branches: Branches, first: int, areas: Floats, costs: Floats) -> None:
     """Weigh the branches from number `first` on whose halves are known: those that have no entries of their own yet."""
     for k in range(len(areas) - 1, -1, -1):

@@ -19,9 +19,9 @@ _CHUNK = 1 << 14
 
 def put_items(geometry: Geometry, boxes: Floats) -> None:
     """Fill the table LEAF_ITEMS, for the scene's own tree; boxes (n, 6) of the entries."""
-    run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.NODE_CHILDREN, a, b), _children(geometry), _CHUNK)
+    run_chunks(lambda a, b: _put_leaves(geometry, boxes, False, a, b), _children(geometry), _CHUNK)
     roots = int(length(geometry, table.ROOTS))
-    run_chunks(lambda a, b: _put_leaves(geometry, boxes, table.ROOTS, a, b), roots, _CHUNK)
+    run_chunks(lambda a, b: _put_leaves(geometry, boxes, True, a, b), roots, _CHUNK)
 
 
 def _children(geometry: Geometry) -> int:
@@ -29,10 +29,11 @@ def _children(geometry: Geometry) -> int:
     return int(length(geometry, table.NODE_CHILDREN))
 
 
-@kernel
-def _put_leaves(geometry: Geometry, boxes: Floats, codes: int, begin: int, end: int) -> None:
-    """The leaves among codes begin..end of a table; those of bodies' trees have no items."""
-    for k in range(begin, end):
+@kernel(geometry="out", boxes="* 6", begin="0..end")
+def _put_leaves(geometry: Geometry, boxes: Floats, of_roots: bool, begin: int, end: int) -> None:
+    """The leaves among begin..end of the roots, or of the children; those of bodies' trees have no items."""
+    codes = table.ROOTS if of_roots else table.NODE_CHILDREN
+    for k in range(begin, min(end, length(geometry, codes))):
         code = integer(geometry, codes, k)
         if code >= 0:
             continue

@@ -22,7 +22,7 @@ def leaf_code(first: int, count: int) -> int:
 _leaf_code = inline(leaf_code)
 
 
-@kernel
+@kernel(root="0..branches-1", children="out n 8", sources="out n 8")
 def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> tuple[int, int]:
     """Fill children (n, 8), and with the branch each comes from, sources (n, 8); returns (nodes, levels)."""
     stack = np.empty((len(children) + WIDTH, 3), np.int32)
@@ -70,7 +70,7 @@ def _open(branches: Branches, branch: int, place: int, slots: int, pending: Any,
     return waiting + 2
 
 
-@kernel
+@kernel(records="8*r", sources="n 8", limits="6", begin="0..end", end="0..n", boxes="out b", at="0..b-48*end")
 def box_nodes(
     records: Floats, branches: Branches, sources: Ints, limits: Floats, begin: int, end: int, boxes: Floats, at: int
 ) -> None:
@@ -91,7 +91,7 @@ def box_nodes(
                 boxes[place + WIDTH * (axis + 3)] = restored(limits, axis + 3, box[axis + 4])
 
 
-@kernel
+@kernel(records="8*n", begin="0..end", end="0..n", items="out i", at="0..i-end")
 def items_of(records: Floats, begin: int, end: int, items: Ints, at: int) -> None:
     """The items of records, in their order, to items[at + begin:]."""
     for i in range(begin, end):

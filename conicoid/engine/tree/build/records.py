@@ -14,7 +14,7 @@ import numpy as np
 
 from ....compiler.jit import inline, kernel
 from ...culling.slack import BESIDE, WALL
-from ...tables import Floats, Ints, Signs
+from ...tables import Floats, Ints, Longs, Signs
 from ...threads import run_chunks
 from .vectors import COST, HIGH, ITEM, NEGATED_LOW, SIZE
 
@@ -48,8 +48,8 @@ def survey(boxes: Floats) -> Survey:
     return Survey(patterns, counts.sum(axis=0).astype(np.int32), bounded, ends)
 
 
-@kernel
-def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Ints, around: Floats) -> None:
+@kernel(boxes="n 6", begin="0..end", end="0..n", patterns="out n", counts="out 9", around="out 2 6")
+def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs, around: Floats) -> None:
     """Patterns of boxes begin..end, how many there are of each, and the boxes around them."""
     for i in range(begin, end):
         pattern, empty = 0, False
@@ -92,12 +92,12 @@ def records_of(boxes: Floats, rows: Ints, first_item: int, costs: Floats, limits
     return records
 
 
-@kernel
+@kernel(boxes="b 6", rows="n|0", begin="0..end", end="0..n", costs="b|0", limits="6", records="out 8*n")
 def _load(
     boxes: Floats, rows: Ints, begin: int, end: int, first_item: int, costs: Floats, limits: Floats, records: Floats
 ) -> None:
     """Records begin..end, widened by their slack."""
-    for i in range(begin, end):
+    for i in range(begin, end if len(rows) > 0 else min(end, len(boxes))):
         row = rows[i] if len(rows) > 0 else i
         margin = BESIDE * _size(boxes, row, limits) + WALL
         for k in range(3):

@@ -1,0 +1,67 @@
+"""The kernels as machine code, which comes with the package: `conicoid._kernels`, built by `native/`.
+
+It holds them for several levels of processor and takes the best that this one has; all give the same bits.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..environment import jit_wanted, level_wanted
+
+
+def _shipped() -> Any:
+    """The extension; None where there is none, where it was made of other sources, or where compiling is asked for."""
+    if jit_wanted():
+        return None
+    try:
+        _kernels: Any = importlib.import_module(__name__.partition(".")[0] + "._kernels")
+    except ModuleNotFoundError:
+        return None
+    if _kernels.sources:  # it was built in place: the sources may have been edited since
+        from .kernel_cache.place import hash_of_sources
+
+        if _kernels.sources != hash_of_sources():
+            return None
+    wanted = level_wanted()
+    if wanted:
+        _kernels.use(wanted)
+    return _kernels
+
+
+SHIPPED: Any = _shipped()
+"""The extension module, or None: then kernels are compiled as they are called."""
+
+if SHIPPED is None and importlib.util.find_spec("numba") is None:
+    raise ImportError(
+        "Conicoid came without machine code for this processor, so it needs a compiler: pip install 'conicoid[jit]'"
+    )
+
+
+def entry(name: str) -> Callable[..., Any] | None:
+    """A kernel of the extension; None: it has to be compiled."""
+    if SHIPPED is None:
+        return None
+    found: Callable[..., Any] = SHIPPED.kernel(name)
+    return _as_array(found) if SHIPPED.returns_array(name) else found
+
+
+def _as_array(found: Callable[..., Any]) -> Callable[..., Any]:
+    """A kernel whose result is memory of its own, as an array."""
+
+    def call(*arguments: Any) -> Any:
+        return np.asarray(found(*arguments))
+
+    return call
+
+
+def about() -> str:
+    """For a report: where kernels come from."""
+    if SHIPPED is None:
+        return "kernels compiled by Numba"
+    return f"kernels of the package, for {SHIPPED.level()}"

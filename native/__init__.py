@@ -1,0 +1,1 @@
+"""Machine code for wheels: kernels compiled beforehand for each processor, and the door to them."""

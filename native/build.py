@@ -1,0 +1,117 @@
+"""The extension `conicoid._kernels` for a target: `python -m native.build [TARGET] [--in-place]`.
+
+Front end, then an object for each level on all cores, then the door, compiled and linked by `zig cc`, which knows all
+targets. `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a hash of
+the sources, so that it is used only until one is edited.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from .targets import TARGETS, Level, Target
+
+HERE = Path(__file__).resolve().parent
+SOURCES = "door.c", "scratch.c", "externals.c"
+
+
+def _python(*words: str) -> None:
+    """Run a module of this package in a process of its own."""
+    environment = os.environ | {"CONICOID_JIT": "own"}  # not by machine code of an earlier build
+    subprocess.run([sys.executable, "-m", *words], check=True, cwd=HERE.parent, env=environment)
+
+
+def lowered(folder: Path) -> Path:
+    """The LLVM code of all kernels; made once for all targets."""
+    code = folder / "kernels.pickle"
+    if not code.exists():
+        _python("native.front", str(code))
+    return code
+
+
+def _object(code: Path, target: Target, level: Level, folder: Path) -> Path:
+    out = folder / f"{target.name}-{level.name}.o"
+    _python("native.objects", str(code), target.name, level.name, str(out))
+    return out
+
+
+def extension_name(target: Target) -> str:
+    """The file that Python looks for."""
+    return "_kernels.pyd" if target.name.startswith("windows") else "_kernels.abi3.so"
+
+
+def build(target: Target, folder: Path, sources: str = "") -> Path:
+    """The extension, in the folder. `sources`: what it is made of, if that may change (`tables.tables`)."""
+    code = lowered(folder)
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        objects = list(pool.map(lambda level: _object(code, target, level, folder), target.levels))
+    header = folder / target.name
+    header.mkdir(exist_ok=True)
+    names = ",".join(level.name for level in target.levels)
+    _python("native.tables", target.name, names, str(header / "tables.h"), sources)
+    out = header / extension_name(target)
+    flags = "-O2 -fPIC -shared -fvisibility=hidden -Wall -Wextra -Werror -fno-math-errno -ffp-contract=off -s".split()
+    if target.name.startswith("macos"):
+        flags += ["-undefined", "dynamic_lookup"]
+    files = [str(HERE / name) for name in SOURCES] + [str(each) for each in objects]
+    compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, *flags, f"-I{header}", f"-I{HERE}"]
+    subprocess.run([*compiler, "-o", str(out), *files, "-lm"], check=True)
+    return out
+
+
+def host() -> Target:
+    """The target that is this machine."""
+    import platform
+
+    system = {"linux": "linux", "darwin": "macos", "win32": "windows"}.get(sys.platform, sys.platform)
+    if system == "linux" and platform.libc_ver()[0] != "glibc":
+        system = "musl"
+    machine = {"AMD64": "x86_64", "aarch64": "aarch64", "arm64": "arm64" if system == "macos" else "aarch64"}
+    name = f"{system}-{machine.get(platform.machine(), platform.machine())}"
+    if name not in TARGETS:
+        raise SystemExit(f"there is no target {name}; known are {', '.join(TARGETS)}")
+    return TARGETS[name]
+
+
+def host_level(target: Target) -> str:
+    """The best level of a target that this processor can run (as native/levels.h decides it)."""
+    import llvmlite.binding as llvm
+
+    features = llvm.get_host_cpu_features()
+    wide = all(features.get(name) for name in ("avx512vl", "avx512bw", "avx512dq", "avx512cd", "avx512vbmi2"))
+    needs = (2 if wide else 1) if features.get("avx2") and features.get("fma") else 0
+    return [level.name for level in target.levels if level.needs <= needs][-1]
+
+
+def main() -> None:
+    """Build as the command line says."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("target", nargs="?", choices=TARGETS)
+    parser.add_argument("--folder", type=Path, help="where what is made on the way is kept")
+    parser.add_argument("--in-place", action="store_true")
+    wanted = parser.parse_args()
+    target = TARGETS[wanted.target] if wanted.target else host()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = wanted.folder or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        sources = ""
+        if wanted.in_place:
+            from conicoid.compiler.kernel_cache.place import hash_of_sources
+
+            sources, target = hash_of_sources(), target.only(host_level(target))
+        out = build(target, folder, sources)
+        if wanted.in_place:
+            place = HERE.parent / "conicoid" / out.name
+            place.write_bytes(out.read_bytes())
+            out = place
+        print(out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""LLVM code of kernels to an object file for one level of processor: `python -m native.objects CODE TARGET LEVEL OUT`.
+
+Every kernel gets an entry point that C can call, `int NAME(void *result, const int64_t *slots)`: each slot is one
+argument as LLVM passes it, a number or a pointer. The result is what Numba's own functions write, the return value
+their status: 0, -2 for nothing, else an error.
+"""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+
+from .targets import TARGETS, Level
+
+_WIDTHS = {"i64": ir.IntType(64), "i32": ir.IntType(32), "i8": ir.IntType(8), "i1": ir.IntType(1)}
+_DOUBLE, _POINTER, _SLOT = ir.DoubleType(), ir.IntType(8).as_pointer(), ir.IntType(64)
+
+
+def _kind(text: str) -> Any:
+    if text.endswith("*"):
+        return _POINTER
+    return _DOUBLE if text == "double" else _WIDTHS[text]
+
+
+def _entry(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
+    """The entry point of a kernel."""
+    kinds = [_kind(each) for each in kernel["arguments"]]
+    inner = ir.Function(module, ir.FunctionType(_WIDTHS["i32"], kinds), kernel["symbol"])
+    outer = ir.Function(module, ir.FunctionType(_WIDTHS["i32"], [_POINTER, _SLOT.as_pointer()]), name)
+    builder = ir.IRBuilder(outer.append_basic_block())
+    error = builder.alloca(_POINTER)
+    builder.store(ir.Constant(_POINTER, None), error)
+    arguments = [outer.args[0], builder.bitcast(error, _POINTER)]
+    for place, kind in enumerate(kinds[2:]):
+        slot = builder.load(builder.gep(outer.args[1], [_WIDTHS["i32"](place)]))
+        if kind == _POINTER:
+            slot = builder.inttoptr(slot, _POINTER)
+        elif kind == _DOUBLE:
+            slot = builder.bitcast(slot, _DOUBLE)
+        elif kind != _SLOT:
+            slot = builder.trunc(slot, kind)
+        arguments.append(slot)
+    builder.ret(builder.call(inner, arguments))
+
+
+def linked(kernels: dict[str, dict[str, Any]], machine: Any, triple: str, prefix: str) -> Any:
+    """One module of all kernels and their entry points, where only these are seen from outside."""
+
+    def placed(module: Any) -> Any:
+        module.data_layout, module.triple = str(machine.target_data), triple
+        return module
+
+    whole: Any = None
+    for kernel in kernels.values():
+        part = placed(llvm.parse_bitcode(kernel["code"]))
+        part.get_function(kernel["symbol"]).linkage = "external"  # what is linked in keeps what others may call
+        if whole is None:
+            whole = part
+        else:
+            whole.link_in(part)
+    entries = ir.Module("entries")
+    entries.triple, entries.data_layout = triple, str(machine.target_data)
+    for name, kernel in kernels.items():
+        _entry(entries, prefix + name, kernel)
+    whole.link_in(llvm.parse_assembly(str(entries)))
+    for each in (*whole.functions, *whole.global_variables):
+        if not each.is_declaration:
+            seen = each.name.startswith(prefix)
+            each.linkage = "external" if seen else "internal"
+            each.visibility = "hidden" if seen else "default"  # by the door, in the same library
+    whole.verify()
+    return whole
+
+
+def optimize(module: Any, machine: Any) -> None:
+    """As Numba does: a cheap round that lets it drop counts of references, then LLVM's best."""
+    for speed in (0, 3):
+        options = llvm.create_pipeline_tuning_options(speed_level=speed)
+        options.loop_vectorization, options.slp_vectorization = speed == 3, False
+        builder = llvm.create_pass_builder(machine, options)
+        passes = builder.getModulePassManager()
+        if speed == 0:
+            passes.add_loop_rotate_pass()
+            passes.add_instruction_combine_pass()
+            passes.add_jump_threading_pass()
+        passes.add_refprune_pass()
+        passes.run(module, builder)
+
+
+def machine_for(triple: str, level: Level) -> Any:
+    """LLVM's back end for a level."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    options = dict(cpu=level.processor, features=level.features, opt=3, reloc="pic", codemodel="default")
+    return llvm.Target.from_triple(triple).create_target_machine(**options)
+
+
+def main(code: str, target: str, name: str, out: str) -> None:
+    """Write the object."""
+    chosen = TARGETS[target]
+    level = next(each for each in chosen.levels if each.name == name)
+    machine = machine_for(chosen.triple, level)
+    whole = linked(pickle.loads(Path(code).read_bytes()), machine, chosen.triple, level.prefix)
+    optimize(whole, machine)
+    Path(out).write_bytes(machine.emit_object(whole))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

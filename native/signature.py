@@ -1,0 +1,184 @@
+"""What a kernel takes and returns, from its annotations and its shapes (`conicoid.compiler.shapes`).
+
+An argument is a leaf, or a record (a tuple) of them; a signature lists leaves and brackets in the order in which both
+Numba and the door flatten them.
+"""
+
+from __future__ import annotations
+
+import re
+import typing
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+import numpy as np
+
+from conicoid.engine.tables import Geometry, Tables
+
+TABLES = {name: number for number, name in enumerate(Tables._fields)}
+
+
+@dataclass(frozen=True)
+class Length:
+    """A number of the form constant + sum of times * name; `other` is another that will do as well."""
+
+    constant: int
+    names: tuple[tuple[str, int], ...] = ()
+    other: Length | None = None
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """One argument, or field of a record, of a kernel; "(" and ")" stand around a record's."""
+
+    name: str
+    kind: str  # "array", "int", "float", "bool", "none", "(", ")"
+    dtype: Any = None
+    written: bool = False
+    lengths: tuple[Length | None, ...] = ()  # of an array, None for any; of an int its limits
+    divides: bool = False  # of an int: -1, 0 or a divisor of the second limit
+    record: Any = None
+
+
+@dataclass(frozen=True)
+class Signature:
+    """A kernel by the name of its entry point."""
+
+    name: str
+    function: Callable[..., Any]
+    leaves: list[Leaf] = field(default_factory=list)
+    result: str = ""  # a letter for each number: "d", "q"; "" for nothing; "A" for an array (n, m) of floats
+
+
+_TERM = re.compile(r"([+-]?)(?:(\d+)\*)?([a-z_]+)|([+-]?)(\d+)")
+
+
+def _sum(text: str) -> Length:
+    """A sum of terms."""
+    constant, names, at = 0, [], 0
+    while at < len(text):
+        found = _TERM.match(text, at)
+        if found is None:
+            raise ValueError(f"no length: {text!r}")
+        if found[3]:
+            names.append((found[3], int(found[1] + (found[2] or "1"))))
+        else:
+            constant += int(found[4] + found[5])
+        at = found.end()
+    return Length(constant, tuple(names))
+
+
+def _length(text: str) -> Length | None:
+    """A length; None for any."""
+    if text == "*":
+        return None
+    first, _, second = text.partition("|")
+    found = _sum(first)
+    return Length(found.constant, found.names, _sum(second)) if second else found
+
+
+def _array(name: str, dtype: np.dtype[Any], shape: str, written: bool) -> Leaf:
+    words = shape.split()
+    if words[:1] == ["out"]:
+        written, words = True, words[1:]
+    if not words:
+        raise ValueError(f"{name}: an array needs a shape")
+    return Leaf(name, "array", dtype, written, tuple(map(_length, words)))
+
+
+def _int(name: str, limits: str) -> Leaf:
+    if limits.startswith("picture "):
+        return Leaf(name, "int", lengths=(None, _sum(limits.split()[1])), divides=True)
+    low, _, high = limits.partition("..") if limits else ("", "", "")
+    return Leaf(name, "int", lengths=(_sum(low) if low else None, _sum(high) if high else None))
+
+
+def _scalar_type(array: Any) -> type[Any]:
+    """The NumPy type in `NDArray[...]`."""
+    for argument in typing.get_args(array):
+        if isinstance(argument, type) and issubclass(argument, np.generic):
+            return argument
+        found = _scalar_type(argument)
+        if found is not None:
+            return found
+    return typing.cast(Any, None)
+
+
+def _leaves(name: str, kind: Any, shape: str, written: bool, known: Mapping[str, Any]) -> Iterator[Leaf]:
+    """A parameter or field. `known` are types of fields that the record itself leaves open."""
+    extra: tuple[Any, ...] = ()
+    if typing.get_origin(kind) is Annotated:
+        kind, *rest = typing.get_args(kind)
+        extra = tuple(rest)
+    if kind is None or kind is type(None):
+        yield Leaf(name, "none")
+    elif kind is bool or kind is float:
+        yield Leaf(name, kind.__name__)
+    elif kind is int:
+        yield _int(name, shape)
+    elif typing.get_origin(kind) is np.ndarray:
+        dtypes = [each for each in extra if isinstance(each, np.dtype)]
+        yield _array(name, dtypes[0] if dtypes else np.dtype(_scalar_type(kind)), shape, written)
+    elif typing.get_origin(kind) is tuple:
+        parts = typing.get_args(kind)
+        yield Leaf(name, "(", lengths=(Length(len(parts)),))
+        for number, part in enumerate(parts):
+            yield from _leaves(f"{name}[{number}]", part, "", written, {})
+        yield Leaf(name, ")")
+    elif hasattr(kind, "_fields"):
+        known = next((each for each in extra if isinstance(each, dict)), {})
+        hints, shapes = typing.get_type_hints(kind, include_extras=True), getattr(kind, "__shapes__", {})
+        yield Leaf(name, "(", lengths=(Length(len(kind._fields)),), record=kind)
+        for part in kind._fields:
+            inner = known.get(part, hints[part])
+            yield from _leaves(f"{name}.{part}", inner, shapes.get(part, ""), written or shape == "out", known)
+        yield Leaf(name, ")", record=kind)
+    else:
+        raise TypeError(f"{name}: {kind} is no type of a kernel's argument")
+
+
+_LETTERS = {int: "q", float: "d", type(None): ""}
+
+
+def _result(kind: Any) -> str:
+    if typing.get_origin(kind) is np.ndarray:
+        return "A"
+    if typing.get_origin(kind) is tuple:
+        return "".join(_LETTERS[part] for part in typing.get_args(kind))
+    return _LETTERS[kind]
+
+
+def signature(function: Callable[..., Any], shapes: Mapping[str, str]) -> Signature:
+    """Of a function that `kernel(**shapes)` declares. Raises TypeError or ValueError where these do not say enough."""
+    hints = typing.get_type_hints(function, include_extras=True)
+    names = function.__code__.co_varnames[: function.__code__.co_argcount]
+    unknown = shapes.keys() - set(names)
+    if unknown:
+        raise ValueError(f"{function.__name__}: there is no parameter {', '.join(sorted(unknown))}")
+    leaves: list[Leaf] = []
+    for name in names:
+        leaves += _leaves(name, hints[name], shapes.get(name, ""), False, {})
+    return Signature(function.__name__, function, leaves, _result(hints["return"]))
+
+
+def is_geometry(leaf: Leaf) -> bool:
+    """Does a geometry begin here?"""
+    return leaf.kind == "(" and leaf.record is Geometry
+
+
+def declared() -> list[Signature]:
+    """The signatures of all kernels, in order of their names."""
+    import importlib
+    import pkgutil
+
+    import conicoid.engine
+    from conicoid.compiler.jit import DECLARED
+    from conicoid.integrators import INTEGRATORS
+    from conicoid.render.tiles import tile_kernel
+
+    for module in pkgutil.walk_packages(conicoid.engine.__path__, "conicoid.engine."):
+        importlib.import_module(module.name)
+    for name in INTEGRATORS:
+        tile_kernel(name)
+    return [signature(*DECLARED[name]) for name in sorted(DECLARED)]
