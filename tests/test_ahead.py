@@ -13,7 +13,7 @@ import pytest
 import conicoid
 from conicoid import compile_jobs
 from conicoid.compiler import ahead
-from conicoid.compiler.functions import Kernel
+from conicoid.compiler.jit import DECLARED
 from conicoid.integrators import INTEGRATORS
 from conicoid.render.tiles import tile_kernel
 
@@ -158,14 +158,12 @@ def test_a_child_ends_in_the_middle_of_a_job_when_its_parent_has():
 
 def kernels() -> list[str]:
     """The name of every kernel of the package."""
-    found = {}
     for module in pkgutil.walk_packages(conicoid.__path__, "conicoid."):
         if not module.name.startswith(("conicoid.bench", "conicoid.viewer", "conicoid.__main__")):
-            for thing in vars(importlib.import_module(module.name)).values():
-                if isinstance(thing, Kernel):
-                    found[id(thing)] = thing.py_func.__name__
-    pictures = [tile_kernel(name).py_func.__name__ for name in INTEGRATORS]
-    return [*found.values(), *pictures]
+            importlib.import_module(module.name)
+    for name in INTEGRATORS:
+        tile_kernel(name)
+    return [name for name, (function, _) in DECLARED.items() if function.__module__.startswith("conicoid.")]
 
 
 def test_a_fork_within_a_block_that_listens_leaves_it(others, monkeypatch):

@@ -74,6 +74,7 @@ print(os.waitpid(forked, 0)[1])
 def test_a_child_of_a_busy_process_works(program, said, tmp_path, monkeypatch):
     if program == COMPILING:
         monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
+        monkeypatch.setenv("CONICOID_JIT", "own")
     with child(program) as running:
         assert running.line(120) == said
         code, rest, errors = running.end(60)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import mmap
 import sys
 
-TO_START, TO_LOAD, TO_COMPILE = 512, 256, 512
-"""MiB that must be left where a limit is set: for the compiler itself, for a kernel of the cache and the threads that
-run it, and to compile one. About one and a half times of what was seen (2026-11, Linux)."""
+TO_RUN, TO_START, TO_LOAD, TO_COMPILE = 128, 512, 256, 512
+"""MiB that must be left where a limit is set: for what comes without a compiler, for the compiler itself, for a kernel
+of the cache and the threads that run it, and to compile one. About one and a half times of what was seen (2026-11,
+Linux)."""
 
 
 def _limited() -> bool:

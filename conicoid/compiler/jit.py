@@ -40,12 +40,22 @@ class _Later:
     def __call__(self, *arguments: Any) -> Any:
         return self.py_func(*arguments)
 
+    def __getattr__(self, name: str) -> Any:
+        """All else is asked of what the compiler makes."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self._made, name)
+
+    @functools.cached_property
+    def _made(self) -> Any:
+        return self._make()
+
     @functools.cached_property
     def _numba_type_(self) -> Any:
         """What Numba takes for the type of a value that it does not know."""
         from numba.core.registry import cpu_target
 
-        made = self._made = self._make()  # Numba's types do not keep what they are of
+        made = self._made
         for context in (cpu_target.typing_context, cpu_target.target_context):
             context.refresh()  # an intrinsic has just been entered where they look for them
         return cpu_target.typing_context.resolve_value_type(made)

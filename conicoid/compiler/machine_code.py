@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 
 from ..environment import jit_wanted, level_wanted
+from .address_space import TO_RUN, require
 
 
 def _shipped() -> Any:
     """The extension; None where there is none, where it was made of other sources, or where compiling is asked for."""
     if jit_wanted():
         return None
+    require(TO_RUN, "Conicoid")
     try:
         _kernels: Any = importlib.import_module(__name__.partition(".")[0] + "._kernels")
     except ModuleNotFoundError:
