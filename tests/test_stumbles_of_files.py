@@ -87,13 +87,13 @@ def test_what_is_no_material_is_told_apart(material, told):
 def test_a_bad_ray_is_told_with_its_line(tmp_path, row, told):
     path = tmp_path / "rays.csv"
     path.write_text(f"x,y,z,dx,dy,dz\n# two good ones\n0,0,5,0,0,-1\n\n1,0,5,0,0,-1\n{row}\n0,0,5,0,0,0\n")
-    with pytest.raises(ValueError, match=r"rays\.csv:6: ") as error:
+    with pytest.raises(ValueError, match=r"rays\.csv: 6: ") as error:
         check(read_rays(path))
-    assert f"{path}:6: {told}" in str(error.value)
+    assert f"{path}: 6: {told}" in str(error.value)
     co.save(co.Sphere(), tmp_path / "ball.yaml")
     result = run("trace", tmp_path / "ball.yaml", path, "-o", tmp_path / "hits.csv")
     assert result.exit_code == 2
-    assert "rays.csv:6: " in result.stderr
+    assert "rays.csv: 6: " in result.stderr
 
 
 def test_a_bad_ball_is_told_with_its_line(tmp_path):

@@ -67,7 +67,7 @@ def _flat(table: RayTable) -> tuple[Rays, Any, Any]:
     if table.lines:
         wrong = first_wrong(*map(np.ascontiguousarray, (table.origins, table.directions)))
         if wrong is not None:
-            raise ValueError(f"{table.source}:{table.lines[wrong[0]]}: {wrong[1]}")
+            raise ValueError(f"{table.source}: {table.lines[wrong[0]]}: {wrong[1]}")
     try:
         rays = Rays(table.origins, table.directions) if table.starts is None else _spawned(table)
     except ValueError as error:
