@@ -38,6 +38,7 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".engine.threads",
     "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
     "check": ".checks.check", "Finding": ".checks.finding",
+    "Findings": ".checks.finding",
     "measure": ".measures.measure", "Measures": ".measures.measure",
     "SceneMeasures": ".measures.scene_measures",
     "turntable": ".turntables.turntable", "export": ".viewer.html", "warmup": ".warmup",
@@ -48,6 +49,7 @@ __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedD
 if TYPE_CHECKING:
     from .checks.check import check as check
     from .checks.finding import Finding as Finding
+    from .checks.finding import Findings as Findings
     from .engine.answers.hits import Hits as Hits
     from .engine.answers.rays import Rays as Rays
     from .engine.answers.spans import Crossings as Crossings
@@ -126,6 +128,10 @@ def __getattr__(name: str) -> Any:
     if home is None:
         raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}")
     value = getattr(importlib.import_module(home, __name__), name)
+    if isinstance(value, type):
+        from .shapes.calls import explain
+
+        explain(value)
     globals()[name] = value
     return value
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable
 
@@ -13,10 +14,14 @@ from .shapes.calm import calm
 from .shapes.validate import callback, flag, integer
 from .shapes.validate import path as checked_path
 
+_log = logging.getLogger("conicoid")
+_TOLD = 12
+"""Notes of an import that are shown at once."""
+
 
 @calm
 def load(path: str | os.PathLike[str]) -> Scene:
-    """The scene in a YAML or JSON file (docs/files.md). Nothing in a file is executed.
+    """The scene in the YAML or JSON file at `path` (docs/files.md). Nothing in a file is executed.
 
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
     what was expected and what was found.
@@ -29,7 +34,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
 def save(scene: Scene | Shape | Body, path: str | os.PathLike[str]) -> None:
     """Write a scene file that loads as an equal scene: YAML, or JSON if `path` ends with .json.
 
-    One shape or body is saved as a scene of it.
+    scene: one shape or body is saved as a scene of it.
 
     More than 100 balls of a `Spheres` go to a .npy file beside it, named by its content and never overwritten.
     Files appear whole or not at all, the scene last.
@@ -48,8 +53,17 @@ def load_openmc(
 ) -> Scene:
     """The scene of an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.
 
-    A body for each place of each cell; docs/openmc.md says how. With `void`, cells without material are invisible
-    bodies, so that `scene.body_at` finds every cell. `conicoid.formats.openmc.read` gives the legend as well.
+    A body for each place of each cell; docs/openmc.md says how.
+
+    path: of the file.
+    void: whether cells without material are invisible bodies, so that `scene.body_at` finds every cell.
+    max_bodies: what expands into more is refused, before they are made.
+    progress: progress(done, count) is called with numbers of bodies.
+
+    `scene.notes` is what there is to say of the import. Those of the notes that tell what is not as the file says, or
+    may not be meant, also go to the log, `logging.getLogger("conicoid")`, as warnings: Python shows them on stderr.
+    `conicoid.formats.openmc.read` gives the legend as well.
+
     Raises `SceneFileError`, a ValueError, that lists the mistakes with their lines; also for what is no quadric (tori,
     meshes) and for more than `max_bodies` bodies, before they are made.
     """
@@ -59,4 +73,9 @@ def load_openmc(
     callback("load_openmc", "progress", progress)
     max_bodies = integer("load_openmc", "max_bodies", max_bodies, 1)
     parts = openmc.read(checked_path("load_openmc", path), void=void, max_bodies=max_bodies, progress=progress)
-    return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
+    scene = Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
+    scene._notes = parts.notes
+    if parts.remarks:
+        more = [] if len(parts.remarks) <= _TOLD else [f"... and {len(parts.remarks) - _TOLD:,} more in scene.notes"]
+        _log.warning("%s", "\n".join(f"{os.fspath(path)}: {note}" for note in [*parts.remarks[:_TOLD], *more]))
+    return scene

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from .shapes.arrays import is_masked, real_array
 from .shapes.calm import calm
 from .shapes.carried import restore
 from .shapes.color import srgb_decode
+from .shapes.suggestion import close_to
 from .shapes.validate import path as checked_path
 from .shapes.validate import shown
 
@@ -28,17 +30,24 @@ class Image:
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 
     array: any real numbers; rows from top to bottom. Colours in uint8 are taken for sRGB bytes, as PNG has them.
-    colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness), or "grey" or "gray".
+        Colours in floats are linear light, of which 1 is white: a channel below 0, or NaN, is shown as 0, and one above
+        1 as 1. Floats that are all whole, up to 255, are refused, since they are bytes in another type.
+    colormap: "dusk" (dark blue over violet and orange to pale yellow, in even steps of lightness; the default), or
+        "grey" or "gray". It goes with a number per pixel alone, as vmin and vmax do.
     vmin, vmax: the numbers at the two ends of the map; by default the least and the greatest finite one.
-    Numbers that are not finite are shown in pale grey.
+        Of a number per pixel, those that are not finite are shown in pale grey.
 
     `pixels` (height, width, 3) float32 is what is seen, `values` the array as it was given.
-    Shows itself in a notebook. Raises ValueError for other shapes, for an unknown map and for vmin > vmax.
+    Shows itself in a notebook. Raises ValueError for other shapes, for an unknown map and for vmin > vmax, and warns of
+    floats up to 255 most of which are beyond white.
     """
+
+    values: Any
+    pixels: Pixels
 
     @calm
     def __init__(
-        self, array: Any, *, colormap: str = "dusk", vmin: float | None = None, vmax: float | None = None
+        self, array: Any, *, colormap: str | None = None, vmin: float | None = None, vmax: float | None = None
     ) -> None:
         if is_masked(array):
             raise ValueError("Image: array must hold real numbers without masked entries")
@@ -50,20 +59,26 @@ class Image:
             raise ValueError(f"Image: array must hold real numbers, got {values.dtype}")
         if values.size == 0 or not (values.ndim == 2 or (values.ndim == 3 and values.shape[2] == 3)):
             raise ValueError(f"Image: array must have shape (height, width, 3) or (height, width), got {values.shape}")
-        colormap = "grey" if isinstance(colormap, str) and colormap == "gray" else colormap
-        if not isinstance(colormap, str) or colormap not in COLORMAPS:
-            raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}")
-        if values.ndim == 3 and values.dtype.kind in "iu" and values.dtype != np.uint8 and values.max() > 1:
-            raise ValueError(
-                f"Image: array of integers up to {values.max()} must be of uint8, sRGB bytes; got {values.dtype}"
-            )
+        name = _named_map(colormap)
         vmin, vmax = (None if end is None else _real(name, end) for name, end in (("vmin", vmin), ("vmax", vmax)))
-        self.values = values
         if values.ndim == 2:
-            colors = mapped(values, colormap, vmin, vmax)
-        else:
-            colors = srgb_decode(values / 255) if values.dtype == np.uint8 else values
-        self.pixels: Pixels = np.asarray(colors, dtype=np.float32)
+            self._keep(values, mapped(values, name, vmin, vmax))
+            return
+        for field, given in (("colormap", colormap), ("vmin", vmin), ("vmax", vmax)):
+            if given is not None:
+                raise ValueError(f"Image: {field} goes with a number per pixel, got colours, {values.shape}")
+        _check_colors(values)
+        self._keep(values, srgb_decode(values / 255) if values.dtype == np.uint8 else values)
+
+    @classmethod
+    def _of_light(cls, film: Pixels) -> Image:
+        """A film of linear light, which is not looked at again."""
+        image = cls.__new__(cls)
+        image._keep(np.array(film), film)
+        return image
+
+    def _keep(self, values: Any, colors: Any) -> None:
+        self.values, self.pixels = values, np.asarray(colors, dtype=np.float32)
         self.values.setflags(write=False)
         self.pixels.setflags(write=False)
 
@@ -81,7 +96,7 @@ class Image:
         return int(self.pixels.shape[0])
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Save as .png (sRGB, 8 bits) or .exr (linear floats; the numbers themselves if there is one per pixel).
+        """Save at `path` as .png (sRGB, 8 bits) or .exr (linear floats; of a number per pixel the numbers themselves).
 
         Also as .jpg or .jpeg, which loses a little, and .webp, lossless; both in 8 bits of sRGB.
 
@@ -136,6 +151,43 @@ def _in_notebook() -> bool:
     """Whether IPython runs with a kernel, whose front end shows pictures."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     return getattr(shell, "kernel", None) is not None
+
+
+def _named_map(colormap: Any) -> str:
+    """The name of a colour map, or of the default one."""
+    if colormap is None:
+        return next(iter(COLORMAPS))
+    name = "grey" if isinstance(colormap, str) and colormap == "gray" else colormap
+    if not isinstance(name, str) or name not in COLORMAPS:
+        close = close_to(name, COLORMAPS) if isinstance(name, str) else ""
+        meant = f" (did you mean {close!r}?)" if close else ""
+        raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}{meant}")
+    return name
+
+
+_BYTE, _BRIGHT = 255, 16
+
+
+def _check_colors(values: Any) -> None:
+    """Refuse, or doubt, colours that are bytes in another type: they would be white nearly everywhere."""
+    if values.dtype == np.uint8 or values.dtype.kind == "b":
+        return
+    most = values.max()
+    if values.dtype.kind in "iu":
+        if most > 1:
+            raise ValueError(f"Image: array of integers up to {most} must be of uint8, sRGB bytes; got {values.dtype}")
+        return
+    if not 1 < most <= _BYTE or values.min() < 0:
+        return
+    if (values == np.round(values)).all():
+        raise ValueError(
+            f"Image: array of whole numbers up to {most:g} must be of uint8, sRGB bytes (array.astype('uint8')), or "
+            f"linear light of which 1 is white; got {values.dtype}"
+        )
+    if most > _BRIGHT and np.count_nonzero(values > 1) * 2 > values.size:
+        found = f"most numbers of the array, up to {most:g}, are beyond 1, which is white"
+        expected = "colours are linear light, or sRGB bytes in uint8"
+        warnings.warn(f"Image: {found}: {expected}", stacklevel=4)
 
 
 def _real(field: str, value: Any) -> float:

@@ -5,21 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, overload
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from .forks import lock
+from .scene_contents import Contents
 from .scene_queries import Queries
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.calm import calm
-from .shapes.labels import counted, first_numbers, one_ball
 from .shapes.validate import callback, flag, positive, shown, what
 from .shapes.validate import path as checked_path
 from .shapes.vector import Box
 
 if TYPE_CHECKING:
+    from .engine.answers.rays import Rays
     from .engine.lowering import Lowered
     from .engine.memory import Memory
     from .engine.prepared import Prepared
@@ -30,11 +29,15 @@ _SAME: Any = object()
 _PARTS = ("lights", "camera", "background", "domain")
 
 
-class Scene(Queries):
+class Scene(Contents, Queries):
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
-    `items` are shapes or `Body`s; one of these alone is a scene too, and one light is `lights`. `domain` is a solid
-    that the bodies are to fill: `check` tells where they do not, and nothing else asks for it.
+    items: shapes or `Body`s; one of these alone is a scene too.
+    lights: a list of lights, or one; with none, pictures are lit by some that fit.
+    camera: a `Camera` or an `OrthographicCamera`; None for one that fits.
+    background: a colour or a `Sky`.
+    domain: a solid that the bodies are to fill: `check` tells where they do not, and nothing else asks for it.
+
     The scene is immutable; its arrays are built when first asked for.
     Every query takes origins and directions (..., 3), or a `Rays` alone, and keeps the leading shape.
     """
@@ -71,96 +74,13 @@ class Scene(Queries):
                 raise AttributeError(f"a Scene is read-only, {name[:80]} cannot be set{hint}")
             object.__setattr__(self, name, value)
 
-    @property
-    def bodies(self) -> tuple[Body, ...]:
-        """The entries as listed. A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here."""
-        return self._bodies
-
-    @property
-    def lights(self) -> tuple[Any, ...]:
-        """The lights as listed; with none, pictures are lit by some that fit."""
-        return self._lights
-
-    @property
-    def camera(self) -> Any:
-        """The camera, or None: then pictures are taken by one that fits."""
-        return self._camera
-
-    @property
-    def background(self) -> Any:
-        """A colour or a `Sky`: what rays see that hit nothing."""
-        return self._background
-
-    @property
-    def domain(self) -> Solid | None:
-        """What the bodies are to fill, as the cells of an imported model are; None for a scene that says nothing."""
-        return self._domain
-
-    def body(self, number: Any) -> Body:
-        """The body of a number, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
-
-        It has its entry's material and name. IndexError for numbers that there are not, -1, a miss, among them.
-        """
-        from .scene_parts import numbered
-
-        entry, ball = numbered(self._firsts, number)
-        return one_ball(self._bodies[entry], ball)
-
-    @overload
-    def __getitem__(self, name: str | int | np.integer[Any]) -> Body: ...
-
-    @overload
-    def __getitem__(self, name: slice) -> tuple[Body, ...]: ...
-
-    def __getitem__(self, name: Any) -> Any:
-        """The entry of a name, the body of a number, or the bodies of a slice of numbers."""
-        from .scene_parts import named
-
-        if isinstance(name, str):
-            return self._bodies[named(self._bodies, name)]
-        if isinstance(name, slice):
-            return tuple(self.body(number) for number in range(*name.indices(self.body_count)))
-        return self.body(name)
-
-    def __contains__(self, item: object) -> bool:
-        """Is there an entry of a name, or this body?"""
-        return any(item == (body.name if isinstance(item, str) else body) for body in self._bodies)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Scene):
-            return NotImplemented
-        return self._parts == other._parts
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __repr__(self) -> str:
-        bodies, lights = counted(self.body_count, "body", "bodies"), counted(len(self._lights), "light", "lights")
-        entries = (
-            "" if len(self._bodies) == self.body_count else f" in {counted(len(self._bodies), 'entry', 'entries')}"
-        )
-        return f"Scene({bodies}{entries}, {lights})"
-
     def __reduce__(self) -> tuple[Any, ...]:
-        return _again, (type(self), *self._parts)
-
-    @property
-    def _parts(self) -> tuple[Any, ...]:
-        return self._bodies, self._lights, self._camera, self._background, self._domain
+        return _again, (type(self), *self._parts), {"_notes": self._notes} if self._notes else None
 
     def __copy__(self) -> Scene:
         made = _again(type(self), *self._parts)
-        made._prepared = self._prepared
+        made._prepared, made._notes = self._prepared, self._notes
         return made
-
-    @cached_property
-    def _firsts(self) -> Any:
-        """The first body number of each entry, and last how many there are."""
-        return first_numbers(self._bodies)
-
-    @property
-    def body_count(self) -> int:
-        """How many body ids there are: one for each entry, N for a `Spheres` of N balls."""
-        return int(self._firsts[-1])
 
     def replace(
         self, which: str | int | None = None, item: Shape | Body | None = None, *,
@@ -169,9 +89,12 @@ class Scene(Queries):
     ) -> Scene:  # fmt: skip
         """A scene with one entry changed, or other lights, camera, background or domain; it prepares only that.
 
-        `which` is the name of the entry or the number of its body; a shape as `item` takes the place of the entry's
-        shape, which keeps its material and name, and a `Body` that of the whole entry, whose name stays if the `Body`
-        has none. `material` and `name` change these alone, or besides; None takes them away.
+        which: the name of the entry, or the number of its body.
+        item: a shape takes the place of the entry's shape, which keeps its material and name, and a `Body` that of the
+            whole entry, whose name stays if the `Body` has none.
+        material, name: change these alone, or besides; None takes them away.
+        lights, camera, background, domain: as for a `Scene`; None takes them away.
+
         Raises KeyError and IndexError for an entry that there is not.
         """
         from .scene_parts import exchanged
@@ -181,7 +104,7 @@ class Scene(Queries):
         bodies = self._bodies if keeps else exchanged(self._bodies, self._firsts, which, item, labels)
         given = lights, camera, background, domain
         made = Scene(bodies, *(old if new is _SAME else new for new, old in zip(given, self._parts[1:], strict=True)))
-        prepared = self._prepared
+        prepared, made._notes = self._prepared, self._notes
         if prepared is not None and all(a.shape is b.shape for a, b in zip(bodies, self._bodies, strict=True)):
             made._prepared = prepared if bodies is self._bodies else prepared.labelled(bodies)
         return made
@@ -199,6 +122,13 @@ class Scene(Queries):
         from .render.fit import fitting_camera
 
         return fitting_camera(*self.extent, positive("fitting_camera", "aspect", aspect))
+
+    def rays(self, width: int, height: int) -> Rays:
+        """The rays of a picture's pixel centres, (height, width): those of the camera, or of the one that fits."""
+        from .render.camera import checked_size
+
+        width, height = checked_size(width, height)
+        return (self.camera or self.fitting_camera(width / height)).rays(width, height)
 
     @property
     @calm
@@ -218,7 +148,7 @@ class Scene(Queries):
     def prepare(self, progress: Callable[[int, int], Any] | None = None) -> None:
         """Build the arrays and the tree now; else the first question does it.
 
-        progress(done, count) is called with numbers of entries. What a shape becomes is kept with it, so a scene
+        `progress(done, count)` is called with numbers of entries. What a shape becomes is kept with it, so a scene
         that shares shapes with one that was prepared takes only what is new.
         """
         callback("prepare", "progress", progress)
@@ -249,11 +179,6 @@ class Scene(Queries):
 
         return memory(self.geometry)
 
-    @property
-    def materials(self) -> tuple[Any, ...]:
-        """The different materials, in the order of the first body of each; None is that of bodies without."""
-        return tuple(dict.fromkeys(body.material for body in self._bodies))
-
     @calm
     def render(
         self,
@@ -270,19 +195,23 @@ class Scene(Queries):
         normals: bool = False,
         progress: Callable[[int, int], Any] | None = None,
     ) -> Image:
-        """A picture. `samples` per pixel (1: pixel centers); a camera and light that fit, where none is given.
+        """A picture `width` x `height` pixels large; with a camera and light that fit, where none is given.
 
-        `depth`: how often a ray is reflected or refracted at most. `camera`: in place of the scene's; nothing is
-        prepared anew for it. `axes`, `labels`, `normals` are drawn over the picture: the axes of the world with their
-        scale, the names of the bodies (or numbers), arrows along the normals of what is seen.
-        `progress(done, count)` is called now and then.
+        samples: rays for each pixel; 1 goes through its centre, more are spread over it.
+        integrator: "whitted", or "normals" for the normals of what is seen, as colours.
+        seed: of where in the pixels the rays go; equal seeds give equal pictures.
+        depth: how often a ray is reflected or refracted at most.
+        camera: in place of the scene's; nothing is prepared anew for it.
+        axes, labels, normals: drawn over the picture: the axes of the world with their scale, the names of the bodies
+            (or numbers), arrows along the normals of what is seen.
+        progress: progress(done, count) is called now and then.
         """
         from .image import Image
         from .overlay import drawn_over
         from .render import render
 
         drawn = {name: flag("render", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()}
-        image = Image(render(self, width, height, samples, integrator, seed, depth, progress, camera))
+        image = Image._of_light(render(self, width, height, samples, integrator, seed, depth, progress, camera))
         if not any(drawn.values()):
             return image
         return drawn_over(image, self, camera or self.camera or self.fitting_camera(width / height), **drawn)
@@ -295,17 +224,19 @@ class Scene(Queries):
         """A picture of the section by a plane: the colour of what is there, and lines where materials meet.
 
         plane: "x", "y" or "z", across which it lies at `at` (0 if not given), in a window that fits; or an
-        `OrthographicCamera`, through whose position it goes, across the view. Clear materials are pale blue, and white
-        is nothing or void. The pattern of a Checker is not drawn. `samples` for each pixel smooth the edges.
+            `OrthographicCamera`, through whose position it goes, across the view.
+        width, height: of the picture, in pixels. `samples` for each pixel smooth the edges.
+
+        Clear materials are pale blue, and white is nothing or void. The pattern of a Checker is not drawn.
         """
         from .image import Image
         from .render.section import section_pixels
 
         materials = [body.material for body in self._bodies]
-        return Image(section_pixels(self.prepared, materials, self.extent, plane, at, width, height, samples))
+        return Image._of_light(section_pixels(self.prepared, materials, self.extent, plane, at, width, height, samples))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a scene file that `co.load` reads as an equal scene; `co.save` says more."""
+        """Write a scene file at `path` that `co.load` reads as an equal scene; `co.save` says more."""
         from .formats import scene_file
 
         scene_file.write(self, checked_path("save", path))

@@ -45,19 +45,25 @@ def named(bodies: Sequence[Body], name: str) -> int:
     raise KeyError(f"no body named {shown(name)}; {known_names(name, 'named bodies', known)}")
 
 
-def numbered(firsts: Any, number: Any) -> tuple[int, int]:
-    """(entry, which of its bodies) of a body's number; firsts: as `first_numbers` has them."""
+def as_index(number: Any) -> int | None:
+    """One integer, NumPy's too; None for anything else."""
     try:
-        index = None if isinstance(number, bool) else operator.index(number)
+        return None if isinstance(number, bool) else operator.index(number)
     except TypeError:
-        index = None
+        return None
+
+
+def numbered(firsts: Any, number: Any, called: str = "body: number") -> tuple[int, int]:
+    """(entry, which of its bodies) of a body's number, which messages call so; firsts: see `first_numbers`."""
+    index = as_index(number)
     if index is None:
-        raise TypeError(
-            f"body: number must be one integer, got {shown(number)}; hits.name and hits.material take all at once"
-        )
+        hint = "; hits.name and hits.material take all at once"
+        if isinstance(number, str):
+            hint = "; scene[name] is the entry of a name"
+        raise TypeError(f"{called} must be one integer, got {shown(number)}{hint}")
     if not 0 <= index < firsts[-1]:
         miss = "; -1 stands for a miss" if index == -1 else ""
-        raise IndexError(f"body: number must be at least 0 and below {firsts[-1]}, got {shown(index)}{miss}")
+        raise IndexError(f"{called} must be at least 0 and below {firsts[-1]}, got {shown(index)}{miss}")
     entry = int(np.searchsorted(firsts, index, side="right")) - 1
     return entry, index - int(firsts[entry])
 
@@ -69,7 +75,9 @@ def exchanged(
     if not isinstance(item, (Shape, Body)) and not (item is None and labels):
         hint = "" if item is None or labels else "; material= and name= change these alone"
         raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}{hint}")
-    entry = named(bodies, which) if isinstance(which, str) else numbered(firsts, which)[0]
+    if not isinstance(which, str) and as_index(which) is None:
+        raise TypeError(f"replace: which must be the name of an entry or the number of its body, got {shown(which)}")
+    entry = named(bodies, which) if isinstance(which, str) else numbered(firsts, which, "replace: which number")[0]
     old = bodies[entry]
     if not isinstance(which, str) and isinstance(old.shape, Spheres):
         raise ValueError(f"replace: body {which} is one ball of an entry of {len(old.shape):,}; name the entry instead")

@@ -32,6 +32,10 @@ class Queries:
     def first_hit(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Hits:
         """The nearest crossing of each ray in the open interval (t_min, t_max).
 
+        origins, directions: (..., 3), which broadcast; or a `Rays` alone. Directions are of any length but 0.
+        t_min, t_max: the interval, one for all rays or one for each, in units of the direction's length; where t_min
+            is not below t_max it is empty, and nothing is hit.
+
         Raises ValueError for rays that cannot be traced, with the index of the first.
         """
         from .engine.queries import queries
@@ -40,28 +44,37 @@ class Queries:
             from .compiler.ahead import expect
 
             expect("rays", "streams", "points")
-        return queries.first_hit(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+        return queries.first_hit(self.prepared, queries.as_rays("first_hit", origins, directions), t_min, t_max)
 
     @calm
     def occluded(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Any:
-        """bool (...): is there any crossing strictly between t_min and t_max?  Equals first_hit(...).t < inf."""
+        """bool (...): is there any crossing strictly between t_min and t_max?  Equals first_hit(...).t < inf.
+
+        origins, directions, t_min, t_max: as for `first_hit`; in an empty interval, t_min >= t_max, there is none.
+        """
         from .engine.queries import queries
 
-        return queries.occluded(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+        return queries.occluded(self.prepared, queries.as_rays("occluded", origins, directions), t_min, t_max)
 
     @calm
     def spans(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Spans:
-        """Every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray."""
+        """Every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray.
+
+        origins, directions, t_min, t_max: as for `first_hit`; an empty interval, t_min >= t_max, has no spans.
+        """
         from .engine.queries import queries
 
-        return queries.spans(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+        return queries.spans(self.prepared, queries.as_rays("spans", origins, directions), t_min, t_max)
 
     @calm
     def crossings(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Crossings:
-        """Every crossing of each ray with solids and sheets, strictly between t_min and t_max, sorted along the ray."""
+        """Every crossing of each ray with solids and sheets, strictly between t_min and t_max, sorted along the ray.
+
+        origins, directions, t_min, t_max: as for `first_hit`; an empty interval, t_min >= t_max, has no crossings.
+        """
         from .engine.queries import queries
 
-        return queries.crossings(self.prepared, queries.as_rays(origins, directions), t_min, t_max)
+        return queries.crossings(self.prepared, queries.as_rays("crossings", origins, directions), t_min, t_max)
 
     @calm
     def lengths(
@@ -70,12 +83,15 @@ class Queries:
     ) -> FloatArray:  # fmt: skip
         """`spans(...).lengths(by)`, the same to the bit, for any number of rays: their spans are not kept.
 
-        `progress(done, count)` is called with numbers of rays.
+        origins, directions, t_min, t_max: as for `first_hit`; in an empty interval, t_min >= t_max, lengths are 0.
+        by: "body" for the shape (..., bodies), or "material" for (..., materials), in the order of `scene.materials`.
+        progress: progress(done, count) is called with numbers of rays.
         """
         from .engine.queries import integrals, queries
 
         callback("lengths", "progress", progress)
-        return integrals.lengths(self.prepared, queries.as_rays(origins, directions), t_min, t_max, by, progress)
+        rays = queries.as_rays("lengths", origins, directions)
+        return integrals.lengths(self.prepared, rays, t_min, t_max, by, progress)
 
     @calm
     def line_integral(
@@ -84,24 +100,36 @@ class Queries:
     ) -> Any:  # fmt: skip
         """`spans(...).line_integral(values)`, the same to the bit, for any number of rays: their spans are not kept.
 
-        `values`: (bodies,) or (bodies, energies), a mapping from names of materials, or the name of a property.
+        It is the sum over what each ray goes through of value × length: (...), or (..., energies).
+
+        values: (bodies,) or (bodies, energies); or a mapping from names of materials to numbers or arrays (energies,),
+            a name standing for all materials that have it; or the name of a property that materials have.
+        origins, directions, t_min, t_max: as for `first_hit`; over an empty interval, t_min >= t_max, it is 0.
+        otherwise: stands for materials without such a value, which are a ValueError if it is not given.
+        progress: progress(done, count) is called with numbers of rays.
         """
         from .engine.queries import integrals, queries
 
         callback("line_integral", "progress", progress)
-        rays = queries.as_rays(origins, directions)
+        rays = queries.as_rays("line_integral", origins, directions)
         return integrals.line_integral(self.prepared, values, rays, t_min, t_max, otherwise, progress)
 
     @calm
     def contains(self, points: Any) -> Any:
-        """bool (...): does any solid contain the point (..., 3)? Primitives hold their boundary, Booleans are exact."""
+        """bool (...): does any solid contain the point? Primitives hold their boundary, Booleans are exact.
+
+        points: (..., 3), finite.
+        """
         from .engine.queries import queries
 
         return np.asarray(queries.body_at(self.prepared, points, "contains") >= 0)[()]
 
     @calm
     def body_at(self, points: Any) -> Any:
-        """int32 (...): the first listed body that contains the point (..., 3), or -1."""
+        """int32 (...): the number of the first listed body that contains the point, or -1.
+
+        points: (..., 3), finite.
+        """
         from .engine.queries import queries
 
         return queries.body_at(self.prepared, points)

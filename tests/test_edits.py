@@ -127,7 +127,7 @@ def test_what_is_kept_is_not_pickled():
     ((7, co.Sphere()), ValueError, "replace: body 7 is one ball of an entry of 30; name the entry instead"),
     (("turned", "red"), TypeError, "replace: item must be a shape or a Body, got str"),
     (("turned",), TypeError, "replace: item must be a shape or a Body, got None"),
-    ((None, co.Sphere()), TypeError, "body: number must be one integer, got None"),
+    ((None, co.Sphere()), TypeError, "replace: which must be the name of an entry or the number of its body, got None"),
     (("turned", co.Body(co.Sphere(), name="floor")), ValueError, "are both named 'floor'"),
 ])  # fmt: skip
 def test_refusals(arguments, error, message):

@@ -16,8 +16,8 @@ def test_representations():
     ray = ((0, 0, -3), (0, 0, 1))
     assert repr(BALL.first_hit(*ray)) == "Hits(shape=(), 1 of 1 ray hit)"
     assert repr(BALL.spans(*ray)) == "Spans(shape=(), 1 span)"
-    assert repr(BALL.crossings(*ray)) == "Crossings(1 ray, 2 crossings)"
-    assert repr(BALL.crossings((0, 0, -3), (0, 0, -1))) == "Crossings(1 ray, 0 crossings)"
+    assert repr(BALL.crossings(*ray)) == "Crossings(shape=(), 2 crossings)"
+    assert repr(BALL.crossings((0, 0, -3), (0, 0, -1))) == "Crossings(shape=(), 0 crossings)"
 
 
 def test_what_trace_says():

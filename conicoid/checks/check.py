@@ -13,8 +13,8 @@ from ..shapes.validate import callback, integer
 from .aim import Targets, rays_through
 from .coincidence import NearPair, near_pairs
 from .conditioning import FEW, conditioning
-from .finding import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, titles
-from .gaps import undefined_regions
+from .finding import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, Findings, titles
+from .gaps import not_looked_for, undefined_regions
 from .scan import THIN, Scan, Sighting
 from .verdict import Conditioning
 
@@ -34,13 +34,19 @@ Progress = Callable[[int, int], Any]
 @calm
 def check(
     scene: Scene | Shape | Body, rays: int = 200_000, seed: int = 0, progress: Progress | None = None
-) -> list[Finding]:
+) -> Findings:
     """Overlaps, slivers, nearly coincident surfaces, empty bodies, lost digits, undefined regions; worst first of each.
+
+    scene: a shape or a body is checked as a scene of it.
+    rays: about how many rays are followed, of each kind.
+    seed: of their places; equal seeds give equal findings.
+    progress: progress(done, count) is called with steps of the check.
 
     About `rays` rays go through the whole scene, through every body, and where boxes of two bodies meet; more
     through surfaces that are nearly equal and bodies that none has met. What no ray has seen is not
     reported, but for surfaces and digits: those follow from the numbers that were written. Regions are undefined
-    where a scene has a `domain`, as imported models have, and points of it are in no body.
+    where a scene has a `domain`, as imported models have, and points of it are in no body; `not_looked_for` of the
+    answer says so where there is none.
     """
     from ..scene import as_scene
 
@@ -50,7 +56,7 @@ def check(
     lowered = scene.lowered
     targets, random = Targets.of(lowered), np.random.default_rng(seed)
     if lowered.body_count == 0:
-        return undefined_regions(scene, targets, rays, random)
+        return Findings(undefined_regions(scene, targets, rays, random), not_looked_for(scene))
     scan = Scan(scene, targets.sizes, np.zeros(lowered.body_count, bool))
     for part, step in enumerate((_everywhere, _bodies, _pairs)):
         step(scan, targets, rays // 3, random)
@@ -69,7 +75,7 @@ def check(
     few = conditioning(scene, FEW, _MOST_BALLS)
     if progress is not None:
         progress(6, 6)
-    return [
+    found = [
         *_overlaps(scan),
         *_slivers(scan),
         *(_coincidence(scan, pair) for pair in near),
@@ -77,6 +83,7 @@ def check(
         *(_few_digits(scene, one) for one in sorted(few, key=lambda one: (one.digits, one.body))),
         *undefined,
     ]
+    return Findings(found, not_looked_for(scene))
 
 
 def _everywhere(scan: Scan, targets: Targets, rays: int, random: np.random.Generator) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ class Finding:
     message    one sentence
     size       the longest common stretch, the thickness, or the relative difference; 0 for an empty body; the decimal
                digits that remain; the estimated volume of an undefined region
+    size_error the standard error of that volume, as estimated by random points; 0 for other kinds
     origin, direction   (3,) a ray that shows it: ask `scene.spans(origin, direction)`; None where none does
     point      (3,) a point of an undefined region; None for other kinds
     """
@@ -35,12 +37,34 @@ class Finding:
     origin: FloatArray | None = None
     direction: FloatArray | None = None
     point: FloatArray | None = None
+    size_error: float = 0.0
 
     def __str__(self) -> str:
         if self.origin is None or self.direction is None:
             return f"{self.kind}: {self.message}"
         origin, direction = (", ".join(repr(float(c)) for c in row) for row in (self.origin, self.direction))
         return f"{self.kind}: {self.message}; ray from ({origin}) along ({direction})"
+
+
+class Findings(list[Finding]):
+    """What `check` has found: a list, with what it has not looked for.
+
+    not_looked_for   texts, each with its reason; empty where everything was
+
+    Equal to a list of the same findings. `print` shows a line for each finding, and for what was not looked for.
+    """
+
+    def __init__(self, found: Iterable[Finding] = (), not_looked_for: Iterable[str] = ()) -> None:
+        super().__init__(found)
+        self.not_looked_for = tuple(not_looked_for)
+
+    def __repr__(self) -> str:
+        left = f", not looked for: {'; '.join(self.not_looked_for)}" if self.not_looked_for else ""
+        return f"Findings({super().__repr__()}{left})"
+
+    def __str__(self) -> str:
+        lines = [str(finding) for finding in self] or ["nothing found"]
+        return "\n".join(lines + [f"not looked for: {text}" for text in self.not_looked_for])
 
 
 def titles(scene: Scene, bodies: tuple[int, ...]) -> str:

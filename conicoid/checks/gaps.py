@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..shapes.labels import counted
 from ..shapes.vector import FloatArray
 from .aim import Targets
+from .connected import Around, Free, Gap, Regions, regions_of
 from .finding import UNDEFINED, Finding, titles
 from .scan import CHUNK, THIN
 
@@ -19,28 +21,12 @@ if TYPE_CHECKING:
 _POINTS = 4096
 """Points by which a volume is estimated."""
 _NAMED = 4
-_MOST, _KEPT, _PAIRS, _STEPS = 64, 48, 24, 16
-"""Regions that are compared, stretches of each that are, pairs of places, and points between them."""
-Wall = tuple[int, int]
-"""A body and a surface."""
-
-
-@dataclass
-class Gap:
-    """A stretch of a ray in no body, between two walls; None where an end is that of the domain."""
-
-    ends: FloatArray
-    walls: tuple[Wall | None, Wall | None]
-    origin: FloatArray
-    direction: FloatArray
-
-    @property
-    def length(self) -> float:
-        return float(np.linalg.norm(self.ends[1] - self.ends[0]))
+_MOST = 64
+"""Regions that are told apart where their boxes meet."""
 
 
 def undefined_regions(scene: Scene, targets: Targets, rays: int, random: np.random.Generator) -> list[Finding]:
-    """One finding for each region, told apart by the walls around them; the largest first."""
+    """One finding for each region, told apart by what sees what; the largest first."""
     from ..scene import Scene
 
     if scene.domain is None or why_not(scene):
@@ -57,9 +43,17 @@ def undefined_regions(scene: Scene, targets: Targets, rays: int, random: np.rand
         for begin in range(0, len(origins), CHUNK):
             some = slice(begin, begin + CHUNK)
             gaps += _seen(scene, domain, origins[some], directions[some], float(np.linalg.norm(high - low)))
-    regions = _joined(scene, domain, _together(gaps))
-    found = [_finding(scene, domain, regions, k, random) for k in range(len(regions))]
+    if not gaps:
+        return []
+    regions = regions_of(gaps, _free(scene, domain), _around(scene, domain))
+    found = [_finding(scene, domain, regions, k, random) for k in range(len(regions.stretches))]
     return sorted(found, key=lambda finding: -finding.size)
+
+
+def not_looked_for(scene: Scene) -> list[str]:
+    """What a check has left out, and why."""
+    reason = why_not(scene)
+    return [f"undefined regions ({reason})"] if reason else []
 
 
 def why_not(scene: Scene) -> str:
@@ -100,80 +94,73 @@ def _is_undefined(scene: Scene, domain: Scene, points: FloatArray) -> Any:
     return domain.contains(points) & ~scene.contains(points)
 
 
-def _together(gaps: list[Gap]) -> list[list[Gap]]:
-    """Stretches that share a wall lie in one region; those without any walls are taken for one too."""
-    parent: dict[Any, Any] = {}
-
-    def root(wall: Any) -> Any:
-        while parent.setdefault(wall, wall) != wall:
-            parent[wall] = wall = parent[parent[wall]]
-        return wall
-
-    for gap in gaps:
-        walls: list[Wall | None] = [wall for wall in gap.walls if wall is not None]
-        walls = walls or [None]
-        parent[root(walls[0])] = root(walls[-1])
-    groups: dict[Any, list[Gap]] = {}
-    for gap in gaps:
-        wall = gap.walls[0] if gap.walls[0] is not None else gap.walls[1]
-        groups.setdefault(root(wall), []).append(gap)
-    return list(groups.values())
-
-
-def _nearest(points: FloatArray, places: FloatArray) -> FloatArray:
-    """The squared distance of each point from the nearest of some places."""
-    result: FloatArray = ((points[:, None] - places[None]) ** 2).sum(axis=2).min(axis=1, initial=np.inf)
-    return result
-
-
-def _joined(scene: Scene, domain: Scene, groups: list[list[Gap]]) -> list[list[Gap]]:
-    """Groups of which some neighbouring stretches see each other through undefined points are one region."""
-    groups = sorted(groups, key=len, reverse=True)
-    joined: list[list[Gap]] = []
-    for group in groups[:_MOST]:
-        home = next((other for other in joined if _see_each_other(scene, domain, group, other)), None)
-        if home is None:
-            joined.append(group)
-        else:
-            home += group
-    return joined + groups[_MOST:]
-
-
-def _see_each_other(scene: Scene, domain: Scene, one: list[Gap], other: list[Gap]) -> bool:
-    a, b = _places(one), _places(other)
-    apart = np.linalg.norm(a[:, None] - b[None], axis=2)
-    near = np.argsort(apart, axis=None, kind="stable")[:_PAIRS]
-    first, second = a[near // len(b)], b[near % len(b)]
-    steps = np.linspace(0, 1, _STEPS)[:, None, None]
-    return bool(_is_undefined(scene, domain, first + steps * (second - first)).all(axis=0).any())
-
-
-def _places(gaps: list[Gap]) -> FloatArray:
-    """Points within the stretches, (n, 3)."""
-    some = gaps[:: -(-len(gaps) // _KEPT)]
-    shares = np.array([0.05, 0.5, 0.95])[:, None]
-    return np.concatenate([gap.ends[0] + shares * (gap.ends[1] - gap.ends[0]) for gap in some])
-
-
-def _finding(scene: Scene, domain: Scene, regions: list[list[Gap]], which: int, random: np.random.Generator) -> Finding:
-    gaps = regions[which]
-    ends = np.concatenate([gap.ends for gap in gaps])
-    low, high = ends.min(axis=0), ends.max(axis=0)
-    points = low + (high - low) * random.random((_POINTS, 3))
-    inside = points[_is_undefined(scene, domain, points)]
-    own = [_nearest(inside, _places(region)) for region in regions[:_MOST]] if which < _MOST else []
-    is_own = np.argmin(own, axis=0) == which if own else np.ones(len(inside), bool)  # and not of another region
-    volume = float(np.prod(high - low)) * int(is_own.sum()) / _POINTS
+def _finding(scene: Scene, domain: Scene, regions: Regions, which: int, random: np.random.Generator) -> Finding:
+    gaps = regions.stretches[which]
+    own, volume, error = _sampled(scene, domain, regions, which, random)
+    reached = np.concatenate([*(gap.ends for gap in gaps), own])
     longest = max(gaps, key=lambda gap: (sum(wall is not None for wall in gap.walls), gap.length))
     point = longest.ends.mean(axis=0)
     bodies = tuple(sorted({wall[0] for gap in gaps for wall in gap.walls if wall is not None}))
     beside = f" beside {titles(scene, bodies[:_NAMED])}" if bodies else ""
     more = f" and {len(bodies) - _NAMED} more" if len(bodies) > _NAMED else ""
-    place, sides = (", ".join(f"{c:.6g}" for c in row.tolist()) for row in (point, high - low))
+    sides = reached.max(axis=0) - reached.min(axis=0)
+    place, reach = (", ".join(f"{c:.6g}" for c in row.tolist()) for row in (point, sides))
     message = (
         f"({place}) is in no body, though the scene's domain holds it; the region{beside}{more} reaches over about "
-        f"({sides}), a volume of about {volume:.2g}; seen by {len(gaps)} ray{'s' * (len(gaps) != 1)}"
+        f"({reach}), a volume of about {volume:.2g} ± {error:.1g}; seen by {counted(len(gaps), 'ray', 'rays')}"
     )
-    for array in (point, longest.origin, longest.direction):
+    origin, direction = longest.origin.copy(), longest.direction.copy()
+    for array in (point, origin, direction):
         array.flags.writeable = False
-    return Finding(UNDEFINED, bodies, message, volume, longest.origin.copy(), longest.direction.copy(), point)
+    return Finding(UNDEFINED, bodies, message, volume, origin, direction, point, error)
+
+
+def _sampled(
+    scene: Scene, domain: Scene, regions: Regions, which: int, random: np.random.Generator
+) -> tuple[FloatArray, float, float]:
+    """Points of a region, its volume and the standard error of that, by points of a box around what was seen of it."""
+    low, high = _box(regions.stretches[which])
+    points = low + (high - low) * random.random((_POINTS, 3))
+    inside = points[_is_undefined(scene, domain, points)]
+    boxes = [_box(gaps) for gaps in regions.stretches[:_MOST]] if which < _MOST else []
+    others = [k for k, (a, b) in enumerate(boxes) if k != which and (a <= high).all() and (low <= b).all()]
+    own = inside[regions.of_points(inside, [which, *others], _free(scene, domain)) == which]
+    share, box = len(own) / _POINTS, float(np.prod(high - low))
+    return own, box * share, box * math.sqrt(share * (1 - share) / (_POINTS - 1))
+
+
+def _box(gaps: list[Gap]) -> tuple[FloatArray, FloatArray]:
+    """Around the ends of stretches, and by so much more as few of them may have missed."""
+    ends = np.concatenate([gap.ends for gap in gaps])
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    margin = (high - low) * 2 / (len(ends) + 1)
+    return low - margin, high + margin
+
+
+def _free(scene: Scene, domain: Scene) -> Free:
+    def free(one: FloatArray, other: FloatArray) -> Any:
+        """Whether all between two points is in the domain and in no body, by the exact spans of the way."""
+        way = other - one
+        still: Any = ~way.any(axis=1)
+        rays = one, np.where(still[:, None], 1.0, way)
+        within = domain.spans(*rays, 0, 1)
+        ends = within.enter_clipped & within.exit_clipped
+        covered = np.bincount(np.repeat(np.arange(len(one)), np.diff(within.offsets)), ends, len(one)) > 0
+        return still | (covered & (np.diff(scene.spans(*rays, 0, 1).offsets) == 0))
+
+    return free
+
+
+def _around(scene: Scene, domain: Scene) -> Around:
+    def around(one: FloatArray, other: FloatArray) -> Any:
+        """The surface by which the way between two points enters a first body and leaves the last, if it is one."""
+        found = scene.spans(one, other - one, 0, 1)
+        result = np.full(len(one), -1)
+        some = np.flatnonzero(np.diff(found.offsets) > 0)
+        first, last = found._ends[0, found.offsets[some]], found._ends[1, found.offsets[some + 1] - 1]
+        inside = ~(found.enter_clipped[found.offsets[some]] | found.exit_clipped[found.offsets[some + 1] - 1])
+        result[some] = np.where((first == last) & inside, first, -1)
+        result[~domain.contains((one + other) / 2)] = -1
+        return result
+
+    return around

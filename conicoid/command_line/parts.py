@@ -59,6 +59,8 @@ def load(path: Path, threads: int | None) -> Scene:
     refuse_stdin(path, "scenes")
     with refused_files():
         scene = read(path)
+    if not scene.bodies:
+        say(f"{path}: holds no bodies")
     if threads is not None:
         from ..engine.threads import set_threads
 

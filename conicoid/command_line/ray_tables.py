@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..engine.answers.rays import Rays, lines_of
+from ..engine.answers.rays import Rays, first_wrong, lines_of
 from ..shapes.labels import counted
 
 if TYPE_CHECKING:
@@ -64,6 +64,10 @@ def summary(arrays: Arrays) -> str:
 
 def _flat(table: RayTable) -> tuple[Rays, Any, Any]:
     """One row of rays (N, 3) with their intervals (N,)."""
+    if table.lines:
+        wrong = first_wrong(*map(np.ascontiguousarray, (table.origins, table.directions)))
+        if wrong is not None:
+            raise ValueError(f"{table.source}: {table.lines[wrong[0]]}: {wrong[1]}")
     try:
         rays = Rays(table.origins, table.directions) if table.starts is None else _spawned(table)
     except ValueError as error:

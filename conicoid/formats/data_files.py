@@ -7,7 +7,7 @@ import io
 import itertools
 import os
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 import numpy as np
@@ -37,8 +37,8 @@ def beside(folder: Path, name: str) -> Path:
     return path
 
 
-def read_table(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
-    """(N, columns) float64 from a .npy or .csv file; ValueError says what is wrong, with the row.
+def read_rows(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatArray, Sequence[int]]:
+    """(N, columns) float64 from a .npy or .csv file, and of the latter the line of each; ValueError for what is wrong.
 
     A .csv file has `columns` numbers in each line, after one header line or none; empty lines and
     lines that begin with # do not count. `header` names the columns, also in messages.
@@ -54,7 +54,7 @@ def read_table(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
     if table is None or table.ndim != 2 or table.shape[1] != columns:
         names = ", ".join(header)
         raise ValueError(f"{path.name} must hold numbers of shape (N, {columns}): {names}; got {found}")
-    return np.ascontiguousarray(table)
+    return np.ascontiguousarray(table), ()
 
 
 def read_array(path: Path) -> tuple[Header, FloatArray | None]:
@@ -70,8 +70,8 @@ def read_array(path: Path) -> tuple[Header, FloatArray | None]:
             raise ValueError(f"{path.name} {error}") from None
 
 
-def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
-    values, heading, expected = array("d"), "", f"{columns} numbers ({', '.join(header)})"
+def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatArray, Sequence[int]]:
+    lines, values, heading, expected = array("q"), array("d"), "", f"{columns} numbers ({', '.join(header)})"
     try:
         with io.TextIOWrapper(open_regular(path), encoding="utf-8-sig") as file:
             for number, line in enumerate(_lines(path, file), start=1):
@@ -86,12 +86,13 @@ def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> FloatArray:
                 if len(row) != columns or None in row:
                     raise ValueError(f"{path.name}:{number}: must be {expected}, got {line.strip()[:60]!r}")
                 values.extend(value for value in row if value is not None)
+                lines.append(number)
     except UnicodeDecodeError:
         raise ValueError(f"{path.name} is not a text in UTF-8") from None
     if not values and len(_cells(heading)) != columns:
         found = f"only {heading[:60]!r}" if heading else "nothing"
         raise ValueError(f"{path.name} must have {expected} in each line, with commas or spaces between, got {found}")
-    return np.array(values, dtype=np.float64).reshape(-1, columns)
+    return np.array(values, dtype=np.float64).reshape(-1, columns), lines
 
 
 def _cells(heading: str) -> list[str]:

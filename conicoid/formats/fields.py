@@ -18,10 +18,11 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..shapes import REGISTRY, Shape
+from ..shapes.color import color_hint
 from ..shapes.material import CONSTRUCTORS, Material, matte
 from ..shapes.vector import Matrix4
-from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text
-from .nodes import Listing, Node, Scalar, Table, is_text
+from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text, comment_hint
+from .nodes import Listing, Node, Scalar, Table, is_text, shortened, shown
 from .reading import BAD, Reader
 
 REQUIRED = inspect.Parameter.empty
@@ -140,9 +141,16 @@ class MaterialKind(Kind):
                 return reader.materials[node.text]
             with contextlib.suppress(ValueError):
                 return matte(node.text)
-            return reader.unknown(node, where, "material", node.text, reader.materials)
+            if node.text.startswith("#"):
+                told = f"unknown material {shortened(node.text)!r}{color_hint(node.text)}"
+                return reader.report(node, where, told)
+            if node.text in CONSTRUCTORS:
+                told = f"unknown material {node.text!r}: a look is a mapping, {{{node.text}: {{}}}} with its arguments"
+                return reader.report(node, where, told)
+            hint = reader.did_you_mean(node.text, reader.materials) or color_hint(node.text)
+            return reader.report(node, where, f"unknown material {shortened(node.text)!r}{hint}")
         if reader.only_entry(node) is None:
-            return reader.expected(node, where, self.phrase)
+            return reader.report(node, where, f"must be {self.phrase}, got {shown(node)}{comment_hint(node)}")
         return self.written.read(node, reader, where)
 
     def schema(self) -> Schema:

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from typing import Any
 
-from .nodes import Listing, Node, Scalar, Table, integer, is_null, is_text, number, shown, truth
+from .nodes import Listing, Node, Scalar, Table, integer, is_nothing, is_null, is_text, number, shown, truth
 from .reading import BAD, Reader
 
 Schema = dict[str, Any]
@@ -185,13 +185,15 @@ class Named(Kind):
 
 
 class Maybe(Kind):
-    """A value or null."""
+    """A value or null, which must be written: where nothing stands, something may have been forgotten."""
 
     def __init__(self, item: Kind) -> None:
         self.item = item
         self.phrase = item.phrase
 
     def read(self, node: Node, reader: Reader, where: str) -> Any:
+        if is_nothing(node):
+            return reader.report(node, where, f"must be {self.phrase}, or null, got nothing{comment_hint(node)}")
         return None if is_null(node) else self.item.read(node, reader, where)
 
     def schema(self) -> Schema:
@@ -233,5 +235,4 @@ def quotes_hint(node: Node) -> str:
 
 def comment_hint(node: Node) -> str:
     """What to do about a colour like #ff0000 without quotes."""
-    nothing = isinstance(node, Scalar) and node.plain and not node.text
-    return " (# begins a comment: put a text that begins with it in quotes)" if nothing else ""
+    return " (# begins a comment: put a text that begins with it in quotes)" if is_nothing(node) else ""

@@ -64,6 +64,11 @@ def is_null(node: Node) -> bool:
     return isinstance(node, Scalar) and node.plain and _NULL.fullmatch(node.text) is not None
 
 
+def is_nothing(node: Node) -> bool:
+    """Whether nothing stands where a value may: neither a word nor null."""
+    return isinstance(node, Scalar) and node.plain and not node.text
+
+
 def truth(node: Node) -> bool | None:
     """True or false, or None for anything else."""
     if not isinstance(node, Scalar) or not node.plain:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 from ..shapes.validate import listed
 from ..shapes.vector import FloatArray
 from .atomic import replacing
-from .data_files import read_array, read_table
+from .data_files import read_array, read_rows
 from .errors import close_to, printable
 from .nodes import shortened
 from .npy import NotPlain
@@ -43,6 +43,8 @@ class RayTable:
     starts_home: Any = None
     ignored: tuple[str, ...] = ()
     """Arrays of a .npz file that are none of these."""
+    lines: Sequence[int] = ()
+    """Of a .csv file, the line of each ray."""
 
 
 def read_rays(path: str | os.PathLike[str]) -> RayTable:
@@ -70,7 +72,10 @@ def ray_notes(table: RayTable) -> Iterator[str]:
 
 
 def _from_columns(file: Path, suffix: str) -> RayTable:
-    found, table = read_array(file) if suffix == ".npy" else ("", read_table(file, 6, COLUMNS))
+    if suffix == ".csv":
+        rows, lines = read_rows(file, 6, COLUMNS)
+        return RayTable(rows[:, :3], rows[:, 3:], source=str(file), lines=lines)
+    found, table = read_array(file)
     if table is None or table.ndim == 0 or table.shape[-1] != 6:
         raise ValueError(f"rays must be numbers of shape (..., 6), {', '.join(COLUMNS)}; got {found}")
     return RayTable(table[..., :3], table[..., 3:], source=str(file))

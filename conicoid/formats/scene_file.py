@@ -27,7 +27,7 @@ from .errors import Problem, SceneFileError
 from .expansion import PARTS, Allowance, expanded_parts, most_parts
 from .fields import MaterialKind
 from .kinds import Integer, Text
-from .nodes import Listing, Node, Scalar, Table, is_null, is_text, shortened
+from .nodes import Listing, Node, Scalar, Table, is_nothing, is_null, is_text, shortened, shown
 from .plain import ShapeWriter, body_data
 from .reading import BAD, Bad, Reader, TooManyProblems
 from .scene_text import read_text
@@ -118,7 +118,7 @@ class _SceneReader:
         self._read_materials(given.get("materials"))
         shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"), Allowance(root))
         shapes.read_named()
-        bodies = self._bodies(given.get("bodies"), shapes)
+        bodies = self._bodies(root.entries.get("bodies"), shapes)
         domain = shapes.read(given["domain"], "domain", Solid) if "domain" in given else None
         if isinstance(domain, Solid):
             shapes.charge_body(given["domain"], "domain", domain)
@@ -149,7 +149,9 @@ class _SceneReader:
         if node is None:
             return ()
         if not isinstance(node, Listing):
-            self.reader.expected(node, "bodies", "a list of bodies, each with a shape")
+            none = "; of no bodies at all: `bodies: []`" if is_null(node) else ""
+            found = f"must be a list of bodies, each with a shape, got {shown(node)}{none}"
+            self.reader.report(node, "bodies", found)
             return ()
         bodies = []
         for i, item in enumerate(node.items):
@@ -170,7 +172,7 @@ class _SceneReader:
         if not isinstance(node, Table) or "shape" not in node.entries:
             return BAD
         entries = node.entries
-        named = None if name is None or is_null(name) else self._name(name, where)
+        named = None if name is None or _is_null(name) else self._name(name, where)
         shape = shapes.moved(shapes.read(entries["shape"], where), entries.get("move"), where)
         material = self._material(entries["material"], f"{where}: material") if "material" in entries else None
         if any(isinstance(part, Bad) for part in (shape, material, named)):
@@ -188,7 +190,12 @@ class _SceneReader:
         return name
 
     def _material(self, node: Node, where: str) -> Any:
-        return None if is_null(node) else MaterialKind().read(node, self.reader, where)
+        return None if _is_null(node) else MaterialKind().read(node, self.reader, where)
+
+
+def _is_null(node: Node) -> bool:
+    """Whether null is written, and not just nothing."""
+    return is_null(node) and not is_nothing(node)
 
 
 SUFFIXES = ("", ".yaml", ".yml", ".json")

@@ -9,13 +9,13 @@ from ..shapes.spheres import Spheres
 from .fields import Arguments, tagged
 from .kinds import Fixed, Number, Schema, Several
 from .sections import VERSION, BackgroundKind, CameraKind, light_kind, material_kind
-from .shape_nodes import VECTOR, operand_field
+from .shape_nodes import AXIS, VECTOR, operand_field
 
 STEPS: dict[str, Schema] = {
     "translate": VECTOR.schema(),
     "rotate": {
         "type": "object",
-        "properties": {"axis": VECTOR.schema(), "degrees": {"type": "number"}},
+        "properties": {"axis": AXIS.schema(), "degrees": {"type": "number"}},
         "required": ["axis", "degrees"],
         "additionalProperties": False,
     },
@@ -39,7 +39,7 @@ def scene_schema() -> dict[str, Any]:
             "materials": _by_name({"$ref": "#/$defs/material"}),
             "shapes": _by_name({"$ref": "#/$defs/shape"}),
             "domain": {"anyOf": [{"$ref": "#/$defs/solid"}, {"type": "null"}]},
-            "bodies": {"type": ["array", "null"], "items": {"$ref": "#/$defs/body"}},
+            "bodies": {"type": "array", "items": {"$ref": "#/$defs/body"}},
         },
         "required": ["bodies"],
         "additionalProperties": False,

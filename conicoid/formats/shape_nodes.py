@@ -9,17 +9,19 @@ wheel                                   # a name under `shapes`
 from __future__ import annotations
 
 import dataclasses
+import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ..shapes import REGISTRY, Shape
-from ..shapes.motion import STILL, Motion
+from ..shapes.motion import AXES, STILL, Motion
 from ..shapes.spheres import Spheres
-from .data_files import beside, read_table
+from .data_files import beside, read_rows
 from .expansion import MAX_PARTS, PARTS, Allowance, Sizes
 from .fields import Arguments, ShapeKind, fields_of
-from .kinds import Fixed, Kind, Number, OneOf, Several, Text
+from .kinds import Choice, Fixed, Kind, Number, OneOf, Several, Text
 from .nodes import Listing, Node, Scalar, Table, is_text, shortened
 from .reading import BAD, Bad, Reader, TooManyProblems
 
@@ -28,11 +30,30 @@ MAX_STEPS = 1000
 SPHERE_COLUMNS = ("x", "y", "z", "radius")
 
 VECTOR = Fixed(Number(), 3)
+
+
+class AxisKind(OneOf):
+    """A direction, or the name of an axis."""
+
+    def __init__(self) -> None:
+        super().__init__((VECTOR, Choice(tuple(AXES))))
+        self.phrase = "3 numbers, or one of x, y, z, -x, -y, -z"
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        if isinstance(node, Scalar) and is_text(node) and node.text not in AXES:
+            return reader.expected(node, where, self.phrase)
+        return super().read(node, reader, where)
+
+
+AXIS = AxisKind()
 MOVES: dict[str, Kind] = {
     "translate": VECTOR,
     "scale": OneOf((Number(), VECTOR)),
     "transform": Fixed(Fixed(Number(), 4), 4),
 }
+
+
+ROTATION = ("axis", "degrees")
 
 
 class ShapeReader:
@@ -173,12 +194,15 @@ class ShapeReader:
 
         def load() -> Spheres:
             try:
-                table = read_table(beside(self.reader.folder, name), 4, SPHERE_COLUMNS)
+                table, lines = read_rows(beside(self.reader.folder, name), 4, SPHERE_COLUMNS)
             except OSError as error:
                 raise ValueError(
                     f"{shortened(name)!r} cannot be read: {(error.strerror or str(error)).lower()}"
                 ) from None
-            return Spheres(table[:, :3], table[:, 3])
+            try:
+                return Spheres(table[:, :3], table[:, 3])
+            except ValueError as error:
+                raise ValueError(_in_line(str(error), shortened(name), lines)) from None
 
         return self.reader.made(node, f"{where}: file", load)
 
@@ -220,11 +244,20 @@ class ShapeReader:
         return BAD if BAD in arguments else self.reader.made(value, where, lambda: getattr(motion, verb)(*arguments))
 
     def _rotation(self, value: Node, where: str) -> tuple[Any, ...]:
-        entries = self.reader.entries(value, where, ("axis", "degrees"), ("axis", "degrees"))
-        if isinstance(entries, Bad):
-            return (BAD,)
-        axis = VECTOR.read(entries["axis"], self.reader, f"{where}: axis")
-        return axis, Number().read(entries["degrees"], self.reader, f"{where}: degrees")
+        entries = self.reader.entries(value, where, ROTATION, ROTATION)
+        given = value.entries if isinstance(value, Table) else {}
+        kinds = zip(ROTATION, (AXIS, Number()), strict=True)
+        found = [kind.read(given[name], self.reader, f"{where}: {name}") for name, kind in kinds if name in given]
+        return (BAD,) if isinstance(entries, Bad) else tuple(found)
+
+
+def _in_line(message: str, name: str, lines: Sequence[int]) -> str:
+    """A message about one of the balls of a file with the line it stands in, where the file has lines."""
+    row = re.search(r"\[(\d+)\]", message)
+    if row is None or not int(row[1]) < len(lines):
+        return message
+    owner, _, rest = message.partition(": ")
+    return f"{owner}: {name}:{lines[int(row[1])]}: {rest}"
 
 
 def moved_by(shape: Shape, motion: Motion) -> Shape:

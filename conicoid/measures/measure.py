@@ -37,6 +37,8 @@ _PLAIN, _LARGEST = 64, 332
 class Measures:
     """What `measure` found, each value with its standard error (one sigma; 0 where a closed form was used).
 
+    volume_error, area_error, centroid_error and inertia_error are those, shaped like the values:
+
     volume, area   floats; a solid's area is that of its whole boundary, a sheet's counts one side
     centroid       (3,), NaN where the volume is 0
     inertia        (3, 3) tensor about the centroid for density 1: ∫ (|r|² 1 - r rᵀ) dV
@@ -88,14 +90,17 @@ def measure(
 def measure(shape: Any, rays: int | None = None, seed: int = 0, progress: Progress | None = None) -> Any:
     """Volume, surface area, centroid and inertia of a bounded shape, with standard errors; of a scene, of every body.
 
+    shape: a shape or a `Body`; or a `Scene`, of which every body is measured by itself, and `SceneMeasures` adds them
+        up by material.
+    rays: about how many are followed; where that is given, combinations are followed by rays in any case.
+    seed: equal seeds give equal answers, for any number of threads.
+    progress: progress(done, total) is called now and then.
+
     Primitives have closed forms for the volume, centroid and inertia under any motion, and some for the
     area. So have prisms between planes and circular cylinders, and solids of revolution, in any Boolean
     combination: pins, pipes, boxes, shells, most bodies of imported models. Everything else comes from the exact
-    chords of about a million rays, or of about `rays` rays; where that is given, combinations are followed by rays in
-    any case. Equal seeds give equal answers, for any number of threads. `progress(done, total)` is called now and then.
-    Balls of a `Spheres` count as their union. An empty solid measures zero, and so does the volume of a sheet.
-
-    Of a `Scene` every body is measured by itself, and `SceneMeasures` adds them up by material.
+    chords of about a million rays. Balls of a `Spheres` count as their union. An empty solid measures zero, and so does
+    the volume of a sheet.
 
     What is larger than float64 holds is inf, as the inertia of a ball of radius 1e90, and what is smaller 0.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..scene_parts import numbered
 from ..shapes.body import Body
-from ..shapes.suggestion import known_names
+from ..shapes.suggestion import close_to, known_names
 from ..shapes.validate import shown
 from ..shapes.vector import FloatArray
 from .chords import Progress
@@ -32,10 +32,13 @@ class SceneMeasures(Sequence[Measures]):
 
     names       of the bodies
     materials   the different materials, as `scene.materials`
+    places      the place among these of each body's
     by_material the `Measures` of each of these, as of its bodies together
 
-    found["water"] has those of the material of that name. Every body counts whole: where bodies overlap, what they
-    have in common counts for each. A body without end has NaN throughout, and so has its material.
+    found["water"] has those of the material, or the body, of that name: of materials that share it, together. A name
+    that both a material and a body have, but not of one and the same, is a KeyError. Every body counts whole: where
+    bodies overlap, what they have in common counts for each. A body without end has NaN throughout, and so has its
+    material.
     """
 
     bodies: tuple[Measures, ...]
@@ -51,16 +54,30 @@ class SceneMeasures(Sequence[Measures]):
         return iter(self.bodies)
 
     def __getitem__(self, index: Any) -> Any:
-        """Of a body by its number, of bodies by a slice, or of a material by its name."""
+        """Of a body by its number or name, of bodies by a slice, or of materials by their name."""
         if isinstance(index, slice):
             return self.bodies[index]
         if not isinstance(index, str):
-            return self.bodies[numbered(np.arange(len(self.bodies) + 1), index)[0]]
-        named = [place for place, m in enumerate(self.materials) if m is not None and m.name == index]
-        if not named:
-            known = [m.name for m in self.materials if m is not None and m.name]
-            raise KeyError(f"no material is called {shown(index)}; {known_names(index, 'materials', known)}")
-        return together([body for body, place in zip(self.bodies, self.places, strict=True) if place in named])
+            return self.bodies[numbered(np.arange(len(self.bodies) + 1), index, "SceneMeasures: a body's number")[0]]
+        numbers = self._named(index)
+        return self.bodies[numbers[0]] if len(numbers) == 1 else together([self.bodies[i] for i in numbers])
+
+    def _named(self, name: str) -> list[int]:
+        """The numbers of the bodies that a name stands for."""
+        called = [place for place, m in enumerate(self.materials) if m is not None and m.name == name]
+        made_of = [i for i, place in enumerate(self.places) if place in called]
+        own = [i for i, body in enumerate(self.names) if body == name]
+        if made_of and own and made_of != own:
+            raise KeyError(
+                f"both a material and a body are called {shown(name)}: by_material has materials by their places, "
+                "and numbers stand for bodies"
+            )
+        if called or own:
+            return made_of or own
+        known = [m.name for m in self.materials if m is not None and m.name]
+        close = close_to(name, [body for body in dict.fromkeys(self.names) if body][:_LISTED])
+        meant = f"; a body is called {shown(close)}" if close else ""
+        raise KeyError(f"no material is called {shown(name)}; {known_names(name, 'materials', known)}{meant}")
 
     @property
     def volume(self) -> FloatArray:
@@ -89,13 +106,24 @@ class SceneMeasures(Sequence[Measures]):
 
     def __str__(self) -> str:
         lines = [f"{'':<28}{'volume':>16}"]
-        for material, found in zip(self.materials, self.by_material, strict=True):
-            name = "no material" if material is None else material.name or "a material without a name"
-            lines.append(_line(f"material {name!r}" if material is not None and material.name else name, found))
+        for place, found in enumerate(self.by_material):
+            lines.append(_line(self._title(place), found))
         for number, (name, found) in enumerate(zip(self.names[:_LISTED], self.bodies, strict=False)):
             lines.append(_line(f"body {number}" + (f" {name!r}" if name else ""), found))
         more = len(self) - _LISTED
         return "\n".join(lines + ([f"and {more:,} more bodies"] if more > 0 else []))
+
+    def _title(self, place: int) -> str:
+        """A material by its name, or, without one of its own, as that of its first body."""
+        material = self.materials[place]
+        if material is None:
+            return "no material"
+        of_body = f" of body {self.places.index(place)}"
+        if not material.name:
+            return f"material{of_body}"
+        shared = sum(other is not None and other.name == material.name for other in self.materials) > 1
+        name = repr(material.name)
+        return f"material {name if len(name) <= 8 else name[:7] + '...'}{of_body}" if shared else f"material {name}"
 
 
 def _line(title: str, found: Measures) -> str:

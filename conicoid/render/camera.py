@@ -56,11 +56,11 @@ class Camera:
         return np.array([self.position, zero, zero, forward, right * half, up * half])
 
     def rays(self, width: int, height: int) -> Rays:
-        """Rays through the pixel centres, (height, width, 3), first row on top, directions of unit length."""
+        """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length."""
         return rays_of(self, width, height)
 
     def project(self, points: Any, width: int, height: int) -> FloatArray:
-        """(..., 2): where points (..., 3) are seen on a picture, in pixels (x, y) from its top left corner.
+        """(..., 2): where points (..., 3) are seen on a picture of `width` x `height` pixels, (x, y) from its top left.
 
         The centre of the first pixel is (0.5, 0.5); what lies beside the picture has coordinates beyond its edges.
         NaN for points that are not in front of the camera. Nothing is said of what hides them.
@@ -70,7 +70,10 @@ class Camera:
 
 @dataclass(frozen=True)
 class OrthographicCamera:
-    """Parallel rays from a window `height` high about `position`, along the way to `look_at`."""
+    """Parallel rays from a window `height` high about `position`, along the way to `look_at`.
+
+    `up` is that of a `Camera`.
+    """
 
     position: VectorLike
     look_at: VectorLike
@@ -89,11 +92,11 @@ class OrthographicCamera:
         return np.array([self.position, right * half, up * half, forward, zero, zero])
 
     def rays(self, width: int, height: int) -> Rays:
-        """Rays through the pixel centres, (height, width, 3), first row on top, directions of unit length."""
+        """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length."""
         return rays_of(self, width, height)
 
     def project(self, points: Any, width: int, height: int) -> FloatArray:
-        """(..., 2): where points (..., 3) are seen on a picture, in pixels (x, y) from its top left corner.
+        """(..., 2): where points (..., 3) are seen on a picture of `width` x `height` pixels, (x, y) from its top left.
 
         The centre of the first pixel is (0.5, 0.5); what lies beside the picture has coordinates beyond its edges.
         NaN for points that are not in front of the camera. Nothing is said of what hides them.

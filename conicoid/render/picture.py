@@ -9,6 +9,7 @@ import numpy as np
 from ..compiler.ahead import expect
 from ..integrators import INTEGRATORS
 from ..shapes.material import DEFAULT, Material
+from ..shapes.suggestion import close_to
 from ..shapes.validate import callback, shown, whole
 from .camera import AnyCamera, as_camera, checked_size
 from .fit import fitting_lights
@@ -81,7 +82,9 @@ def look_of(scene: Any, camera: AnyCamera) -> Any:
 def check_options(samples: Any, integrator: Any, seed: Any, depth: Any) -> dict[str, Any]:
     """The options of a picture, or an error."""
     if not isinstance(integrator, str) or integrator not in INTEGRATORS:
-        raise ValueError(f"render: integrator must be one of {', '.join(INTEGRATORS)}, got {shown(integrator)}")
+        close = close_to(integrator, INTEGRATORS) if isinstance(integrator, str) else ""
+        meant = f" (did you mean {close!r}?)" if close else ""
+        raise ValueError(f"render: integrator must be one of {', '.join(INTEGRATORS)}, got {shown(integrator)}{meant}")
     return dict(
         samples=_whole("samples", samples, 1, 2**20),
         integrator=integrator,

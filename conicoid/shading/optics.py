@@ -40,10 +40,14 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
     t = eta (d - (d·n) n) - cos θ₂ n for unit d and n facing it, cos² θ₂ = (1 - eta²) + (eta cos θ)².
     Raises ValueError as `reflect` does, and for an eta that is not finite and > 0.
     """
-    ratio = _ratio(eta)[..., None]
-    d, n, ratio = _broadcast(
-        "refract", _vectors("refract", "directions", directions), _normals("refract", normals), ratio
-    )
+    ratio = _ratio(eta)
+    d, n = _vectors("refract", "directions", directions), _normals("refract", normals)
+    d, n = _broadcast("refract", d, n)
+    try:
+        d, n, ratio = np.broadcast_arrays(d, n, ratio[..., None])
+    except ValueError:
+        expected = f"a number or broadcast to the rays' shape {d.shape[:-1]}"
+        raise ValueError(f"refract: eta must be {expected}, got shape {ratio.shape}") from None
     size = _size(d)
     length = size * np.sqrt(_dot(d / size, d / size))
     unit = d / size / (length / size)

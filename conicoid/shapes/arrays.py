@@ -37,7 +37,16 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
             return np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         found = f"an array of {values.dtype}" if isinstance(values, np.ndarray) else shown(values)
-        raise ValueError(f"{name} must be {expected}, got {found}") from None
+        raise ValueError(f"{name} must be {expected}, got {found}{_instead(values)}") from None
+
+
+def _instead(values: Any) -> str:
+    """Where the numbers are of something that has arrays as its fields."""
+    one = values[0] if isinstance(values, list | tuple) and values else values
+    fields = getattr(type(one), "instead", "")
+    if not fields or one is values:
+        return f"; {fields} are arrays" if fields else ""
+    return f"; co.{type(one).__name__}.concatenate joins them"
 
 
 def _real(item: Any) -> float:

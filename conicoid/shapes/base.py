@@ -19,9 +19,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, overload
 import numpy as np
 
 from . import exact as ex
+from .calls import explained
 from .calm import calm
 from .carried import restore, said
 from .cells import PolygonSheet, SurfaceSheet, Tree
+from .elsewhere import no_attribute
 from .motion import STILL, Motion
 from .planar import rounded_up
 from .vector import Box, FloatArray, Vector
@@ -74,20 +76,34 @@ class Shape(ABC):
         motion.check(type(self).__name__)
         return dataclasses.replace(self, motion=motion)
 
+    @explained
     def translate(self, offset: Any) -> Self:
-        """Moved by `offset` (3,)."""
+        """Moved by `offset`, three numbers."""
         return self._moved(self.motion.translate(offset))
 
+    @explained
     def rotate(self, axis: Any, degrees: float) -> Self:
-        """Turned right-handedly about an axis through the world's origin: (3,), or "x", "-x", ... "-z"."""
+        """Turned about an axis through the world's origin.
+
+        axis: three numbers, its direction, of any length; or "x", "y", "z", "-x", "-y", "-z".
+        degrees: the angle, right-handed: counter-clockwise for one who sees the axis come towards him.
+        """
         return self._moved(self.motion.rotate(axis, degrees))
 
+    @explained
     def scale(self, factors: Any) -> Self:
-        """Scaled about the world's origin by one factor or three; negative ones mirror."""
+        """Scaled about the world's origin.
+
+        factors: one number for all axes, or three; negative ones mirror, 0 is refused.
+        """
         return self._moved(self.motion.scale(factors))
 
+    @explained
     def transform(self, matrix: Any) -> Self:
-        """Carried by an invertible affine (4, 4) matrix."""
+        """Carried by an affine motion.
+
+        matrix: (4, 4), invertible, with the last row (0, 0, 0, 1); points are columns (x, y, z, 1).
+        """
         return self._moved(self.motion.transform(matrix))
 
     @property
@@ -110,6 +126,11 @@ class Shape(ABC):
             f"{type(self).__name__} is neither true nor false: shapes combine with & | - ~, "
             "not with `and`, `or`, `not`; whether there is one: `shape is not None`"
         )
+
+    if not TYPE_CHECKING:  # else checkers would let any attribute be asked for
+
+        def __getattr__(self, name: str) -> Any:
+            raise no_attribute(self, name)
 
     is_sheet: ClassVar[bool]
     """True for open surfaces, which bound no volume."""
@@ -223,8 +244,12 @@ class Solid(Shape, abstract=True):
 
         return Complement(self)
 
+    @explained
     def painted(self, material: Any) -> Painted:
-        """The solid with its faces in a material of their own: ``body - bore.painted(red)`` has red cuts."""
+        """The solid with its faces in a material of their own: ``body - bore.painted(red)`` has red cuts.
+
+        material: a Material or a colour, as of a `Body`.
+        """
         from .region import Painted
 
         return Painted(self, material)

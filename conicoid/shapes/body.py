@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .base import Shape
+from .elsewhere import no_attribute
 from .material import as_material
 from .validate import shown, what
 
 
 @dataclass(frozen=True)
 class Body:
-    """One entry of a scene. `material` None stands for the default matte one; names are unique in a scene.
+    """One entry of a scene.
 
-    A colour in place of a material is the matte one: "red" is matte("red"). `body.material` is the Material.
+    shape: a solid or a sheet; a `Spheres` is one entry and many bodies.
+    material: a Material; or a colour, which is the matte one: "red" is matte("red"). None is the default matte one.
+    name: a text, unique in a scene, or None.
+
     Raises TypeError for anything else.
     """
 
@@ -29,3 +33,8 @@ class Body:
             object.__setattr__(self, "material", as_material("Body", self.material))
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise ValueError(f"Body: name must be a non-empty text or None, got {shown(self.name)}")
+
+    if not TYPE_CHECKING:  # else checkers would let any attribute be asked for
+
+        def __getattr__(self, name: str) -> Any:
+            raise no_attribute(self, name)

@@ -8,6 +8,8 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
+from .calls import misfit
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -16,11 +18,17 @@ def calm(function: Callable[P, R]) -> Callable[P, R]:
     """The function with no warnings or errors of NumPy's, whatever `np.seterr` or `np.errstate` says around it.
 
     Overflows and NaN are looked for where they matter. An underflow, which is harmless, may not stop anything.
+    A call that does not fit is told in words of our own.
     """
 
     @functools.wraps(function)
     def calmly(*args: P.args, **keywords: P.kwargs) -> R:
-        with np.errstate(all="ignore"):
-            return function(*args, **keywords)
+        try:
+            with np.errstate(all="ignore"):
+                return function(*args, **keywords)
+        except TypeError as error:
+            if (told := misfit(function, args, keywords, error)) is None:
+                raise
+            raise told from None
 
     return calmly

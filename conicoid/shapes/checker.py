@@ -13,7 +13,7 @@ Scale: TypeAlias = float | tuple[float, float] | tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Checker:
-    """Squares (or cubes) of two colours: `a` where the sum of floor(coordinate / scale) is even.
+    """Squares (or cubes) of two colours: `a` where the sum of floor(coordinate / scale) is even, `b` where it is odd.
 
     `scale` is the side of a square in uv, or of a cube in world units with `space=True`; two or
     three numbers give each coordinate its own. In space the colour is taken just under the surface

@@ -6,10 +6,12 @@ CSS name such as "steelblue", which means sRGB and is decoded by IEC 61966-2-1.
 
 from __future__ import annotations
 
+import string
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from .suggestion import close_to
 from .validate import number, numbers, shown
 from .vector import FloatArray, Vector
 
@@ -51,8 +53,22 @@ def _bytes(owner: str, field: str, text: str) -> tuple[int, int, int]:
         red, green, blue = ImageColor.getrgb(text)[:3]
     except ValueError:
         expected = "three linear numbers, '#rrggbb' or a CSS colour name"
-        raise ValueError(f"{owner}: {field} must be {expected}, got {shown(text)}") from None
+        raise ValueError(f"{owner}: {field} must be {expected}, got {shown(text)}{color_hint(text)}") from None
     return red, green, blue
+
+
+def color_hint(text: str) -> str:
+    """What is wrong with a text that is no colour: the number of digits, a letter, or a name that is like another."""
+    from PIL import ImageColor
+
+    if not text.startswith("#"):
+        close = close_to(text, ImageColor.colormap)
+        return f" (did you mean {close!r}?)" if close else ""
+    digits = text[1:]
+    if strange := [c for c in digits[:40] if c not in string.hexdigits]:
+        return f" ({strange[0]!r} is no hexadecimal digit)"
+    count = f"{len(digits)} digit{'' if len(digits) == 1 else 's'}"
+    return f" ({count} after #: there must be 6, or 3 as in '#rgb')"
 
 
 def checked_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> Color:

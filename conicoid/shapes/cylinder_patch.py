@@ -18,7 +18,7 @@ from .vector import Vector, VectorLike
 
 @dataclass(frozen=True)
 class CylinderPatch(PrimitiveSheet):
-    """Part of the side of a circular cylinder, open at its ends and edges.
+    """Part of the side of a cylinder of a `radius` about the axis from `start` to `end`, open at its ends and edges.
 
     Own frame as for `Cylinder`: x² + y² = radius², 0 <= z <= length, the angle of (x, y) from `start_angle`
     to `end_angle` (degrees, their difference in (0, 360]), zero towards `reference`, growing counter-clockwise

@@ -13,7 +13,7 @@ from .vector import Interval
 
 @dataclass(frozen=True)
 class DoubleCone(EllipticSolid):
-    """x² + y² <= slope² z²: both nappes about z; with a `z_range` across the apex, the bow tie.
+    """x² + y² <= slope² z²: both nappes about z, `slope` > 0; with a `z_range` across the apex, the bow tie.
 
     Faces: 0 both nappes, 1 the cap at z_range[0], 2 the cap at z_range[1]. The apex has the axis for its normal.
     uv: (angle / 360, height scaled from the range to [0, 1]), v = z without one; on the caps (x, y) / radius.

@@ -45,6 +45,7 @@ class Ellipsoid(EllipticSolid):
         object.__setattr__(self, "radii", radii)
         object.__setattr__(self, "center", vector("Ellipsoid", "center", self.center))
         object.__setattr__(self, "z_range", interval("Ellipsoid", "z_range", self.z_range))
+        self.check_range()
 
     def _from_coefficients(self) -> Vector:
         a, e, h = vector("Ellipsoid", "coefficients", self.coefficients)
@@ -56,7 +57,7 @@ class Ellipsoid(EllipticSolid):
     def from_coefficients(
         cls, A: float, E: float, H: float, center: Any = (0.0, 0.0, 0.0), z_range: Any = None
     ) -> Ellipsoid:
-        """A x² + E y² + H z² <= 1 with A, E, H > 0; they are kept as they are."""
+        """A x² + E y² + H z² <= 1 about `center`, cut by `z_range`, with A, E, H > 0; they are kept as they are."""
         given = (positive("Ellipsoid", "A", A), positive("Ellipsoid", "E", E), positive("Ellipsoid", "H", H))
         return cls(center=center, z_range=z_range, coefficients=given)
 

@@ -47,6 +47,27 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         """The heights between which g >= 0, where that is an interval."""
         return -math.inf, math.inf
 
+    def check_range(self) -> None:
+        """Refuse a range in which there is nothing of the solid, or but a point: g <= 0 all over it."""
+        if self.z_range is None or self._reaches_into(*self.z_range):
+            return
+        name, (low, high) = type(self).__name__, self.z_range
+        raise ValueError(
+            f"{name}: z_range must leave a part of the solid, which has nothing in it, got ({low}, {high})"
+        )
+
+    def _reaches_into(self, low: float, high: float) -> bool:
+        """Whether g > 0 somewhere in the open range; exactly."""
+        _, g1, g2 = (Fraction(g) for g in self.profile)
+        summit = -g1 / (2 * g2) if g2 else Fraction(0)
+        places = [Fraction(z) for z in (low, high) if math.isfinite(z)]
+        if g2 < 0 and low < summit < high:
+            places.append(summit)
+        if any(self._g(z) > 0 for z in places):
+            return True
+        endless = [sense for z, sense in ((low, -1), (high, 1)) if math.isinf(z)]
+        return any(g2 > 0 or (g2 == 0 and sense * g1 > 0) for sense in endless)
+
     @cached_property
     def widths(self) -> tuple[float, float]:
         """The half-axes of the section where g = 1."""
@@ -88,7 +109,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         (x, y), root = self.widths, math.sqrt(square)
         return flat((x * root, 0.0, 0.0), (0.0, y * root, 0.0))
 
-    def _g(self, z: float) -> Fraction:
+    def _g(self, z: float | Fraction) -> Fraction:
         g0, g1, g2 = (Fraction(g) for g in self.profile)
         height = Fraction(z)
         return g0 + height * (g1 + height * g2)

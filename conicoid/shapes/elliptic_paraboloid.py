@@ -30,6 +30,7 @@ class EllipticParaboloid(EllipticSolid):
         object.__setattr__(self, "A", positive("EllipticParaboloid", "A", self.A))
         object.__setattr__(self, "E", positive("EllipticParaboloid", "E", self.E))
         object.__setattr__(self, "z_range", interval("EllipticParaboloid", "z_range", self.z_range))
+        self.check_range()
 
     @property
     def squares(self) -> tuple[Any, Any]:

@@ -9,7 +9,7 @@ from .box import Box
 from .surface import QuadricSurface
 from .validate import positive
 from .vector import Vector
-from .within import WithinBox, check_within
+from .within import WithinBox
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class HyperbolicParaboloid(WithinBox):
     def __post_init__(self) -> None:
         object.__setattr__(self, "A", positive("HyperbolicParaboloid", "A", self.A))
         object.__setattr__(self, "E", positive("HyperbolicParaboloid", "E", self.E))
-        check_within("HyperbolicParaboloid", self.within)
+        self.check_within()
 
     @property
     def surface(self) -> QuadricSurface:

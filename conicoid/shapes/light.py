@@ -19,7 +19,10 @@ Falloff: TypeAlias = Literal["none", "inverse_square"]
 
 @dataclass(frozen=True)
 class AmbientLight:
-    """Light from everywhere, without shadows. Several add up."""
+    """Light from everywhere, without shadows. Several add up.
+
+    intensity: linear, one number or a colour.
+    """
 
     intensity: Amount = 0.2
 
@@ -29,7 +32,10 @@ class AmbientLight:
 
 @dataclass(frozen=True)
 class DirectionalLight:
-    """Parallel light that travels along `direction`, like the sun's."""
+    """Parallel light that travels along `direction`, like the sun's.
+
+    intensity: linear, one number or a colour.
+    """
 
     direction: VectorLike
     intensity: Amount = 1.0
@@ -40,7 +46,12 @@ class DirectionalLight:
 
 @dataclass(frozen=True)
 class PointLight:
-    """Light from one point to all sides."""
+    """Light from one point to all sides.
+
+    position: the point.
+    intensity: linear, one number or a colour.
+    falloff: "none", the same at any distance, or "inverse_square": intensity / distance², so intensity at distance 1.
+    """
 
     position: VectorLike
     intensity: Amount = 1.0
@@ -55,7 +66,8 @@ class SpotLight:
     """A cone of light from `position` along `direction`.
 
     Full within `angle - soft_edge` degrees of the axis, nothing beyond `angle`; between them it
-    falls smoothly, as 3s² - 2s³ of the angle's share s of the edge.
+    falls smoothly, as 3s² - 2s³ of the angle's share s of the edge. `intensity` and `falloff` are those of a
+    `PointLight`.
     """
 
     position: VectorLike

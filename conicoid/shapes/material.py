@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
+from .calls import explained
 from .checker import Checker
 from .color import Amount, Color, checked_amount, checked_color, linear_rgb
 from .properties import NO_PROPERTIES, Properties
@@ -37,6 +38,7 @@ class Material:
     h = (R·E)^shininess ("phong") or (H·N)^shininess ("blinn_phong").
 
     color: diffuse reflectance, or a Checker.
+    highlight: "phong" or "blinn_phong", the formula of h.
     reflectivity: F of an opaque surface; with `fresnel` it is the value at normal incidence, and
         F = reflectivity + (1 - reflectivity) (1 - cos θ)⁵ (Schlick 1994).
     transparency: over 0 a solid is a dielectric: F is Fresnel's for unpolarised light, the ray is
@@ -95,6 +97,7 @@ DEFAULT = Material()
 """The material of bodies that are given none: matte light grey."""
 
 
+@explained
 def matte(
     color: Color | Checker = (0.8, 0.8, 0.8),
     ambient: float = 1.0,
@@ -112,6 +115,7 @@ def matte(
     return Material(color=color, ambient=ambient, diffuse=diffuse, name=name, properties=properties)
 
 
+@explained
 def phong(
     color: Color | Checker = (0.8, 0.8, 0.8),
     specular: Amount = 0.5,
@@ -123,12 +127,21 @@ def phong(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A plastic with Phong's highlight (R·E)^shininess."""
+    """A plastic with Phong's highlight (R·E)^shininess.
+
+    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
+    specular: how strong highlights are, in [0, 1]: one number, or a colour.
+    shininess: > 0; the greater, the smaller the highlight.
+    ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
+    reflectivity: the share of light that it mirrors, in [0, 1]: one number, or a colour.
+    name, properties: the user's own, as in `Material`.
+    """
     return Material(
         color, ambient, diffuse, specular, shininess, "phong", reflectivity, name=name, properties=properties
     )
 
 
+@explained
 def blinn_phong(
     color: Color | Checker = (0.8, 0.8, 0.8),
     specular: Amount = 0.5,
@@ -140,12 +153,21 @@ def blinn_phong(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A plastic with the half-vector highlight (H·N)^shininess."""
+    """A plastic with the half-vector highlight (H·N)^shininess.
+
+    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
+    specular: how strong highlights are, in [0, 1]: one number, or a colour.
+    shininess: > 0; the greater, the smaller the highlight.
+    ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
+    reflectivity: the share of light that it mirrors, in [0, 1]: one number, or a colour.
+    name, properties: the user's own, as in `Material`.
+    """
     return Material(
         color, ambient, diffuse, specular, shininess, "blinn_phong", reflectivity, name=name, properties=properties
     )
 
 
+@explained
 def lacquer(
     color: Color | Checker = (0.8, 0.8, 0.8),
     specular: Amount = 0.8,
@@ -155,13 +177,21 @@ def lacquer(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A colour under clear lacquer: a sharp highlight, and reflections that grow towards the rim."""
+    """A colour under clear lacquer: a sharp highlight, and reflections that grow towards the rim.
+
+    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
+    specular: how strong highlights are, in [0, 1]: one number, or a colour.
+    shininess: > 0; the greater, the smaller the highlight.
+    reflectivity: the share of light that it mirrors at normal incidence, in [0, 1]: one number, or a colour.
+    name, properties: the user's own, as in `Material`.
+    """
     return Material(
         color, specular=specular, shininess=shininess, reflectivity=reflectivity, fresnel=True,
         name=name, properties=properties,
     )  # fmt: skip
 
 
+@explained
 def mirror(
     reflectivity: Amount = 0.95, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
 ) -> Material:
@@ -174,6 +204,7 @@ def mirror(
     return Material(black, ambient=0.0, diffuse=0.0, reflectivity=reflectivity, name=name, properties=properties)
 
 
+@explained
 def glass(
     refractive_index: float = GLASS,
     absorption: Amount = 0.0,
@@ -205,6 +236,7 @@ def glass(
     )
 
 
+@explained
 def metal(
     color: Color = (0.9, 0.6, 0.3),
     shininess: float = 200.0,
@@ -213,7 +245,13 @@ def metal(
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
-    """A polished metal: highlight and reflections (times `reflectivity`) in its own tint, whiter towards the rim."""
+    """A polished metal: highlight and reflections (times `reflectivity`) in its own tint, whiter towards the rim.
+
+    color: the tint, linear rgb or a text in sRGB.
+    shininess: > 0; the greater, the smaller the highlight.
+    reflectivity: the share of light that it mirrors, in [0, 1].
+    name, properties: the user's own, as in `Material`.
+    """
     share = number("metal", "reflectivity", reflectivity)
     r, g, b = linear_rgb(color, "metal", "color")
     tint = (share * r, share * g, share * b)

@@ -16,7 +16,7 @@ import numpy as np
 
 from . import exact as ex
 from .carried import said
-from .validate import LARGEST, matrix4, number, numbers, vector
+from .validate import LARGEST, matrix4, number, numbers, shown, vector
 from .vector import FloatArray, Matrix4, Vector
 
 Affine: TypeAlias = tuple[ex.Rows, ex.Row]
@@ -127,12 +127,14 @@ class Motion:
         return self.then(Motion((Translate(vector("translate", "offset", offset)),)))
 
     def rotate(self, axis: Any, degrees: Any) -> Motion:
-        step = Rotate(vector("rotate", "axis", _named_axis(axis), nonzero=True), number("rotate", "degrees", degrees))
+        step = Rotate(named_axis("rotate", "axis", axis), number("rotate", "degrees", degrees))
         return self.then(Motion((step,)))
 
     def scale(self, factors: Any) -> Motion:
         if isinstance(factors, (int, float, np.number)):
             factors = (factors, factors, factors)
+        if isinstance(factors, str):
+            raise ValueError(f"scale: factors must be one number or 3 numbers, got {shown(factors)}")
         x, y, z = numbers("scale", "factors", factors, 3)
         if x == 0 or y == 0 or z == 0:
             raise ValueError(f"scale: factors must not be zero, got {(x, y, z)}")
@@ -197,11 +199,19 @@ class Motion:
                 raise ValueError(f"{owner}: {name} must have entries of magnitude up to {LARGEST:g}, got {largest}")
 
 
-def _named_axis(axis: Any) -> Any:
-    """The vector of "x", "y" or "z", with or without a sign; anything else as it is."""
-    name = axis.removeprefix("+") if isinstance(axis, str) else ""
-    sign, letter = (-1.0, name[1:]) if name.startswith("-") else (1.0, name)
-    return tuple(sign if letter == c else 0.0 for c in "xyz") if letter in ("x", "y", "z") else axis
+AXES: dict[str, Vector] = {
+    f"{sign}{letter}": (ends[0], ends[1], ends[2])
+    for sign, size in (("", 1.0), ("+", 1.0), ("-", -1.0))
+    for letter, ends in zip("xyz", ((size, 0.0, 0.0), (0.0, size, 0.0), (0.0, 0.0, size)), strict=True)
+}
+"""The axes that have names."""
+
+
+def named_axis(owner: str, field: str, axis: Any) -> Vector:
+    """The vector of "x", "y" or "z", with or without a sign, or three numbers that are not all 0."""
+    if isinstance(axis, str) and axis not in AXES:
+        raise ValueError(f"{owner}: {field} must be 3 numbers, or 'x', 'y', 'z', '-x', '-y', '-z', got {shown(axis)}")
+    return AXES[axis] if isinstance(axis, str) else vector(owner, field, axis, nonzero=True)
 
 
 STILL = Motion()

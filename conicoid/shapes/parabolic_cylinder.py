@@ -9,7 +9,7 @@ from .box import Box
 from .surface import QuadricSurface
 from .validate import positive
 from .vector import Vector
-from .within import WithinBox, check_within
+from .within import WithinBox
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class ParabolicCylinder(WithinBox):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "G", positive("ParabolicCylinder", "G", self.G))
-        check_within("ParabolicCylinder", self.within)
+        self.check_within()
 
     @property
     def surface(self) -> QuadricSurface:

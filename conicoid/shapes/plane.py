@@ -17,7 +17,7 @@ from .vector import Box, Vector, VectorLike
 
 @dataclass(frozen=True)
 class Plane(PrimitiveSheet):
-    """normal·x = offset. A one-sided plane is seen only by rays with normal·direction < 0.
+    """normal·x = offset. With `one_sided` it is seen only by rays with normal·direction < 0.
 
     Face 0. uv: Cartesian coordinates on the plane about the foot of the perpendicular from the origin;
     u points to the coordinate axis that is least along the normal, v = normal × u.

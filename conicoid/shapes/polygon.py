@@ -21,7 +21,7 @@ _FLATNESS = 64
 
 @dataclass(frozen=True)
 class Polygon(PrimitiveSheet):
-    """A closed loop of points in a plane; inside by even-odd, so it may be concave or cross itself.
+    """A closed loop of `vertices` in a plane; inside by even-odd, so it may be concave or cross itself.
 
     The plane is Newell's; its normal sees the loop counter-clockwise. A vertex may lie off it by 64 units
     in the last place of the largest coordinate, more is refused. Face 0. uv: coordinates along the first edge

@@ -47,7 +47,7 @@ class Boolean(Solid, abstract=True):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Union(Boolean):
-    """Inside any operand: ``a | b``. Faces: those of the operands, numbered on from left to right."""
+    """Inside any of the `operands`: ``a | b``. Faces: those of the operands, numbered on from left to right."""
 
     operands: tuple[Solid, ...]
 
@@ -57,7 +57,7 @@ class Union(Boolean):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Intersection(Boolean):
-    """Inside every operand: ``a & b``. Faces: those of the operands, numbered on from left to right."""
+    """Inside all `operands`: ``a & b``. Faces: those of the operands, numbered on from left to right."""
 
     operands: tuple[Solid, ...]
 
@@ -67,7 +67,7 @@ class Intersection(Boolean):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Difference(Boolean):
-    """Inside the first operand and outside the others: ``a - b``. A cut shows the cutter's face number."""
+    """Inside the first of the `operands` and outside the others: ``a - b``. A cut shows the cutter's face number."""
 
     operands: tuple[Solid, ...]
 
@@ -92,7 +92,7 @@ class Complement(Boolean):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Painted(Boolean):
-    """The same solid, its faces in a material of their own, which they keep in any Boolean combination.
+    """The solid `operand`, its faces in a material of their own, which they keep in any Boolean combination.
 
     ``body - bore.painted(red)`` has red cuts. The material is the body's everywhere else; what light does
     inside a transparent body, too. Where paint is put on paint the inner one stays. A colour is the matte material.

@@ -15,7 +15,7 @@ from .vector import Vector, VectorLike
 
 @dataclass(frozen=True)
 class Sphere(PrimitiveSolid):
-    """|x - center|² <= radius².  Own frame: axes of the world about the center.
+    """|x - center|² <= radius², `radius` > 0. Own frame: axes of the world about the center.
 
     uv: (angle about z / 360, height from south to north pole in [0, 1]).  Face 0.
     Source: the ray tracing notes, "ray and sphere".

@@ -88,9 +88,32 @@ class Spheres(Solid):
     def bounds_under(self, outer: Motion) -> Box:
         if len(self) == 0:
             return EVERYWHERE[1], EVERYWHERE[0]
+        motion = self.motion.then(outer)
+        shift = np.zeros(3) if motion.is_identity else motion.shift
+        if shift is not None:
+            ends = (_raised(sign * self.centers, sign * np.array(shift), self.radii[:, None]) for sign in (-1.0, 1.0))
+            low, high = (end.max(axis=0) for end in ends)
+            return 0.0 - low, high + 0.0
         centers, linear, _ = self.placed(outer)
         reach = self.radii[:, None] * np.sqrt((linear**2).sum(axis=1))
-        return np.nextafter((centers - reach).min(axis=0), -np.inf), np.nextafter((centers + reach).max(axis=0), np.inf)
+        low, high = (centers - reach).min(axis=0), (centers + reach).max(axis=0)
+        return np.where(low == 0, 0.0, np.nextafter(low, -np.inf)), np.where(high == 0, 0.0, np.nextafter(high, np.inf))
+
+
+def _raised(one: FloatArray, other: FloatArray, third: FloatArray) -> FloatArray:
+    """The sum of three, or the next float where that is below it: so an end that is 0 on paper is 0."""
+    first, lost = _two_sum(one, other)
+    total, more = _two_sum(first, third)
+    small, least = _two_sum(lost, more)
+    total, rest = _two_sum(total, small)
+    return np.where(rest + least > 0, np.nextafter(total, np.inf), total)
+
+
+def _two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A sum and what rounding took from it (Knuth)."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
 
 
 def _floats(field: str, values: Any) -> FloatArray:

@@ -31,6 +31,7 @@ class TwoSheetHyperboloid(EllipticSolid):
         object.__setattr__(self, "E", positive("TwoSheetHyperboloid", "E", self.E))
         object.__setattr__(self, "H", positive("TwoSheetHyperboloid", "H", self.H))
         object.__setattr__(self, "z_range", interval("TwoSheetHyperboloid", "z_range", self.z_range))
+        self.check_range()
 
     @property
     def squares(self) -> tuple[Any, Any]:

@@ -150,10 +150,14 @@ def numbers(owner: str, field: str, value: Any, count: int) -> tuple[float, ...]
     items = _items(value)
     if items is None:
         kind = "the number " if _is_number(value) and isinstance(value, (int, float, np.number)) else ""
-        raise ValueError(f"{owner}: {field} must be {count} numbers, got {kind}{shown(value)}")
+        raise ValueError(f"{owner}: {field} must be {_of_numbers(count)}, got {kind}{shown(value)}")
     if len(items) != count:
-        raise ValueError(f"{owner}: {field} must be {count} numbers, got {len(items)}: {shown(value)}")
+        raise ValueError(f"{owner}: {field} must be {_of_numbers(count)}, got {len(items)}: {shown(value)}")
     return tuple(number(owner, f"{field}[{i}]", item) for i, item in enumerate(items))
+
+
+def _of_numbers(count: int) -> str:
+    return "a list of 1 number" if count == 1 else f"{count} numbers"
 
 
 def interval(owner: str, field: str, value: Any) -> tuple[float, float] | None:

@@ -7,16 +7,17 @@ import itertools
 import math
 from abc import abstractmethod
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from .base import PrimitiveSolid
 from .box import Box
+from .calm import calm
 from .cells import UV, Cell, Face, flat, moved_uv
 from .motion import STILL
 from .support import real_roots, sum_up
 from .surface import QuadricSurface
+from .validate import shown
 from .vector import FloatArray, Vector
 
 _BOUNDARY, _GROWN = 1e-13, 64 * 2.0**-53
@@ -32,6 +33,19 @@ class WithinBox(PrimitiveSolid, abstract=True):
     """
 
     within: Box | None
+
+    @calm
+    def check_within(self) -> None:
+        """Refuse anything but None and a box that holds something of the solid."""
+        owner, box = type(self).__name__, self.within
+        if box is None:
+            return
+        if not isinstance(box, Box):
+            raise ValueError(f"{owner}: within must be a Box or None, got {type(box).__name__}")
+        if _Cut(self.surface, box).support(np.array([0.0, 0.0, 1.0])) == -math.inf:
+            raise ValueError(
+                f"{owner}: within must hold a part of the solid, which has nothing in it, got {shown(box)}"
+            )
 
     @property
     @abstractmethod
@@ -155,9 +169,3 @@ def _coordinates(axes: tuple[int, int], box: Box | None = None) -> UV:
 def _unit(index: int, length: float) -> Vector:
     x, y, z = (length if i == index else 0.0 for i in range(3))
     return x, y, z
-
-
-def check_within(owner: str, value: Any) -> None:
-    """Refuse anything but a box or None."""
-    if value is not None and not isinstance(value, Box):
-        raise ValueError(f"{owner}: within must be a Box or None, got {type(value).__name__}")

@@ -51,11 +51,11 @@ def turntable(
     keep: bool = True,
     progress: Callable[[int, int], Any] | None = None,
 ) -> int:
-    """A scene turned about once in `seconds`, as a .gif, .webp or .mp4 of so many frames; how many were rendered.
+    """A `scene` turned about once in `seconds`, a .gif, .webp or .mp4 at `path`; returns how many frames were rendered.
 
     The camera (that given, the scene's, or one that fits) goes around the point it looks at, about its `up`; the
     scene seems to turn counterclockwise. Lights of the scene's own turn with it, others stand still.
-    The other options are those of `render`.
+    `width`, `height`, `samples`, `integrator`, `seed`, `depth`, `axes`, `labels` and `normals` are those of `render`.
 
     Frames are .png files in `folder` (by default `spin-frames` beside spin.gif), named by all that they are made
     from. Those that are there already are taken: a turntable that was interrupted goes on, a changed scene has

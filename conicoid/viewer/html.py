@@ -84,6 +84,9 @@ def markup(preview: str) -> str:
 def export(scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str | None = None) -> None:
     """Write the scene as one HTML file that works from a disk.
 
+    path: of the file, .html.
+    title: of the page; by default the file's name.
+
     Raises ValueError for a scene that a browser cannot hold, with the limit, and for another suffix than .html;
     OSError where it cannot be written.
     """

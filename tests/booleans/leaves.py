@@ -204,7 +204,12 @@ def random_leaf(r: np.random.Generator) -> Leaf:
         lambda: parabolic_cylinder(some(0.2, 1), within),
         lambda: quadric((lambda m: (m + m.T).tolist())(r.uniform(-1, 1, (4, 4)))),
     ]
-    return makers[r.integers(len(makers))]()
+    while True:
+        try:
+            return makers[r.integers(len(makers))]()
+        except ValueError as error:  # a box that leaves nothing of the solid is refused
+            if "a part of the solid" not in str(error):
+                raise
 
 
 def grid_leaf(r: np.random.Generator) -> Leaf:

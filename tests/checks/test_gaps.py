@@ -160,3 +160,66 @@ def test_a_domain_in_a_file_is_a_solid(tmp_path):
     path.write_text("domain: {Disc: {center: [0, 0, 0], normal: [0, 0, 1], radius: 1}}\nbodies: []\n")
     with pytest.raises(co.SceneFileError, match="domain"):
         co.load(path)
+
+
+def apart(*gaps: tuple[float, float], wide: float = 1.0) -> co.Scene:
+    """A slab of the width 1 with gaps along x, all of them between the same two planes."""
+    rest = co.Box((0, 0, 0), (10, wide, 1))
+    for low, high in gaps:
+        rest = rest - co.Box((low, -1, 0.25), (high, wide + 1, 0.75))
+    return co.Scene(rest, domain=co.Box((0, 0, 0), (10, wide, 1)))
+
+
+def test_gaps_beside_one_wall_are_told_apart():
+    """Three holes with the same floor and the same ceiling are three regions, and each has its own volume."""
+    holes = (1.0, 2.0), (4.0, 4.5), (7.0, 9.0)
+    found = undefined(apart(*holes))
+    for finding, (low, high) in zip(found, sorted(holes, key=lambda hole: hole[0] - hole[1]), strict=True):
+        assert low < finding.point[0] < high
+        assert 0.25 < finding.point[2] < 0.75
+        assert abs(finding.size - (high - low) / 2) < 5 * finding.size_error
+        assert 0 < finding.size_error < 0.05 * finding.size
+        assert f" ± {finding.size_error:.1g}; seen by" in finding.message
+
+
+def test_standard_errors_are_those_of_many_seeds():
+    """Five sigma of a volume that a formula gives, and errors as large as the scatter."""
+    scene = apart((1.0, 3.0), (3.5, 4.0))
+    found = [undefined(scene, rays=1500, seed=seed) for seed in range(12)]
+    for place, volume in ((0, 1.0), (1, 0.25)):
+        sizes = np.array([findings[place].size for findings in found])
+        errors = np.array([findings[place].size_error for findings in found])
+        assert (abs(sizes - volume) < 5 * errors).all()
+        assert 0.4 < sizes.std(ddof=1) / errors.mean() < 2.5
+
+
+@pytest.mark.parametrize("thin", [0.05, 0.005])
+def test_a_thin_shell_is_one_region(thin):
+    """Its parts see only those beside them."""
+    low, high = (-3, -3, -3), (3, 3, 3)
+    rest = co.Box(low, high) - co.Sphere(2 + thin) | co.Sphere(2)
+    found = undefined(co.Scene(rest, domain=co.Box(low, high)))
+    volume = 4 / 3 * PI * ((2 + thin) ** 3 - 8)
+    assert len(found) == 1
+    assert abs(found[0].size - volume) < 5 * found[0].size_error
+
+
+def test_bent_gaps_are_one_region():
+    """A channel around three sides of a block, which is seen around corners by parts between."""
+    block = co.Box((0, 0, 0), (4, 4, 1))
+    channel = co.Box((1, 1, -1), (1.2, 3, 2)) | co.Box((1, 2.8, -1), (3, 3, 2)) | co.Box((2.8, 1, -1), (3, 3, 2))
+    (found,) = undefined(co.Scene(block - channel, domain=block))
+    assert abs(found.size - (0.2 * 2 + 1.6 * 0.2 + 0.2 * 2)) < 5 * found.size_error
+
+
+def test_regions_that_touch_in_an_edge_are_apart():
+    box = co.Box((0, 0, 0), (2, 2, 1))
+    scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 1, 0), (2, 2, 1))], domain=box)
+    found = undefined(scene)
+    assert len(found) == 2
+    assert all(abs(finding.size - 1) < 5 * finding.size_error for finding in found)
+
+
+def test_findings_of_other_kinds_have_no_standard_error():
+    found = co.check(co.Scene([co.Sphere(), co.Sphere(1, (0.5, 0, 0))]), rays=3000)
+    assert [finding.size_error for finding in found] == [0.0] * len(found) != []

@@ -187,7 +187,7 @@ def deep_scene():
 
 def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
     scene, rays = deep_scene()
-    arrays = arrays_of(scene.prepared, rays, 0.0, math.inf)
+    arrays = arrays_of("first_hit", scene.prepared, rays, 0.0, math.inf)
 
     @numba.njit
     def seen(geometry, arrays):

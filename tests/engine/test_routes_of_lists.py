@@ -28,7 +28,9 @@ def rays_of(width):
 def share_of_packets(scene, rays, t_min=0.0):
     """Which part of packets is coherent, and so traced as such."""
     width, packets = _packets(rays)
-    found = coherent_packets(scene.geometry, arrays_of(scene.prepared, rays, t_min, math.inf), width, packets, packets)
+    found = coherent_packets(
+        scene.geometry, arrays_of("spans", scene.prepared, rays, t_min, math.inf), width, packets, packets
+    )
     return found / packets
 
 

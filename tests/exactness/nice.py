@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..oracle.cases import Case
-from ..oracle.samples import KINDS
+from ..oracle.samples import KINDS, something_left
 
 Random = np.random.Generator
 INFINITE = float("inf")
@@ -177,6 +177,9 @@ PLAIN: dict[str, Callable[[Random], Case]] = {
     "Polygon": polygon,
     "CylinderPatch": lambda r: cylinder(r, "CylinderPatch"),
 }  # fmt: skip
+for _name in ("Ellipsoid", "EllipticParaboloid", "TwoSheetHyperboloid", "HyperbolicParaboloid", "HyperbolicCylinder",
+              "ParabolicCylinder"):  # fmt: skip
+    PLAIN[_name] = something_left(PLAIN[_name])
 PARTS = ("Sphere", "Ellipsoid", "Box", "Box", "Cylinder", "Cone", "Polyhedron", "OneSheetHyperboloid", "HalfSpace")
 
 

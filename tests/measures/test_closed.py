@@ -104,7 +104,7 @@ def test_sheets():
     [
         co.Sphere() - co.Sphere(),
         co.Sphere() & co.Sphere(1, (5, 0, 0)),
-        co.TwoSheetHyperboloid(1, 1, 1, (-0.5, 0.5)),
+        co.TwoSheetHyperboloid(1, 1, 1) & co.Box((-9, -9, -0.5), (9, 9, 0.5)),
         co.Polyhedron([(1, 0, 0), (-1, 0, 0)], [0, -1]),
         co.Sphere(1) - co.Box((-2, -2, -2), (2, 2, 2)),
         co.Spheres([], 1),

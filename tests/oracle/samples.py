@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+import conicoid as co
+
 from .cases import Case
 from .solids import COMBINED
 
@@ -273,6 +275,23 @@ def spheres(r: Random, s: float) -> Case:
     return Case("Spheres", {"centers": centers, "radii": radii}, floats(corner), s)
 
 
+def something_left(make: Callable[..., Case]) -> Callable[..., Case]:
+    """Cases that are drawn again where a range or a box leaves nothing of the solid, which the library refuses."""
+
+    def again(*arguments: Any) -> Case:
+        while True:
+            case = make(*arguments)
+            try:
+                case.shape(co)
+            except ValueError as error:
+                if "a part of the solid" not in str(error):
+                    raise
+            else:
+                return case
+
+    return again
+
+
 PRIMITIVES: dict[str, Callable[[Random, float], Case]] = {
     "Sphere": sphere, "Ellipsoid": ellipsoid, "Box": box, "Cylinder": cylinder, "Cone": cone,
     "DoubleCone": double_cone, "EllipticParaboloid": elliptic("EllipticParaboloid", 2),
@@ -284,6 +303,9 @@ PRIMITIVES: dict[str, Callable[[Random, float], Case]] = {
     "Quadric": quadric, "HalfSpace": half_space, "Polyhedron": polyhedron,
     "Spheres": spheres, "Plane": plane_sheet, "Disc": disc, "Triangle": triangle, "Polygon": polygon, "CylinderPatch": cylinder_patch,
 }  # fmt: skip
+for _name in ("Ellipsoid", "EllipticParaboloid", "TwoSheetHyperboloid", "HyperbolicParaboloid", "HyperbolicCylinder",
+              "ParabolicCylinder"):  # fmt: skip
+    PRIMITIVES[_name] = something_left(PRIMITIVES[_name])
 BUILDING_BLOCKS = (
     "Sphere",
     "Ellipsoid",

@@ -95,6 +95,16 @@ def box_forms(low: Sequence[float], high: Sequence[float]) -> list[Any]:
     ]
 
 
+def something_left(make: Any, rng: np.random.Generator) -> Leaf:
+    """Drawn again where a range leaves nothing of the solid, which is refused."""
+    while True:
+        try:
+            return make(rng)
+        except ValueError as error:
+            if "a part of the solid" not in str(error):
+                raise
+
+
 def quadric(rng: np.random.Generator) -> Leaf:
     """One of the quadrics of the interface, in its own frame."""
     a, e, h = value(rng), value(rng), value(rng)
@@ -178,7 +188,7 @@ class Pair:
 
 def random_pair(rng: np.random.Generator) -> Pair:
     """The second leaf may be moved against the first by halves; the whole is moved by up to three steps."""
-    first, second = (quadric(rng) if rng.random() < 0.85 else flat(rng) for _ in range(2))
+    first, second = (something_left(quadric, rng) if rng.random() < 0.85 else flat(rng) for _ in range(2))
     if rng.random() < 0.5:
         factors, shift = rng.choice([0.5, 1.0, 1.0, -2.0], 3).tolist(), rng.choice([0.0, 0.0, 1.0, -0.5], 3).tolist()
         second = Leaf(second.solid.scale(tuple(factors)).translate(tuple(shift)),

@@ -80,7 +80,7 @@ KNOWN = [
     # The widest section in the range is at z = 1: sqrt(1 - 1/9)
     (Ellipsoid((1, 2, 3), z_range=(1, 2)), (-2 * R2 / 3, -4 * R2 / 3, 1), (2 * R2 / 3, 4 * R2 / 3, 2)),
     (Ellipsoid((1, 2, 3), z_range=(-1, 9)), (-1, -2, -1), (1, 2, 3)),
-    (Ellipsoid((1, 2, 3), z_range=(4, 5)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (Ellipsoid((1, 2, 3)) & HalfSpace((0, 0, -1), -4), (INF, INF, INF), (-INF, -INF, -INF)),
     # A ball of radius 1 turned by any angle
     (Ellipsoid((1, 1, 1)).rotate((1, 2, 3), 77), (-1, -1, -1), (1, 1, 1)),
     # An ellipse turned by 45°: sqrt((a² + b²) / 2)
@@ -103,13 +103,13 @@ KNOWN = [
     (EllipticParaboloid(1, 4, (1, 4)), (-2, -1, 1), (2, 1, 4)),
     (EllipticParaboloid(1, 4, (-3, 4)), (-2, -1, 0), (2, 1, 4)),
     (EllipticParaboloid(1, 4).rotate((1, 0, 0), 90), (-INF, -INF, -INF), (INF, 0, INF)),
-    (EllipticParaboloid(1, 4, (-3, -1)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (EllipticParaboloid(1, 4) & HalfSpace((0, 0, 1), -1), (INF, INF, INF), (-INF, -INF, -INF)),
     (OneSheetHyperboloid(1, 4, 1), (-INF, -INF, -INF), (INF, INF, INF)),
     (OneSheetHyperboloid(1, 4, 1, (-1, R3)), (-2, -1, -1), (2, 1, R3)),
     (TwoSheetHyperboloid(1, 1, 4), (-INF, -INF, -INF), (INF, INF, INF)),
     (TwoSheetHyperboloid(1, 1, 4, (0, INF)), (-INF, -INF, 0.5), (INF, INF, INF)),
     (TwoSheetHyperboloid(1, 1, 4, (-2, 1)), (-math.sqrt(15), -math.sqrt(15), -2), (math.sqrt(15), math.sqrt(15), 1)),
-    (TwoSheetHyperboloid(1, 1, 4, (-0.4, 0.4)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (TwoSheetHyperboloid(1, 1, 4) & Box((-9, -9, -0.4), (9, 9, 0.4)), (INF, INF, INF), (-INF, -INF, -INF)),
     (EllipticCone(1, 4, 1, (-1, 2)), (-2, -1, -1), (2, 1, 2)),
     (EllipticCylinder(1, 4), (-1, -0.5, -INF), (1, 0.5, INF)),
     (EllipticCylinder(1, 4, (2, 3)).translate((0, 0, 1)), (-1, -0.5, 3), (1, 0.5, 4)),
@@ -120,7 +120,7 @@ KNOWN = [
     (HyperbolicParaboloid(1, 1, Box((-2, 0, -9), (2, 0.5, 0))), (-0.5, 0, -0.25), (0.5, 0.5, 0)),
     (HyperbolicCylinder(1, 1), (-INF, -INF, -INF), (INF, INF, INF)),
     (HyperbolicCylinder(1, 1, Box((-9, -1, 0), (9, 1, 2))), (-R2, -1, 0), (R2, 1, 2)),
-    (HyperbolicCylinder(1, 1, Box((2, -1, 0), (9, 1, 2))), (INF, INF, INF), (-INF, -INF, -INF)),
+    (HyperbolicCylinder(1, 1) & Box((2, -1, 0), (9, 1, 2)), (INF, INF, INF), (-INF, -INF, -INF)),
     (HyperbolicCylinder(1, 1, Box((2, -2, 0), (9, 1, 2))), (2, -2, 0), (math.sqrt(5), -R3, 2)),
     (ParabolicCylinder(2), (-INF, 0, -INF), (INF, INF, INF)),
     (ParabolicCylinder(2).rotate((0, 0, 1), 90), (-INF, -INF, -INF), (0, INF, INF)),

@@ -116,7 +116,7 @@ def test_numbers_of_faces() -> None:
     assert numbers(Ellipsoid(z_range=(-9, 1))) == [0, 2]
     assert numbers(Ellipsoid(z_range=(-3, 3))) == [0]
     assert numbers(EllipticParaboloid(1, 1, (0, 1))) == [0, 2]
-    assert numbers(TwoSheetHyperboloid(1, 1, 1, (0, 1))) == [0, 1, 2]
+    assert numbers(TwoSheetHyperboloid(1, 1, 1, (0, 2))) == [0, 1, 2]
     assert numbers(DoubleCone(1, (-math.inf, 1))) == [0, 2]
     assert numbers(ParabolicCylinder(1, Box())) == [0, 1, 2, 3, 4, 5, 6]
 

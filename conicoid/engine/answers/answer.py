@@ -9,6 +9,7 @@ import numpy as np
 
 from ...shapes.carried import restore
 from ...shapes.labels import Labels
+from .no_array import NoArray
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -26,7 +27,7 @@ class NoScene:
 NO_SCENE: Any = NoScene()
 
 
-class Answer:
+class Answer(NoArray):
     """Hits, spans or crossings: read-only, and equal where all their fields are.
 
     Pickled or `detached`, they keep all their fields and do not keep the scene.
@@ -113,19 +114,6 @@ class Answer:
     def __deepcopy__(self, memo: Any) -> Self:
         del memo  # all of it is read-only
         return self.__copy__()
-
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
-        del copy
-        return boxed(self, dtype)
-
-
-def boxed(thing: Any, dtype: Any) -> Any:
-    """An object as an array () of itself, which is how NumPy's files can keep it; never one of its parts."""
-    if dtype is not None and np.dtype(dtype) != np.dtype(object):
-        raise TypeError(f"{type(thing).__name__} is no array of numbers: its fields are")
-    box = np.empty((), object)
-    box[()] = thing
-    return box
 
 
 def _same(one: Any, other: Any) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from ...shapes.carried import read_only
 from ...shapes.labels import counted
 from ...shapes.validate import npz_path, shown
-from .rays import Rays
+from .rays import Rays, refuse_name
 
 
 class ByRay:
@@ -24,8 +24,29 @@ class ByRay:
     offsets: Any
     _rays: Rays
 
+    @property
+    def rays(self) -> Rays:
+        """Those that were asked."""
+        return self._rays
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape of the rays; how many rows each has is np.diff(offsets)."""
+        return self._rays.shape
+
+    @classmethod
+    def concatenate(cls, parts: Iterable[Self]) -> Self:
+        """Rows of rays one after the other along the first axis of the rays; single ones count as rows of one.
+
+        `parts` are of one scene, with it or without. Raises TypeError for what is of another kind, ValueError for none
+        at all, for shapes that do not fit and for different scenes, whose body numbers mean different things.
+        """
+        from .joined import joined_lists
+
+        return joined_lists(cls, parts)
+
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write all fields as a .npz file, which `load` reads; the scene stays behind, as with `detached`.
+        """Write all fields as a .npz file at `path`, which `load` reads; the scene stays behind, as with `detached`.
 
         The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
         """
@@ -35,7 +56,7 @@ class ByRay:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
-        """What is in a file that `save` wrote, detached from its scene. Nothing in a file is executed.
+        """What is in the file at `path` that `save` wrote, detached from its scene. Nothing in a file is executed.
 
         Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
         """
@@ -60,18 +81,12 @@ class ByRay:
 
     def __getitem__(self, index: Any) -> Self:
         """The rows of a flat ray, or of several."""
-        if np.shape(index) == self._rays.shape != () and np.asarray(index).dtype == np.bool_:
-            index = np.ravel(index)
-        is_flat = np.ndim(index) < 2 and not (isinstance(index, tuple) and len(index) != 1)
-        which = np.arange(len(self))[index] if is_flat else None
-        if which is None or which.ndim > 1:
-            raise IndexError(
-                f"{type(self).__name__}: index must be a number, a slice, a list of numbers or a mask over the "
-                f"{counted(len(self), 'ray', 'rays')}, got {shown(index)}"
-            )
-        counts = np.diff(self.offsets)[which]
-        offsets = np.concatenate([[0], np.cumsum(np.atleast_1d(counts))])
-        first = np.repeat(self.offsets[which], counts)
+        refuse_name(self, index)
+        which = self._which(index)
+        flat = np.ravel(which)
+        counts = np.diff(self.offsets)[flat]
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        first = np.repeat(self.offsets[flat], counts)
         rows = first + np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
         part = object.__new__(type(self))
         kept = {name: value for name, value in vars(self).items() if not hasattr(type(self), name)}
@@ -88,3 +103,28 @@ class ByRay:
         )
         read_only(part)
         return part
+
+    def _which(self, index: Any) -> Any:
+        """The numbers of the flat rays that an index selects."""
+        if np.shape(index) == self._rays.shape != () and np.asarray(index).dtype == np.bool_:
+            index = np.ravel(index)
+        is_flat = np.ndim(index) < 2 and not (isinstance(index, tuple) and len(index) != 1)
+        which = np.arange(len(self))[index] if is_flat else None
+        if which is None or which.ndim > 1:
+            raise IndexError(
+                f"{type(self).__name__}: index must be a number, a slice, a list of numbers or a mask over the "
+                f"{counted(len(self), 'ray', 'rays')}, got {shown(index)}{self._meant(index)}"
+            )
+        return which
+
+    def _meant(self, index: Any) -> str:
+        """What may be meant by several numbers: a ray of a picture by its axes, or a row of a ray."""
+        if not isinstance(index, tuple) or not all(isinstance(i, int) for i in index):
+            return ""
+        name, shape = type(self).__name__.lower(), self._rays.shape
+        if len(index) == len(shape) > 1 and all(-n <= i < n for i, n in zip(index, shape, strict=True)):
+            flat = int(np.arange(len(self)).reshape(shape)[index])
+            return f"; rays are counted flat: that of the index {index} is {name}[{flat}]"
+        if len(index) == 2 and len(shape) < 2:
+            return f"; one row of one ray is {name}[{index[0]}].{self._columns[0]}[{index[1]}]"
+        return ""

@@ -22,7 +22,7 @@ from ..ray import DEAD
 from ..threads import run_chunks
 from .answer import NO_SCENE, Answer
 from .fields import faces_of, local_points_of, normals_of, points_along, uvs_of
-from .rays import Rays, lines_of, points_array
+from .rays import Rays, lines_of, points_array, refuse_name
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -43,17 +43,35 @@ class Hits(Answer):
     point, local_point, normal   float64 (..., 3); NaN for a miss; the normal is unit and outward
     uv        float64 (..., 2); NaN for a miss
     name, material   objects (...): what the body is called and made of; None for a miss
+    rays      Rays (...): those that were asked; of one hit, its own ray
+    shape, ndim, size   those of `t`
 
     Pickled, or `detached`, hits keep all these fields and do not keep the scene.
     """
 
     rays: Rays
+    instead = "hits.t, hits.point, hits.normal and hits.body"
     _found: Found
     _doubtful: npt.NDArray[np.int64]
     _views = ("t", "body", "surface", "face", "entering", "doubtful")
 
     def __init__(self, scene: Prepared, rays: Rays, found: Found, doubtful: Any = ()) -> None:
         vars(self).update(_scene=scene, rays=rays, _found=found, _doubtful=np.asarray(doubtful, np.int64))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape, that of `t`."""
+        return self.rays.shape
+
+    @property
+    def ndim(self) -> int:
+        """How many axes `t` has; 0 for a single ray."""
+        return len(self.rays.shape)
+
+    @property
+    def size(self) -> int:
+        """How many hits there are, misses among them."""
+        return len(self._found.t)
 
     def _shaped(self, array: Any, *last: int) -> Any:
         result = array.reshape((*self.rays.shape, *last))
@@ -201,7 +219,7 @@ class Hits(Answer):
         return Rays._spawned(self._points.reshape(shape).copy(), d, starts, self._home)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write all fields as a .npz file, which `co.Hits.load` reads; the scene stays behind, as with `detached`.
+        """Write all fields as a .npz file at `path`, which `co.Hits.load` reads; the scene stays behind.
 
         The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
         """
@@ -211,7 +229,7 @@ class Hits(Answer):
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Hits:
-        """The hits in a file that `save` wrote, detached from their scene. Nothing in a file is executed.
+        """The hits in the file at `path` that `save` wrote, detached from their scene. Nothing in a file is executed.
 
         Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
         """
@@ -223,8 +241,8 @@ class Hits(Answer):
     def concatenate(parts: Iterable[Hits]) -> Hits:
         """Hits one after the other along the first axis, like `np.concatenate`; single ones count as rows of one.
 
-        They are of one scene, with it or without. Raises TypeError for what is no Hits, ValueError for none at all, for
-        shapes that do not fit and for hits of different scenes, whose body numbers mean different things.
+        `parts` are of one scene, with it or without. Raises TypeError for what is no Hits, ValueError for none at all,
+        for shapes that do not fit and for hits of different scenes, whose body numbers mean different things.
         """
         from .joined import joined_hits
 
@@ -246,6 +264,7 @@ class Hits(Answer):
 
     def __getitem__(self, index: Any) -> Hits:
         """The hits that an index or mask over the rays' shape selects."""
+        refuse_name(self, index)
         rows = np.arange(len(self._found.t)).reshape(self.rays.shape)[index]
         flat = np.atleast_1d(rows).ravel()
         doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()

@@ -1,4 +1,4 @@
-"""Hits of several questions as one."""
+"""Hits, spans or crossings of several questions as one."""
 
 from __future__ import annotations
 
@@ -41,6 +41,51 @@ def joined_hits(parts: Any) -> Hits:
     return _detached([part.detached() for part in given], rays, found, doubtful)
 
 
+def joined_lists(kind: Any, parts: Any) -> Any:
+    """Spans or crossings of one ray after the other (see `ByRay.concatenate`)."""
+    name = kind.__name__
+    if isinstance(parts, kind) or not isinstance(parts, Iterable):
+        raise TypeError(f"{name}: parts must be a list of {name}, got {what(parts)}")
+    given = list(parts)
+    for i, part in enumerate(given):
+        if not isinstance(part, kind):
+            raise TypeError(f"{name}: parts[{i}] must be {name}, got {what(part)}")
+    if not given:
+        raise ValueError(f"{name}: parts must hold at least one {name}, got none")
+    try:
+        rays = Rays.concatenate(part._rays for part in given)
+    except ValueError as error:
+        raise ValueError(str(error).replace("Rays:", f"{name}:", 1)) from None
+    is_one = given[0]._scene is not NO_SCENE and all(part._scene is given[0]._scene for part in given)
+    rows = given if is_one else [part.detached() for part in given]
+    counts = np.concatenate([np.diff(part.offsets) for part in rows])
+    state = {"_rays": rays, "offsets": np.concatenate([[0], np.cumsum(counts)]).astype(rows[0].offsets.dtype)}
+    columns = kind._columns if is_one else [n for n, v in vars(rows[0]).items() if isinstance(v, np.ndarray)]
+    for column in columns:
+        if column not in state:
+            axis = -1 if column in kind._columns else 0
+            state[column] = np.concatenate([getattr(part, column) for part in rows], axis=axis)
+    result = object.__new__(kind)
+    result.__setstate__({**vars(rows[0]), **state} if not is_one else state | _counts(rows[0]))
+    if is_one:
+        vars(result)["_scene"] = given[0]._scene
+    else:
+        vars(result).update(_of_one_scene(rows, name))
+    return result
+
+
+def _counts(part: Any) -> dict[str, Any]:
+    return {"_body_count": part._body_count} if hasattr(part, "_body_count") else {}
+
+
+def _of_one_scene(parts: Sequence[Any], name: str) -> dict[str, Any]:
+    """What detached lists know of their scene; a ValueError where it is not the same."""
+    for i, part in enumerate(parts):
+        if part._home != parts[0]._home or getattr(part, "_distinct", ()) != getattr(parts[0], "_distinct", ()):
+            raise ValueError(f"{name}: parts must be of one scene, got parts[0] and parts[{i}] of different ones")
+    return {"_labels": _merged([part._labels for part in parts], name)}
+
+
 def _detached(parts: Sequence[Hits], rays: Rays, found: Found, doubtful: Any) -> Hits:
     for i, part in enumerate(parts):
         if part._home != parts[0]._home:
@@ -59,13 +104,13 @@ def _detached(parts: Sequence[Hits], rays: Rays, found: Found, doubtful: Any) ->
     return result
 
 
-def _merged(labels: Sequence[Labels]) -> Labels:
+def _merged(labels: Sequence[Labels], owner: str = "Hits") -> Labels:
     """The entries of all, each once; a ValueError where they call one differently."""
     known: dict[int, tuple[Any, ...]] = {}
     for some in labels:
         for first, *said in zip(some.firsts.tolist(), some.names, some.materials, some.solid, strict=True):
             if known.setdefault(first, tuple(said)) != tuple(said):
-                raise ValueError(f"Hits: parts must be of one scene, got two names or materials of body {first}")
+                raise ValueError(f"{owner}: parts must be of one scene, got two names or materials of body {first}")
     firsts = sorted(known)
     names, materials, solid = ([known[first][k] for first in firsts] for k in range(3))
     return Labels(np.array(firsts, np.int64), tuple(names), tuple(materials), tuple(solid))

@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from ...shapes.arrays import real_array
 from ...shapes.calm import calm
-from ...shapes.validate import DOMAIN, npz_path, what
+from ...shapes.validate import DOMAIN, npz_path, shown, what
 from ...shapes.vector import FloatArray
+from .no_array import NoArray
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -37,12 +38,24 @@ def points_array(owner: str, field: str, values: Any) -> FloatArray:
     return array
 
 
-class Rays:
-    """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64.
+def first_wrong(origins: FloatArray, directions: FloatArray) -> tuple[int, str] | None:
+    """The first of some lines (n, 3) that cannot be traced, and why; None where there is none."""
+    from .fields import first_invalid
+
+    index, reason = first_invalid(origins, directions)
+    if not reason:
+        return None
+    value = (origins if reason in (1, 4) else directions)[index]
+    return index, f"{_REASONS[reason]}, got {tuple(value.tolist())}"
+
+
+class Rays(NoArray):
+    """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64, which broadcast.
 
     Directions need not be unit; t is in units of their length. Unpacks to (origins, directions);
-    the surfaces that spawned rays start on are then lost. So a loop over rays gives these two arrays and not ray after
-    ray: `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` goes along the first axis.
+    the surfaces that spawned rays start on are then lost. So a loop over rays, or `zip(rays, hits)`, gives these two
+    arrays and not ray after ray: `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` goes along the first axis,
+    and `for hit in hits` has the ray of each as `hit.rays`.
 
     Spawned rays know the surface that they start on, by its number, and whose number that is: in a scene with
     other surfaces they are plain rays, with the same origins and directions.
@@ -52,6 +65,7 @@ class Rays:
 
     __slots__ = ("_home", "_starts", "directions", "origins")
     __hash__ = None  # type: ignore[assignment]
+    instead = "rays.origins and rays.directions"
     origins: FloatArray
     directions: FloatArray
     _starts: npt.NDArray[np.int32]  # numbers of surfaces, -1 for none, DEAD; one for all rays or one for each
@@ -59,20 +73,17 @@ class Rays:
 
     @calm
     def __init__(self, origins: Any, directions: Any) -> None:
-        from .fields import first_invalid
-
         o, d = points_array("Rays", "origins", origins), points_array("Rays", "directions", directions)
         try:
             shape = np.broadcast_shapes(o.shape, d.shape)
         except ValueError:
             raise ValueError(f"Rays: origins {o.shape} and directions {d.shape} do not broadcast together") from None
         o, d = _own(o, shape), _own(d, shape)
-        index, reason = first_invalid(o.reshape(-1, 3), d.reshape(-1, 3))
-        if reason:
-            value = (o if reason in (1, 4) else d).reshape(-1, 3)[index]
-            where = tuple(int(i) for i in np.unravel_index(index, shape[:-1])) if len(shape) > 1 else ()
+        wrong = first_wrong(o.reshape(-1, 3), d.reshape(-1, 3))
+        if wrong is not None:
+            where = tuple(int(i) for i in np.unravel_index(wrong[0], shape[:-1])) if len(shape) > 1 else ()
             place = f" for ray[{', '.join(map(str, where))}]" if where else ""
-            raise ValueError(f"Rays: {_REASONS[reason]}, got {tuple(value.tolist())}{place}")
+            raise ValueError(f"Rays: {wrong[1]}{place}")
         self._keep(o, d, np.array([-1], np.int32))
 
     def _keep(
@@ -126,8 +137,8 @@ class Rays:
     def concatenate(cls, parts: Iterable[Rays]) -> Rays:
         """Rays one after the other along the first axis, like `np.concatenate`; single ones count as rows of one.
 
-        Spawned rays keep the surfaces that they start on if these are all of one scene. Raises TypeError for what is
-        no Rays, ValueError for none at all and for shapes that do not fit.
+        Spawned rays among `parts` keep the surfaces that they start on if these are all of one scene. Raises TypeError
+        for what is no Rays, ValueError for none at all and for shapes that do not fit.
         """
         if isinstance(parts, Rays) or not isinstance(parts, Iterable):
             raise TypeError(f"Rays: parts must be a list of Rays, got {what(parts)}")
@@ -148,7 +159,7 @@ class Rays:
         return cls._spawned(origins, directions, together, homes.pop() if homes else None)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the rays as a .npz file, which `co.Rays.load` and `conicoid trace` read, as NumPy does.
+        """Write the rays as a .npz file at `path`, which `co.Rays.load` and `conicoid trace` read, as NumPy does.
 
         The file appears whole or not at all. Raises ValueError for another suffix, OSError where it cannot be written.
         """
@@ -158,7 +169,7 @@ class Rays:
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Rays:
-        """The rays in a file that `save` wrote, or in one of arrays `origins` and `directions`.
+        """The rays in the file at `path` that `save` wrote, or in one of arrays `origins` and `directions`.
 
         Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
         """
@@ -171,6 +182,16 @@ class Rays:
         """The leading shape."""
         return self.origins.shape[:-1]
 
+    @property
+    def ndim(self) -> int:
+        """How many axes `shape` has; 0 for a single ray."""
+        return self.origins.ndim - 1
+
+    @property
+    def size(self) -> int:
+        """How many rays there are."""
+        return self.origins.size // 3
+
     def __len__(self) -> int:
         if not self.shape:
             raise TypeError("a single ray has no length")
@@ -180,6 +201,7 @@ class Rays:
         return iter((self.origins, self.directions))
 
     def __getitem__(self, index: Any) -> Rays:
+        refuse_name(self, index)
         starts = self._starts
         if len(starts) > 1 or self.origins.size == 3:
             starts = np.atleast_1d(np.broadcast_to(starts, (self.origins.size // 3,)).reshape(self.shape)[index])
@@ -188,14 +210,17 @@ class Rays:
             raise IndexError(f"Rays: index {index!r} must select whole rays")
         return Rays._spawned(np.array(o), np.array(d), np.ascontiguousarray(starts.ravel(), dtype=np.int32), self._home)
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
-        from .answer import boxed
-
-        del copy
-        return boxed(self, dtype)
-
     def __repr__(self) -> str:
         return f"Rays(shape={self.shape})"
+
+
+def refuse_name(thing: Any, index: Any) -> None:
+    """IndexError for the name of a field as an index."""
+    if isinstance(index, str):
+        kind = type(thing).__name__
+        known = hasattr(type(thing), index) or index in getattr(thing, "__dict__", {})
+        hint = f"; {kind.lower()}.{index} is a field" if known and not index.startswith("_") else ""
+        raise IndexError(f"{kind}: index must be numbers, slices or a mask, got {shown(index)}{hint}")
 
 
 def lines_of(rays: Rays) -> tuple[FloatArray, FloatArray]:

@@ -56,10 +56,12 @@ class Spans(Answer, ByRay):
     t_enter_error, t_exit_error   float64: each end is at most so far from the exact one; 0 where it is clipped
     name, material    objects: what the body is called and made of
     materials         tuple: the different materials of the scene's bodies, the columns of lengths(by="material")
+    rays, shape       the rays that were asked, and their leading shape
 
     Pickled, or `detached`, spans keep all these fields and do not keep the scene.
     """
 
+    instead = "spans.t_enter, spans.t_exit and spans.body"
     t_enter: FloatArray
     t_exit: FloatArray
     body: npt.NDArray[np.int32]
@@ -119,7 +121,9 @@ class Spans(Answer, ByRay):
     def lengths(self, by: Literal["body", "material"] = "body") -> FloatArray:
         """True length of each ray inside each body, (t_exit - t_enter)·|direction|: (..., bodies).
 
-        With by="material" the sums over the bodies of each material, in the order of `materials`: (..., materials).
+        by: "body", or "material" for the sums over the bodies of each material, in the order of `materials`:
+            (..., materials). Two materials of one name that differ in anything are two columns.
+
         Where bodies overlap, the stretch counts for each of them.
         Raises ValueError where that array would take more than 4 GiB: `line_integral` needs none.
         """
@@ -136,9 +140,9 @@ class Spans(Answer, ByRay):
     def line_integral(self, values: Any, otherwise: Any = None) -> Any:
         """Sum over spans of value × length: (...), or (..., energies). A zero stays zero on infinite spans.
 
-        `values`: an array (bodies,) or (bodies, energies); or a mapping from the names of materials to numbers or
-        arrays (energies,); or the name of a property that materials have. `otherwise` stands for materials without
-        such a value, which are a ValueError if it is not given.
+        values: an array (bodies,) or (bodies, energies); or a mapping from the names of materials to numbers or
+            arrays (energies,), a name standing for all materials that have it; or the name of a property of materials.
+        otherwise: stands for materials without such a value, which are a ValueError if it is not given.
         """
         total = self._integral(weights_of(values, otherwise, self._body_count, self._distinct))
         return total.reshape((*self._rays.shape, *total.shape[1:]))[()]
@@ -168,10 +172,12 @@ class Crossings(Answer, ByRay):
     point, normal        float64 (n, 3): the place, and the unit outward normal there
     t_error              float64: t is at most so far from the exact crossing
     name, material       objects: what the body is called and made of
+    rays, shape          the rays that were asked, and their leading shape
 
     Pickled, or `detached`, crossings keep all these fields and do not keep the scene.
     """
 
+    instead = "crossings.t, crossings.point and crossings.body"
     t: FloatArray
     entering: npt.NDArray[np.bool_]
     body: npt.NDArray[np.int32]
@@ -222,5 +228,4 @@ class Crossings(Answer, ByRay):
         return _errors(self._scene, self._rays, self.offsets, self.t, self.surface)
 
     def __repr__(self) -> str:
-        rays, found = counted(len(self.offsets) - 1, "ray", "rays"), counted(len(self.t), "crossing", "crossings")
-        return f"Crossings({rays}, {found})"
+        return f"Crossings(shape={self._rays.shape}, {counted(len(self.t), 'crossing', 'crossings')})"

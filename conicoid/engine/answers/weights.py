@@ -10,7 +10,7 @@ import numpy as np
 
 from ...shapes.arrays import real_array
 from ...shapes.properties import Properties
-from ...shapes.suggestion import known_names
+from ...shapes.suggestion import close_to, known_names
 from ...shapes.validate import shown
 from ...shapes.vector import FloatArray
 
@@ -37,7 +37,9 @@ class Weights:
 def checked_by(owner: str, by: Any) -> str:
     """By what lengths are summed, "body" or "material"; a ValueError otherwise."""
     if not isinstance(by, str) or by not in (BODY, MATERIAL):
-        raise ValueError(f"{owner}: by must be 'body' or 'material', got {shown(by)}")
+        close = close_to(by, (BODY, MATERIAL)) if isinstance(by, str) else ""
+        meant = f" (did you mean {close!r}?)" if close else ""
+        raise ValueError(f"{owner}: by must be 'body' or 'material', got {shown(by)}{meant}")
     return by
 
 
@@ -124,4 +126,6 @@ def _named(value_of: Callable[[Any], Any], otherwise: Any, distinct: Distinct, w
 def _called(material: Any) -> str:
     if material is None:
         return "bodies without a material"
-    return f"material {material.name!r}" if material.name else "a material without a name"
+    return (
+        f"material {material.name!r}" if material.name else f"a material without a name, color {shown(material.color)}"
+    )

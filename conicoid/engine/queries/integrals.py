@@ -31,7 +31,9 @@ def line_integral(
 ) -> Any:
     """`spans(...).line_integral(values)`, to the bit, in bounded memory."""
     weights = weights_of(values, otherwise, scene.lowered.body_count, scene.labels.distinct)
-    total = _summed(scene, rays, t_min, t_max, progress, lambda some: some._integral(weights), weights.shape)
+    total = _summed(
+        "line_integral", scene, rays, t_min, t_max, progress, lambda some: some._integral(weights), weights.shape
+    )
     return total[()]
 
 
@@ -40,16 +42,23 @@ def lengths(scene: Prepared, rays: Rays, t_min: Any, t_max: Any, by: Any, progre
     count = scene.lowered.body_count if checked_by("lengths", by) == BODY else len(scene.labels.distinct)
     refuse_large(rays.origins.size // 3, count, by)
     return _summed(
-        scene, rays, t_min, t_max, progress, lambda some: some.lengths(by).reshape(len(some), count), (count,)
+        "lengths",
+        scene,
+        rays,
+        t_min,
+        t_max,
+        progress,
+        lambda some: some.lengths(by).reshape(len(some), count),
+        (count,),
     )
 
 
 def _summed(
-    scene: Prepared, rays: Rays, t_min: Any, t_max: Any, progress: Progress | None,
+    query: str, scene: Prepared, rays: Rays, t_min: Any, t_max: Any, progress: Progress | None,
     sums: Callable[[Spans], FloatArray], last: tuple[int, ...],
 ) -> FloatArray:  # fmt: skip
     """sums(spans) of some rays, (some, *last), for all rays."""
-    ends = limits_of(rays, "t_min", t_min), limits_of(rays, "t_max", t_max)
+    ends = limits_of(query, rays, "t_min", t_min), limits_of(query, rays, "t_max", t_max)
     count = rays.origins.size // 3
     result = np.empty((count, *last))
     width = rays.shape[-1] if len(rays.shape) > 1 else row_length(rays)

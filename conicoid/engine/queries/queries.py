@@ -32,46 +32,46 @@ _FEW = 32
 _STREAM = 8192
 
 
-def as_rays(origins: Any, directions: Any) -> Rays:
+def as_rays(query: str, origins: Any, directions: Any) -> Rays:
     """The Rays of a query's first two arguments: arrays, or a `Rays` alone."""
     if isinstance(origins, Rays):
         if directions is not None:
-            raise TypeError("query: directions must be left out where a Rays is given")
+            raise TypeError(f"{query}: directions must be left out where a Rays is given")
         return origins
     if directions is None and isinstance(origins, Answer):
         raise TypeError(
-            f"query: origins must be arrays or a Rays, got {what(origins)}; use its .rays, or hits.spawn(...)"
+            f"{query}: origins must be arrays or a Rays, got {what(origins)}; use its .rays, or hits.spawn(...)"
         )
     if directions is None and type(origins).__module__.startswith("conicoid."):
-        raise TypeError(f"query: origins must be arrays or a Rays, got {what(origins)}")
+        raise TypeError(f"{query}: origins must be arrays or a Rays, got {what(origins)}")
     if directions is None:
         raise TypeError(
-            "query: directions are missing: pass origins and directions, or a Rays "
+            f"{query}: directions are missing: pass origins and directions, or a Rays "
             "(which unpacks to these two arrays: one of its rays is rays[i])"
         )
     return Rays(origins, directions)
 
 
-def limits_of(rays: Rays, name: str, value: Any) -> FloatArray:
+def limits_of(query: str, rays: Rays, name: str, value: Any) -> FloatArray:
     """t_min or t_max as one value, or one for each ray."""
     expected = f"a number or broadcast to {rays.shape}"
-    array = real_array("query", name, value, expected)
+    array = real_array(query, name, value, expected)
     try:
         flat = array.reshape(1) if array.ndim == 0 else np.broadcast_to(array, rays.shape).reshape(-1)
     except ValueError:
-        raise ValueError(f"query: {name} must be {expected}, got {shown(value)}") from None
+        raise ValueError(f"{query}: {name} must be {expected}, got {shown(value)}") from None
     if np.isnan(flat).any():
-        raise ValueError(f"query: {name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(flat))[0])}")
+        raise ValueError(f"{query}: {name} must not be NaN, got NaN at {int(np.flatnonzero(np.isnan(flat))[0])}")
     return np.ascontiguousarray(flat) if flat.size else np.zeros(1)
 
 
-def arrays_of(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> RayArrays:
-    """The rays of a query as kernels take them: an item, or one for all, of each."""
+def arrays_of(query: str, scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> RayArrays:
+    """The rays of a query as kernels take them: an item, or one for all, of each. Messages begin with its name."""
     return RayArrays(
         rays.origins.reshape(-1, 3),
         rays.directions.reshape(-1, 3),
-        limits_of(rays, "t_min", t_min),
-        limits_of(rays, "t_max", t_max),
+        limits_of(query, rays, "t_min", t_min),
+        limits_of(query, rays, "t_max", t_max),
         rays._starts_in(scene),
     )
 
@@ -91,7 +91,7 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
     In packets, or in streams where rays are not coherent; then what the kernels left in doubt is settled. Which route
     a ray took changes no bit of the answer.
     """
-    arrays = arrays_of(scene, rays, t_min, t_max)
+    arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
     found = Found.new(len(arrays.origins))
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arrays.origins))
@@ -135,7 +135,7 @@ def _in_order(scene: Prepared, arrays: RayArrays, width: int, packets: int) -> b
 
 def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
     """Is there any crossing in (t_min, t_max)?  bool of the rays' shape."""
-    arrays = arrays_of(scene, rays, t_min, t_max)
+    arrays = arrays_of("occluded", scene, rays, t_min, t_max)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arrays.origins))
     if _in_order(scene, arrays, width, packets):
@@ -167,12 +167,14 @@ def _settled(scene: Prepared, arrays: RayArrays, which: Any) -> Any:
 
 def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
-    return Spans(scene, rays, listed(scene, arrays_of(scene, rays, t_min, t_max), *_packets(rays), True))
+    return Spans(scene, rays, listed(scene, arrays_of("spans", scene, rays, t_min, t_max), *_packets(rays), True))
 
 
 def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Every crossing of each ray with every body in (t_min, t_max), sheets too."""
-    return Crossings(scene, rays, listed(scene, arrays_of(scene, rays, t_min, t_max), *_packets(rays), False))
+    return Crossings(
+        scene, rays, listed(scene, arrays_of("crossings", scene, rays, t_min, t_max), *_packets(rays), False)
+    )
 
 
 def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:

@@ -46,6 +46,8 @@ class Imported:
     bodies: tuple[Body, ...]
     legend: tuple[LegendEntry, ...]
     notes: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
+    """Those of the notes that tell what is not as the file says, or may not be meant."""
     material_names: Mapping[Material, str] = field(default_factory=dict)  # as in the legend, for scene files
     lights: tuple[Any, ...] = ()
     camera: Any = None
@@ -69,8 +71,9 @@ def read(
     expansion = Expansion(path, geometry, max_bodies, void, progress)
     expansion.run()
     names = _material_names(expansion)
-    notes = tuple(_notes(expansion))
-    return Imported(tuple(expansion.bodies), _legend(expansion), notes, names, domain=expansion.domain)
+    facts, remarks = tuple(_facts(expansion)), tuple(_remarks(expansion))
+    legend = _legend(expansion)
+    return Imported(tuple(expansion.bodies), legend, facts + remarks, remarks, names, domain=expansion.domain)
 
 
 def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:
@@ -89,7 +92,8 @@ def _material_names(expansion: Expansion) -> dict[Material, str]:
     return {looks[n]: "void" if n is None else str(geometry.material(n)) for n in expansion.materials}
 
 
-def _notes(expansion: Expansion) -> Iterator[str]:
+def _facts(expansion: Expansion) -> Iterator[str]:
+    """How large the model is, and what changes no shape."""
     geometry = expansion.geometry
     sizes = (
         (geometry.cells, "cell"), (geometry.surfaces, "surface"),
@@ -99,8 +103,13 @@ def _notes(expansion: Expansion) -> Iterator[str]:
     empty = expansion.left_out.places
     without = f"; {_counted(empty, 'place')} without volume left out" if empty else ""
     yield _counted(len(expansion.bodies), "body") + without
-    yield from _first(expansion.left_out.notes(geometry))
     yield from _boundaries(geometry)
+
+
+def _remarks(expansion: Expansion) -> Iterator[str]:
+    """What is not as the file says, or may not be meant."""
+    geometry = expansion.geometry
+    yield from _first(expansion.left_out.notes(geometry))
     yield from _first(_cells(geometry))
     yield from _first(
         f"{geometry.lattices[number]}: the cell around it may reach beyond it, and there is no outer universe"

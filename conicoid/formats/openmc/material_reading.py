@@ -76,6 +76,8 @@ def _density(values: Values, fractions: Shares) -> dict[str, float]:
         known = ", ".join((*_MASS, *_ATOMS, *_OTHERS))
         raise values.mistake(f"units must be one of {known}, got {shown(units)}")
     (value,) = values.numbers("value", 1)
+    if value <= 0:
+        raise values.mistake(f"value must be > 0, got {shown(values.required('value'))}")
     if units in _MASS:
         return {"density": float(value * _MASS[units])}
     return {"atom_density": float(value * _ATOMS[units])}
@@ -99,7 +101,7 @@ def _fractions(values: Values) -> Shares:
             name = part.required("name")
             for kind in sums:
                 if part.text(kind) is not None and name:
-                    (share,) = part.numbers(kind, 1)
+                    share = _not_negative(part, kind)
                     sums[kind][name] = sums[kind].get(name, Fraction(0)) + share
     return sums
 
@@ -112,5 +114,11 @@ def _names(values: Values, tag: str) -> tuple[str, ...]:
 def _number(values: Values, name: str) -> dict[str, float]:
     if values.text(name) is None:
         return {}
+    return {name: float(_not_negative(values, name))}
+
+
+def _not_negative(values: Values, name: str) -> Fraction:
     (value,) = values.numbers(name, 1)
-    return {name: float(value)}
+    if value < 0:
+        raise values.mistake(f"{name} must be >= 0, got {shown(values.required(name))}")
+    return value

@@ -1,0 +1,133 @@
+"""What a scene holds: bodies by name and number, lights, a camera, a background."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, overload
+
+import numpy as np
+
+from .scene_parts import as_index, named, numbered
+from .shapes.base import Solid
+from .shapes.body import Body
+from .shapes.labels import counted, first_numbers, one_ball
+from .shapes.validate import shown
+
+
+class Contents:
+    """The parts of a scene, as they were said, and its bodies as a sequence by their numbers."""
+
+    _bodies: tuple[Body, ...]
+    _lights: tuple[Any, ...]
+    _camera: Any
+    _background: Any
+    _domain: Solid | None
+    _notes: tuple[str, ...] = ()
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The entries as listed. A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here."""
+        return self._bodies
+
+    @property
+    def lights(self) -> tuple[Any, ...]:
+        """The lights as listed; with none, pictures are lit by some that fit."""
+        return self._lights
+
+    @property
+    def camera(self) -> Any:
+        """The camera, or None: then pictures are taken by `fitting_camera()`. `rays` uses either."""
+        return self._camera
+
+    @property
+    def background(self) -> Any:
+        """A colour or a `Sky`: what rays see that hit nothing."""
+        return self._background
+
+    @property
+    def domain(self) -> Solid | None:
+        """What the bodies are to fill, as the cells of an imported model are; None for a scene that says nothing."""
+        return self._domain
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What an importer has to say of the scene, one text each: its size, and what is not as the file says.
+
+        Copies, pickles and `replace` keep them, scene files do not; scenes that differ in them are equal.
+        """
+        return self._notes
+
+    def body(self, number: Any) -> Body:
+        """The body of a `number`, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
+
+        It has its entry's material and name. IndexError for numbers that there are not, -1, a miss, among them.
+        """
+        entry, ball = numbered(self._firsts, number)
+        return one_ball(self._bodies[entry], ball)
+
+    @overload
+    def __getitem__(self, name: str | int | np.integer[Any]) -> Body: ...
+
+    @overload
+    def __getitem__(self, name: slice) -> tuple[Body, ...]: ...
+
+    def __getitem__(self, name: Any) -> Any:
+        """The entry of a name, the body of a number, or the bodies of a slice of numbers."""
+        if isinstance(name, str):
+            return self._bodies[named(self._bodies, name)]
+        if isinstance(name, slice):
+            return tuple(self.body(number) for number in range(*name.indices(self.body_count)))
+        if as_index(name) is None:
+            raise TypeError(f"Scene: index must be a name, a body's number or a slice of numbers, got {shown(name)}")
+        return self.body(name)
+
+    def __len__(self) -> int:
+        """How many bodies there are, `body_count`: `scene[i]` and a loop over the scene go through them."""
+        return self.body_count
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+        """An array () of the scene itself, as NumPy's files keep it."""
+        from .engine.answers.no_array import boxed
+
+        del copy
+        return boxed(self, dtype)
+
+    def __contains__(self, item: object) -> bool:
+        """Is there an entry of a name, or this body?"""
+        return any(item == (body.name if isinstance(item, str) else body) for body in self._bodies)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Contents):
+            return NotImplemented
+        return self._parts == other._parts
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        told = [counted(self.body_count, "body", "bodies"), counted(len(self._lights), "light", "lights")]
+        if len(self._bodies) != self.body_count:
+            told[0] += f" in {counted(len(self._bodies), 'entry', 'entries')}"
+        told += [counted(len(self._notes), "note", "notes")] if self._notes else []
+        return f"Scene({', '.join(told)})"
+
+    @property
+    def _parts(self) -> tuple[Any, ...]:
+        return self._bodies, self._lights, self._camera, self._background, self._domain
+
+    @cached_property
+    def _firsts(self) -> Any:
+        """The first body number of each entry, and last how many there are."""
+        return first_numbers(self._bodies)
+
+    @property
+    def body_count(self) -> int:
+        """How many body numbers there are: one for each entry, N for a `Spheres` of N balls."""
+        return int(self._firsts[-1])
+
+    @property
+    def materials(self) -> tuple[Any, ...]:
+        """The different materials, in the order of the first body of each; None is that of bodies without.
+
+        Those are different that differ in anything: two of one name, say, in their colour.
+        """
+        return tuple(dict.fromkeys(body.material for body in self._bodies))

@@ -1,0 +1,151 @@
+"""Calls and words that a new user tries: what does not fit is told in words of the field, with what was meant."""
+
+from __future__ import annotations
+
+import inspect
+import re
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.scene_queries import QUERIES
+from conicoid.shapes.elsewhere import OF_MEASURES, OF_SCENES
+
+BALL = co.Sphere()
+SCENE = co.Scene([co.Body(BALL, co.matte("red", name="steel"), "ball"), co.Box((2, 2, 2), (3, 3, 3))])
+RAYS = co.Rays([(0, 0, 5), (0.1, 0, 5)], (0, 0, -1))
+
+
+@pytest.mark.parametrize(("call", "told"), [
+    (lambda: BALL.translate(1, 2, 3), r"translate\(\) takes 1 argument, got 3; .* brackets: translate\(\(1, 2, 3\)\)$"),
+    (lambda: BALL.scale(1, 2, 3), r"scale\(\) takes 1 argument, got 3; .*: scale\(\(1, 2, 3\)\)$"),
+    (lambda: BALL.rotate(30), r"rotate\(\) missing degrees; call it as rotate\(axis, degrees\)$"),
+    (lambda: BALL.rotate("z", angle=30), r"has no argument 'angle' \(did you mean degrees\?\)"),
+    (lambda: SCENE.render(size=(2, 2)), r"has no argument 'size' \(did you mean width and height\?\); call it as render\("),
+    (lambda: SCENE.render(2, 2, widht=3), r"\(did you mean width\?\)"),
+    (lambda: co.Camera((0, 0, 5), (0, 0, 0), fov=30), r"^Camera\(\) has no argument 'fov' \(did you mean field_of_view\?\)"),
+    (lambda: co.glass(n=1.5), r"^glass\(\) has no argument 'n' \(did you mean refractive_index\?\)"),
+    (lambda: co.matte(colour="red"), r"^matte\(\) .*\(did you mean color\?\)"),
+    (lambda: co.Sphere(r=2), r"^Sphere\(\) .*\(did you mean radius\?\); call it as Sphere\(radius, center\)$"),
+    (lambda: co.Cylinder(), r"^Cylinder\(\) missing start and end and radius; call it as Cylinder\(start, end, radius, "),
+    (lambda: co.PointLight(pos=(1, 1, 1)), r"missing position; has no argument 'pos' \(did you mean position\?\)"),
+    (lambda: co.Box(1, 2, 3, 4), r"^Box\(\) takes 2 arguments.*, got 4; call it as Box\(low, high\)$"),
+    (lambda: co.Body(BALL, shape=BALL), r"^Body\(\) is given shape twice"),
+    (lambda: co.measure(BALL, n=5), r"^measure\(\) has no argument 'n'; call it as measure\(shape, rays, seed, progress\)$"),
+    (lambda: co.Rays([(0, 0, 1)]), r"^Rays\(\) missing directions; call it as Rays\(origins, directions\)$"),
+])  # fmt: skip
+def test_calls_that_do_not_fit_are_told_how(call, told):
+    with pytest.raises(TypeError, match=told) as error:
+        call()
+    assert "positional" not in str(error.value)
+    assert "unexpected" not in str(error.value)
+
+
+def test_errors_from_within_stay_what_they_are():
+    def fails(done, count):
+        raise TypeError("mine")
+
+    with pytest.raises(TypeError, match="^mine$"):
+        SCENE.render(2, 2, progress=fails)
+    with pytest.raises(TypeError, match="is a sheet"):
+        _ = co.Disc((0, 0, 0), (0, 0, 1), 1) | BALL
+    assert list(inspect.signature(co.Sphere).parameters) == ["radius", "center", "motion"]
+    assert next(iter(inspect.signature(co.glass).parameters)) == "refractive_index"
+
+
+@pytest.mark.parametrize("thing", [BALL, BALL - co.Box(), co.Body(BALL), co.Disc((0, 0, 0), (0, 0, 1), 1)])
+def test_what_a_scene_is_asked_is_not_asked_of_a_shape(thing):
+    kind = type(thing).__name__
+    for name in OF_SCENES:
+        with pytest.raises(
+            AttributeError, match=rf"^'{kind}' object has no attribute '{name}': a scene has, co\.Scene\("
+        ):
+            getattr(thing, name)
+    for name in OF_MEASURES:
+        with pytest.raises(
+            AttributeError, match=rf"has no attribute '{name}': co\.measure\({kind.lower()}\)\.{name} is"
+        ):
+            getattr(thing, name)
+        assert hasattr(co.measure(co.Sphere()), name)
+    with pytest.raises(AttributeError, match=f"^'{kind}' object has no attribute 'radios'$"):
+        _ = thing.radios
+
+
+def test_the_list_of_what_scenes_are_asked_is_whole():
+    assert set(QUERIES) <= set(OF_SCENES) <= {name for name in dir(co.Scene) if not name.startswith("_")}
+
+
+@pytest.mark.parametrize(("call", "told"), [
+    (lambda: co.Polyhedron([(0, 0, 1)], [1, 2]), "Polyhedron: offsets must be a list of 1 number, got 2:"),
+    (lambda: co.Polyhedron([(0, 0, 1)], 2), "Polyhedron: offsets must be a list of 1 number, got the number 2$"),
+    (lambda: BALL.rotate("w", 30), "rotate: axis must be 3 numbers, or 'x', 'y', 'z', '-x', '-y', '-z', got 'w'$"),
+    (lambda: BALL.scale("2"), "scale: factors must be one number or 3 numbers, got '2'$"),
+    (lambda: co.refract(np.ones((4, 3)), np.ones((4, 3)), np.ones(3)), r"refract: eta must be a number or broadcast to the "
+     r"rays' shape \(4,\), got shape \(3,\)$"),
+    (lambda: co.refract(np.ones((4, 3)), np.ones((5, 3)), 1.5), r"refract: directions and normals must .* \(4, 3\) and \(5, 3\)$"),
+    (lambda: SCENE.spans(RAYS, t_min="a"), "^spans: t_min must be a number"),
+    (lambda: SCENE.crossings(RAYS, t_max=np.nan), "^crossings: t_max must not be NaN"),
+    (lambda: SCENE.lengths(RAYS, t_max=[1, 2, 3]), "^lengths: t_max must be a number or broadcast"),
+    (lambda: SCENE.line_integral([1, 1], RAYS, t_max=[1, 2, 3]), "^line_integral: t_max must be a number or broadcast"),
+    (lambda: SCENE.render(2, 2, integrator="whited"), r"got 'whited' \(did you mean 'whitted'\?\)$"),
+    (lambda: SCENE.lengths(RAYS, by="materials"), r"got 'materials' \(did you mean 'material'\?\)$"),
+    (lambda: co.Image(np.eye(2), colormap="grayy"), r"got 'grayy' \(did you mean 'grey'\?\)$"),
+    (lambda: co.Body(BALL, "#3366c"), r"got '#3366c' \(5 digits after #: there must be 6, or 3 as in '#rgb'\)$"),
+    (lambda: co.matte("#gg0000"), r"got '#gg0000' \('g' is no hexadecimal digit\)$"),
+    (lambda: co.matte("bleu"), r"got 'bleu' \(did you mean 'blue'\?\)$"),
+])  # fmt: skip
+def test_wording(call, told):
+    with pytest.raises(ValueError, match=told):
+        call()
+
+
+@pytest.mark.parametrize("query", sorted({"first_hit", "occluded", "spans", "crossings", "lengths", "line_integral"}))
+def test_questions_begin_with_their_names(query):
+    values = ([1, 1],) if query == "line_integral" else ()
+    ask = getattr(SCENE, query)
+    for arguments in (((0, 0, 1),), (RAYS, (0, 0, 1)), (SCENE,)):
+        with pytest.raises(TypeError, match=f"^{query}: "):
+            ask(*values, *arguments)
+
+
+@pytest.mark.parametrize(("index", "told"), [
+    (1.0, "Scene: index must be a name, a body's number or a slice of numbers, got 1.0$"),
+    (True, "Scene: index must be a name, .* got True$"), (None, "Scene: index must be a name, .* got None$"),
+])  # fmt: skip
+def test_scenes_say_what_an_index_is(index, told):
+    with pytest.raises(TypeError, match=told):
+        SCENE[index]
+    with pytest.raises(TypeError, match="replace: which must be the name of an entry or the number of its body, got"):
+        SCENE.replace(index, co.Box())
+    with pytest.raises(
+        TypeError, match="body: number must be one integer, got 'ball'; scene.name. is the entry of a name"
+    ):
+        SCENE.body("ball")
+    with pytest.raises(IndexError, match="replace: which number must be at least 0 and below 2, got 7$"):
+        SCENE.replace(7, co.Box())
+
+
+_NOT_FOR_USERS = re.compile(r".*_under|unbounded_support|placed")
+
+
+def _public():
+    """Name and callable of all that a user calls: functions, classes, and their methods."""
+    for name in co.__all__:
+        value = getattr(co, name)
+        if not callable(value):
+            continue
+        if not issubclass(value, co.Hits | co.Spans | co.Crossings | Exception) if isinstance(value, type) else True:
+            yield name, value
+        for method in dir(value) if isinstance(value, type) else ():
+            found = inspect.getattr_static(value, method)
+            found = getattr(found, "__func__", found)
+            if inspect.isfunction(found) and not method.startswith("_") and not _NOT_FOR_USERS.fullmatch(method):
+                yield f"{name}.{method}", found
+
+
+@pytest.mark.parametrize(("name", "function"), {f: (n, f) for n, f in _public() if "conicoid" in f.__module__}.values())
+def test_docstrings_name_every_argument(name, function):
+    said = inspect.getdoc(function) or ""
+    arguments = [one for one in inspect.signature(function).parameters if one not in ("self", "cls", "motion")]
+    assert [one for one in arguments if not re.search(rf"\b{re.escape(one)}\b", said)] == [], name
