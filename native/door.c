@@ -198,6 +198,8 @@ static int take_record(Call *call, const Leaf **next, PyObject *given)
     for (int k = 0; k < GEOMETRY_TABLES; k++) {
         int64_t begin = places[k], length = places[GEOMETRY_TABLES + k];
         int64_t room = call->lengths[first + (GEOMETRY_IS_REAL[k] ? 2 : 1)][0];
+        if (GEOMETRY_IS_REAL[k])
+            room -= GEOMETRY_SPARE;
         if (begin < 0 || length < 0 || begin > room || length > room - begin)
             return wrong(call, leaf, PyExc_ValueError, "has tables that do not lie in its arrays");
     }

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from conicoid.engine.tables import Tables
+from conicoid.engine.tables import SPARE, Tables
 
 from .signature import TABLES, Leaf, Length, Signature, declared, is_geometry
 from .targets import Target
@@ -90,6 +90,7 @@ def _lines(kernels: list[Signature], target: Target, sources: str) -> Iterator[s
     yield f"static const int NEEDS[] = {{{', '.join(str(level.needs) for level in levels)}}};"
     yield f"#define SOURCES {_text(sources)}"
     yield f"#define GEOMETRY_TABLES {len(Tables._fields)}"
+    yield f"#define GEOMETRY_SPARE {SPARE}"
     real = ["Floats" in str(kind) for kind in Tables.__annotations__.values()]
     yield f"static const uint8_t GEOMETRY_IS_REAL[] = {{{', '.join(str(int(each)) for each in real)}}};"
     for kernel in kernels:

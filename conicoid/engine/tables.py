@@ -171,7 +171,7 @@ class Geometry(NamedTuple):
     floats: Floats
 
 
-_SPARE = 8  # floats after the last: leaves are read eight at a time
+SPARE = 8  # floats after the last: leaves are read eight at a time
 _LINE = 8  # floats in a line of memory; every table of floats begins at one
 
 
@@ -192,7 +192,7 @@ def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
         real = table.dtype == np.float64
         places[k], places[LENGTHS + k] = ends[real], table.size
         ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
-    geometry = Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + _SPARE))
+    geometry = Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + SPARE))
     geometry.floats[ends[1] :] = 0.0
     for k, table in enumerate(arrays):
         if table.dtype == np.float64:

@@ -52,8 +52,8 @@ def bin_scale(low: float, high: float, bins: int) -> float:
 
 @inline
 def _bin(center: float, low: float, scale: float, bins: int) -> Any:
-    """Which bin the middle of a box is in."""
-    return min(np.int64((center - low) * scale), bins - 1)
+    """Which bin the middle of a box is in: one there is, whatever the numbers are."""
+    return max(0, min(np.int64((center - low) * scale), bins - 1))
 
 
 @kernel(records="8*n", begin="0..end", end="0..n", bins="1..16", boxes="out 408", counts="out 48")
@@ -138,12 +138,14 @@ def distribute(
     records: Floats, begin: int, end: int, axis: int, low: float, scale: float, border: int,
     target: Floats, left: int, right: int,
 ) -> None:  # fmt: skip
-    """Copy what lies before a border of BINS to target from `left` on, the rest from `right` on."""
+    """Copy what lies before a border of BINS to target from `left` on, the rest from `right` on, where there is room."""
+    room = len(target) // SIZE
     for i in range(begin, end):
         if _bin(_center(records, i, axis), low, scale, BINS) < border:
-            copy(target, SIZE * left, records, SIZE * i)
+            if left < room:
+                copy(target, SIZE * left, records, SIZE * i)
             left += 1
-        else:
+        elif right < room:
             copy(target, SIZE * right, records, SIZE * i)
             right += 1
 

@@ -1,0 +1,212 @@
+"""Wrong arguments to every kernel of the extension, by its door: a program, because what gets through ends a process.
+
+python -m tests.native.fuzz COUNT [SEED] first works with scenes and keeps some calls of every kernel. Then it makes COUNT
+calls, each with one thing about a kept one spoilt. Where the declaration of the kernel forbids it, an error must follow.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from conicoid.compiler import machine_code
+
+KEPT = 3  # calls of each kernel
+_calls: dict[str, list[tuple[Any, ...]]] = defaultdict(list)
+_found = machine_code.SHIPPED.kernel if machine_code.SHIPPED else None
+
+
+def _copied(value: Any) -> Any:
+    """The same, in memory of its own: kernels write."""
+    if isinstance(value, np.ndarray):
+        copy = value.copy()
+        copy.flags.writeable = value.flags.writeable
+        return copy
+    if isinstance(value, tuple):
+        parts = [_copied(part) for part in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value
+
+
+def _recording(name: str) -> Callable[..., Any] | None:
+    """In place of `machine_code.entry`: a kernel that keeps what it is called with."""
+    kernel = _found(name)
+    if kernel is None:
+        return None
+
+    def call(*arguments: Any) -> Any:
+        if len(_calls[name]) < KEPT:
+            _calls[name].append(_copied(arguments))
+        result = kernel(*arguments)
+        return np.asarray(result) if machine_code.SHIPPED.returns_array(name) else result
+
+    return call
+
+
+def work() -> None:
+    """Reach every kernel."""
+    import conicoid as co
+    from conicoid.engine.tree.build.large import ALONE
+
+    rng = np.random.default_rng(0)
+    scene = co.Scene(
+        [
+            co.Sphere(1.0) & co.Box((-1, -1, -1), (1, 1, 0.5)), co.Spheres(rng.uniform(2, 9, (ALONE + 9, 3)), 0.01),
+            co.Polygon([(5, 0, 0), (6, 0, 0), (5, 1, 0)]), co.Body(co.Cylinder((0, 3, 0), (0, 4, 1), 0.5), co.glass()),
+            co.Sphere(1.0, (0, 0, 1)) - co.Sphere(0.5), co.Plane((0, 0, 1), -9), co.Sphere(1.0, (-3, 0, 0)),
+            co.Sphere(1.0, (-4, 0, 0)),
+        ],
+        lights=[co.PointLight((5, 5, 5)), co.AmbientLight(0.2)],
+    )  # fmt: skip
+    for origins, directions in (
+        (rng.uniform(-3, 3, (3000, 3)), rng.normal(size=(3000, 3))), ([[1.0, 0.0, 5.0]] * 70, (0.0, 0.0, -1.0)),
+        ([(-3.5, 0.0, 5.0), (0, 0, 9)], (0.0, 0.0, -1.0)),
+    ):  # fmt: skip
+        hits = scene.first_hit(origins, directions)
+        for rays in (hits.rays, hits.spawn(rng.normal(size=hits.point.shape))):
+            scene.occluded(rays)
+            for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
+                answer.detached()
+        hits.uv, hits.local_point, hits.point_error  # noqa: B018
+    edge = (-3.5, 0.5, 5.0), (0.0, 0.0, -1.0)
+    two = co.Scene([co.Sphere(1.0), co.Sphere(1.0, (1.0, 0.0, 0.0))])
+    for query in (two.first_hit, two.spans, two.crossings):
+        query((0.5, 0.0, 5.0), edge[1])
+    co.Scene([co.Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
+    scene.contains(rng.uniform(-3, 3, (100, 3)))
+    for integrator in ("whitted", "normals"):
+        scene.render(24, 16, samples=1, integrator=integrator)
+
+
+# ---- Spoiling ----
+
+
+def _leaves(value: Any, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], Any]]:
+    """The parts of arguments that are no tuples, and the tuples, with the way to each."""
+    if isinstance(value, tuple):
+        for k, part in enumerate(value):
+            yield (*path, k), part
+            yield from _leaves(part, (*path, k))
+
+
+def _with(value: Any, path: tuple[int, ...], part: Any) -> Any:
+    """The arguments with another part."""
+    if not path:
+        return part
+    parts = list(value)
+    parts[path[0]] = _with(parts[path[0]], path[1:], part)
+    return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+
+
+def _misaligned(array: Any) -> Any:
+    room = np.zeros(array.nbytes + 1, np.uint8)
+    other = room[1:].view(array.dtype) if array.nbytes else np.zeros(0, array.dtype)
+    other = other.reshape(array.shape)
+    other[...] = array
+    return other
+
+
+def _strided(array: Any) -> Any:
+    other = np.zeros((*array.shape[:-1], 2 * array.shape[-1]), array.dtype)[..., ::2]
+    other[...] = array
+    return other
+
+
+def _resized(array: Any, axis: int, more: int) -> Any:
+    """With something more, like the last, or less; what remains is as it was, for that the door cannot test."""
+    size = array.shape[axis]
+    if size + more < 0 or size == 0:
+        return np.zeros([max(0, n + more * (k == axis)) for k, n in enumerate(array.shape)], array.dtype)
+    return np.take(array, np.minimum(np.arange(size + more), size - 1), axis=axis)
+
+
+ARRAYS: dict[str, tuple[Callable[[Any], Any], bool]] = {
+    "other type": (lambda a: a.astype("f4" if a.dtype != np.float32 else "f8") if a.dtype.names is None else 1, True),
+    "other integer": (lambda a: np.zeros(a.shape, "u2"), True),
+    "other order of bytes": (lambda a: a.astype(a.dtype.newbyteorder()) if a.itemsize > 1 else "x", True),
+    "one dimension more": (lambda a: a[None], True),
+    "a number": (lambda a: a.dtype.type() if a.dtype.names is None else 0, True),
+    "a list": (lambda a: a.tolist(), True),
+    "None": (lambda a: None, True),
+    "bytes": (lambda a: b"12345678", True),
+    "strided": (lambda a: _strided(a), False),  # where there is one element it is contiguous all the same
+    "backwards": (lambda a: a[::-1] if len(a) > 1 else None, True),
+    "Fortran's order": (lambda a: np.asfortranarray(a), False),
+    "misaligned": (_misaligned, False),
+    "shorter by one": (lambda a: _resized(a, 0, -1), False),
+    "longer by one": (lambda a: _resized(a, 0, 1), False),
+    "empty": (lambda a: a[:0].copy(), False),
+    "other columns": (lambda a: _resized(a, -1, 1), False),
+    "not to be written": (lambda a: _frozen(a), False),
+}
+NUMBERS: tuple[Any, ...] = (
+    None, "1", 1 << 70, -(1 << 70), -1, -(1 << 62), 1 << 62, 10**6, 0, 3, 2.5, float("nan"), np.zeros(2), (1,), True, [],
+)  # fmt: skip
+TUPLES: tuple[Callable[[Any], Any], ...] = (
+    lambda t: t[:-1], lambda t: (*t, t[-1]), lambda t: list(t), lambda t: None, lambda t: t[::-1], lambda t: (),
+)  # fmt: skip
+
+
+def _frozen(array: Any) -> Any:
+    other = array.copy()
+    other.flags.writeable = False
+    return other
+
+
+def spoilt(arguments: tuple[Any, ...], rng: random.Random) -> tuple[tuple[Any, ...], str, bool]:
+    """Arguments with one thing changed, what it was, and whether there must be an error."""
+    if rng.random() < 0.02:
+        return (arguments[:-1], "one less", True) if rng.random() < 0.5 else ((*arguments, 1), "one more", True)
+    path, part = rng.choice(list(_leaves(arguments)))
+    if isinstance(part, np.ndarray):
+        how = rng.choice(list(ARRAYS))
+        make, must = ARRAYS[how]
+        other = make(part)
+    elif isinstance(part, tuple):
+        number = rng.randrange(len(TUPLES))
+        how, other, must = f"tuple {number}", TUPLES[number](part), number not in (4,)
+    else:
+        other = rng.choice(NUMBERS)
+        how, must = f"{type(part).__name__} {other!r}"[:40], isinstance(other, str | list | tuple | np.ndarray)
+    return _with(arguments, path, other), f"{path} {how}", must
+
+
+def fuzz(count: int, seed: int) -> Counter[str]:
+    """Spoilt calls of all kernels in turn; how many of each outcome."""
+    rng, outcomes = random.Random(seed), Counter[str]()
+    names = sorted(_calls)
+    for k in range(count):
+        name = names[k % len(names)]
+        arguments, how, must = spoilt(rng.choice(_calls[name]), rng)
+        try:
+            _found(name)(*_copied(arguments))
+            outcome = "went through"
+        except (TypeError, ValueError) as error:
+            outcome = type(error).__name__
+            if not str(error).startswith(name):
+                raise AssertionError(f"{name}, {how}: {error}") from None
+        if must and outcome == "went through":
+            raise AssertionError(f"{name}, {how}: no error")
+        outcomes[outcome] += 1
+    return outcomes
+
+
+def main(count: int, seed: int = 0) -> None:
+    """Work, then spoil."""
+    machine_code.entry = _recording  # before the engine is imported
+    import conicoid.compiler.jit as jit
+
+    jit.entry = _recording
+    work()
+    left = set(machine_code.SHIPPED.kernels()) - _calls.keys()
+    assert not left, f"never called: {left}"
+    print(dict(fuzz(count, seed)), flush=True)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
