@@ -23,6 +23,7 @@ require(TO_START, "the compiler")
 
 # isort: split
 import numba
+from llvmlite import ir
 from numba import types
 from numba.core import event
 from numba.extending import intrinsic
@@ -97,6 +98,26 @@ def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
         return builder.select(*arguments)
 
     return types.float64(types.boolean, types.float64, types.float64), code
+
+
+@intrinsic
+def bits_of(typing_context: Any, x: Any) -> Any:
+    """The 64 bits of a float as an integer: sign, 11 of the exponent (1023 for 1 to 2), 52 of the fraction."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], ir.IntType(64))
+
+    return types.int64(types.float64), code
+
+
+@intrinsic
+def of_bits(typing_context: Any, bits: Any) -> Any:
+    """The float of these 64 bits."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], ir.DoubleType())
+
+    return types.float64(types.int64), code
 
 
 @intrinsic

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compiler.jit import inline
+from .numbers.bits import exponent_of, scaled_by_power
 from .tables import Floats, Ints
 
 
@@ -96,7 +97,7 @@ def scaled_ray(ray: Ray) -> tuple[Ray, float]:
     largest = max(abs(dx), max(abs(dy), abs(dz)))
     if 1.0 / _FAR < largest < _FAR:
         return ray, 1.0
-    scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
+    scale = scaled_by_power(1.0, -1 - exponent_of(largest)) if largest > 1e-300 else 2.0**1000
     low, high = _finite(t_min, t_min / scale), _finite(t_max, t_max / scale)
     return Ray(ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
 

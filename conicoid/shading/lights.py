@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..compiler.jit import inline
+from ..engine.numbers.angles import acos
 from ..engine.numbers.vectors import dot
 from ..shapes.color import amount_rgb
 from ..shapes.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
@@ -78,7 +79,7 @@ def share(light: Any, lx: float, ly: float, lz: float, distance: float) -> float
         result = 1.0 / (distance * distance)
     if light.outer < math.inf:
         cosine = -dot(lx, ly, lz, light.axis[0], light.axis[1], light.axis[2])
-        angle = math.acos(min(1.0, max(-1.0, cosine)))
+        angle = acos(min(1.0, max(-1.0, cosine)))
         if angle > light.outer:
             result = 0.0
         elif angle > light.inner:
