@@ -44,7 +44,9 @@ def with_room(rows: Floats, used: int, more: int) -> Floats:
     if used + more <= len(rows):
         return rows
     larger = np.empty((2 * len(rows) + more + 64, rows.shape[1]))
-    larger[:used] = rows[:used]
+    for i in range(used):
+        for k in range(rows.shape[1]):
+            larger[i, k] = rows[i, k]
     return larger
 
 

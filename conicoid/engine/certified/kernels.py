@@ -87,7 +87,8 @@ def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entr
     count = collect(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
     found = ranks.size[SURFACES]
-    entries[:count] = scratch.found[:count]
+    for k in range(count):
+        entries[k] = scratch.found[k]
     forget(ranks)
     return found, count
 
