@@ -14,6 +14,7 @@ from ..engine.numbers.angles import acos
 from ..engine.numbers.vectors import dot
 from ..shapes.color import amount_rgb
 from ..shapes.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
+from ..shapes.rounded import hypot
 
 RECORD = np.dtype(
     [
@@ -60,7 +61,8 @@ def _fill(record: Any, light: DirectionalLight | PointLight | SpotLight) -> None
 def _unit(direction: tuple[float, float, float]) -> tuple[float, ...]:
     """A direction at unit length; scaled first, so that no square overflows."""
     scaled = [component / max(map(abs, direction)) for component in direction]
-    return tuple(component / math.hypot(*scaled) for component in scaled)
+    length = hypot(*scaled)
+    return tuple(component / length for component in scaled)
 
 
 @inline

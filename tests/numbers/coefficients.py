@@ -1,7 +1,4 @@
-"""The polynomials of the elementary functions: through the values at Chebyshev's nodes, whose error is near the least.
-
-Run as a program it prints them: `python -m tests.numbers.coefficients`.
-"""
+"""The polynomials of the elementary functions: through the values at Chebyshev's nodes, whose error is near the least."""
 
 from __future__ import annotations
 
@@ -68,7 +65,3 @@ POLYNOMIALS: dict[str, Callable[[], tuple[float, ...]]] = {
     "ASIN": lambda: polynomial(of_asin, "0", "0.25", 14),
     "ATAN": lambda: polynomial(of_atan, "0", "0.0625", 10),
 }
-
-if __name__ == "__main__":
-    for name, found in POLYNOMIALS.items():
-        print(f"{name} = (\n    " + ",\n    ".join(map(repr, found())) + ",\n)")
