@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from .rounded import odd_root
 from .validate import number, numbers, shown
 from .vector import FloatArray, Vector
 
@@ -33,24 +34,14 @@ def srgb_encode(linear: Any) -> FloatArray:
 
 def _decoded(c: FloatArray) -> FloatArray:
     """c^2.4, without NumPy's powers, which are the C library's or made for a processor."""
-    root = _root(c, 5)
+    root = odd_root(c, 5)
     return c * c * (root * root)
 
 
 def _encoded(c: FloatArray) -> FloatArray:
     """c^(1 / 2.4) = c^(1/4 + 1/6)"""
     root = np.sqrt(c)
-    return np.sqrt(root) * _root(root, 3)
-
-
-def _root(c: FloatArray, n: int) -> FloatArray:
-    """The third or fifth root of positive numbers: roughly by a share of the bits, then by five steps of Newton's."""
-    one = np.int64(1023 << 52)
-    root = ((np.asarray(c).view(np.int64) - one) // n + one).view(np.float64)
-    for _ in range(5):
-        square = root * root
-        root = root - (root - c / (square if n == 3 else square * square)) / n
-    return root
+    return np.sqrt(root) * odd_root(root, 3)
 
 
 def linear_rgb(color: Color, owner: str = "color", field: str = "value") -> Vector:

@@ -1,4 +1,4 @@
-"""Lengths, sines and tangents for preparing a scene: the nearest floats, so the same on every system.
+"""Lengths, roots, sines and tangents for preparing a scene, the same on every system: most are the nearest floats.
 
 Those of Python and NumPy are the C library's or made for a processor, and differ in their last bits. These are slower,
 and needed a few times for a scene; kernels have their own (engine/numbers).
@@ -9,6 +9,10 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from functools import lru_cache
+
+import numpy as np
+
+from .vector import FloatArray
 
 _BITS = 256
 """Places of the fixed-point numbers here, besides the zeros that a small number begins with."""
@@ -33,6 +37,17 @@ def _square(x: float) -> tuple[float, float]:
     high = raised - (raised - x)
     low = x - high
     return square, ((high * high - square) + 2.0 * high * low) + low * low
+
+
+def odd_root(values: FloatArray | float, n: int) -> FloatArray:
+    """The third or fifth root of positive numbers: roughly by a share of the bits, then by five steps of Newton's."""
+    x = np.asarray(values, dtype=np.float64)
+    one = np.int64(1023 << 52)
+    root: FloatArray = np.asarray((x.view(np.int64) - one) // n + one).view(np.float64)
+    for _ in range(5):
+        square = root * root
+        root = root - (root - x / (square if n == 3 else square * square)) / n
+    return root
 
 
 def sin_cos(angle: float) -> tuple[float, float]:

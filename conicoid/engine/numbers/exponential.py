@@ -6,7 +6,8 @@ polynomials whose coefficients `tests/numbers/coefficients.py` finds.
 
 Bounds: the last operation rounds high + low, by at most half a unit of the last place. For e^x low is off by less than
 0.05 units: r³ q(r), of at most 0.0064 where e^r is near 0.7 and 0.0075 above 1, has a relative error of 6.5 u,
-u = 2^-53, and the polynomial one of 2^-60. For x^y log x is known to 2^-69 of itself, and times y, below 746, to 2^-59.4.
+u = 2^-53, and the polynomial one of 2^-60. For x^y log x is known to 2^-69 of itself, and times y, below 746, to
+2^-59.4.
 Measured: 0.512 and 0.516 at most.
 """
 
