@@ -36,7 +36,7 @@ MEMORY = (
     r"memcpy|memset|memmove|prefetch|lifetime\.\w+|assume|trap|experimental\.noalias\.scope\.decl|x86\.atomic\.sub\.cc"
 )
 ALLOWED = [
-    rf"llvm\.(?:{EXACT})(?:\.v\d+)?f64|llvm\.(?:{EXACT})\.(?:v\d+)?f64",
+    rf"llvm\.(?:{EXACT})\.(?:v\d+)?f64",
     rf"llvm\.{WHOLE}\.(?:v\d+)?i\d+",
     rf"llvm\.(?:{VECTOR})(?:\..*)?",
     rf"llvm\.(?:{MEMORY})(?:\..*)?",

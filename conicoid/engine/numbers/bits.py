@@ -7,7 +7,6 @@ from ...compiler.jit import bits_of, inline, of_bits
 _FRACTION = 52
 _BIAS = 1023
 _FIRST_NORMAL = 2.0**-1022
-_SIGN = -(2**63)
 
 
 @inline
