@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from conicoid.engine.numbers import bits
-from conicoid.engine.ray import Ray, scaled_ray
+from conicoid.engine.ray import Ray, _scale, scaled_ray
 
 from ..compiled import compiled
 
@@ -46,8 +46,17 @@ def test_powers_of_two():
 @pytest.mark.parametrize("exponent", [-1074, -1050, -1022, -700, -101, -99, 0, 99, 101, 700, 1023])
 def test_the_scale_of_a_ray_is_a_power_of_two_that_brings_it_near_one(exponent):
     x = math.ldexp(1.0, exponent)
-    ray, scale = compiled(scaled_ray)(Ray(0.0, 0.0, 0.0, x, -0.75 * x, 0.0, 0.0, math.inf, -1))
+    given = Ray(0.0, 0.0, 0.0, x, -0.75 * x, 0.0, 0.0, math.inf, -1)
+    ray, scale = compiled(scaled_ray)(given)
+    assert scaled_ray(given) == (ray, scale)  # without a compiler, as where a ray is decided in exact arithmetic
     assert math.frexp(scale)[0] == 0.5
     assert ray.dx == x * scale
     assert (scale == 1.0) == (2.0**-100 < x < 2.0**100)
     assert 2.0**-100 < ray.dx < 2.0**100
+
+
+def test_the_scale_of_every_exponent():
+    scale = compiled(_scale)
+    for x in (*SOME, 3e-300):
+        if x > 1e-300:
+            assert scale(x) == _scale(x) == math.ldexp(1.0, -math.frexp(x)[1])
