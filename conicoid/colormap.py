@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from .shapes.row_vectors import product
 from .shapes.vector import FloatArray
 
 _MISSING = 0.8  # linear grey of numbers that are not finite
@@ -49,9 +52,22 @@ def mapped(values: FloatArray, name: str, low: float | None = None, high: float 
 
 def _along(controls: FloatArray, share: FloatArray) -> FloatArray:
     """Linear rgb at shares of the way along control colours, interpolated in Oklab's polar form."""
-    steps = np.linspace(0.0, 1.0, len(controls))
-    lightness, chroma, hue = (np.interp(share, steps, column) for column in controls.T)
-    angle = np.radians(hue)
-    lab = np.stack([lightness, chroma * np.cos(angle), chroma * np.sin(angle)], axis=-1)
-    linear: FloatArray = (lab @ np.array(_CONES).T) ** 3 @ np.array(_RGB).T
-    return np.clip(linear, 0.0, 1.0)
+    place = share * (len(controls) - 1)
+    k = np.minimum(place.astype(np.int64), len(controls) - 2)
+    lightness, chroma, hue = (column[k] + (place - k) * (column[k + 1] - column[k]) for column in controls.T)
+    s, c = _sin_cos_degrees(hue)
+    roots = product(np.stack([lightness, chroma * c, chroma * s], axis=-1), np.array(_CONES).T)
+    return np.clip(product(roots * roots * roots, np.array(_RGB).T), 0.0, 1.0)
+
+
+def _sin_cos_degrees(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sines and cosines by their series: NumPy's differ between processors."""
+    quarters = np.rint(angles / 90.0)
+    x = np.radians(angles - 90.0 * quarters)
+    sine, cosine = np.zeros_like(x), np.zeros_like(x)
+    for n in range(16, -1, -2):
+        cosine = 1.0 / math.factorial(n) - x * x * cosine
+        sine = 1.0 / math.factorial(n + 1) - x * x * sine
+    sine = x * sine
+    turn = quarters.astype(np.int64) & 3
+    return np.choose(turn, [sine, cosine, -sine, -cosine]), np.choose(turn, [cosine, -sine, -cosine, sine])

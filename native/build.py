@@ -18,7 +18,7 @@ from pathlib import Path
 from .targets import TARGETS, Level, Target
 
 HERE = Path(__file__).resolve().parent
-SOURCES = "door.c", "scratch.c", "externals.c"
+SOURCES = "door.c", "scratch.c"
 
 
 def _python(*words: str) -> None:
@@ -61,7 +61,7 @@ def build(target: Target, folder: Path, sources: str = "") -> Path:
         flags += ["-undefined", "dynamic_lookup"]
     files = [str(HERE / name) for name in SOURCES] + [str(each) for each in objects]
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, *flags, f"-I{header}", f"-I{HERE}"]
-    subprocess.run([*compiler, "-o", str(out), *files, "-lm"], check=True)
+    subprocess.run([*compiler, "-o", str(out), *files], check=True)
     return out
 
 

@@ -157,6 +157,30 @@ def choose(typing_context: Any, condition: Any, a: Any, b: Any) -> Any:
 
 
 @intrinsic
+def bits_of(typing_context: Any, x: Any) -> Any:
+    """The 64 bits of a float as an integer: sign, 11 of the exponent (1023 for 1 to 2), 52 of the fraction."""
+    from llvmlite import ir
+    from numba import types
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], ir.IntType(64))
+
+    return types.int64(types.float64), code
+
+
+@intrinsic
+def of_bits(typing_context: Any, bits: Any) -> Any:
+    """The float of these 64 bits."""
+    from llvmlite import ir
+    from numba import types
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], ir.DoubleType())
+
+    return types.float64(types.int64), code
+
+
+@intrinsic
 def look(typing_context: Any, array: Any, index: Any) -> Any:
     """An element of an array of int64, read anew each time: another thread may have written it."""
     from numba import types

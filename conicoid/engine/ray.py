@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..compiler.jit import inline
+from ..compiler.jit import helper, inline
 from ..compiler.shapes import shaped
 from .tables import Floats, Ints
 
@@ -91,6 +91,23 @@ def _finite(t: float, scaled: float) -> float:
     return scaled if abs(scaled) < math.inf or abs(t) == math.inf else math.copysign(_LARGEST, t)
 
 
+_POWERS = (2.0**512, 2.0**256, 2.0**128, 2.0**64, 2.0**32, 2.0**16, 2.0**8, 2.0**4, 2.0**2, 2.0)
+
+
+@helper
+def _scale(x: float) -> float:
+    """The power of two that brings a number above 1e-300 to [1/2, 1). No bits are read: Python calls this as well."""
+    scale = 1.0
+    for power in _POWERS:
+        if x >= power:
+            x /= power
+            scale /= power
+        elif x < 1.0 / power:
+            x *= power
+            scale *= power
+    return scale if x < 1.0 else 0.5 * scale
+
+
 @inline
 def scaled_ray(ray: Ray) -> tuple[Ray, float]:
     """The ray with a direction whose squares neither overflow nor underflow, by a power of two; and that power."""
@@ -98,7 +115,7 @@ def scaled_ray(ray: Ray) -> tuple[Ray, float]:
     largest = max(abs(dx), max(abs(dy), abs(dz)))
     if 1.0 / _FAR < largest < _FAR:
         return ray, 1.0
-    scale = math.ldexp(1.0, -math.frexp(largest)[1]) if largest > 1e-300 else math.ldexp(1.0, 1000)
+    scale = _scale(largest) if largest > 1e-300 else 2.0**1000
     low, high = _finite(t_min, t_min / scale), _finite(t_max, t_max / scale)
     return Ray(ox, oy, oz, dx * scale, dy * scale, dz * scale, low, high, start), scale
 

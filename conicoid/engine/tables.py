@@ -198,8 +198,7 @@ def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
         if table.dtype == np.float64:
             end = int(places[k] + places[LENGTHS + k])
             geometry.floats[end : end + -end % _LINE] = 0.0
-        if k not in later:
-            _room(geometry, k, table)[...] = table
+        _room(geometry, k, table)[...] = 0 if k in later else table  # padding too is the same each time
     return geometry
 
 

@@ -32,7 +32,7 @@ from ..engine.packets.lanes import (
 from ..engine.packets.packet import new_lanes, with_lanes
 from ..engine.ray import Ray
 from ..engine.tables import Floats, Geometry, whole
-from ..shading.local import light_at
+from ..shading.local import ray_to_light
 from ..shading.look import Look
 from ..shading.materials import Materials, material_row
 from ..shading.media import OUTSIDE
@@ -127,7 +127,7 @@ def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, samples: Sa
             continue
         row = look.materials.rows[material_row(geometry, look.materials, sight.body, sight.face)]
         x, y, z = sight.x, sight.y, sight.z
-        lx, ly, lz, end, _, _, part = light_at(light, row, x, y, z, nx, ny, nz, -dx, -dy, -dz)
+        lx, ly, lz, end, part = ray_to_light(light, row, x, y, z, nx, ny, nz, -dx, -dy, -dz)
         if part != 0.0:
             put_ray(lanes, i, Ray(x, y, z, lx, ly, lz, 0.0, end, sight.surface))
             wave.sights[i, _ASKS], some = 1.0, i

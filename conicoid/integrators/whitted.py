@@ -12,12 +12,11 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..compiler.jit import helper, inline
 from ..engine.body.hit import Hit, resolved
 from ..engine.body.media import media
 from ..engine.body.scratch import Scratch
+from ..engine.numbers.bits import next_above, next_below
 from ..engine.numbers.vectors import dot
 from ..engine.ray import Ray
 from ..engine.single.first import first_crossing, nearest
@@ -87,7 +86,7 @@ def first_noticed(
     while body >= 0:
         ray = Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
         if materials.opaque[body] == 0:
-            here = Ray(ox, oy, oz, dx, dy, dz, np.nextafter(t, -math.inf), np.nextafter(t, math.inf), start)
+            here = Ray(ox, oy, oz, dx, dy, dz, next_below(t), next_above(t), start)
             other = first_crossing(geometry, scratch, here, materials.opaque, False)
             if other.body >= 0:
                 _, body, surface, face, side = resolved(geometry, other)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..shapes.rounded import hypot
 from .seen import hidden
 from .sheet import Sheet, nice
 
@@ -56,7 +57,7 @@ def _draw_numbers(sheet: Sheet, camera: AnyCamera, axis: int, start: FloatArray,
     points[:, axis] = numbers
     ends = camera.project(np.array([start, end]), sheet.width, sheet.height)
     along = ends[1] - ends[0]
-    length = float(np.hypot(*along))
+    length = hypot(*along.tolist())
     if not length >= 0.5 * _ROOM * sheet.unit:
         return  # the axis points at the eye
     if length * step / abs(end[axis] - start[axis]) < _ROOM * sheet.unit:

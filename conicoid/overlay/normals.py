@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..shapes.rounded import hypot
 from .seen import grid_of_hits, pixel_sizes
 from .sheet import Sheet
 
@@ -35,7 +36,7 @@ def draw_normals(sheet: Sheet, scene: Scene, camera: AnyCamera) -> None:
 def _arrow(start: np.ndarray, end: np.ndarray, head: float) -> list[list[list[float]]]:
     """Its shaft and its head; a cross where it points at the eye."""
     along = end - start
-    length = float(np.hypot(*along))
+    length = hypot(*along.tolist())
     if length < 1:
         a, b = np.array([head / 2, 0]), np.array([0, head / 2])
         return [[(start - a).tolist(), (start + a).tolist()], [(start - b).tolist(), (start + b).tolist()]]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from decimal import Decimal
 from functools import cache, cached_property
 from typing import Any
 
@@ -79,5 +79,5 @@ def _bytes(color: str) -> tuple[int, int, int]:
 
 def nice(length: float) -> float:
     """The largest of 1, 2 and 5 times a power of ten that is at most a length."""
-    power = 10.0 ** math.floor(math.log10(length))
+    power = float(f"1e{Decimal(length).adjusted()}")
     return power * next((k for k in (5, 2) if k * power <= length), 1)

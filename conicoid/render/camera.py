@@ -10,7 +10,6 @@ so kernels know one camera (`lens`, these six vectors), and pixels are square wh
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -18,6 +17,8 @@ import numpy as np
 
 from ..shapes.arrays import without_traces
 from ..shapes.calm import calm
+from ..shapes.rounded import tan_degrees
+from ..shapes.row_vectors import dot_rows, lengths, product
 from ..shapes.validate import number, positive, shown, vector, what, whole
 from ..shapes.vector import FloatArray, Vector, VectorLike
 
@@ -51,7 +52,7 @@ class Camera:
     def lens(self) -> FloatArray:
         """(6, 3): o₀, o₁, o₂, d₀, d₁, d₂."""
         right, up, forward = basis(self.position, self.look_at, self.up)
-        half = math.tan(math.radians(self.field_of_view) / 2)
+        half = tan_degrees(self.field_of_view / 2)
         zero = np.zeros(3)
         return np.array([self.position, zero, zero, forward, right * half, up * half])
 
@@ -134,7 +135,7 @@ def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
     u, v = ((2 * x - width) / height)[..., None], ((height - 2 * y) / height)[..., None]
     lens = camera.lens
     directions = lens[3] + u * lens[4] + v * lens[5]
-    directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
+    directions /= lengths(directions)[..., None]
     return Rays(without_traces(lens[0] + u * lens[1] + v * lens[2]), without_traces(directions))
 
 
@@ -147,8 +148,8 @@ def projected(camera: AnyCamera, points: Any, width: int, height: int) -> FloatA
     places = points_array("project", "points", points)
     lens = camera.lens
     from_camera = places - lens[0]
-    across, depth = lens[1:3] + lens[4:6], from_camera @ lens[3]
-    film = from_camera @ across.T / (across**2).sum(axis=1)
+    across, depth = lens[1:3] + lens[4:6], dot_rows(from_camera, lens[3])
+    film = product(from_camera, across.T) / dot_rows(across, across)
     if isinstance(camera, Camera):
         film = film / np.where(depth > 0, depth, np.nan)[..., None]
     film = np.where((depth > 0)[..., None], film, np.nan)
@@ -187,4 +188,4 @@ def _are_along(a: FloatArray, b: Vector) -> bool:
 
 def _unit(v: FloatArray) -> FloatArray:
     scaled = v / np.abs(v).max()
-    return np.asarray(scaled / math.sqrt(float(scaled @ scaled)))
+    return np.asarray(scaled / lengths(scaled))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
+from fractions import Fraction
 
 import numpy as np
 
 from ..shapes.calm import calm
 from ..shapes.light import AmbientLight, DirectionalLight, Light
+from ..shapes.rounded import sin_cos_degrees, tan_degrees
+from ..shapes.row_vectors import dot_rows, product
 from ..shapes.validate import LARGEST, SMALLEST
 from ..shapes.vector import Box, FloatArray, Vector
 from .camera import AnyCamera, Camera, basis
@@ -50,14 +52,14 @@ def fitting_camera(low: FloatArray, high: FloatArray, aspect: float, turns: int 
     center = (low + high) / 2
     position = center - np.array(_TOWARDS)
     right, up, forward = basis(_vector(position), _vector(center), (0, 0, 1))
-    half = math.tan(math.radians(30) / 2)
+    half = tan_degrees(15)
     distance = 0.0
     corners = np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T - center
-    for angle in np.arange(turns) * (2 * math.pi / turns):
-        c, s = math.cos(angle), math.sin(angle)
-        turned = corners @ np.array([(c, s, 0), (-s, c, 0), (0, 0, 1)])
+    for turn in range(turns):
+        s, c = sin_cos_degrees(Fraction(360 * turn, turns))
+        turned = product(corners, np.array([(c, s, 0), (-s, c, 0), (0, 0, 1)]))
         for across, slope in ((right, half * aspect), (up, half)):
-            needed = _MARGIN * np.abs(turned @ across) / slope - turned @ forward
+            needed = _MARGIN * np.abs(dot_rows(turned, across)) / slope - dot_rows(turned, forward)
             distance = max(distance, float(needed.max()))
     position = center - distance * forward
     if not (np.abs([position, center]) <= LARGEST).all():

@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..compiler.jit import inline
+from ..engine.numbers.angles import acos
 from ..engine.numbers.vectors import dot
 from ..shapes.color import amount_rgb
 from ..shapes.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
+from ..shapes.rounded import hypot
 
 RECORD = np.dtype(
     [
@@ -59,7 +61,8 @@ def _fill(record: Any, light: DirectionalLight | PointLight | SpotLight) -> None
 def _unit(direction: tuple[float, float, float]) -> tuple[float, ...]:
     """A direction at unit length; scaled first, so that no square overflows."""
     scaled = [component / max(map(abs, direction)) for component in direction]
-    return tuple(component / math.hypot(*scaled) for component in scaled)
+    length = hypot(*scaled)
+    return tuple(component / length for component in scaled)
 
 
 @inline
@@ -78,7 +81,7 @@ def share(light: Any, lx: float, ly: float, lz: float, distance: float) -> float
         result = 1.0 / (distance * distance)
     if light.outer < math.inf:
         cosine = -dot(lx, ly, lz, light.axis[0], light.axis[1], light.axis[2])
-        angle = math.acos(min(1.0, max(-1.0, cosine)))
+        angle = acos(min(1.0, max(-1.0, cosine)))
         if angle > light.outer:
             result = 0.0
         elif angle > light.inner:

@@ -49,6 +49,23 @@ def light_at(
     light: Any, row: Any, x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float
 ) -> tuple[float, float, float, float, float, float, float]:
     """(l, end, N·L, highlight, share): the ray to a light and what its light would do at x; share 0 if nothing."""
+    return _light_at(light, row, x, y, z, nx, ny, nz, ex, ey, ez, True)
+
+
+@inline
+def ray_to_light(
+    light: Any, row: Any, x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float
+) -> tuple[float, float, float, float, float]:
+    """(l, end, share) of `light_at`; the highlight, a costly power, is worked out only where it decides the share."""
+    lx, ly, lz, end, _, _, part = _light_at(light, row, x, y, z, nx, ny, nz, ex, ey, ez, row.diffuse == 0.0)
+    return lx, ly, lz, end, part
+
+
+@inline
+def _light_at(
+    light: Any, row: Any, x: float, y: float, z: float, nx: float, ny: float, nz: float,
+    ex: float, ey: float, ez: float, shines: bool,
+) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
     lx, ly, lz, end = towards(light, x, y, z)
     distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
     if distance == 0.0:
@@ -57,7 +74,7 @@ def light_at(
     cosine = dot(nx, ny, nz, ux, uy, uz)
     if cosine <= 0.0:
         return lx, ly, lz, end, cosine, 0.0, 0.0
-    shiny = row.specular[0] + row.specular[1] + row.specular[2] > 0.0
+    shiny = shines and row.specular[0] + row.specular[1] + row.specular[2] > 0.0
     shine = highlight(row, ux, uy, uz, ex, ey, ez, nx, ny, nz) if shiny else 0.0
     part = share(light, ux, uy, uz, distance)
     if row.diffuse == 0.0 and shine < _FAINT:
@@ -72,7 +89,7 @@ def ask_lights(
 ) -> None:  # fmt: skip
     """How much of each light (rgb, into `arrived`) reaches x on surface `start` in medium `inside`."""
     for k in range(len(look.lights)):
-        lx, ly, lz, end, _, _, part = light_at(look.lights[k], row, x, y, z, nx, ny, nz, ex, ey, ez)
+        lx, ly, lz, end, part = ray_to_light(look.lights[k], row, x, y, z, nx, ny, nz, ex, ey, ez)
         if part != 0.0:
             arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = light_through(
                 geometry, scratch, look.materials, x, y, z, lx, ly, lz, end, start, inside

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from ..compiler.jit import inline
+from ..engine.numbers.exponential import exp
 
 OUTSIDE = -1
 
@@ -45,9 +45,9 @@ def absorbed(materials: Any, medium: int, length: float, r: float, g: float, b: 
         return r, g, b
     row = materials.rows[medium]
     if row.absorption[0] > 0.0:
-        r *= math.exp(-row.absorption[0] * length)
+        r *= exp(-row.absorption[0] * length)
     if row.absorption[1] > 0.0:
-        g *= math.exp(-row.absorption[1] * length)
+        g *= exp(-row.absorption[1] * length)
     if row.absorption[2] > 0.0:
-        b *= math.exp(-row.absorption[2] * length)
+        b *= exp(-row.absorption[2] * length)
     return r, g, b

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 from ..compiler.jit import inline
+from ..engine.numbers.exponential import power
 from ..engine.numbers.vectors import dot, normalized
 from .reflect import reflect
 
@@ -16,7 +15,7 @@ def phong(
     """(R·E)^n with R = 2 (N·L) N - L; 0 where R points away from the eye."""
     rx, ry, rz = reflect(-lx, -ly, -lz, nx, ny, nz)
     cosine = dot(rx, ry, rz, ex, ey, ez)
-    return math.pow(cosine, shininess) if cosine > 0.0 else 0.0
+    return power(cosine, shininess) if cosine > 0.0 else 0.0
 
 
 @inline
@@ -26,4 +25,4 @@ def half_vector(
     """(H·N)^n with H = (L + E) / |L + E|; 0 where H points into the surface."""
     hx, hy, hz = normalized(lx + ex, ly + ey, lz + ez)
     cosine = dot(hx, hy, hz, nx, ny, nz)
-    return math.pow(cosine, shininess) if cosine > 0.0 else 0.0
+    return power(cosine, shininess) if cosine > 0.0 else 0.0

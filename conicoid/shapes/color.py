@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from .rounded import odd_root
 from .suggestion import close_to
 from .validate import number, numbers, shown
 from .vector import FloatArray, Vector
@@ -24,13 +25,25 @@ Amount: TypeAlias = float | Vector | str
 def srgb_decode(encoded: Any) -> FloatArray:
     """sRGB values in [0, 1] to linear light (IEC 61966-2-1), any shape."""
     c = np.asarray(encoded, dtype=np.float64)
-    return np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4)
+    return np.where(c <= 0.04045, c / 12.92, _decoded((np.maximum(c, 0.04045) + 0.055) / 1.055))
 
 
 def srgb_encode(linear: Any) -> FloatArray:
     """Linear light in [0, 1] to sRGB values (IEC 61966-2-1), any shape."""
     c = np.asarray(linear, dtype=np.float64)
-    return np.where(c <= 0.0031308, 12.92 * c, 1.055 * np.maximum(c, 0.0031308) ** (1 / 2.4) - 0.055)
+    return np.where(c <= 0.0031308, 12.92 * c, 1.055 * _encoded(np.maximum(c, 0.0031308)) - 0.055)
+
+
+def _decoded(c: FloatArray) -> FloatArray:
+    """c^2.4, without NumPy's powers, which are the C library's or made for a processor."""
+    root = odd_root(c, 5)
+    return c * c * (root * root)
+
+
+def _encoded(c: FloatArray) -> FloatArray:
+    """c^(1 / 2.4) = c^(1/4 + 1/6)"""
+    root = np.sqrt(c)
+    return np.sqrt(root) * odd_root(root, 3)
 
 
 def linear_rgb(color: Color, owner: str = "color", field: str = "value") -> Vector:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import sub
 from typing import Any
 
 from . import exact as ex
@@ -12,6 +12,7 @@ from .axis import axis_frame, check_axis, exact_length
 from .base import PrimitiveSolid
 from .cells import PLAIN_UV, UV, Cell, Face, around_z, flat
 from .motion import Motion
+from .rounded import hypot
 from .support import sum_up
 from .surface import PlaneSurface, QuadricSurface
 from .validate import nonnegative, vector
@@ -49,7 +50,7 @@ class Cone(PrimitiveSolid):
 
     @property
     def length(self) -> float:
-        return math.dist(self.start, self.end)
+        return hypot(*map(sub, self.end, self.start))
 
     @property
     def placement(self) -> Motion:
@@ -78,7 +79,7 @@ class Cone(PrimitiveSolid):
         return QuadricSurface((1.0, 1.0, -slope * slope), (0.0, 0.0, -slope * radius), square, anchor=(0.0, 0.0, z))
 
     def support(self, direction: Vector) -> float:
-        across = math.hypot(direction[0], direction[1])
+        across = hypot(direction[0], direction[1])
         start = across * self.start_radius
         return max(start, sum_up((direction[2] * self.length, across * self.end_radius)))
 

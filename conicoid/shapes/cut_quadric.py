@@ -29,7 +29,7 @@ import numpy as np
 from . import exact as ex
 from .planar import rounded_up
 from .recession import ends
-from .row_vectors import cross_rows, lengths, unit_rows
+from .row_vectors import cross_rows, dot_rows, lengths, product, unit_rows
 from .surface import UPRIGHT, PlaneSurface, QuadricSurface
 from .vector import Box, FloatArray
 
@@ -114,7 +114,7 @@ def _canonical(surface: QuadricSurface, anchor: ex.Row, planes: Sequence[PlaneSu
     exponent = math.frexp(size)[1] if math.isfinite(size) else _WIDEST
     if abs(exponent) >= _WIDEST:
         return None, 1.0
-    scale = 2.0**exponent
+    scale = math.ldexp(1.0, exponent)
     cut = _Cut(np.sign(squares), linear / scale, constant / scale**2, normals, offsets / scale, directions)
     numbers = (normals, offsets, linear, directions, np.array([constant / scale**2]))
     held = all(np.isfinite(values).all() for values in numbers)
@@ -131,8 +131,13 @@ def _is_blurred(cut: _Cut, planes: Sequence[PlaneSurface]) -> bool:
     first, second = np.triu_indices(len(there), 1)
     sines = [lengths(cross_rows(rows[first], rows[second])) for rows in (there, here)]
     triples = np.array(list(itertools.combinations(range(len(there)), 3)))
-    volumes = [np.abs(np.linalg.det(rows[triples])) for rows in (there, here)]
+    volumes = [np.abs(_volumes(*rows[triples].transpose(1, 0, 2))) for rows in (there, here)]
     return any(bool(((world > _APART) & (own <= _TOGETHER)).any()) for world, own in (sines, volumes))
+
+
+def _volumes(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """The determinants of rows a, b, c, each (n, 3)."""
+    return dot_rows(a, cross_rows(b, c))
 
 
 def _flat_stretch(
@@ -199,7 +204,7 @@ def _across(cut: _Cut, direction: FloatArray) -> _Cut:
 
 
 def _largest(points: FloatArray, errors: FloatArray, direction: FloatArray) -> float:
-    return float((points @ direction + float(lengths(direction)) * errors).max(initial=-np.inf))
+    return float((dot_rows(points, direction) + float(lengths(direction)) * errors).max(initial=-np.inf))
 
 
 def _points(cut: _Cut) -> tuple[FloatArray, FloatArray]:
@@ -211,11 +216,11 @@ def _points(cut: _Cut) -> tuple[FloatArray, FloatArray]:
     slope = float(lengths(cut.linear))
     errors = errors + _SLACK * size
     # On the quadric (corners: inside) and not beyond any plane, as far as rounding can tell
-    value = (points * points) @ cut.squares + 2 * points @ cut.linear - cut.constant
+    value = dot_rows(points * points, cut.squares) + 2 * dot_rows(points, cut.linear) - cut.constant
     terms = size * size + 2 * slope * size + abs(cut.constant)
     room = _SLACK * terms + (2 * (size + slope) + errors) * errors
     inside = (value <= room) & ((value >= -room) | (np.arange(len(value)) >= len(on_lines)))
-    beyond = points @ cut.normals.T - cut.offsets - _SLACK * np.abs(cut.offsets)
+    beyond = product(points, cut.normals.T) - cut.offsets - _SLACK * np.abs(cut.offsets)
     inside &= (beyond <= errors[:, None]).all(axis=1) & ((size < _FAR) | (errors < size / 8))
     return points[inside], errors[inside]
 
@@ -244,7 +249,7 @@ def _lines(cut: _Cut) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _gradient_planes(cut: _Cut, across: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The planes ∇f·a = 0 for unit vectors a (n, 3): unit normals, offsets, and the lengths that the normals had."""
     normals, size = unit_rows(cut.squares * across)
-    return normals, -(across @ cut.linear) / size, size
+    return normals, -dot_rows(across, cut.linear) / size, size
 
 
 def _line_points(
@@ -263,9 +268,9 @@ def _line_points(
     share = _SLACK / (sine * weights[real])
     size, slope = lengths(foot), float(lengths(cut.linear))
     reach = np.abs(near[:, 0]) + np.abs(far[:, 0]) + size
-    a = (along * along) @ cut.squares
-    b = (along * (cut.squares * foot + cut.linear)).sum(axis=1)
-    c = (foot * foot) @ cut.squares + 2 * foot @ cut.linear - cut.constant
+    a = dot_rows(along * along, cut.squares)
+    b = dot_rows(along, cut.squares * foot + cut.linear)
+    c = dot_rows(foot * foot, cut.squares) + 2 * dot_rows(foot, cut.linear) - cut.constant
     a_error, b_error = 2 * share, share * (reach + size + slope)
     c_error = share * (2 * (size + slope) * reach + abs(cut.constant))
     noise = 2 * np.abs(b) * b_error + np.abs(a) * c_error + np.abs(c) * a_error + b_error**2 + a_error * c_error
@@ -289,7 +294,7 @@ def _corners(cut: _Cut) -> tuple[FloatArray, FloatArray]:
     triples = np.array(list(itertools.combinations(range(len(cut.normals)), 3)), dtype=np.int64).reshape(-1, 3)
     (n, m, k), (d, e, f) = cut.normals[triples].transpose(1, 0, 2), cut.offsets[triples].T
     first, second, third = cross_rows(m, k), cross_rows(k, n), cross_rows(n, m)
-    determinant = (n * first).sum(axis=1)
+    determinant = dot_rows(n, first)
     real = np.abs(determinant) > _PARALLEL
     determinant = determinant[real]
     points = (d[:, None] * first + e[:, None] * second + f[:, None] * third)[real] / determinant[:, None]

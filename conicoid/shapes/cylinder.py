@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import sub
 from typing import Any
 
 from . import exact as ex
@@ -12,6 +12,7 @@ from .axis import axis_frame, check_axis, difference, exact_length
 from .base import PrimitiveSolid
 from .cells import All, Any_, Cell, Face, Tree, around_z, flat
 from .motion import Motion
+from .rounded import hypot, sin_cos_degrees
 from .support import sum_up
 from .surface import PlaneSurface, QuadricSurface
 from .validate import number, positive, vector
@@ -50,7 +51,7 @@ class Cylinder(PrimitiveSolid):
 
     @property
     def length(self) -> float:
-        return math.dist(self.start, self.end)
+        return hypot(*map(sub, self.end, self.start))
 
     @property
     def placement(self) -> Motion:
@@ -122,11 +123,9 @@ def either(walls: tuple[Face, ...]) -> Any_:
 
 def arc_support(radius: float, start_angle: float, end_angle: float, direction: Vector) -> float:
     """sup of u·p over a circular arc about the origin of the xy plane."""
-    towards = math.degrees(math.atan2(direction[1], direction[0]))
-    if (towards - start_angle) % 360 <= end_angle - start_angle:
-        return radius * math.hypot(direction[0], direction[1])
-    ends = []
-    for angle in (start_angle, end_angle):
-        s, c = ex.sin_cos_degrees(angle)
-        ends.append(sum_up((radius * direction[0] * float(c), radius * direction[1] * float(s))))
-    return max(ends)
+    x, y, _ = direction
+    (s, c), (t, d) = sin_cos_degrees(start_angle), sin_cos_degrees(end_angle)
+    after_start, before_end = c * y >= s * x, t * x >= d * y
+    if (after_start and before_end) if end_angle - start_angle <= 180 else (after_start or before_end):
+        return radius * hypot(x, y)
+    return max(sum_up((radius * x * c, radius * y * s)), sum_up((radius * x * d, radius * y * t)))

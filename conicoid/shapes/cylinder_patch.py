@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from dataclasses import dataclass
+from operator import sub
 
 from .axis import axis_frame, check_axis
 from .base import PrimitiveSheet
 from .cells import All, Cell, Face, SurfaceSheet, Tree, moved_uv
 from .cylinder import arc_support, check_angles, either, side_and_caps, wedge_walls
 from .motion import Motion
+from .rounded import hypot
 from .support import sum_up
 from .validate import positive, vector
 from .vector import Vector, VectorLike
@@ -43,7 +44,7 @@ class CylinderPatch(PrimitiveSheet):
 
     @property
     def length(self) -> float:
-        return math.dist(self.start, self.end)
+        return hypot(*map(sub, self.end, self.start))
 
     @property
     def placement(self) -> Motion:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
 
 from .base import PrimitiveSheet
 from .cells import Cell, Face, SurfaceSheet, flat, moved_uv
 from .motion import Frame, Motion
+from .rounded import hypot
 from .surface import PlaneSurface, QuadricSurface
 from .validate import positive, vector
 from .vector import Vector, VectorLike
@@ -45,4 +45,4 @@ class Disc(PrimitiveSheet):
         )
 
     def support(self, direction: Vector) -> float:
-        return self.radius * math.hypot(direction[0], direction[1])
+        return self.radius * hypot(direction[0], direction[1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -10,6 +9,7 @@ from typing import Any
 
 from .elliptic import EllipticSolid, Profile
 from .motion import Motion, Translate
+from .rounded import hypot
 from .support import elliptic_support, inverse_root
 from .validate import interval, positive, vector
 from .vector import Interval, Vector, VectorLike
@@ -90,6 +90,6 @@ class Ellipsoid(EllipticSolid):
     def support(self, direction: Vector) -> float:
         a, b, c = self.radii
         if not self.caps:
-            return math.hypot(a * direction[0], b * direction[1], c * direction[2])
+            return hypot(a * direction[0], b * direction[1], c * direction[2])
         _, _, sz, k = self.equation
         return elliptic_support(a, b, (1, 0, -Fraction(sz) / Fraction(k)), *self.heights, direction)

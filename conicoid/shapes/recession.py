@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .row_vectors import cross_rows, lengths, unit_rows
+from .row_vectors import cross_rows, dot_rows, lengths, product, unit_rows
 from .vector import FloatArray
 
 _MARGIN = 2.0**-16
@@ -50,10 +50,7 @@ def _only_zero(normals: FloatArray, squares: FloatArray) -> bool:
     The least Σ squares v² over unit v lies on an axis, is stationary across one normal, or lies across two.
     """
     count = len(normals)
-    across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
-    # 4 is above the other eigenvalues: the normal comes last
-    forms = across @ (squares[:, None] * across) + 4 * (np.eye(3) - across)
-    in_planes = np.linalg.eigh(forms)[1][:, :, :2].transpose(0, 2, 1).reshape(-1, 3)
+    in_planes = _stationary(normals, squares)
     first, second = np.triu_indices(count, 1)
     edges = cross_rows(normals[first], normals[second])
     sine = lengths(edges)
@@ -61,7 +58,23 @@ def _only_zero(normals: FloatArray, squares: FloatArray) -> bool:
     edges = edges[real] / sine[real, None]
     candidates = np.concatenate([np.eye(3), in_planes, edges])
     slack = np.concatenate([np.full(3 + 2 * count, _MARGIN), _MARGIN + _SLACK / sine[real]])
-    flat = (candidates * candidates) @ squares <= 2 * slack
-    rates = candidates @ normals.T
+    flat = dot_rows(candidates * candidates, squares) <= 2 * slack
+    rates = product(candidates, normals.T)
     free = (rates <= slack[:, None]).all(axis=1) | (rates >= -slack[:, None]).all(axis=1)
     return not (flat & free).any()
+
+
+def _stationary(normals: FloatArray, squares: FloatArray) -> FloatArray:
+    """Two unit vectors v across each normal, at which Σ squares v² of those across it is stationary, (2 n, 3).
+
+    In a basis of the plane the form is (p, q; q, r), and v a multiple of (q, -d ± sqrt(d² + q²)), d = (p - r) / 2.
+    """
+    a = unit_rows(cross_rows(normals, np.eye(3)[np.abs(normals).argmin(axis=1)]))[0]
+    b = cross_rows(normals, a)
+    d = (dot_rows(a * a, squares) - dot_rows(b * b, squares)) / 2
+    q = dot_rows(a * b, squares)
+    more = np.abs(d) + np.sqrt(d * d + q * q)
+    x, y = np.where(d < 0, q, more), np.where(d < 0, more, q)  # whatever does not cancel
+    x = np.where(more > 0, x, 1.0)
+    first = unit_rows(x[:, None] * a + y[:, None] * b)[0]
+    return np.concatenate([first, cross_rows(normals, first)])

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from .base import PrimitiveSolid
 from .cells import Cell, Face, around_z
 from .motion import Motion, Translate
+from .rounded import hypot
 from .surface import QuadricSurface
 from .validate import positive, vector
 from .vector import Vector, VectorLike
@@ -38,7 +38,7 @@ class Sphere(PrimitiveSolid):
         return Cell((Face(surface, 0, around_z(-r, r)),))
 
     def support(self, direction: Vector) -> float:
-        return self.radius * math.hypot(*direction)
+        return self.radius * hypot(*direction)
 
 
 def _square(x: float) -> object:

@@ -12,6 +12,7 @@ from .base import Solid
 from .boxes import EVERYWHERE
 from .calm import calm
 from .motion import Motion
+from .row_vectors import product
 from .validate import DOMAIN, outside_domain
 from .vector import Box, FloatArray
 
@@ -80,10 +81,10 @@ class Spheres(Solid):
         linear = matrix[:3, :3]
         if np.array_equal(linear, np.eye(3)):
             return self.centers + matrix[:3, 3], linear, 1.0
-        gram = linear @ linear.T
+        gram = product(linear, linear.T)
         factor = float(np.sqrt(gram[0, 0]))
         similar = np.allclose(gram, gram[0, 0] * np.eye(3), rtol=0, atol=1e-15 * gram[0, 0])
-        return self.centers @ linear.T + matrix[:3, 3], linear, factor if similar else None
+        return product(self.centers, linear.T) + matrix[:3, 3], linear, factor if similar else None
 
     def bounds_under(self, outer: Motion) -> Box:
         if len(self) == 0:

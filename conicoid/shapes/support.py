@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
+from .rounded import hypot
 from .vector import Vector
 
 _SLACK = 8 * 2.0**-53
@@ -26,7 +27,7 @@ def elliptic_support(
     is an ellipse with support w sqrt(g), w = |(u_x width_x, u_y width_y)|, so the sup of u_z z + w sqrt(g(z))
     over one variable remains: at an end, a root of g, a stationary point, or at infinity.
     """
-    w, uz = math.hypot(direction[0] * width_x, direction[1] * width_y), float(direction[2])
+    w, uz = hypot(direction[0] * width_x, direction[1] * width_y), float(direction[2])
     g0, g1, g2 = (float(g) for g in profile)
     best = -math.inf
     for z in real_roots(g2, g1, g0):

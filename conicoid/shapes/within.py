@@ -15,6 +15,7 @@ from .box import Box
 from .calm import calm
 from .cells import UV, Cell, Face, flat, moved_uv
 from .motion import STILL
+from .row_vectors import dot_rows, product
 from .support import real_roots, sum_up
 from .surface import QuadricSurface
 from .validate import shown
@@ -85,16 +86,18 @@ class _Cut:
         squares, linear = (np.array([float(v) for v in row]) for row in (surface.squares, surface.linear))
         matrix, ends = box.under(STILL).matrix, np.array((box.low, box.high))
         self.linear_part, self.shift, self.ends = matrix[:3, :3], matrix[:3, 3], ends
-        self.corner: FloatArray = self.linear_part @ ends[0] + self.shift
+        self.corner: FloatArray = product(ends[0], self.linear_part.T) + self.shift
         self.edges: FloatArray = self.linear_part * (ends[1] - ends[0])
         corner, edges = self.corner, self.edges
         # f = tᵀ second t + 2 first·t + zeroth
-        self.second: FloatArray = edges.T @ (squares[:, None] * edges)
-        self.first: FloatArray = edges.T @ (squares * corner + linear)
+        self.second: FloatArray = product(edges.T, squares[:, None] * edges)
+        self.first: FloatArray = product(squares * corner + linear, edges)
         reach = abs(corner) + abs(edges).sum(axis=1)
-        terms = float(abs(squares) @ reach**2 + 2 * abs(linear) @ reach + abs(float(surface.constant)))
+        terms = float(
+            dot_rows(abs(squares), reach**2) + 2 * dot_rows(abs(linear), reach) + abs(float(surface.constant))
+        )
         # Much more than rounding takes from f, and than roots lose where f is nearly flat
-        self.zeroth = float(corner @ (squares * corner + 2 * linear) - float(surface.constant)) - _GROWN * terms
+        self.zeroth = float(dot_rows(corner, squares * corner + 2 * linear) - float(surface.constant)) - _GROWN * terms
 
     def support(self, direction: FloatArray) -> float:
         """Largest value among corners, ends of edges on the quadric, and stationary points in faces.
@@ -109,18 +112,19 @@ class _Cut:
             whole = max(whole, value)
             if self._f(t) <= 0:
                 best = max(best, value)
-        for t in itertools.chain(self._on_edges(), self._in_faces(direction @ self.edges)):
+        slope = product(direction, self.edges)
+        for t in itertools.chain(self._on_edges(), self._in_faces(slope)):
             if all(-_BOUNDARY <= x <= 1 + _BOUNDARY for x in t):
-                best = max(best, sum_up([*(direction * self.corner).tolist(), *(direction @ self.edges * t).tolist()]))
+                best = max(best, sum_up([*(direction * self.corner).tolist(), *(slope * t).tolist()]))
         return min(best, whole)
 
     def _f(self, t: FloatArray) -> float:
-        return float(t @ self.second @ t + 2 * self.first @ t + self.zeroth)
+        return float(dot_rows(product(t, self.second), t) + 2 * dot_rows(self.first, t) + self.zeroth)
 
     def _corners(self) -> Iterator[tuple[FloatArray, FloatArray]]:
         """(t, point) of each corner of the box."""
         for pick in itertools.product((0, 1), repeat=3):
-            yield np.array(pick, dtype=np.float64), self.linear_part @ self.ends[pick, (0, 1, 2)] + self.shift
+            yield np.array(pick, dtype=np.float64), product(self.ends[pick, (0, 1, 2)], self.linear_part.T) + self.shift
 
     def _on_edges(self) -> Iterator[FloatArray]:
         for i in range(3):
@@ -136,7 +140,7 @@ class _Cut:
             along[j], along[k] = -slope[k], slope[j]
             along /= abs(along).max() or 1.0
             # ∇f·along = 0 is a line across `normal` in the face
-            normal = (self.second @ along)[[j, k]]
+            normal = product(along, self.second)[[j, k]]
             size = float(abs(normal).max())
             if size == 0:
                 continue
@@ -145,13 +149,17 @@ class _Cut:
             for end in (0.0, 1.0):
                 start = np.zeros(3)
                 start[i] = end
-                shift = -float((self.second @ start + self.first) @ along) / size / float(normal @ normal)
+                shift = (
+                    -float(dot_rows(product(start, self.second) + self.first, along))
+                    / size
+                    / float(dot_rows(normal, normal))
+                )
                 start[[j, k]] = shift * normal
                 yield from self._on_line(start, line)
 
     def _on_line(self, start: FloatArray, line: FloatArray) -> Iterator[FloatArray]:
-        a = float(line @ self.second @ line)
-        b = 2 * float(line @ (self.second @ start + self.first))
+        a = float(dot_rows(product(line, self.second), line))
+        b = 2 * float(dot_rows(line, product(start, self.second) + self.first))
         for root in real_roots(a, b, self._f(start)):
             if math.isfinite(root):
                 yield start + root * line

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import math
 import os
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,8 @@ from ..render.fit import fitting_camera, placed
 from ..render.picture import check_options
 from ..scene import Scene, as_scene
 from ..shapes.calm import calm
+from ..shapes.rounded import sin_cos_degrees
+from ..shapes.row_vectors import dot_rows, unit_rows
 from ..shapes.validate import callback, flag, positive, shown, whole
 from ..shapes.validate import path as checked_path
 from .frames import Frames
@@ -102,13 +104,13 @@ def turntable(
 
 def _views(scene: Scene, camera: AnyCamera | None, frames: int, aspect: float) -> Iterator[AnyCamera]:
     first = camera or scene.camera or fitting_camera(*scene.extent, aspect, frames)
-    axis = np.array(first.up) / np.linalg.norm(first.up)
+    axis = unit_rows(np.array(first.up))[0]
     away = np.subtract(first.position, first.look_at)
-    along = (away @ axis) * axis
+    along = dot_rows(away, axis) * axis
     across, aside = away - along, np.cross(axis, away)
     for i in range(frames):
-        angle = -2 * math.pi * i / frames
-        turned = along + math.cos(angle) * across + math.sin(angle) * aside
+        s, c = sin_cos_degrees(Fraction(-360 * i, frames))
+        turned = along + c * across + s * aside
         yield dataclasses.replace(first, position=placed(np.add(first.look_at, turned))) if i else first
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..engine.answers.hits import Hits
 from ..scene import Scene
+from ..shapes.row_vectors import dot_rows, lengths
 from ..shapes.validate import number, vector
 from ..shapes.vector import FloatArray, Vector
 
@@ -53,8 +54,8 @@ def _interval(section: Any, origin: FloatArray, direction: FloatArray) -> Interv
     if section is None:
         return -math.inf, math.inf
     normal = np.array(vector("section", "normal", section.get("normal"), nonzero=True))
-    height = float(normal @ origin) - number("section", "offset", section.get("offset"))
-    rate = float(normal @ direction)
+    height = float(dot_rows(normal, origin)) - number("section", "offset", section.get("offset"))
+    rate = float(dot_rows(normal, direction))
     if rate == 0.0:
         return (-math.inf, math.inf) if height <= 0.0 else (math.inf, -math.inf)
     return (-height / rate, math.inf) if rate < 0.0 else (-math.inf, -height / rate)
@@ -109,7 +110,7 @@ def _cut(cut: dict[str, Any], section: Any, origin: FloatArray, direction: Float
     normal = np.array(section["normal"], dtype=np.float64)
     point = origin + cut["t"] * direction
     return cut | {
-        "face": None, "surface": None, "point": point.tolist(), "normal": (normal / np.linalg.norm(normal)).tolist(),
+        "face": None, "surface": None, "point": point.tolist(), "normal": (normal / lengths(normal)).tolist(),
         "uv": None,
     }  # fmt: skip
 

@@ -99,7 +99,7 @@ def put_spans(
         for line in range(8):
             first, n = packet_row(packet, line, width, len(counts))
             for i in range(first, first + n):
-                for k in range(counts[i]):
+                for k in range(min(counts[i], len(rows) - done)):
                     at = offsets[i] + k
                     t_enter[at], body[at], t_exit[at] = rows[done, ENTER], rows[done, BODY], rows[done, EXIT]
                     clipped[0, at] = rows[done, ENTER_CLIPPED] != 0.0
@@ -122,7 +122,7 @@ def put_crossings(
         for line in range(8):
             first, n = packet_row(packet, line, width, len(counts))
             for i in range(first, first + n):
-                for k in range(counts[i]):
+                for k in range(min(counts[i], len(rows) - done)):
                     at = offsets[i] + k
                     t[at], body[at], face[at] = rows[done, T], rows[done, BODY], rows[done, FACE]
                     surface[at], entering[at] = rows[done, SURFACE], rows[done, ENTERS] != 0.0

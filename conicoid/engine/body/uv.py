@@ -6,6 +6,7 @@ import math
 
 from ...compiler.jit import inline
 from .. import tables as table
+from ..numbers.angles import atan2
 from ..numbers.vectors import dot
 from ..surface.records import anchor_of
 from ..tables import FRAME_SIZE, UV_SIZE, Geometry, integer, real
@@ -22,7 +23,7 @@ def _uv_row(geometry: Geometry, row: int, k: int, x: float, y: float, z: float) 
 @inline
 def turns(x: float, y: float) -> float:
     """The angle of (x, y) as a fraction of a full turn, in [0, 1)."""
-    angle = math.atan2(y, x) / (2.0 * math.pi)
+    angle = atan2(y, x) / (2.0 * math.pi)
     angle = angle + 1.0 if angle < 0.0 else angle
     return 0.0 if angle >= 1.0 else angle + 0.0
 

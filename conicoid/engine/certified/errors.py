@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from ...compiler.jit import helper, inline, kernel
+from ..numbers.hypot import hypot
 from ..numbers.sure import Sure
 from ..ray import Ray, scaled_ray
 from ..surface.decide import Rest, curved_terms, is_plane, plane_terms
@@ -91,6 +92,6 @@ def errors_of_points(
 ) -> None:
     """errors[i]: a bound on |points[i] - (o + t* d)|; NaN for misses."""
     for i in range(begin, end):
-        speed = math.hypot(math.hypot(directions[i, 0], directions[i, 1]), directions[i, 2])
-        size = math.hypot(math.hypot(points[i, 0], points[i, 1]), points[i, 2])
+        speed = hypot(directions[i, 0], directions[i, 1], directions[i, 2])
+        size = hypot(points[i, 0], points[i, 1], points[i, 2])
         errors[i] = (t_errors[i] * speed + _ROUNDED * size) * _MORE + _TINY

@@ -105,7 +105,7 @@ def _add_spheres(assembly: Assembly, entries: Entries, shape: Spheres) -> None:
     """Balls straight from arrays; ellipsoids where a motion is no similarity."""
     centers, linear, factor = shape.placed(STILL)
     boxes = _ball_boxes(centers, shape.radii, np.sqrt((linear**2).sum(axis=1)))
-    back: FloatArray = np.asarray(np.linalg.inv(linear), dtype=np.float64)
+    back = shape.motion.inverse_matrix[:3, :3]
     entries.ball_frames.append(back.ravel())
     frame = -len(entries.ball_frames)
     if factor is not None:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ...shapes.row_vectors import dot_rows, lengths
 from ...shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
 from .records import floats, record_of, rests
@@ -190,9 +191,11 @@ class SurfaceTable:
         if self.ball_count == 0 or not round_.any():
             return np.zeros(0, np.int64)
         across = np.random.default_rng(20261123).normal(size=3)
-        own = np.sort(-numbers[round_, 6:9] @ across)
+        own = np.sort(-dot_rows(numbers[round_, 6:9], across))
         balls = spheres[len(spheres) - self.ball_count :]
-        others = np.concatenate([(balls[a : a + _CHUNK, :3] - middle) @ across for a in range(0, len(balls), _CHUNK)])
+        others = np.concatenate(
+            [dot_rows(balls[a : a + _CHUNK, :3] - middle, across) for a in range(0, len(balls), _CHUNK)]
+        )
         reach = _NEARLY * max(float(np.abs(others).max()), float(np.abs(own).max()))
         near = np.searchsorted(own, others - reach) < np.searchsorted(own, others + reach, side="right")
         found = single + np.flatnonzero(near)
@@ -249,10 +252,10 @@ def _merge_equal(first: Any, members: Any, table: Floats) -> None:
 def _plane_features(planes: Floats) -> Floats:
     """Unit normals and offsets about the middle of the scene, scaled to order one."""
     normals, over, anchors = planes[:, :3], planes[:, 3], planes[:, 4:]
-    lengths = np.linalg.norm(normals, axis=1)
+    sizes = lengths(normals)
     center = anchors.mean(axis=0) if len(anchors) else np.zeros(3)
     offsets = ((anchors - center) * normals).sum(axis=1) - over
-    return _scaled(np.column_stack([normals / lengths[:, None], offsets / lengths]), 3, (3,), ())
+    return _scaled(np.column_stack([normals / sizes[:, None], offsets / sizes]), 3, (3,), ())
 
 
 def _quadric_features(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats) -> Floats:
@@ -276,10 +279,10 @@ def _coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, mid
     result[ball, 9] = (p[ball] ** 2).sum(axis=1) - spheres[row[ball], 3] ** 2
     q = quadrics[row[~ball]]
     w, s, b = q[:, 3:12].reshape(-1, 3, 3), q[:, 12:15], q[:, 15:18]
-    a = np.einsum("nki,nk,nkj->nij", w, s, w)
-    shift = -np.einsum("nki,ni->nk", w, p[~ball])
+    a = sum(s[:, k, None, None] * w[:, k, :, None] * w[:, k, None, :] for k in range(3))
+    shift = -dot_rows(w, p[~ball][:, None])
     result[~ball, :6] = a[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
-    result[~ball, 6:9] = np.einsum("nki,nk->ni", w, s * shift + b)
+    result[~ball, 6:9] = dot_rows(w.transpose(0, 2, 1), (s * shift + b)[:, None])
     result[~ball, 9] = (s * shift**2 + 2 * b * shift).sum(axis=1) - q[:, 18]
     size = np.abs(result[:, :6]).max(axis=1, keepdims=True, initial=0.0)
     return result / np.where(size > 0, size, 1.0)
@@ -290,7 +293,7 @@ def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second
     if not len(features):
         return features
     rng = np.random.default_rng(20261120)
-    sign = np.sign(features[:, :leading] @ rng.normal(size=leading))
+    sign = np.sign(dot_rows(features[:, :leading], rng.normal(size=leading)))
     features = features * np.where(sign == 0, 1.0, sign)[:, None]
     reach = np.abs(features[:, list(first_order)]).max()
     reach = max(reach, math.sqrt(np.abs(features[:, list(second_order)]).max())) if second_order else reach
@@ -306,8 +309,8 @@ def _clusters(members: Any, features: Floats) -> Iterable[Any]:
     if len(members) < 2:
         return
     rng = np.random.default_rng(20261121)
-    place = features @ rng.normal(size=features.shape[1])
-    order = np.argsort(place)
+    place = dot_rows(features, np.asarray(rng.normal(size=features.shape[1])))
+    order = np.argsort(place, kind="stable")
     near = np.diff(place[order]) <= _CLOSE
     starts = np.flatnonzero(np.concatenate([[True], ~near]))
     ends = np.concatenate([starts[1:], [len(order)]])

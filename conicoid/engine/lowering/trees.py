@@ -12,6 +12,7 @@ from ...shapes.cells import UV, All, Any_, Cell, Not, Tree
 from ...shapes.material import Material
 from ...shapes.motion import Motion
 from ...shapes.region import Boolean, Complement, Difference, Painted, Union
+from ...shapes.row_vectors import product
 from ..culling.slack import BOUNDS, WALL
 from ..tables import Floats
 
@@ -37,7 +38,7 @@ class Faces:
         """Set the uv map of a face, by a number within the body."""
         while len(self.rows) <= number:
             self.rows.append(np.zeros(13))
-        self.rows[number] = np.concatenate([[float(uv.angular)], (np.array(uv.matrix) @ inverse).ravel()])
+        self.rows[number] = np.concatenate([[float(uv.angular)], (product(np.array(uv.matrix), inverse)).ravel()])
 
 
 def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:

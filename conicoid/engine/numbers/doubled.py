@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ...compiler.jit import fma, inline
+from .bits import power_of_two, scaled_by_power
 from .errorfree import two_sum
 
 
@@ -61,3 +62,14 @@ def negative(a: Pair) -> Pair:
 def pair_dot(x: float, y: float, z: float, a: Pair, b: Pair, c: Pair) -> Pair:
     """x a + y b + z c"""
     return pair_sum(pair_sum(pair_scaled(a, x), pair_scaled(b, y)), pair_scaled(c, z))
+
+
+@inline
+def rounded(a: Pair, k: int) -> float:
+    """(high + low) 2^k, rounded once, also to a subnormal number; high from 0.5 to 4, k from -1080 to 1024."""
+    if k > 0 or a.high >= power_of_two(-1022 - k):
+        return scaled_by_power(a.high, k)
+    lifted = power_of_two(-1022 - k)  # numbers from here to its double have the last place that is left
+    s = lifted + a.high
+    s += (a.high - (s - lifted)) + a.low
+    return (s - lifted) * power_of_two(k + 1000) * 2.0**-1000

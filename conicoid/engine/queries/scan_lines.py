@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...shapes.row_vectors import dot_rows
 from ...shapes.vector import FloatArray
 from ..answers.rays import Rays
 
@@ -38,7 +39,7 @@ def row_length(rays: Rays) -> int:
 
 def _squared(vectors: FloatArray) -> Any:
     """Squared lengths of vectors."""
-    return np.einsum("...i,...i->...", vectors, vectors)
+    return dot_rows(vectors, vectors)
 
 
 def _first_return(lines: FloatArray) -> int:

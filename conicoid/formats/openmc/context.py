@@ -10,6 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from ...shapes.motion import Motion
+from ...shapes.row_vectors import product
 from .extent import EVERYWHERE, End, Extent
 from .narrowing import Conjunction, Part, cost
 
@@ -41,7 +42,7 @@ class Context:
 
 def _carried(extent: Extent, motion: Motion, back: Motion) -> Extent:
     """A box around an extent after a motion and back through another, widened by the rounding of floats."""
-    matrix = back.inverse_matrix @ motion.matrix
+    matrix = product(back.inverse_matrix, motion.matrix)
     linear = np.where(np.abs(matrix[:3, :3]) < 1e-12, 0.0, matrix[:3, :3])
     low = np.array([-math.inf if end is None else float(end) for end in extent.low])
     high = np.array([math.inf if end is None else float(end) for end in extent.high])

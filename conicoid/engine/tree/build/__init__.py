@@ -11,6 +11,8 @@ import math
 
 import numpy as np
 
+from ....shapes.rounded import odd_root
+from ....shapes.row_vectors import lengths
 from ...lowering import Lowered
 from ...tables import BALL, CELL, LEAF_ITEMS, NODE_BOXES, POLYGON, REGION, SHEET, Floats, Geometry, pack
 from .forest import Forest
@@ -52,8 +54,9 @@ def _extent(survey: Survey) -> Floats:
     if count == 0 or not known.any():
         return np.array([0.0, math.inf, 0.0, 0.0, 0.0])
     low, high = np.where(known, around[:3], 0.0), np.where(known, around[3:], 0.0)
-    diagonal = float(np.linalg.norm(high - low))
-    return np.array([diagonal, diagonal / count ** (1 / int(known.sum())), *(0.5 * low + 0.5 * high)])
+    diagonal = float(lengths(high - low))
+    along_an_axis = (float(count), math.sqrt(count), float(odd_root(count, 3)))[int(known.sum()) - 1]
+    return np.array([diagonal, diagonal / along_an_axis, *(0.5 * low + 0.5 * high)])
 
 
 __all__ = ["with_trees"]

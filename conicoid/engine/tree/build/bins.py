@@ -138,7 +138,7 @@ def distribute(
     records: Floats, begin: int, end: int, axis: int, low: float, scale: float, border: int,
     target: Floats, left: int, right: int,
 ) -> None:  # fmt: skip
-    """Copy what lies before a border of BINS to target from `left` on, the rest from `right` on, where there is room."""
+    """Copy what lies before a border of BINS to target from `left` on, the rest from `right` on, within it."""
     room = len(target) // SIZE
     for i in range(begin, end):
         if _bin(_center(records, i, axis), low, scale, BINS) < border:

@@ -100,6 +100,8 @@ def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int
 def grow(records: Floats, branches: Branches, root: int, area: float, most: int, root_costs: Floats, row: int) -> None:
     """Build a branch down to its entries, and weigh it: its costs go to root_costs[row:]. Leaves hold `most`."""
     begin, end = branches.first[root], branches.last[root]
+    if not (0 <= begin < end <= len(records) // SIZE and 2 * end <= len(branches.first)):
+        return
     base, used = 2 * begin, 2 * begin
     boxes, counts = np.empty(BOXES), np.empty(3 * BINS, np.int64)
     areas, costs = np.empty(2 * (end - begin)), np.empty(ROW * 2 * (end - begin))
@@ -145,5 +147,5 @@ def weigh_first(branches: Branches, first: int, areas: Floats, costs: Floats) ->
     """Weigh the branches from number `first` on whose halves are known: those that have no entries of their own yet."""
     for k in range(len(areas) - 1, -1, -1):
         left = branches.left[first + k]
-        if left >= first:
+        if first <= left < first + len(areas) - 1:
             weigh(branches, first + k, areas[k], math.inf, costs, ROW * k, ROW * (left - first))

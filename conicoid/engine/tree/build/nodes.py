@@ -24,7 +24,10 @@ _leaf_code = inline(leaf_code)
 
 @kernel(root="0..branches-1", children="out n 8", sources="out n 8")
 def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> tuple[int, int]:
-    """Fill children (n, 8), and with the branch each comes from, sources (n, 8); returns (nodes, levels)."""
+    """Fill children (n, 8), and with the branch each comes from, sources (n, 8); returns (nodes, levels).
+
+    (0, 0) where the branches are no tree.
+    """
     stack = np.empty((len(children) + WIDTH, 3), np.int32)
     pending = np.empty((2 * WIDTH, 2), np.int64)
     stack[0, 0], stack[0, 1], stack[0, 2] = 0, root, 1
@@ -46,12 +49,16 @@ def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> 
             while slots > 1 and branches.choice[at + slots] == 0:
                 slots -= 1
             count = branches.choice[at + LEAF]
+            if waiting + 2 > len(pending) or slot == WIDTH:
+                return 0, 0
             if slots > 1 and branches.left[branch] >= 0:
                 waiting = _open(branches, branch, slots, slots, pending, waiting)
                 continue
             sources[node, slot] = branch
             if count > 0:
                 children[node, slot] = _leaf_code(branches.first[branch], count)
+            elif used == len(children):
+                return 0, 0
             else:
                 children[node, slot] = used
                 stack[top, 0], stack[top, 1], stack[top, 2] = used, branch, level + 1
@@ -63,8 +70,9 @@ def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> 
 
 @inline
 def _open(branches: Branches, branch: int, place: int, slots: int, pending: Any, waiting: int) -> int:
-    """Give a branch's halves their slots."""
-    left, taken = branches.left[branch], branches.choice[ROW * branch + place]
+    """Give a branch's halves their slots. What is clipped is within its limits in a tree."""
+    left = min(max(0, branches.left[branch]), len(branches.left) - 2)
+    taken = min(max(1, branches.choice[ROW * branch + place]), slots - 1)
     pending[waiting, 0], pending[waiting, 1] = left + 1, slots - taken
     pending[waiting + 1, 0], pending[waiting + 1, 1] = left, taken
     return waiting + 2
@@ -79,12 +87,12 @@ def box_nodes(
     for node in range(begin, end):
         for k in range(WIDTH):
             place, branch = at + 6 * WIDTH * node + k, sources[node, k]
-            if branch < 0:
+            if not 0 <= branch < len(branches.first):
                 for axis in range(3):
                     boxes[place + WIDTH * axis], boxes[place + WIDTH * (axis + 3)] = math.inf, -math.inf
                 continue
             clear(box, 0)
-            for i in range(branches.first[branch], branches.last[branch]):
+            for i in range(max(0, branches.first[branch]), min(branches.last[branch], len(records) // SIZE)):
                 join(box, 0, records, SIZE * i)
             for axis in range(3):
                 boxes[place + WIDTH * axis] = restored(limits, axis, -box[axis])

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....compiler.jit import inline, kernel
+from ....shapes.row_vectors import lengths
 from ...culling.slack import BESIDE, WALL
 from ...tables import Floats, Ints, Longs, Signs
 from ...threads import run_chunks
@@ -80,7 +81,7 @@ def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs,
 def stand_ins(ends: Floats) -> Floats:
     """(6,) finite numbers beyond all finite ends, in place of -inf and inf."""
     low, high = np.where(ends[:3] <= ends[3:], ends[:3], 0.0), np.where(ends[:3] <= ends[3:], ends[3:], 0.0)
-    beyond = max(float(np.linalg.norm(high - low)), 1e-3 * float(np.abs([low, high]).max())) or 1.0
+    beyond = max(float(lengths(high - low)), 1e-3 * float(np.abs([low, high]).max())) or 1.0
     return np.concatenate([low - beyond, high + beyond])
 
 
