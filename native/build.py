@@ -1,7 +1,8 @@
 """The extension `conicoid._kernels` for a target: `python -m native.build [TARGET] [--in-place]`.
 
-Front end, then an object for each level on all cores, then the door (`link`). `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a hash of
-the sources, so that it is used only until one is edited.
+Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
+`--in-place` builds for this processor's level alone and puts the extension into the checkout, with a hash of the
+sources, so that it is used only until one is edited.
 """
 
 from __future__ import annotations

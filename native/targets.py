@@ -32,7 +32,7 @@ class Target:
 
     @property
     def system(self) -> str:
-        """"linux" (with glibc), "musl", "macos" or "windows"."""
+        """One of "linux" (with glibc), "musl", "macos" and "windows"."""
         return self.name.partition("-")[0]
 
     def only(self, names: str) -> Target:

@@ -16,7 +16,18 @@ import pytest
 
 SOURCE = Path(__file__).resolve().parents[2] / "native" / "fma.c"
 LEAST, SMALLEST_NORMAL, LARGEST = 2.0**-1074, 2.0**-1022, math.ldexp(2 - 2.0**-52, 1023)
-SPECIAL = [0.0, LEAST, 3 * LEAST, SMALLEST_NORMAL - LEAST, SMALLEST_NORMAL, 2.0**-537, 2.0**-500, 0.5, 1.0, 1 + 2.0**-52]
+SPECIAL = [
+    0.0,
+    LEAST,
+    3 * LEAST,
+    SMALLEST_NORMAL - LEAST,
+    SMALLEST_NORMAL,
+    2.0**-537,
+    2.0**-500,
+    0.5,
+    1.0,
+    1 + 2.0**-52,
+]
 SPECIAL += [2 - 2.0**-52, 3.0, 2.0**52 + 1, 2.0**53 - 1, 2.0**500, 2.0**1023, LARGEST, math.inf, math.nan]
 SPECIAL += [-x for x in SPECIAL]
 
@@ -84,7 +95,11 @@ def halfway(chance: random.Random) -> Triple:
     """c is a power of two with a product at, or next to, the middle between two floats there."""
     whole = 2 * chance.getrandbits(51) + 1
     e = chance.randint(-1074, 900)
-    return 0.5 + chance.choice((0.0, 2.0**-53, 2.0**-52)), math.ldexp(1, e), chance.choice((1, -1)) * math.ldexp(whole, e)
+    return (
+        0.5 + chance.choice((0.0, 2.0**-53, 2.0**-52)),
+        math.ldexp(1, e),
+        chance.choice((1, -1)) * math.ldexp(whole, e),
+    )
 
 
 def below(chance: random.Random) -> Triple:
@@ -97,7 +112,11 @@ def below(chance: random.Random) -> Triple:
 def above(chance: random.Random) -> Triple:
     """At the edge of what is too large; c may bring it back."""
     a = math.ldexp(chance.uniform(1, 2), 512)
-    return a, math.ldexp(chance.uniform(1, 2), chance.choice((510, 511))), chance.choice((LARGEST, -LARGEST, near(chance, -LARGEST)))
+    return (
+        a,
+        math.ldexp(chance.uniform(1, 2), chance.choice((510, 511))),
+        chance.choice((LARGEST, -LARGEST, near(chance, -LARGEST))),
+    )
 
 
 def hard(count: int, seed: int) -> Iterator[Triple]:
