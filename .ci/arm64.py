@@ -4,9 +4,10 @@
     .ci/arm64.py                                     build it, and try it
     .ci/arm64.py dist/...manylinux_2_17_aarch64.whl  try this one
 
-Needs apt, dpkg, pip and `apt-get install qemu-user`. Nothing is installed on this machine: Python, NumPy and the rest are
-unpacked into a folder. Programs cannot start others there, so the tests are those that stay in one process: the digests
-of all answers, the engine's routes, exact samples, pictures. Exit status: 0 if they pass, 1 if not, 2 if not tried.
+Needs apt, dpkg, pip and `apt-get install qemu-user`. Nothing is installed on this machine: Python, NumPy and the rest
+are unpacked into a folder. Programs cannot start others there, so the tests are those that stay in one process: the
+digests of all answers, the engine's routes, exact samples, pictures: three minutes. Exit status: 0 if they pass, 1 if
+not, 2 if not tried.
 """
 
 from __future__ import annotations

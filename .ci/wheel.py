@@ -4,8 +4,8 @@
     .ci/wheel.py              build it, and try it
     .ci/wheel.py WHEEL        try this one
 
-Tests are copied to where no source of the package is. A sample of them runs with the best level of machine code, and the
-digests of all answers with each level that this processor can run. Exit status: 0 if all is well.
+Tests are copied to where no source of the package is. A sample of them runs with the best level of machine code, and
+the digests of all answers with each level that this processor can run. Exit status: 0 if all is well.
 """
 
 from __future__ import annotations
