@@ -74,5 +74,5 @@ def test_no_compiler_is_imported(tmp_path: Path):
         code, out, errors = running.end(120)
     assert code == 0, errors
     seen = json.loads(out.splitlines()[-1])
-    assert len(seen) == 10
+    assert len(seen) == 9
     assert {after: names for after, names in seen.items() if names} == {}
