@@ -11,7 +11,7 @@ DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 .DEFAULT_GOAL := help
-.PHONY: help demo docs test deep check format lock clean
+.PHONY: help demo docs test deep check format wheel wheels lock clean
 
 help:
 	@echo "make demo    render the gallery into out/"
@@ -20,6 +20,8 @@ help:
 	@echo "make deep    the long test suite"
 	@echo "make check   formatting, lint, types, layers"
 	@echo "make format  let ruff format and fix"
+	@echo "make wheel   the wheel for this machine, in dist/"
+	@echo "make wheels  the wheels for all systems, and the source archive, in dist/"
 	@echo "make lock    take the newest development packages"
 	@echo "make clean   remove everything that make made"
 
@@ -48,6 +50,12 @@ check: $(READY)
 format: $(READY)
 	$(BIN)/ruff format
 	$(BIN)/ruff check --fix
+
+wheel: $(READY)
+	$(BIN)/python -m native.wheels host
+
+wheels: $(READY)
+	$(BIN)/python -m native.wheels
 
 # One installation serves every target; the stamp keeps it until its inputs change.
 $(READY): pyproject.toml requirements-dev.lock

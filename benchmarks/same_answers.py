@@ -42,7 +42,9 @@ def solids() -> dict[str, Any]:
         "saddle": co.HyperbolicParaboloid(A=2, E=0.5) & ball,
         "one sheet": co.OneSheetHyperboloid(9, 9, 4, z_range=(-1, 1)),
         "two sheets": co.TwoSheetHyperboloid(9, 9, 4) & co.Sphere(2),
-        "union of 40": co.Union(tuple(co.Sphere(0.4, (np.cos(k), np.sin(k), k / 20 - 1)) for k in range(40))),
+        "union of 40": co.Union(
+            tuple(co.Sphere(0.4, (k * 7 % 40 / 20 - 1, k * 11 % 40 / 20 - 1, k / 20 - 1)) for k in range(40))
+        ),
         "complement": ~(~box | ball) | ~(~co.Sphere(0.3)),
         "flush": box | box.translate((2, 0, 0)) | (box.translate((0, 2, 0)) - ball),
         "disc cut": co.Disc((0, 0, 0), (0, 0, 1), 1) - co.Cylinder((0, 0, -1), (0, 0, 1), 0.4),

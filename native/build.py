@@ -1,8 +1,8 @@
 """The extension `conicoid._kernels` for a target: `python -m native.build [TARGET] [--in-place]`.
 
-Front end, then an object for each level on all cores, then the door, compiled and linked by `zig cc`, which knows all
-targets. `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a hash of
-the sources, so that it is used only until one is edited.
+Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
+`--in-place` builds for this processor's level alone and puts the extension into the checkout, with a hash of the
+sources, so that it is used only until one is edited.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from .link import link
 from .targets import TARGETS, Level, Target
 
 HERE = Path(__file__).resolve().parent
-SOURCES = "door.c", "scratch.c"
 
 
 def _python(*words: str) -> None:
@@ -31,19 +31,20 @@ def lowered(folder: Path) -> Path:
     """The LLVM code of all kernels; made once for all targets."""
     code = folder / "kernels.pickle"
     if not code.exists():
-        _python("native.front", str(code))
+        unfinished = code.with_suffix(".unfinished")
+        _python("native.front", str(unfinished))
+        unfinished.replace(code)
     return code
 
 
 def _object(code: Path, target: Target, level: Level, folder: Path) -> Path:
-    out = folder / f"{target.name}-{level.name}.o"
-    _python("native.objects", str(code), target.name, level.name, str(out))
+    """An object of a level; targets of the same triple share it."""
+    out = folder / f"{target.triple}-{level.name}.o"
+    if not out.exists():
+        unfinished = out.with_suffix(".unfinished")
+        _python("native.objects", str(code), target.name, level.name, str(unfinished))
+        unfinished.replace(out)
     return out
-
-
-def extension_name(target: Target) -> str:
-    """The file that Python looks for."""
-    return "_kernels.pyd" if target.name.startswith("windows") else "_kernels.abi3.so"
 
 
 def build(target: Target, folder: Path, sources: str = "") -> Path:
@@ -55,14 +56,7 @@ def build(target: Target, folder: Path, sources: str = "") -> Path:
     header.mkdir(exist_ok=True)
     names = ",".join(level.name for level in target.levels)
     _python("native.tables", target.name, names, str(header / "tables.h"), sources)
-    out = header / extension_name(target)
-    flags = "-O2 -fPIC -shared -fvisibility=hidden -Wall -Wextra -Werror -fno-math-errno -ffp-contract=off -s".split()
-    if target.name.startswith("macos"):
-        flags += ["-undefined", "dynamic_lookup"]
-    files = [str(HERE / name) for name in SOURCES] + [str(each) for each in objects]
-    compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, *flags, f"-I{header}", f"-I{HERE}"]
-    subprocess.run([*compiler, "-o", str(out), *files], check=True)
-    return out
+    return link(target, header, objects)
 
 
 def host() -> Target:

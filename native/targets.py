@@ -25,10 +25,15 @@ class Target:
     """A platform that wheels are made for, with the levels of its processors, the plainest first."""
 
     name: str
-    triple: str  # LLVM's
+    triple: str  # LLVM's; both kinds of Linux have the same objects
     zig: str  # the linker's
     tag: str  # of a wheel
     levels: tuple[Level, ...]
+
+    @property
+    def system(self) -> str:
+        """One of "linux" (with glibc), "musl", "macos" and "windows"."""
+        return self.name.partition("-")[0]
 
     def only(self, names: str) -> Target:
         """The target with some of its levels, by their names with commas between them; "" for all."""
@@ -50,8 +55,8 @@ TARGETS = {
     for each in (
         Target("linux-x86_64", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "manylinux_2_17_x86_64", X86),
         Target("linux-aarch64", "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", "manylinux_2_17_aarch64", ARM),
-        Target("musl-x86_64", "x86_64-unknown-linux-musl", "x86_64-linux-musl", "musllinux_1_2_x86_64", X86),
-        Target("musl-aarch64", "aarch64-unknown-linux-musl", "aarch64-linux-musl", "musllinux_1_2_aarch64", ARM),
+        Target("musl-x86_64", "x86_64-unknown-linux-gnu", "x86_64-linux-musl", "musllinux_1_2_x86_64", X86),
+        Target("musl-aarch64", "aarch64-unknown-linux-gnu", "aarch64-linux-musl", "musllinux_1_2_aarch64", ARM),
         Target("macos-x86_64", "x86_64-apple-macosx10.13.0", "x86_64-macos.10.13", "macosx_10_13_x86_64", X86),
         Target("macos-arm64", "arm64-apple-macosx11.0.0", "aarch64-macos.11.0", "macosx_11_0_arm64", APPLE),
         Target("windows-x86_64", "x86_64-pc-windows-gnu", "x86_64-windows-gnu", "win_amd64", X86),

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from ..engine.threads import run_chunks, thread_count
 from .peer import Absent, Peer, distribution, module
@@ -25,6 +24,7 @@ _CHUNK = 16384
 
 def _version() -> str:
     version = distribution("embreex")
+    distribution("numba")
     _library()
     return f"Embree 4 (embreex {version})"
 
@@ -103,15 +103,20 @@ class EmbreeScene:
     def first_hits(self, origins: Singles, directions: Singles) -> tuple[float, Floats]:
         """(seconds, t (M,), inf for a miss) of rays (M, 3)."""
         t = np.empty(len(origins), np.float32)
-        call, scene = self._library.rtcIntersect1, self._scene
-        _trace(call, scene, origins, directions, t, 0, 0)
+        call, scene, trace = self._library.rtcIntersect1, self._scene, _trace()
+        trace(call, scene, origins, directions, t, 0, 0)
         begin = time.perf_counter()
-        run_chunks(lambda a, b: _trace(call, scene, origins, directions, t, a, b), len(t), _CHUNK)
+        run_chunks(lambda a, b: trace(call, scene, origins, directions, t, a, b), len(t), _CHUNK)
         return time.perf_counter() - begin, t.astype(float)
 
 
-@njit(nogil=True)
-def _trace(call: Any, scene: int, origins: Singles, directions: Singles, t: Singles, first: int, last: int) -> None:
+@functools.cache
+def _trace() -> Any:
+    """The loop over rays, compiled."""
+    return module("numba", "numba").njit(nogil=True)(_calls)
+
+
+def _calls(call: Any, scene: int, origins: Singles, directions: Singles, t: Singles, first: int, last: int) -> None:
     """RTCRayHit in words of four bytes: origin 0, tnear 3, direction 4, time 7, tfar 8, mask 9, flags 11, ids 18."""
     raw = np.empty(48, np.float32)
     skip = ((64 - raw.ctypes.data % 64) % 64) // 4

@@ -60,7 +60,7 @@ def machine(peers: Iterable[Peer]) -> list[str]:
     lines = [
         f"{datetime.date.today().isoformat()}, {processor()}, {thread_count()} threads, {platform.system()}, "
         f"Python {platform.python_version()}",
-        ", ".join(f"{name} {metadata.version(name)}" for name in ("conicoid", "numba", "numpy")) + f", {compiler()}",
+        f"{', '.join(versions('conicoid', 'numba', 'numpy'))}, {compiler()}",
     ]
     for peer in dict.fromkeys(peers):
         try:
@@ -70,6 +70,12 @@ def machine(peers: Iterable[Peer]) -> list[str]:
         if version:
             lines.append(f"{version} ({peer.about})")
     return lines
+
+
+def versions(*packages: str) -> list[str]:
+    """Of those that are installed."""
+    names = {each.name for each in metadata.distributions()}
+    return [f"{name} {metadata.version(name)}" for name in packages if name in names]
 
 
 def compiler() -> str:

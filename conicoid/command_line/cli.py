@@ -121,11 +121,14 @@ def export(
 
 @app.command(
     epilog="Examples:\n\n  conicoid info scene.yaml\n\n  conicoid info scene.yaml --check\n\n"
+    "  conicoid info --system\n\n"
     "Overlaps may be intended: the body listed first has them. docs/booleans.md says what the check finds."
 )
 def info(
     context: typer.Context,
-    scene: SceneFile,
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file, YAML or JSON.", show_default=False)
+    ] = None,
     check: Annotated[
         bool,
         typer.Option(
@@ -134,10 +137,21 @@ def info(
     ] = False,
     rays: Annotated[int, typer.Option(min=1, help="Rays for the check.")] = 200_000,
     seed: Annotated[int, typer.Option(min=0, help="Of the check's random rays.")] = 0,
+    system: Annotated[bool, typer.Option("--system", help="Versions, processor, where kernels come from.")] = False,
 ) -> None:
     """List the bodies of a scene with their bounds, and what it takes in memory; check it."""
     with user_mistakes():
         only_with(context, "--check", check, "rays", "seed")
+        if system and check:
+            raise ValueError("info: --check goes with a scene file; with --system it would be ignored")
+        if (scene is None) != system:
+            raise ValueError("info: give either a scene file or --system")
+        if scene is None:
+            from .system import report as lines_of_system
+
+            for line in lines_of_system():
+                typer.echo(line)
+            return
         loaded = load(scene, None)
         from . import report
 

@@ -12,8 +12,12 @@ from typing import Any
 
 import numpy as np
 
+<<<<<<< HEAD
 from ..environment import jit_wanted, level_wanted
 from .address_space import TO_RUN, require
+=======
+from ..environment import LEVEL, jit_wanted, level_wanted
+>>>>>>> wheels
 
 
 def _shipped() -> Any:
@@ -30,7 +34,9 @@ def _shipped() -> Any:
 
         if _kernels.sources != hash_of_sources():
             return None
-    wanted = level_wanted()
+    wanted, levels = level_wanted(), _kernels.levels()
+    if wanted and wanted not in levels:
+        raise ValueError(f"{LEVEL} must be {' or '.join(levels)} on this processor, got {wanted[:80]!r}")
     if wanted:
         _kernels.use(wanted)
     return _kernels
@@ -62,8 +68,13 @@ def _as_array(found: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
+def levels() -> tuple[str, ...]:
+    """The levels of processor that this one can run and the package has machine code for, the best last."""
+    return () if SHIPPED is None else tuple(SHIPPED.levels())
+
+
 def about() -> str:
     """For a report: where kernels come from."""
     if SHIPPED is None:
-        return "kernels compiled by Numba"
-    return f"kernels of the package, for {SHIPPED.level()}"
+        return "compiled by Numba"
+    return f"machine code of the package, for {SHIPPED.level()}"

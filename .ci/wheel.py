@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""Build the wheel for this machine and try it as users get it: in a new environment, without any compiler.
+
+    .ci/wheel.py              build it, and try it
+    .ci/wheel.py WHEEL        try this one
+
+Tests are copied to where no source of the package is. A sample of them runs with the best level of machine code, and
+the digests of all answers with each level that this processor can run. Exit status: 0 if all is well.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+TOOLS = "pytest", "hypothesis", "python-flint"
+BESIDE = "tests", "benchmarks", "docs", "examples", "native", "pyproject.toml"
+NO_COMPILER = "numba", "llvmlite", "ziglang"
+EACH_LEVEL = "tests/native/test_digest.py", "tests/native/test_no_compiler.py", "tests/test_system.py"
+SAMPLE = (
+    *("tests/exactness/test_certified.py", "tests/exactness/test_routes.py", "tests/exactness/test_ties.py"),
+    *("tests/engine/test_routes.py", "tests/integrators/test_whitted.py", "tests/seeds", "tests/test_commands.py"),
+    *("tests/test_docs.py::test_code_runs[README.md]", "tests/test_docs.py::test_code_runs[docs/index.md]"),
+)
+
+
+def built(folder: Path) -> Path:
+    """The wheel for this machine."""
+    subprocess.run([sys.executable, "-m", "native.wheels", "host", "--out", str(folder)], cwd=ROOT, check=True)
+    return next(folder.glob("*.whl"))
+
+
+def installed(wheel: Path, folder: Path) -> Path:
+    """An environment with a wheel and what tests need; its Python."""
+    venv.create(folder, with_pip=True)
+    python = folder / ("Scripts" if sys.platform == "win32" else "bin") / "python"
+    pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+    subprocess.run([*pip, "--constraint", ROOT / "requirements-dev.lock", wheel, *TOOLS], check=True)
+    program = f"import importlib.util as find; print([name for name in {NO_COMPILER} if find.find_spec(name)])"
+    found = subprocess.run([python, "-c", program], check=True, capture_output=True, text=True).stdout.strip()
+    if found != "[]":
+        raise SystemExit(f"the wheel brings {found}")
+    return python
+
+
+def levels(python: Path, folder: Path) -> list[str]:
+    """The levels of machine code that this processor can run."""
+    program = "from conicoid.compiler.machine_code import levels; print(*levels())"
+    return subprocess.run(
+        [python, "-c", program], cwd=folder, check=True, capture_output=True, text=True
+    ).stdout.split()
+
+
+def suite(folder: Path) -> Path:
+    """The tests and what they read, without the package."""
+    for name in BESIDE:
+        there = ROOT / name
+        if there.is_dir():
+            shutil.copytree(there, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(there, folder / name)
+    for page in ROOT.glob("*.md"):
+        shutil.copy(page, folder / page.name)
+    return folder
+
+
+def passes(python: Path, folder: Path, level: str, tests: tuple[str, ...]) -> bool:
+    """Do tests pass with a level?"""
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith(("CONICOID_", "PYTHONPATH"))
+    }
+    environment |= {"CONICOID_LEVEL": level, "CONICOID_CACHE_DIR": str(folder / "must-stay-empty")}
+    print(f"{level}: {len(tests)} files of tests", flush=True)
+    command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
+    done = subprocess.run(command, cwd=folder, env=environment, check=False).returncode == 0
+    if (folder / "must-stay-empty").exists():
+        print(f"{level}: something was written to the cache of kernels")
+        return False
+    return done
+
+
+def main() -> int:
+    """Build if need be, and try."""
+    with tempfile.TemporaryDirectory(prefix="wheel-") as name:
+        folder = Path(name)
+        wheel = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else built(folder / "dist")
+        python = installed(wheel, folder / "venv")
+        (folder / "suite").mkdir()
+        tests = suite(folder / "suite")
+        *older, best = levels(python, tests)
+        fine = [passes(python, tests, level, EACH_LEVEL) for level in older]
+        fine.append(passes(python, tests, best, EACH_LEVEL + SAMPLE))
+    print(f"{wheel.name}: {'works' if all(fine) else 'fails'}, {', '.join((*older, best))}")
+    return 0 if all(fine) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,88 @@
+"""What a platform's loader sees of an extension, read by LIEF: one description for ELF, Mach-O and PE."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import lief
+
+Version = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Binary:
+    """Names are those of C, without what a platform puts before them."""
+
+    machine: str
+    imports: frozenset[str]  # what others must define
+    libraries: frozenset[str]  # which must be there
+    exports: frozenset[str]
+    needs: Version  # the oldest glibc or macOS that will do; () where there is no such thing
+    stack_runs_code: bool
+    search_path: bool  # are libraries looked for where the file says?
+
+
+def _glibc(text: str) -> Version:
+    """The numbers in "GLIBC_2.17"."""
+    found = re.fullmatch(r"GLIBC_([\d.]+)", text)
+    return tuple(map(int, found[1].split("."))) if found else ()
+
+
+def _elf(found: Any) -> Binary:
+    tags, symbols = lief.ELF.DynamicEntry.TAG, [each for each in found.dynamic_symbols if each.name]
+    needed = [version.name for group in found.symbols_version_requirement for version in group.get_auxiliary_symbols()]
+    return Binary(
+        machine=found.header.machine_type.name,
+        imports=frozenset(each.name for each in symbols if each.shndx == 0),
+        libraries=frozenset(found.libraries),
+        exports=frozenset(each.name for each in symbols if each.shndx != 0),
+        needs=max(map(_glibc, needed), default=()),
+        stack_runs_code=not found.has_nx,
+        search_path=found.has(tags.RUNPATH) or found.has(tags.RPATH),
+    )
+
+
+_MADE_BY_THE_LINKER = {"_mh_dylib_header", "__dso_handle"}
+
+
+def _mach_o(found: Any) -> Binary:
+    """Python's names are looked for in all that is loaded; those of others in the library where the linker saw them."""
+    flat = {each.name for each in found.imported_symbols if each.binding_info.library_ordinal == -2}
+    imports = {each.name for each in found.imported_symbols}
+    strays = {f"{name} in no library" for name in flat if not name.lstrip("_").startswith("Py")}
+    needs = found.build_version.minos if found.has_build_version else found.version_min.version
+    own = found.get(lief.MachO.LoadCommand.TYPE.ID_DYLIB).name
+    return Binary(
+        machine=found.header.cpu_type.name,
+        imports=frozenset(name.removeprefix("_") for name in imports | strays),
+        libraries=frozenset(each.name for each in found.libraries if each.name != own),
+        exports=frozenset(each.name.removeprefix("_") for each in found.exported_symbols) - _MADE_BY_THE_LINKER,
+        needs=tuple(needs),
+        stack_runs_code=not found.has_nx_stack,
+        search_path=found.has_rpath,
+    )
+
+
+def _pe(found: Any) -> Binary:
+    return Binary(
+        machine=found.header.machine.name,
+        imports=frozenset(entry.name for library in found.imports for entry in library.entries),
+        libraries=frozenset(library.name.lower() for library in found.imports),
+        exports=frozenset(each.name for each in found.exported_functions),
+        needs=(),
+        stack_runs_code=not found.has_nx,
+        search_path=False,
+    )
+
+
+def read(path: Path) -> Binary:
+    """The description of a file. Raises ValueError for what is no library of one of the three kinds."""
+    lief.logging.disable()
+    found = lief.parse(str(path))
+    for kind, describe in ((lief.ELF.Binary, _elf), (lief.MachO.Binary, _mach_o), (lief.PE.Binary, _pe)):
+        if isinstance(found, kind):
+            return describe(found)
+    raise ValueError(f"{path} is no library of Linux, macOS or Windows")

@@ -1,0 +1,129 @@
+"""What an extension and a wheel must be before anybody gets them: `python -m native.inspection WHEEL...`.
+
+An extension takes Python's stable ABI of 3.11 and a few functions on memory and strings from others, and nothing of
+their mathematics, which would decide bits. What is wrong is listed, all of it.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from zipfile import ZipFile
+
+from abi3info import DATAS, FUNCTIONS
+from abi3info.models import PyVersion
+
+from .binary import Binary, read
+from .link import extension_name
+from .targets import TARGETS, Target
+
+ROOT = Path(__file__).resolve().parents[1]
+MOST_BYTES = 8 << 20
+OLDEST_PYTHON = PyVersion(3, 11)
+STABLE = {each.symbol.name for each in (*FUNCTIONS.values(), *DATAS.values()) if each.added <= OLDEST_PYTHON}
+
+MEMORY = {"malloc", "free", "memcpy", "memmove", "memset", "strchr", "strcmp", "strlen"}
+START = {  # what the code around a DLL takes from Windows as it is loaded and left
+    *("_execute_onexit_table", "_exit", "_initialize_onexit_table", "_initterm", "_initterm_e", "abort"),
+    *("_register_onexit_function", "__acrt_iob_func", "__stdio_common_vfprintf", "fwrite"),
+    *("DeleteCriticalSection", "EnterCriticalSection", "InitializeCriticalSection", "LeaveCriticalSection"),
+    *("GetLastError", "Sleep", "TlsGetValue", "VirtualProtect", "VirtualQuery"),
+}
+TO_COME = {"acos", "atan2", "exp", "frexp", "hypot", "ldexp", "nextafter", "pow"}  # until kernels have their own
+IMPORTS = {
+    "linux": MEMORY | TO_COME,
+    "musl": MEMORY | TO_COME,
+    "macos": MEMORY | {"bzero", "__bzero", "memset_pattern16", "dyld_stub_binder"} | TO_COME,
+    "windows": MEMORY | START | TO_COME,
+}
+WINDOWS = "heap", "math", "private", "runtime", "stdio", "string"
+LIBRARIES = {
+    "linux": {"libc.so.6", "libm.so.6"},
+    "musl": {"libc.so"},
+    "macos": {"/usr/lib/libSystem.B.dylib"},
+    "windows": {"python3.dll", "kernel32.dll", *(f"api-ms-win-crt-{part}-l1-1-0.dll" for part in WINDOWS)},
+}
+MACHINES = {"x86_64": {"X86_64", "AMD64"}, "aarch64": {"AARCH64"}, "arm64": {"ARM64"}}
+
+
+def _listed(what: str, names: set[str] | frozenset[str]) -> Iterator[str]:
+    if names:
+        yield f"{what}: {', '.join(sorted(names))}"
+
+
+def _oldest(target: Target) -> tuple[int, ...]:
+    """The version of glibc or macOS in the tag of its wheels."""
+    words = target.tag.split("_")
+    return (int(words[1]), int(words[2])) if target.system in ("linux", "macos") else ()
+
+
+def _of_this_machine(content: bytes) -> Iterator[str]:
+    for place in (ROOT, Path.home() / ".cache", Path(sys.prefix), Path(tempfile.gettempdir()) / ""):
+        if str(place).encode() in content:
+            yield f"names a folder of the machine it was built on: {place}"
+
+
+def wrong_with(binary: Binary, target: Target) -> Iterator[str]:
+    """What is wrong with an extension for a target."""
+    if binary.machine not in MACHINES[target.name.partition("-")[2]]:
+        yield f"is for {binary.machine}"
+    yield from _listed("takes what it may not", binary.imports - STABLE - IMPORTS[target.system])
+    yield from _listed("needs libraries", binary.libraries - LIBRARIES[target.system])
+    if binary.exports != {"PyInit__kernels"}:
+        yield f"offers {', '.join(sorted(binary.exports))}, not PyInit__kernels alone"
+    if binary.needs[:2] > _oldest(target):
+        yield f"needs version {'.'.join(map(str, binary.needs))}, newer than its tag says"
+    if binary.stack_runs_code:
+        yield "has a stack that runs code"
+    if binary.search_path:
+        yield "says where libraries are to be looked for"
+
+
+def wrong_with_extension(path: Path, target: Target) -> list[str]:
+    """What is wrong with the file of an extension."""
+    return [*wrong_with(read(path), target), *_of_this_machine(path.read_bytes())]
+
+
+def target_of(wheel: Path) -> Target:
+    """The target that a wheel's name says."""
+    for target in TARGETS.values():
+        if wheel.name.endswith(f"-cp311-abi3-{target.tag}.whl"):
+            return target
+    raise ValueError(f"{wheel.name} is a wheel for none of the targets")
+
+
+def wrong_with_wheel(wheel: Path) -> list[str]:
+    """What is wrong with a wheel and the extension in it."""
+    target, found = target_of(wheel), []
+    name = f"conicoid/{extension_name(target)}"
+    if wheel.stat().st_size > MOST_BYTES:
+        found.append(f"has {wheel.stat().st_size:,} bytes, more than {MOST_BYTES:,}")
+    with ZipFile(wheel) as archive, tempfile.TemporaryDirectory() as folder:
+        names = archive.namelist()
+        info = next(each.partition("/")[0] for each in names if ".dist-info/" in each)
+        strays = {each for each in names if each.partition("/")[0] not in ("conicoid", info)}
+        found += _listed("holds what does not belong to the package", strays)
+        if f"{info}/licenses/LICENSE" not in names:
+            found.append("has no licence")
+        about = archive.read(f"{info}/WHEEL").decode().splitlines()
+        wanted = {"Root-Is-Purelib: false", f"Tag: cp311-abi3-{target.tag}"}
+        found += _listed("does not say", wanted - set(about))
+        if [each for each in names if each.startswith("conicoid/_kernels")] != [name]:
+            return [*found, f"does not hold {name} alone"]
+        return found + wrong_with_extension(Path(archive.extract(name, folder)), target)
+
+
+def main() -> int:
+    """Inspect wheels; 1 if something is wrong with one."""
+    wrong = 0
+    for wheel in map(Path, sys.argv[1:]):
+        found = wrong_with_wheel(wheel)
+        wrong += bool(found)
+        print(f"{wheel.name}: {'; '.join(found) or 'as it should be'}")
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

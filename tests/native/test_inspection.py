@@ -1,0 +1,168 @@
+"""What is inspected before a wheel gets its name: each fault is put into a small extension, and found."""
+
+from __future__ import annotations
+
+import shutil
+import struct
+import subprocess
+import sys
+from pathlib import Path
+from zipfile import ZipFile
+
+import pytest
+
+from native.binary import read
+from native.inspection import ROOT, STABLE, target_of, wrong_with_extension, wrong_with_wheel
+from native.link import extension_name
+from native.targets import TARGETS
+from native.wheels import wheel
+from native.windows import import_library, stable_names
+
+LINUX = TARGETS["linux-x86_64"]
+GOOD = """
+#include "python.h"
+static PyModuleDef definition = {.base = {1, NULL}, .name = "_kernels", .size = -1};
+EXPORT PyObject *PyInit__kernels(void) { return PyModule_Create2(&definition, 3); }
+"""
+
+
+def compiled(folder: Path, source: str, target=LINUX, flags: tuple[str, ...] = ()) -> Path:
+    """A file as the linker makes it. Without the code around a library, which is compiled at first use."""
+    file, out = folder / "door.c", folder / extension_name(target)
+    file.write_text(source)
+    more = {
+        "windows": lambda: ["-nostdlib", "-Wl,--entry=", str(import_library(folder))],
+        "macos": lambda: ["-undefined", "dynamic_lookup", f"-Wl,-install_name,@rpath/{out.name}"],
+    }.get(target.system, lambda: ["-nostdlib"] if not flags else [])()
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, "-O2", "-fPIC", "-shared", "-s"]
+    command += ["-fvisibility=hidden", f"-I{ROOT / 'native'}", str(file), "-o", str(out), *more, *flags]
+    subprocess.run(command, check=True)
+    return out
+
+
+@pytest.mark.parametrize("name", ["linux-x86_64", "musl-aarch64", "macos-arm64", "macos-x86_64"])
+def test_nothing_is_wrong_with_a_good_one(tmp_path, name):
+    target = TARGETS[name]
+    assert wrong_with_extension(compiled(tmp_path, GOOD, target), target) == []
+
+
+def test_what_is_taken_from_python_is_seen_on_every_system(tmp_path):
+    for name in ("linux-aarch64", "macos-arm64"):
+        (tmp_path / name).mkdir()
+        binary = read(compiled(tmp_path / name, GOOD, TARGETS[name]))
+        assert "PyModule_Create2" in binary.imports
+        assert binary.exports == {"PyInit__kernels"}
+
+
+FAULTS = {
+    "what the stable ABI does not have": (
+        "PYTHON const char *PyUnicode_AsUTF8(PyObject *); EXPORT const char *PyInit__kernels(void) { return PyUnicode_AsUTF8(0); }",
+        (),
+        "takes what it may not: PyUnicode_AsUTF8",
+    ),
+    "mathematics of the platform": (
+        "double sin(double); static volatile double x; EXPORT void *PyInit__kernels(void) { x = sin(x); return 0; }",
+        ("-lm", "-fno-builtin"),
+        "takes what it may not: sin",
+    ),
+    "something newer than its tag": (
+        'int memfd_create(const char *, unsigned); EXPORT int PyInit__kernels(void) { return memfd_create("", 0); }',
+        ("-target", "x86_64-linux-gnu.2.28"),
+        "needs version 2.27, newer than its tag says",
+    ),
+    "a second door": (
+        GOOD + "EXPORT int other(void) { return 1; }",
+        (),
+        "offers PyInit__kernels, other, not PyInit__kernels alone",
+    ),
+    "another library": (
+        "char *dlerror(void); EXPORT char *PyInit__kernels(void) { return dlerror(); }",
+        ("-ldl",),
+        "needs libraries: libdl.so.2",
+    ),
+    "a place for libraries": (GOOD, ("-Wl,-rpath,/opt/lib",), "says where libraries are to be looked for"),
+    "a folder of this machine": (
+        GOOD + f'EXPORT const char *PyInit_folder(void) {{ return "{ROOT}/native"; }}',
+        (),
+        f"names a folder of the machine it was built on: {ROOT}",
+    ),
+    "another processor": (GOOD, ("-target", "aarch64-linux-gnu.2.17"), "is for AARCH64"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_are_found(tmp_path, fault):
+    source, flags, told = FAULTS[fault]
+    if "#include" not in source:
+        source = '#include "python.h"\n' + source
+    assert told in wrong_with_extension(compiled(tmp_path, source, flags=flags), LINUX)
+
+
+def test_a_stack_that_runs_code_is_found(tmp_path):
+    path = compiled(tmp_path, GOOD)
+    stack, read_write, run_too = 0x6474E551, 6, 7  # PT_GNU_STACK, and its flags
+    content = path.read_bytes()
+    assert struct.pack("<II", stack, read_write) in content
+    path.write_bytes(content.replace(struct.pack("<II", stack, read_write), struct.pack("<II", stack, run_too)))
+    assert wrong_with_extension(path, LINUX) == ["has a stack that runs code"]
+
+
+def test_the_header_declares_nothing_but_the_stable_abi():
+    functions, objects = stable_names()
+    assert functions | objects <= STABLE
+    assert {"PyErr_Format", "PyType_FromSpec"} <= functions
+    assert {"PyExc_ValueError", "_Py_NoneStruct"} <= objects
+    assert not functions & objects
+
+
+@pytest.fixture
+def good_wheel(tmp_path):
+    (tmp_path / "extension").mkdir()
+    return wheel(LINUX, compiled(tmp_path / "extension", GOOD), tmp_path)
+
+
+def test_a_wheel_holds_the_package_its_extension_and_the_licence(good_wheel):
+    assert good_wheel.name.endswith("-cp311-abi3-manylinux_2_17_x86_64.whl")
+    assert target_of(good_wheel) == LINUX
+    with ZipFile(good_wheel) as archive:
+        names = archive.namelist()
+        metadata = archive.read(next(name for name in names if name.endswith("METADATA"))).decode().splitlines()
+    assert "conicoid/_kernels.abi3.so" in names
+    assert "conicoid/scene.py" in names
+    assert [line for line in metadata if "numba" in line and "extra ==" not in line] == []
+    assert not [name for name in names if name.startswith(("tests", "native"))]
+
+
+def without(good: Path, out: Path, name: str, instead: dict[str, bytes]) -> Path:
+    """A wheel in which files whose names end with `name` are missing, and others are added."""
+    with ZipFile(good) as archive, ZipFile(out, "w") as made:
+        for each in archive.namelist():
+            if not each.endswith(name):
+                made.writestr(each, archive.read(each))
+        for each, content in instead.items():
+            made.writestr(each, content)
+    return out
+
+
+def test_faults_of_wheels_are_found(good_wheel, tmp_path):
+    (tmp_path / "bad").mkdir()
+    bad = tmp_path / "bad" / good_wheel.name
+    assert wrong_with_wheel(without(good_wheel, bad, "/LICENSE", {})) == ["has no licence"]
+    told = wrong_with_wheel(without(good_wheel, bad, "_kernels.abi3.so", {}))
+    assert told == ["does not hold conicoid/_kernels.abi3.so alone"]
+    told = wrong_with_wheel(without(good_wheel, bad, "//", {"tests/__init__.py": b""}))
+    assert told == ["holds what does not belong to the package: tests/__init__.py"]
+    told = wrong_with_wheel(without(good_wheel, bad, "//", {"conicoid/pad": b"\0" * (8 << 20)}))
+    assert told == [f"has {bad.stat().st_size:,} bytes, more than 8,388,608"]
+    other = bad.with_name(good_wheel.name.replace("x86_64", "aarch64"))
+    shutil.copyfile(good_wheel, other)
+    assert wrong_with_wheel(other) == ["does not say: Tag: cp311-abi3-manylinux_2_17_aarch64", "is for X86_64"]
+    with pytest.raises(ValueError, match="a wheel for none of the targets"):
+        wrong_with_wheel(good_wheel.with_name("conicoid-0.1.0-py3-none-any.whl"))
+
+
+def test_a_faulty_extension_becomes_no_wheel(tmp_path):
+    bad = compiled(tmp_path, GOOD + "EXPORT int other(void) { return 1; }")
+    (tmp_path / "out").mkdir()
+    with pytest.raises(ValueError, match="offers PyInit__kernels, other"):
+        wheel(LINUX, bad, tmp_path / "out")
