@@ -31,16 +31,15 @@ START = {  # what the code around a DLL takes from Windows as it is loaded and l
     *("DeleteCriticalSection", "EnterCriticalSection", "InitializeCriticalSection", "LeaveCriticalSection"),
     *("GetLastError", "Sleep", "TlsGetValue", "VirtualProtect", "VirtualQuery"),
 }
-TO_COME = {"acos", "atan2", "exp", "frexp", "hypot", "ldexp", "nextafter", "pow"}  # until kernels have their own
 IMPORTS = {
-    "linux": MEMORY | TO_COME,
-    "musl": MEMORY | TO_COME,
-    "macos": MEMORY | {"bzero", "__bzero", "memset_pattern16", "dyld_stub_binder"} | TO_COME,
-    "windows": MEMORY | START | TO_COME,
+    "linux": MEMORY,
+    "musl": MEMORY,
+    "macos": MEMORY | {"bzero", "__bzero", "memset_pattern16", "dyld_stub_binder"},
+    "windows": MEMORY | START,
 }
 WINDOWS = "heap", "math", "private", "runtime", "stdio", "string"
 LIBRARIES = {
-    "linux": {"libc.so.6", "libm.so.6"},
+    "linux": {"libc.so.6"},
     "musl": {"libc.so"},
     "macos": {"/usr/lib/libSystem.B.dylib"},
     "windows": {"python3.dll", "kernel32.dll", *(f"api-ms-win-crt-{part}-l1-1-0.dll" for part in WINDOWS)},

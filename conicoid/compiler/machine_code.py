@@ -12,12 +12,8 @@ from typing import Any
 
 import numpy as np
 
-<<<<<<< HEAD
-from ..environment import jit_wanted, level_wanted
-from .address_space import TO_RUN, require
-=======
 from ..environment import LEVEL, jit_wanted, level_wanted
->>>>>>> wheels
+from .address_space import TO_RUN, require
 
 
 def _shipped() -> Any:
