@@ -11,12 +11,13 @@ DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 .DEFAULT_GOAL := help
-.PHONY: help demo docs test deep check format wheel wheels lock clean
+.PHONY: help demo docs kernels test test-jit deep check format wheel wheels lock clean
 
 help:
 	@echo "make demo    render the gallery into out/"
 	@echo "make docs    the site, in out/site"
 	@echo "make test    the fast test suite"
+	@echo "make test-jit    the same, with kernels that Numba compiles"
 	@echo "make deep    the long test suite"
 	@echo "make check   formatting, lint, types, layers"
 	@echo "make format  let ruff format and fix"
@@ -25,20 +26,27 @@ help:
 	@echo "make lock    take the newest development packages"
 	@echo "make clean   remove everything that make made"
 
-demo: $(READY)
+demo: kernels
 	$(BIN)/python examples/gallery.py
 	@echo "The pictures are in $(CURDIR)/out"
 
-docs: $(DOCS_READY)
+docs: $(DOCS_READY) kernels
 	$(BIN)/python -m docs.tools.live out/extra
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --fresh-env --doctree-dir out/doctrees docs out/site
 	$(BIN)/python -m docs.tools.links out/site
 	@echo "The site is $(CURDIR)/out/site/index.html"
 
-test: $(READY)
+# Kernels as machine code for this processor: sooner than compiling each as it is called. Not a must.
+kernels: $(READY)
+	@$(BIN)/python -m native.build --in-place || echo "Kernels are compiled as they are called."
+
+test: kernels
 	$(PYTEST)
 
-deep: $(READY)
+test-jit: $(READY)
+	CONICOID_JIT=own $(PYTEST)
+
+deep: kernels
 	$(PYTEST) -m "deep or not deep"
 
 check: $(READY)
@@ -84,5 +92,5 @@ lock:
 	rm -rf $(VENV)/lock
 
 clean:
-	rm -rf $(VENV) out dist .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) out dist conicoid/_kernels.* .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -2,12 +2,13 @@
 
 Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
 `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a hash of the
-sources, so that it is used only until one is edited.
+sources, so that it is used only until one is edited; if it is there, nothing is done.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import subprocess
 import sys
@@ -83,6 +84,16 @@ def host_level(target: Target) -> str:
     return [level.name for level in target.levels if level.needs <= needs][-1]
 
 
+def _is_there(sources: str) -> bool:
+    """Was the checkout's extension made of these sources, and after the last edit of what makes it?"""
+    try:
+        found = importlib.import_module("conicoid._kernels")
+    except ImportError:
+        return False
+    edited = max(each.stat().st_mtime for each in HERE.glob("*.*"))
+    return bool(found.sources == sources and Path(str(found.__file__)).stat().st_mtime > edited)
+
+
 def main() -> None:
     """Build as the command line says."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -99,10 +110,15 @@ def main() -> None:
             from conicoid.compiler.kernel_cache.place import hash_of_sources
 
             sources, target = hash_of_sources(), target.only(host_level(target))
+            if _is_there(sources):
+                return
+            print("Making machine code of the kernels, which takes about a minute ...", flush=True)
         out = build(target, folder, sources)
         if wanted.in_place:
             place = HERE.parent / "conicoid" / out.name
-            place.write_bytes(out.read_bytes())
+            unfinished = place.with_suffix(".unfinished")  # a process may be using the old one
+            unfinished.write_bytes(out.read_bytes())
+            unfinished.replace(place)
             out = place
         print(out)
 
