@@ -1,0 +1,61 @@
+"""The door with address and undefined-behaviour checks: a sample of queries, and of wrong arguments."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from native import build, link
+
+from ..children import ROOT
+from ..machine_code import needs_machine_code
+
+CHECKS = "-O1 -g -fPIC -shared -fsanitize=address,undefined -fno-sanitize-recover=undefined -ffp-contract=off".split()
+SAMPLE = "tests/engine/test_routes.py", "tests/exactness/test_ties.py", "tests/integrators"
+
+pytestmark = [
+    needs_machine_code,
+    pytest.mark.deep,
+    pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc with its sanitizers is needed"),
+]
+
+
+@pytest.fixture(scope="module")
+def checked(tmp_path_factory):
+    """A copy of the package with a checked extension, and the environment that it needs."""
+    folder = tmp_path_factory.mktemp("checked")
+    runtime = subprocess.run(["gcc", "-print-file-name=libasan.so"], capture_output=True, text=True).stdout.strip()
+    if not os.path.isabs(runtime):
+        pytest.skip("gcc has no address sanitizer here")
+    for part in ("conicoid", "tests", "native", "benchmarks", "docs", "examples"):
+        shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__", "_kernels.*"))
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    target = build.host()
+    target = target.only(build.host_level(target))
+    made = folder / "made"
+    made.mkdir()
+    plain = build.build(target, made)
+    sources = [str(link.HERE / name) for name in link.SOURCES]
+    out = folder / "conicoid" / plain.name
+    headers = [f"-I{plain.parent}", f"-I{link.HERE}"]
+    subprocess.run(["gcc", *CHECKS, *headers, "-o", str(out), *sources, *map(str, made.glob("*.o"))], check=True)
+    checks = {"ASAN_OPTIONS": "detect_leaks=0", "LD_PRELOAD": runtime, "PYTHONPATH": str(folder)}
+    return folder, os.environ | checks
+
+
+def test_queries(checked):
+    folder, environment = checked
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *SAMPLE]
+    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=3000)
+    assert run.returncode == 0, (run.stdout + run.stderr)[-3000:]
+
+
+def test_wrong_arguments(checked):
+    folder, environment = checked
+    command = [sys.executable, "-m", "tests.native.fuzz", "20000", "7"]
+    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=3000)
+    assert run.returncode == 0, run.stderr[-3000:]
