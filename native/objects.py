@@ -8,6 +8,7 @@ their status: 0, -2 for nothing, else an error.
 from __future__ import annotations
 
 import pickle
+import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -111,4 +112,5 @@ def main(code: str, target: str, name: str, out: str) -> None:
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a trace: whoever started it tells
     main(*sys.argv[1:])

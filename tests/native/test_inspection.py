@@ -24,14 +24,15 @@ GOOD = """
 static PyModuleDef definition = {.base = {1, NULL}, .name = "_kernels", .size = -1};
 EXPORT PyObject *PyInit__kernels(void) { return PyModule_Create2(&definition, 3); }
 """
+START = "int DllMainCRTStartup(void *a, unsigned b, void *c) { (void)a, (void)b, (void)c; return 1; }"  # of a DLL
 
 
 def compiled(folder: Path, source: str, target=LINUX, flags: tuple[str, ...] = ()) -> Path:
     """A file as the linker makes it. Without the code around a library, which is compiled at first use."""
     file, out = folder / "door.c", folder / extension_name(target)
-    file.write_text(source)
+    file.write_text(source + START * (target.system == "windows"))
     more = {
-        "windows": lambda: ["-nostdlib", "-Wl,--entry=", str(import_library(folder))],
+        "windows": lambda: ["-nostdlib", str(import_library(folder))],
         "macos": lambda: ["-undefined", "dynamic_lookup", f"-Wl,-install_name,@rpath/{out.name}"],
     }.get(target.system, lambda: ["-nostdlib"] if not flags else [])()
     command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, "-O2", "-fPIC", "-shared", "-s"]
@@ -40,14 +41,14 @@ def compiled(folder: Path, source: str, target=LINUX, flags: tuple[str, ...] = (
     return out
 
 
-@pytest.mark.parametrize("name", ["linux-x86_64", "musl-aarch64", "macos-arm64", "macos-x86_64"])
+@pytest.mark.parametrize("name", ["linux-x86_64", "musl-aarch64", "macos-arm64", "macos-x86_64", "windows-x86_64"])
 def test_nothing_is_wrong_with_a_good_one(tmp_path, name):
     target = TARGETS[name]
     assert wrong_with_extension(compiled(tmp_path, GOOD, target), target) == []
 
 
 def test_what_is_taken_from_python_is_seen_on_every_system(tmp_path):
-    for name in ("linux-aarch64", "macos-arm64"):
+    for name in ("linux-aarch64", "macos-arm64", "windows-x86_64"):
         (tmp_path / name).mkdir()
         binary = read(compiled(tmp_path / name, GOOD, TARGETS[name]))
         assert "PyModule_Create2" in binary.imports

@@ -1,0 +1,74 @@
+"""Making wheels: what is interrupted, or faulty, leaves nothing behind; what is made is whole."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+import conicoid as co
+from native import wheels
+from native.targets import TARGETS
+
+
+def run(monkeypatch, tmp_path: Path, build, *targets: str) -> int:
+    """The exit status of `python -m native.wheels`, with wheels that are letters."""
+    monkeypatch.setattr(wheels, "lowered", lambda folder: folder)
+    monkeypatch.setattr(wheels, "build", build)
+    monkeypatch.setattr(wheels, "wheel", lambda target, extension, folder: extension)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "scratch"))
+    monkeypatch.setattr(sys, "argv", ["wheels", "--out", str(tmp_path / "dist"), *targets])
+    (tmp_path / "scratch").mkdir(exist_ok=True)
+    return wheels.main()
+
+
+def made(target, folder: Path) -> Path:
+    path = folder / f"{target.name}.whl"
+    path.write_text(target.tag)
+    return path
+
+
+def left(tmp_path: Path) -> set[str]:
+    return {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
+
+
+def test_all_arrive_with_the_source_archive(monkeypatch, tmp_path, capsys):
+    assert run(monkeypatch, tmp_path, made) == 0
+    assert left(tmp_path) == {*(f"dist/{name}.whl" for name in TARGETS), f"dist/conicoid-{co.__version__}.tar.gz"}
+    lines = capsys.readouterr().out.splitlines()
+    assert any("linux-aarch64 (2 of 7): arm64" in line for line in lines)
+
+
+def test_some_arrive_alone(monkeypatch, tmp_path):
+    assert run(monkeypatch, tmp_path, made, "macos-arm64") == 0
+    assert left(tmp_path) == {"dist/macos-arm64.whl"}
+
+
+def test_control_c_leaves_nothing(monkeypatch, tmp_path, capsys):
+    def interrupted(target, folder: Path) -> Path:
+        if target.name == "musl-x86_64":
+            raise KeyboardInterrupt
+        return made(target, folder)
+
+    assert run(monkeypatch, tmp_path, interrupted) == 130
+    assert left(tmp_path) == set()
+    assert capsys.readouterr().err == "interrupted\n"
+
+
+def test_a_faulty_one_keeps_all_from_arriving(monkeypatch, tmp_path, capsys):
+    def faulty(target, folder: Path) -> Path:
+        if target.name == "windows-x86_64":
+            raise ValueError("conicoid.whl: has no licence")
+        return made(target, folder)
+
+    assert run(monkeypatch, tmp_path, faulty) == 1
+    assert left(tmp_path) == set()
+    assert capsys.readouterr().err == "conicoid.whl: has no licence\n"
+
+
+def test_unknown_targets_are_refused(monkeypatch, tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        run(monkeypatch, tmp_path, made, "amiga")
+    assert "there is no target amiga" in capsys.readouterr().err
