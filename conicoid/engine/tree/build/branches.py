@@ -138,7 +138,7 @@ def grow(records: Floats, branches: Branches, root: int, area: float, most: int,
         _cost_of_one(records, branches, root, costs, at)
     else:
         weigh(branches, root, area, _cost_as_leaf(records, begin, end, area, most), costs, at, 0)
-    for j in range(ROW):
+    for j in range(1, ROW):
         root_costs[row + j] = costs[at + j]
 
 
