@@ -10,7 +10,7 @@ import conicoid as co
 from conicoid.shapes.base import REGISTRY
 
 from ..contract.examples import examples_of
-from ..shapes.random_pairs import flat, quadric, random_step
+from ..shapes.random_pairs import flat, quadric, random_step, something_left
 
 NAMES = [
     n
@@ -27,7 +27,7 @@ def random_leaf(rng: np.random.Generator) -> Any:
     """An example of the contract suite, or a quadric with nice numbers."""
     kind = rng.random()
     if kind < 0.5:
-        return quadric(rng).solid
+        return something_left(quadric, rng).solid
     return flat(rng).solid if kind < 0.6 else SOLIDS[int(rng.integers(len(SOLIDS)))]
 
 

@@ -10,7 +10,8 @@ import pytest
 from ..children import child
 
 PROGRAM = """
-import gc, json, re
+import gc, json, os, re
+os.environ["CONICOID_JIT"] = "own"
 import conicoid as co
 from conicoid.compiler.functions import Kernel
 
