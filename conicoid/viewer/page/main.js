@@ -2,6 +2,7 @@
 import { copyOf, fitted, onScreen, pixelRay } from "./camera.js";
 import { showDetails } from "./details.js";
 import { latest, showSliders } from "./editing.js";
+import { Exact } from "./exact.js";
 import { Film } from "./film.js";
 import { listen } from "./gestures.js";
 import { GAVE_UP, Graphics } from "./graphics.js";
@@ -24,6 +25,7 @@ export class Viewer {
     this.find = (selector) => root.querySelector(selector);
     this.canvas = this.find("canvas");
     this.title = data.title;
+    this.carried = data.engine ?? null;
     this.waiting = new Waiting(root, data.preview);
     this.graphics = new Graphics(this.canvas, data.shaders);
     this.picker = new Picker(this.graphics);
@@ -170,6 +172,14 @@ export class Viewer {
     return null;
   }
 
+  // The same by the engine that the page carries, or why it has none
+  async inPage(ray) {
+    try {
+      this.exact ??= Exact.open(this.carried, this.scene);
+      return { ...(await this.exact).pick(ray, this.state), by: "page" };
+    } catch (error) { return { note: error.message }; }
+  }
+
   byShader(ray, view, x, y, note) {
     const ratio = this.canvas.width / this.canvas.clientWidth;
     const all = this.picker.at(view, x * ratio, y * ratio, this.canvas.width, this.canvas.height, 64);
@@ -192,6 +202,12 @@ export class Viewer {
       if (answer) return this.show(answer, question);
       note = this.server ? "" : "No kernel has answered: it is busy, or there is none.";
       exact.then((found) => { if (found && this.question === question && !this.ended) this.show(found, question); });
+    }
+    if (!this.server && !this.kernel && this.carried) {
+      const answer = await this.inPage(ray);
+      if (this.question !== question || this.ended) return;
+      if (answer.by) return this.show(answer, question);
+      note = answer.note;
     }
     this.show(this.byShader(ray, view, x, y, note), question);
   }

@@ -1,0 +1,152 @@
+"""The engine that exported pages carry: every bit is the desktop's, in node and in a page opened from a disk."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import struct
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from benchmarks.digest import Numbers, rays, scenes
+from conicoid.engine.certified.errors import errors_of_t
+from conicoid.viewer import engine, html
+from conicoid.viewer.lowered_data import scene_data
+from conicoid.viewer.picks import pick
+
+from .browser import WIDE, needs_browser, opened
+
+NODE = shutil.which("node")
+needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
+needs_engine = pytest.mark.skipif(
+    engine.shipped() is None, reason="no engine for pages has been built of these sources (python -m native.page)"
+)
+RUN = Path(__file__).with_name("engine_rays.mjs")
+OPEN = "Floating point cannot decide this ray: it takes the exact arithmetic of Conicoid's desktop engine."
+
+
+def sheets() -> co.Scene:
+    """What the digest's scenes of solids leave out, and walls that bodies share."""
+    ball = co.Sphere(1.0, (3, 0, 0))
+    return co.Scene([
+        co.Polygon([(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 0.5, 0), (0, 2, 0)]), co.Triangle((0, 0, 1), (1, 0, 1), (0, 1, 2)),
+        co.Disc((0, 0, 2), (0, 1, 2), 1.0), co.Plane((1, 2, 2), -6), ball & co.HalfSpace((0, 0, 1), 0), ball,
+        ball - co.Box((2, -1, -1), (4, 1, 0)), co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+        co.Cylinder((0, 0, -1), (0, 0, 1), 2) - co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+    ])  # fmt: skip
+
+
+def asked(scene: co.Scene, seed: int, count: int) -> Iterator[dict[str, Any]]:
+    """Rays of the digest, and grazing ones: tangents at what they hit; some with bodies hidden, some cut."""
+    numbers, lines = Numbers(seed), []
+    for origins, directions, _ in rays(numbers):
+        o, d = np.broadcast_arrays(origins, directions)
+        some = [numbers.next() % (o.size // 3) for _ in range(count)]
+        lines += list(zip(o.reshape(-1, 3)[some], d.reshape(-1, 3)[some], strict=True))
+        hits = scene.first_hit(o.reshape(-1, 3)[some], d.reshape(-1, 3)[some])
+        for hit in hits[hits.hit][: count // 3]:
+            along = np.cross(hit.normal, (0.5, 0.25, 1.0))
+            lines.append((hit.point - 2 * along, along))
+    for k, (origin, direction) in enumerate(lines):
+        if not direction.any():
+            continue
+        hidden = [k % len(scene.bodies)] if k % 4 == 1 else []
+        section = {"normal": [0.25, 1.0, -0.5], "offset": (k % 5 - 2) / 4} if k % 4 == 2 else None
+        yield {"origin": origin.tolist(), "direction": direction.tolist(), "hidden": hidden, "section": section}
+
+
+def bits(value: Any) -> Any:
+    """The same with every number as the bits of its float64."""
+    if isinstance(value, dict):
+        return {name: bits(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [bits(item) for item in value]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    return "nan" if math.isnan(value) else str(struct.unpack("<q", struct.pack("<d", value))[0])
+
+
+def in_node(cases: list[tuple[co.Scene, list[dict[str, Any]]]], folder: Path) -> list[list[Any]]:
+    """The answers of the page's engine."""
+    module, given = folder / "page.mjs", folder / "cases.json"
+    module.write_text(html.script() + "\nexport { Exact, bitsOf, decodedScene };\n", encoding="utf-8")
+    data = [(scene_data(scene), rays, scene) for scene, rays in cases]
+    whole = [
+        {"scene": shown, "engine": engine.engine_data(scene, shown["tables"]), "rays": rays} for shown, rays, scene in data
+    ]
+    given.write_text(json.dumps(whole), encoding="utf-8")
+    run = subprocess.run([str(NODE), str(RUN), str(module), str(given)], capture_output=True, text=True, timeout=600)
+    assert run.returncode == 0, run.stderr[-2000:]
+    answers: list[list[Any]] = json.loads(run.stdout)
+    return answers
+
+
+def bound(scene: co.Scene, ray: dict[str, Any], row: dict[str, Any]) -> float:
+    """The bound without exact arithmetic."""
+    errors, lines = np.empty(1), [np.array([ray[name]]) for name in ("origin", "direction")]
+    t, surface = np.array([row["t"]]), np.array([row["surface"]], np.int32)
+    errors_of_t(scene.geometry, scene.prepared.rest, *lines, np.zeros(0, np.int64), t, surface, 0, 1, errors)
+    return float(errors[0])
+
+
+def without_exact_bounds(scene: co.Scene, ray: dict[str, Any], found: Any) -> Any:
+    """The desktop's answer as a page has to give it: no bound where it takes exact arithmetic."""
+    if found is None:
+        return None
+    size = max(map(abs, ray["origin"])) / max(map(abs, ray["direction"]))
+    for row in (found, *found["crossings"]):
+        if row.get("surface") is not None and not bound(scene, ray, row) <= 2.0**-24 * (abs(row["t"]) + size):
+            row["t_error"] = None
+    return found
+
+
+def compare(some: list[co.Scene], count: int, folder: Path) -> tuple[int, int]:
+    """(answers that are the desktop's to the bit, rays that a page leaves to it)."""
+    cases = [(scene, list(asked(scene, k + 1, count))) for k, scene in enumerate(some)]
+    same = left = 0
+    for (scene, rays), answers in zip(cases, in_node(cases, folder), strict=True):
+        for ray, answer in zip(rays, answers, strict=True):
+            if answer.get("error") == OPEN:
+                left += 1
+                continue
+            expected = without_exact_bounds(scene, ray, pick(scene, ray)["found"])
+            assert answer == {"found": bits(expected)}, ray
+            same += 1
+    return same, left
+
+
+@needs_node
+@needs_engine
+def test_every_bit_is_the_desktops(tmp_path):
+    some = list(scenes())
+    same, left = compare([*some[::5], some[-3], sheets()], 20, tmp_path)
+    assert same > 800
+    assert left < same // 20
+
+
+@pytest.mark.deep
+@needs_node
+@needs_engine
+def test_every_bit_is_the_desktops_on_many_rays(tmp_path):
+    same, left = compare([*scenes(), sheets()], 150, tmp_path)
+    assert same > 10_000
+    assert left < same // 20
+
+
+@needs_node
+@needs_engine
+def test_the_engine_takes_nothing_from_javascript(tmp_path):
+    code = engine.shipped()
+    assert code is not None
+    (tmp_path / "engine.wasm").write_bytes(code)
+    ask = "console.log(WebAssembly.Module.imports(new WebAssembly.Module(require('fs').readFileSync(process.argv[1]))).length)"
+    run = subprocess.run([str(NODE), "-e", ask, str(tmp_path / "engine.wasm")], capture_output=True, text=True, timeout=60)
+    assert run.stdout.strip() == "0", run.stderr
+    assert len(code) < 256 << 10
