@@ -27,12 +27,14 @@ def _python(*words: str) -> None:
     subprocess.run([sys.executable, "-m", *words], check=True, cwd=HERE.parent, env=environment)
 
 
-def lowered(folder: Path) -> Path:
-    """The LLVM code of all kernels; made once for all targets."""
+def lowered(folder: Path, *names: str) -> Path:
+    """The LLVM code of all kernels, made once for all targets; of these at least, where there are names."""
     code = folder / "kernels.pickle"
+    if names and not code.exists():
+        code = folder / "some_kernels.pickle"
     if not code.exists():
         unfinished = code.with_suffix(".unfinished")
-        _python("native.front", str(unfinished))
+        _python("native.front", str(unfinished), *names)
         unfinished.replace(code)
     return code
 

@@ -21,7 +21,9 @@ from .build import HERE, lowered
 from .targets import Level
 
 TRIPLE = "wasm32-unknown-unknown"
-LEVEL = Level("page", "generic", "+simd128,+bulk-memory,+bulk-memory-opt,+sign-ext,+nontrapping-fptoint,+mutable-globals")
+LEVEL = Level(
+    "page", "generic", "+simd128,+bulk-memory,+bulk-memory-opt,+sign-ext,+nontrapping-fptoint,+mutable-globals"
+)
 KERNELS = (
     "errors_of_t", "faces_of", "first_invalid", "normals_of", "points_along", "settle_first", "settle_rows",
     "trace_first_alone", "trace_rows_alone", "uvs_of",
@@ -36,7 +38,9 @@ def _object(code: Path, folder: Path) -> Path:
     out = folder / "page.o"
     if not out.exists():
         unfinished = out.with_suffix(".unfinished")
-        subprocess.run([sys.executable, "-m", __name__, "--object", str(code), str(unfinished)], check=True, cwd=HERE.parent)
+        subprocess.run(
+            [sys.executable, "-m", __name__, "--object", str(code), str(unfinished)], check=True, cwd=HERE.parent
+        )
         unfinished.replace(out)
     return out
 
@@ -52,7 +56,7 @@ def emit(code: Path, out: Path) -> None:
 
 def build(folder: Path, sources: str = "") -> Path:
     """The engine, in the folder. `sources`: what it is made of, if that may change."""
-    kernels, out = _object(lowered(folder), folder), folder / NAME
+    kernels, out = _object(lowered(folder, *KERNELS), folder), folder / NAME
     zig, parts = [sys.executable, "-m", "ziglang"], [kernels]
     for name in SOURCES:
         parts.append(folder / f"{name}.o")
@@ -70,7 +74,8 @@ def main() -> None:
     parser.add_argument("--object", type=Path, nargs=2, metavar=("CODE", "OUT"), help=argparse.SUPPRESS)
     wanted = parser.parse_args()
     if wanted.object:
-        return emit(*wanted.object)
+        emit(*wanted.object)
+        return
     from conicoid.compiler.kernel_cache.place import hash_of_sources
 
     with tempfile.TemporaryDirectory() as temporary:

@@ -8,7 +8,6 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import numpy.typing as npt
 
 from ..engine.tables import Tables
@@ -50,27 +49,21 @@ def engine_data(scene: Scene, shown: Any) -> dict[str, Any] | None:
     code = shipped()
     if code is None:
         return None
-    geometry, rest = scene.geometry, scene.prepared.rest
+    geometry, rest, tables = scene.geometry, scene.prepared.rest, scene.prepared.lowered.tables
     parts: dict[str, npt.NDArray[Any]] = {"places": geometry.places}
-    parts |= {name: _table(scene, k) for k, name in enumerate(Tables._fields) if name not in shown}
+    parts |= {name: getattr(tables, name) for name in Tables._fields if name not in shown}
     parts |= {f"rest_{name}": getattr(rest, name) for name in rest._fields}
-    listed = [[name, _KINDS[array.dtype.kind, array.itemsize], array.size] for name, array in parts.items()]
-    content = b"".join(array.astype(array.dtype.newbyteorder("<")).tobytes() for array in parts.values())
-    lengths = [len(geometry.integers), len(geometry.floats)]
+    kinds = {name: _KINDS[array.dtype.kind, name == "places"] for name, array in parts.items()}
     return {
-        "code": _packed(code), "order": Tables._fields, "lengths": lengths, "parts": listed, "content": _packed(content),
-    }  # fmt: skip
+        "code": _packed(code),
+        "order": Tables._fields,
+        "lengths": [len(geometry.integers), len(geometry.floats)],
+        "parts": [[name, kinds[name], array.size] for name, array in parts.items()],
+        "content": _packed(b"".join(array.astype(f"<{kinds[name]}").tobytes() for name, array in parts.items())),
+    }
 
 
-_KINDS = {("f", 8): "f8", ("i", 8): "i8", ("i", 4): "i4"}
-
-
-def _table(scene: Scene, number: int) -> npt.NDArray[Any]:
-    """A table as the kernels have it."""
-    geometry = scene.geometry
-    begin, count = int(geometry.places[number]), int(geometry.places[len(Tables._fields) + number])
-    real = "Floats" in str(Tables.__annotations__[Tables._fields[number]])
-    return (geometry.floats if real else geometry.integers)[begin : begin + count]
+_KINDS = {("f", False): "f8", ("i", False): "i4", ("i", True): "i8"}
 
 
 def _packed(content: bytes) -> str:

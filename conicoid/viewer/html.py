@@ -63,15 +63,14 @@ def shaders() -> dict[str, Any]:
     return {"pieces": pieces, "picture": SHADERS, "pick": PICK_SHADERS, "show": ("show",)}
 
 
-def page(
-    scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None, *, carries: bool = True
-) -> str:
+def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None, *, carries: bool = True) -> str:
     """The page as HTML. `preview`: where its small picture is; `served`: what a page needs that can ask its server.
 
     One that cannot ask carries the exact engine, where there is one for pages, unless told not to.
     """
-    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "served": served}
-    engine = engine_data(scene, data["scene"]["tables"]) if served is None and carries else None
+    shown = scene_data(scene)
+    data = {"title": title, "scene": shown, "shaders": shaders(), "served": served}
+    engine = engine_data(scene, shown["tables"]) if served is None and carries else None
     if engine is not None:
         data["engine"] = engine
     fields = {

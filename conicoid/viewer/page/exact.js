@@ -30,8 +30,10 @@ const finite = (t) => (Number.isFinite(t) ? t : null);
 export class Exact {
   // `data`: of the page; `scene`: as `decodedScene` makes it
   static async open(data, scene) {
-    const [code, content] = await Promise.all([inflated(data.code), inflated(data.content)]);
-    return new Exact(await Engine.open(code), data, scene, content);
+    try {
+      const [code, content] = await Promise.all([inflated(data.code), inflated(data.content)]);
+      return new Exact(await Engine.open(code), data, scene, content);
+    } catch (error) { throw new Error(`The engine in this page does not run here (${error.message}).`); }
   }
 
   constructor(engine, data, scene, content) {
