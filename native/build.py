@@ -61,6 +61,14 @@ def build(target: Target, folder: Path, sources: str = "") -> Path:
     return link(target, header, objects)
 
 
+def put(made: Path, place: Path) -> Path:
+    """A copy of a file at a place, as a new file: processes that have loaded the old one keep it."""
+    arriving = place.with_name(f".{place.name}.part")
+    arriving.write_bytes(made.read_bytes())
+    arriving.replace(place)
+    return place
+
+
 def host() -> Target:
     """The target that is this machine."""
     import platform
@@ -103,9 +111,7 @@ def main() -> None:
             sources, target = hash_of_sources(), target.only(host_level(target))
         out = build(target, folder, sources)
         if wanted.in_place:
-            place = HERE.parent / "conicoid" / out.name
-            place.write_bytes(out.read_bytes())
-            out = place
+            out = put(out, HERE.parent / "conicoid" / out.name)
         print(out)
 
 

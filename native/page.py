@@ -14,10 +14,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from conicoid.viewer.engine import NAME, marked
-
 from . import objects
-from .build import HERE, lowered
+from .build import HERE, lowered, put
+from .inspection import PAGE_ENGINE
 from .targets import Level
 
 TRIPLE = "wasm32-unknown-unknown"
@@ -56,14 +55,17 @@ def emit(code: Path, out: Path) -> None:
 
 def build(folder: Path, sources: str = "") -> Path:
     """The engine, in the folder. `sources`: what it is made of, if that may change."""
-    kernels, out = _object(lowered(folder, *KERNELS), folder), folder / NAME
+    kernels, out = _object(lowered(folder, *KERNELS), folder), folder / Path(PAGE_ENGINE).name
     zig, parts = [sys.executable, "-m", "ziglang"], [kernels]
     for name in SOURCES:
         parts.append(folder / f"{name}.o")
         subprocess.run([*zig, "cc", *COMPILE, str(HERE / name), "-o", str(parts[-1])], check=True)
     exports = [f"--export={LEVEL.prefix}{name}" for name in KERNELS]
     subprocess.run([*zig, "wasm-ld", *LINK, *exports, *map(str, parts), "-o", str(out)], check=True)
-    out.write_bytes(marked(out.read_bytes(), sources))
+    if sources:
+        from conicoid.viewer.engine import marked
+
+        out.write_bytes(marked(out.read_bytes(), sources))
     return out
 
 
@@ -81,9 +83,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = wanted.folder or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        place = HERE.parent / "conicoid" / "viewer" / NAME
-        place.write_bytes(build(folder, hash_of_sources()).read_bytes())
-        print(place)
+        print(put(build(folder, hash_of_sources()), HERE.parent / PAGE_ENGINE))
 
 
 if __name__ == "__main__":

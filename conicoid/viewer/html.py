@@ -33,7 +33,7 @@ SHADERS = (
 PICK_SHADERS = (*SHADERS[:11], "camera", "pick")
 MODULES = (
     "vectors", "tables", "graphics", "camera", "film", "pick", "state", "gestures", "section", "measure", "panel",
-    "details", "editing", "live", "kernel", "engine", "exact", "waiting", "main",
+    "details", "asking", "editing", "live", "kernel", "engine", "exact", "waiting", "main",
 )  # fmt: skip
 """The modules of the page, each after those that it imports."""
 _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)

@@ -134,6 +134,15 @@ def test_every_bit_is_the_desktops(tmp_path):
     assert left < same // 10
 
 
+@needs_node
+@needs_engine
+def test_what_takes_exact_arithmetic_is_left_to_the_desktop(tmp_path):
+    """Both balls are entered at t = 5 - sqrt(3)/2, which no float is: only exact arithmetic says at the same t."""
+    scene = co.Scene([co.Sphere(1.0), co.Sphere(1.0, (1.0, 0.0, 0.0))])
+    ray = {"origin": [0.5, 0.0, 5.0], "direction": [0.0, 0.0, -1.0], "hidden": [], "section": None}
+    assert in_node([(scene, [ray])], tmp_path) == [[{"error": OPEN}]]
+
+
 @pytest.mark.deep
 @needs_node
 @needs_engine
@@ -184,6 +193,29 @@ def test_a_click_in_a_file_shows_the_desktops_numbers(browser, tmp_path):
             for number in (hit.t, hit.t_error, *hit.point, *hit.normal, *spans.t_enter, *spans.t_exit):
                 assert page.ask(f"String({float(number)!r})") in text
         assert page.requests == [(tmp_path / "scene.html").as_uri()]
+        assert page.errors == []
+
+
+@needs_browser
+@needs_engine
+def test_a_ray_is_typed(browser, tmp_path):
+    """From x = -1 along y the ball is met at -0.8; Enter and the button ask, and what is no ray is refused."""
+    with opened(browser, SCENE, tmp_path, WIDE) as page:
+        page.page.get_by_label("Origin", exact=True).fill("[-1, -5, 0]")
+        page.page.get_by_label("Direction", exact=True).fill("0 2.0 0")
+        page.page.get_by_label("Direction", exact=True).press("Enter")
+        page.page.wait_for_selector(HIT)
+        hit = SCENE.first_hit((-1, -5, 0), (0, 2, 0))
+        assert page.ask("conicoid.state.found.t") == hit.t
+        assert hit.t == pytest.approx(2.1, rel=1e-15)
+        page.page.get_by_label("Direction", exact=True).fill("0, 2")
+        page.page.get_by_role("button", name="Ask").click()
+        page.wait("document.querySelector('.toast').textContent === 'Direction: three numbers, such as 0, 0, 5'")
+        page.page.get_by_label("Direction", exact=True).fill("0, 0, 0")
+        page.page.get_by_role("button", name="Ask").click()
+        page.wait("document.querySelector('.toast').textContent.includes('the direction is zero')")
+        page.page.mouse.click(*page.at(0.33))
+        page.wait("document.querySelector('[name=origin]').value === '0, -8, 0'")
         assert page.errors == []
 
 
