@@ -16,7 +16,7 @@ def warmup() -> None:
     from .compiler.ahead import expect
 
     expect(*CALLS)
-    for call in (_answers, _exact, _large, *CALLS.values()):
+    for call in (_answers, _one_by_one, _exact, _large, *CALLS.values()):
         call()
 
 
@@ -40,6 +40,25 @@ def _answers() -> None:
                     answer[:1].detached()
     for name in at_points:
         getattr(scene, name)([(0.0, 0.0, 0.0)])
+
+
+def _one_by_one() -> None:
+    """Rays each by itself: what exported pages call, from machine code of their own."""
+    import math
+
+    import numpy as np
+
+    from .engine.answers.rays import Rays
+    from .engine.arrays.first import trace_first_alone
+    from .engine.arrays.found import Found
+    from .engine.arrays.rows import trace_rows_alone
+    from .engine.queries.queries import arrays_of
+    from .scene import Scene
+
+    scene = Scene([]).prepared
+    arrays = arrays_of("warmup", scene, Rays((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 0.0, math.inf)
+    trace_first_alone(scene.geometry, arrays, 0, 1, Found.new(1))
+    trace_rows_alone(scene.geometry, arrays, True, 0, 1, np.zeros(1, np.int32), np.zeros(1, np.int8))
 
 
 def _exact() -> None:

@@ -28,12 +28,14 @@ def _python(*words: str) -> None:
     subprocess.run([sys.executable, "-m", *words], check=True, cwd=HERE.parent, env=environment)
 
 
-def lowered(folder: Path) -> Path:
-    """The LLVM code of all kernels; made once for all targets."""
+def lowered(folder: Path, *names: str) -> Path:
+    """The LLVM code of all kernels, made once for all targets; of these at least, where there are names."""
     code = folder / "kernels.pickle"
+    if names and not code.exists():
+        code = folder / "some_kernels.pickle"
     if not code.exists():
         unfinished = code.with_suffix(".unfinished")
-        _python("native.front", str(unfinished))
+        _python("native.front", str(unfinished), *names)
         unfinished.replace(code)
     return code
 
@@ -58,6 +60,14 @@ def build(target: Target, folder: Path, sources: str = "") -> Path:
     names = ",".join(level.name for level in target.levels)
     _python("native.tables", target.name, names, str(header / "tables.h"), sources)
     return link(target, header, objects)
+
+
+def put(made: Path, place: Path) -> Path:
+    """A copy of a file at a place, as a new file: processes that have loaded the old one keep it."""
+    arriving = place.with_name(f".{place.name}.part")
+    arriving.write_bytes(made.read_bytes())
+    arriving.replace(place)
+    return place
 
 
 def host() -> Target:
@@ -115,11 +125,7 @@ def main() -> None:
             print("Making machine code of the kernels, which takes about a minute ...", flush=True)
         out = build(target, folder, sources)
         if wanted.in_place:
-            place = HERE.parent / "conicoid" / out.name
-            unfinished = place.with_suffix(".unfinished")  # a process may be using the old one
-            unfinished.write_bytes(out.read_bytes())
-            unfinished.replace(place)
-            out = place
+            out = put(out, HERE.parent / "conicoid" / out.name)
         print(out)
 
 

@@ -5,7 +5,6 @@
  * brought to the other's exponent is remembered in its last bit, which is far below the one that is rounded.
  */
 #include <stdint.h>
-#include <string.h>
 
 #pragma STDC FP_CONTRACT OFF
 
@@ -25,14 +24,14 @@ enum { FRACTION = 52, TOP = 125, LEAST = -1074, MOST = 1023 }; /* LEAST: of the 
 static uint64_t bits_of(double x)
 {
     uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
+    __builtin_memcpy(&bits, &x, sizeof bits);
     return bits;
 }
 
 static double of_bits(uint64_t bits)
 {
     double x;
-    memcpy(&x, &bits, sizeof x);
+    __builtin_memcpy(&x, &bits, sizeof x);
     return x;
 }
 

@@ -1,4 +1,4 @@
-"""Kernels to LLVM code for no processor in particular: `python -m native.front FOLDER`.
+"""Kernels to LLVM code for no processor in particular: `python -m native.front FILE [KERNEL...]`.
 
 Works in a process of its own, because it bends Numba: no function is optimised or turned into machine code here,
 kernels are compiled as inner functions are, and so are Numba's own (of arrays, of counts of references), which it would
@@ -76,11 +76,12 @@ def lowered(kernel: Signature) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Write the code of every kernel to a file of the folder."""
+    """Write the code of every kernel, or of some, to a file."""
+    out, *names = sys.argv[1:]
     bend()
     with functions._rare_collections():
-        found = {kernel.name: lowered(kernel) for kernel in declared()}
-    Path(sys.argv[1]).write_bytes(pickle.dumps(found))
+        found = {kernel.name: lowered(kernel) for kernel in declared() if not names or kernel.name in names}
+    Path(out).write_bytes(pickle.dumps(found))
 
 
 if __name__ == "__main__":

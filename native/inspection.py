@@ -20,6 +20,7 @@ from .link import extension_name
 from .targets import TARGETS, Target
 
 ROOT = Path(__file__).resolve().parents[1]
+PAGE_ENGINE = "conicoid/viewer/engine.wasm"
 MOST_BYTES = 8 << 20
 OLDEST_PYTHON = PyVersion(3, 11)
 STABLE = {each.symbol.name for each in (*FUNCTIONS.values(), *DATAS.values()) if each.added <= OLDEST_PYTHON}
@@ -85,6 +86,33 @@ def wrong_with_extension(path: Path, target: Target) -> list[str]:
     return [*wrong_with(read(path), target), *_of_this_machine(path.read_bytes())]
 
 
+_WASM_IMPORTS = 2
+
+
+def _number(code: bytes, at: int) -> tuple[int, int]:
+    """(a number in LEB128, where it ends)."""
+    value = shift = 0
+    while True:
+        value |= (code[at] & 127) << shift
+        shift, at = shift + 7, at + 1
+        if code[at - 1] < 128:
+            return value, at
+
+
+def wrong_with_page_engine(code: bytes) -> Iterator[str]:
+    """What is wrong with the engine for pages: it is to take nothing from a page, whose functions could decide bits."""
+    if code[:8] != b"\0asm\1\0\0\0":
+        yield f"{PAGE_ENGINE} is no WebAssembly"
+        return
+    at = 8
+    while at < len(code):
+        kind, (size, begin) = code[at], _number(code, at + 1)
+        if kind == _WASM_IMPORTS and _number(code, begin)[0] > 0:
+            yield f"{PAGE_ENGINE} takes something from the page"
+        at = begin + size
+    yield from _of_this_machine(code)
+
+
 def target_of(wheel: Path) -> Target:
     """The target that a wheel's name says."""
     for target in TARGETS.values():
@@ -106,6 +134,10 @@ def wrong_with_wheel(wheel: Path) -> list[str]:
         found += _listed("holds what does not belong to the package", strays)
         if f"{info}/licenses/LICENSE" not in names:
             found.append("has no licence")
+        if PAGE_ENGINE in names:
+            found += wrong_with_page_engine(archive.read(PAGE_ENGINE))
+        else:
+            found.append(f"has no {PAGE_ENGINE}")
         about = archive.read(f"{info}/WHEEL").decode().splitlines()
         wanted = {"Root-Is-Purelib: false", f"Tag: cp311-abi3-{target.tag}"}
         found += _listed("does not say", wanted - set(about))

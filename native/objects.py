@@ -93,11 +93,11 @@ def optimize(module: Any, machine: Any) -> None:
         passes.run(module, builder)
 
 
-def machine_for(triple: str, level: Level) -> Any:
+def machine_for(triple: str, level: Level, relocation: str = "pic") -> Any:
     """LLVM's back end for a level."""
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
-    options = dict(cpu=level.processor, features=level.features, opt=3, reloc="pic", codemodel="default")
+    options = dict(cpu=level.processor, features=level.features, opt=3, reloc=relocation, codemodel="default")
     return llvm.Target.from_triple(triple).create_target_machine(**options)
 
 

@@ -17,27 +17,29 @@ from typing import Any
 from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
 
+from . import page
 from .build import build, host, lowered
-from .inspection import ROOT, wrong_with_wheel
+from .inspection import PAGE_ENGINE, ROOT, wrong_with_wheel
 from .targets import TARGETS, Target
 
 
 class _Wheel(WheelBuilder):
-    """The package with an extension of its target."""
+    """The package with an extension of its target, and the engine for pages."""
 
     target: Target
     extension: Path
+    engine: Path
 
     def get_default_build_data(self) -> dict[str, Any]:
-        inside = {str(self.extension): f"conicoid/{self.extension.name}"}
+        inside = {str(self.extension): f"conicoid/{self.extension.name}", str(self.engine): PAGE_ENGINE}
         tag = f"cp311-abi3-{self.target.tag}"
         return super().get_default_build_data() | {"pure_python": False, "tag": tag, "force_include": inside}
 
 
-def wheel(target: Target, extension: Path, folder: Path) -> Path:
+def wheel(target: Target, extension: Path, engine: Path, folder: Path) -> Path:
     """A wheel in the folder. Raises ValueError if something is wrong with it."""
     builder = _Wheel(str(ROOT))
-    builder.target, builder.extension = target, extension
+    builder.target, builder.extension, builder.engine = target, extension, engine
     made = Path(next(builder.build(directory=str(folder), versions=["standard"])))
     wrong = wrong_with_wheel(made)
     if wrong:
@@ -65,10 +67,12 @@ def make(targets: list[Target], out: Path, scratch: Path, sources: bool) -> None
     say = _Progress()
     say("kernels to LLVM code")
     lowered(scratch)
+    say("the engine for pages")
+    engine = page.build(scratch)
     made = []
     for number, target in enumerate(targets, 1):
         say(f"{target.name} ({number} of {len(targets)}): {', '.join(level.name for level in target.levels)}")
-        made.append(wheel(target, build(target, scratch), scratch))
+        made.append(wheel(target, build(target, scratch), engine, scratch))
     if sources:
         made.append(source_archive(scratch))
     out.mkdir(parents=True, exist_ok=True)

@@ -18,6 +18,7 @@ from ..scene import Scene, as_scene
 from ..shapes.color import srgb_encode
 from ..shapes.validate import path as checked_path
 from ..shapes.validate import what
+from .engine import engine_data
 from .lowered_data import scene_data
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ SHADERS = (
 PICK_SHADERS = (*SHADERS[:11], "camera", "pick")
 MODULES = (
     "vectors", "tables", "graphics", "camera", "film", "pick", "state", "gestures", "section", "measure", "panel",
-    "details", "editing", "live", "kernel", "waiting", "main",
+    "details", "asking", "editing", "live", "kernel", "engine", "exact", "waiting", "main",
 )  # fmt: skip
 """The modules of the page, each after those that it imports."""
 _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
@@ -62,11 +63,19 @@ def shaders() -> dict[str, Any]:
     return {"pieces": pieces, "picture": SHADERS, "pick": PICK_SHADERS, "show": ("show",)}
 
 
-def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None) -> str:
-    """The page as HTML. `preview`: where its small picture is; `served`: what a page needs that can ask its server."""
-    data = {"title": title, "scene": scene_data(scene), "shaders": shaders(), "served": served}
+def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None = None, *, carries: bool = True) -> str:
+    """The page as HTML. `preview`: where its small picture is; `served`: what a page needs that can ask its server.
+
+    One that cannot ask carries the exact engine, where there is one for pages, unless told not to.
+    """
+    shown = scene_data(scene)
+    data = {"title": title, "scene": shown, "shaders": shaders(), "served": served}
+    engine = engine_data(scene, shown["tables"]) if served is None and carries else None
+    if engine is not None:
+        data["engine"] = engine
     fields = {
         "TITLE": _text(title),
+        "MACHINE": " 'wasm-unsafe-eval'" if engine else "",
         "CONNECT": "'self'" if served else "'none'",
         "STYLE": asset("page/style.css"),
         "MARKUP": markup(preview),

@@ -19,6 +19,8 @@ def still_page(scene: Scene, preview: bytes, height: int) -> str:
     """HTML of `height` pixels: the scene's page in a frame, and its small picture where frames are taken out."""
     source = as_url(preview)
     text = page(scene, "Scene", source)
+    if len(text) > MOST_BYTES:
+        text = page(scene, "Scene", source, carries=False)
     picture = (
         f'<img src="{source}" alt="A picture of the scene" style="position: absolute; height: 100%; max-width: none">'
     )

@@ -99,6 +99,21 @@ def work() -> None:
     scene.contains(rng.uniform(-3, 3, (100, 3)))
     for integrator in ("whitted", "normals"):
         scene.render(24, 16, samples=1, integrator=integrator)
+    _as_pages_ask(scene)
+
+
+def _as_pages_ask(scene: Any) -> None:
+    """Rays one at a time, in memory of its own."""
+    import conicoid as co
+    from conicoid.engine.arrays.first import trace_first_alone
+    from conicoid.engine.arrays.found import Found
+    from conicoid.engine.arrays.rows import trace_rows_alone
+    from conicoid.engine.queries.queries import arrays_of
+
+    arrays = arrays_of("fuzz", scene.prepared, co.Rays([(0, 0, 5), (1, 0, 5)], (0, 0, -1)), 0.0, np.inf)
+    trace_first_alone(scene.geometry, arrays, 0, 2, Found.new(2))
+    for spans in (True, False):
+        trace_rows_alone(scene.geometry, arrays, spans, 0, 2, np.zeros(2, np.int32), np.zeros(2, np.int8))
 
 
 # ---- Spoiling ----

@@ -119,7 +119,19 @@ def test_the_header_declares_nothing_but_the_stable_abi():
 @pytest.fixture
 def good_wheel(tmp_path):
     (tmp_path / "extension").mkdir()
-    return wheel(LINUX, compiled(tmp_path / "extension", GOOD), tmp_path)
+    return wheel(LINUX, compiled(tmp_path / "extension", GOOD), page_engine(tmp_path), tmp_path)
+
+
+NO_MODULE = b"\0asm\1\0\0\0"
+IMPORTING = NO_MODULE + bytes([1, 4, 1, 0x60, 0, 0]) + bytes([2, 7, 1, 1]) + b"m" + bytes([1]) + b"f" + bytes([0, 0])
+"""A type () -> (), and a function of that type that is to come from outside as m.f."""
+
+
+def page_engine(folder: Path) -> Path:
+    """An engine for pages that does nothing."""
+    out = folder / "engine.wasm"
+    out.write_bytes(NO_MODULE)
+    return out
 
 
 def test_a_wheel_holds_the_package_its_extension_and_the_licence(good_wheel):
@@ -130,6 +142,7 @@ def test_a_wheel_holds_the_package_its_extension_and_the_licence(good_wheel):
         metadata = archive.read(next(name for name in names if name.endswith("METADATA"))).decode().splitlines()
     assert "conicoid/_kernels.abi3.so" in names
     assert "conicoid/scene.py" in names
+    assert "conicoid/viewer/engine.wasm" in names
     assert [line for line in metadata if "numba" in line and "extra ==" not in line] == []
     assert not [name for name in names if name.startswith(("tests", "native"))]
 
@@ -155,6 +168,11 @@ def test_faults_of_wheels_are_found(good_wheel, tmp_path):
     assert told == ["holds what does not belong to the package: tests/__init__.py"]
     told = wrong_with_wheel(without(good_wheel, bad, "//", {"conicoid/pad": b"\0" * (8 << 20)}))
     assert told == [f"has {bad.stat().st_size:,} bytes, more than 8,388,608"]
+    told = wrong_with_wheel(without(good_wheel, bad, "engine.wasm", {}))
+    assert told == ["has no conicoid/viewer/engine.wasm"]
+    for engine, fault in ((b"", "is no WebAssembly"), (IMPORTING, "takes something from the page")):
+        told = wrong_with_wheel(without(good_wheel, bad, "engine.wasm", {"conicoid/viewer/engine.wasm": engine}))
+        assert told == [f"conicoid/viewer/engine.wasm {fault}"]
     other = bad.with_name(good_wheel.name.replace("x86_64", "aarch64"))
     shutil.copyfile(good_wheel, other)
     assert wrong_with_wheel(other) == ["does not say: Tag: cp311-abi3-manylinux_2_17_aarch64", "is for X86_64"]
@@ -166,4 +184,4 @@ def test_a_faulty_extension_becomes_no_wheel(tmp_path):
     bad = compiled(tmp_path, GOOD + "EXPORT int other(void) { return 1; }")
     (tmp_path / "out").mkdir()
     with pytest.raises(ValueError, match="offers PyInit__kernels, other"):
-        wheel(LINUX, bad, tmp_path / "out")
+        wheel(LINUX, bad, page_engine(tmp_path), tmp_path / "out")

@@ -31,3 +31,9 @@ def workbench(browser: Any) -> Iterator[Workbench]:
         bench.load(make_world())
     yield bench
     bench.close()
+
+
+@pytest.fixture
+def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exported pages as they are where no engine for them has been built."""
+    monkeypatch.setattr("conicoid.viewer.engine.shipped", lambda: None)

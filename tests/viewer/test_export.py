@@ -18,7 +18,7 @@ from .browser import NARROW, launch, needs_browser, opened
 BARREL = Path(__file__).resolve().parents[2] / "examples" / "scenes" / "barrel.yaml"
 
 
-def test_the_barrel_is_small_and_alone(tmp_path):
+def test_the_barrel_is_small_and_alone(tmp_path, no_engine):
     result = CliRunner().invoke(app, ["export", str(BARREL), str(tmp_path / "barrel.html")])
     assert result.exit_code == 0
     text = (tmp_path / "barrel.html").read_text(encoding="utf-8")
@@ -35,6 +35,7 @@ def test_the_policy_of_a_page_leaves_nothing_open(tmp_path):
         rules = dict(rule.split(maxsplit=1) for rule in policy.split("; "))
         assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == "'none'"
         assert rules["connect-src"] == connect
+        assert "'unsafe-eval'" not in rules["script-src"]
 
 
 @needs_browser

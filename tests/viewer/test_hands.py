@@ -29,7 +29,7 @@ SCENE = co.Scene(
 
 
 @pytest.fixture
-def page(browser, tmp_path):
+def page(browser, tmp_path, no_engine):
     with opened(browser, SCENE, tmp_path, WIDE) as found:
         yield found
         assert found.errors == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import os
 import re
 import sys
 from html.parser import HTMLParser
@@ -64,6 +65,14 @@ def test_the_widgets_front_end_is_its_own():
     assert re.findall(r"^\s*import |import\(|@import|url\(", widget._esm + widget._css, re.MULTILINE) == []
 
 
+def test_a_larger_scene_leaves_the_engine_out(monkeypatch):
+    monkeypatch.setattr("conicoid.viewer.engine.shipped", lambda: os.urandom(2 << 20))
+    monkeypatch.setattr(module, "MOST_BYTES", 1 << 20)
+    found = bundle()["text/html"]
+    assert "iframe" in [tag for tag, _ in Tags(found).found]
+    assert len(found) < 1 << 20
+
+
 def test_a_large_scene_leaves_its_picture_only(monkeypatch):
     monkeypatch.setattr(module, "MOST_BYTES", 1000)
     tags = [tag for tag, _ in Tags(bundle()["text/html"]).found]
@@ -96,7 +105,7 @@ def test_run_by_a_program_there_is_no_widget(monkeypatch):
 
 
 @needs_browser
-def test_the_page_draws_and_answers_without_a_network(browser, tmp_path):
+def test_the_page_draws_and_answers_without_a_network(browser, tmp_path, no_engine):
     (tmp_path / "book.html").write_text(f"<!doctype html><body>{bundle()['text/html']}</body>", encoding="utf-8")
     context = browser.new_context(viewport=WIDE, device_scale_factor=0.5)
     page = context.new_page()

@@ -2,6 +2,10 @@
 import { distanceBetween } from "./measure.js";
 import { element } from "./panel.js";
 
+const EXACT = {
+  engine: "Computed by the exact engine.",
+  page: "Exact: computed in this page, to the same bits as by Conicoid's engine.",
+};
 const exactText = (v) => (v === null ? "none" : String(v));
 const shortText = (v) => (v === null ? "none" : String(Number(v.toPrecision(6))));
 
@@ -24,8 +28,8 @@ export function showDetails(root, state) {
   }
   const found = state.found;
   if (!found) return;
-  const exact = found.by === "engine", text = exact ? exactText : shortText, row = (v) => v.map(text).join("  ");
-  const how = exact ? "Computed by the exact engine." : `Computed by the shader, in single precision. ${found.note ?? ""}`;
+  const exact = found.by !== "shader", text = exact ? exactText : shortText, row = (v) => v.map(text).join("  ");
+  const how = exact ? EXACT[found.by] : `Computed by the shader, in single precision. ${found.note ?? ""}`;
   place.append(element("p", { class: "how" }, how.trim()));
   const rows = [["Body", found.name], ["Face", found.face === null ? "section plane" : String(found.face)], ["Distance", text(found.t)],
     ...(found.t_error === undefined || found.t_error === null ? [] : [["Its error", `at most ${exactText(found.t_error)}`]]),

@@ -1,7 +1,9 @@
 // The page put together.
+import { listenForRays, showRay, typedRay } from "./asking.js";
 import { copyOf, fitted, onScreen, pixelRay } from "./camera.js";
 import { showDetails } from "./details.js";
 import { latest, showSliders } from "./editing.js";
+import { Exact } from "./exact.js";
 import { Film } from "./film.js";
 import { listen } from "./gestures.js";
 import { GAVE_UP, Graphics } from "./graphics.js";
@@ -15,6 +17,7 @@ import { decodedScene } from "./tables.js";
 import { add, dot, minus, size } from "./vectors.js";
 import { Waiting } from "./waiting.js";
 
+const SILENT = "No kernel has answered: it is busy, or there is none.";
 const REACH = 64;  // the camera may be so many times further from the origin than from what it looks at
 
 export class Viewer {
@@ -24,6 +27,7 @@ export class Viewer {
     this.find = (selector) => root.querySelector(selector);
     this.canvas = this.find("canvas");
     this.title = data.title;
+    this.carried = data.engine ?? null;
     this.waiting = new Waiting(root, data.preview);
     this.graphics = new Graphics(this.canvas, data.shaders);
     this.picker = new Picker(this.graphics);
@@ -170,6 +174,27 @@ export class Viewer {
     return null;
   }
 
+  // The same by the engine that the page carries, or why it has none
+  async inPage(ray) {
+    try {
+      this.exact ??= Exact.open(this.carried, this.scene);
+      return { ...(await this.exact).pick(ray, this.state), by: "page" };
+    } catch (error) { return { note: error.message }; }
+  }
+
+  // What the engine says about a ray in numbers
+  async askTyped() {
+    const question = { place: null };
+    let ray, answer;
+    try { ray = typedRay(this.root); } catch (error) { return this.toast(error.message); }
+    this.question = question;
+    if (this.server) answer = await this.exactly(ray);
+    else if (this.kernel) answer = await Promise.race([this.exactly(ray), this.kernel.patience()]) ?? { note: SILENT };
+    else answer = await this.inPage(ray);
+    if (this.question !== question || this.ended || !answer) return;
+    if (answer.by) this.show(answer, question); else this.toast(answer.note, 6000);
+  }
+
   byShader(ray, view, x, y, note) {
     const ratio = this.canvas.width / this.canvas.clientWidth;
     const all = this.picker.at(view, x * ratio, y * ratio, this.canvas.width, this.canvas.height, 64);
@@ -184,14 +209,21 @@ export class Viewer {
   async click(x, y) {
     const ray = this.rayAt(x, y), view = viewOf(this.state), question = { place: null };
     this.question = question;
+    showRay(this.root, ray);
     let note = "";
     if (this.server ? !this.isLost : this.kernel) {
       const exact = this.exactly(ray), late = this.server ? exact : Promise.race([exact, this.kernel.patience()]);
       const answer = await late;
       if (this.question !== question || this.ended) return;
       if (answer) return this.show(answer, question);
-      note = this.server ? "" : "No kernel has answered: it is busy, or there is none.";
+      note = this.server ? "" : SILENT;
       exact.then((found) => { if (found && this.question === question && !this.ended) this.show(found, question); });
+    }
+    if (!this.server && !this.kernel && this.carried) {
+      const answer = await this.inPage(ray);
+      if (this.question !== question || this.ended) return;
+      if (answer.by) return this.show(answer, question);
+      note = answer.note;
     }
     this.show(this.byShader(ray, view, x, y, note), question);
   }
@@ -263,6 +295,7 @@ export class Viewer {
       this.find("[data-do=panel]").setAttribute("aria-expanded", String(!bare));
       this.resize();
     } else if (name === "copy") this.copyCamera();
+    else if (name === "ask") this.askTyped();
     else if (name === "save") this.save();
   }
 
@@ -310,6 +343,8 @@ export class Viewer {
       this.film.changed(true);
       this.marks();
     });
+    this.find(".asking").hidden = !(this.server || this.kernel || this.carried);
+    listenForRays(this.root, () => this.askTyped());
     this.wireHandle(this.find(".handle"));
     this.observer = new ResizeObserver(() => {
       this.root.classList.toggle("narrow", this.root.clientWidth < 720);

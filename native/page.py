@@ -1,0 +1,90 @@
+"""The engine that exported pages carry, as WebAssembly: `python -m native.page`, into the checkout.
+
+The kernels that answer a click, for one ray at a time, and their memory (page.c). It takes nothing from JavaScript:
+there is no function of it that could decide bits. Vectors of 128 bits are as exact as scalars (relaxed ones, which are
+not, are left out); where the kernels ask for a fused multiply-add, it is that of fma.c.
+"""
+
+from __future__ import annotations
+
+import argparse
+import pickle
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from . import objects
+from .build import HERE, lowered, put
+from .inspection import PAGE_ENGINE
+from .targets import Level
+
+TRIPLE = "wasm32-unknown-unknown"
+LEVEL = Level(
+    "page", "generic", "+simd128,+bulk-memory,+bulk-memory-opt,+sign-ext,+nontrapping-fptoint,+mutable-globals"
+)
+KERNELS = (
+    "errors_of_t", "faces_of", "first_invalid", "normals_of", "points_along", "settle_first", "settle_rows",
+    "trace_first_alone", "trace_rows_alone", "uvs_of",
+)  # fmt: skip
+SOURCES = "page.c", "fma.c"
+COMPILE = "-target wasm32-freestanding -O2 -Wall -Wextra -Werror -ffp-contract=off -ffreestanding -c".split()
+LINK = "--no-entry --stack-first -z stack-size=1048576 --gc-sections --strip-all".split()
+
+
+def _object(code: Path, folder: Path) -> Path:
+    """The kernels' object."""
+    out = folder / "page.o"
+    if not out.exists():
+        unfinished = out.with_suffix(".unfinished")
+        subprocess.run(
+            [sys.executable, "-m", __name__, "--object", str(code), str(unfinished)], check=True, cwd=HERE.parent
+        )
+        unfinished.replace(out)
+    return out
+
+
+def emit(code: Path, out: Path) -> None:
+    """Write the kernels' object."""
+    every = pickle.loads(code.read_bytes())
+    machine = objects.machine_for(TRIPLE, LEVEL, relocation="static")
+    whole = objects.linked({name: every[name] for name in KERNELS}, machine, TRIPLE, LEVEL.prefix)
+    objects.optimize(whole, machine)
+    out.write_bytes(machine.emit_object(whole))
+
+
+def build(folder: Path, sources: str = "") -> Path:
+    """The engine, in the folder. `sources`: what it is made of, if that may change."""
+    kernels, out = _object(lowered(folder, *KERNELS), folder), folder / Path(PAGE_ENGINE).name
+    zig, parts = [sys.executable, "-m", "ziglang"], [kernels]
+    for name in SOURCES:
+        parts.append(folder / f"{name}.o")
+        subprocess.run([*zig, "cc", *COMPILE, str(HERE / name), "-o", str(parts[-1])], check=True)
+    exports = [f"--export={LEVEL.prefix}{name}" for name in KERNELS]
+    subprocess.run([*zig, "wasm-ld", *LINK, *exports, *map(str, parts), "-o", str(out)], check=True)
+    if sources:
+        from conicoid.viewer.engine import marked
+
+        out.write_bytes(marked(out.read_bytes(), sources))
+    return out
+
+
+def main() -> None:
+    """Build as the command line says."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--folder", type=Path, help="where what is made on the way is kept")
+    parser.add_argument("--object", type=Path, nargs=2, metavar=("CODE", "OUT"), help=argparse.SUPPRESS)
+    wanted = parser.parse_args()
+    if wanted.object:
+        emit(*wanted.object)
+        return
+    from conicoid.compiler.kernel_cache.place import hash_of_sources
+
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = wanted.folder or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        print(put(build(folder, hash_of_sources()), HERE.parent / PAGE_ENGINE))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,291 @@
+"""The engine that exported pages carry: every bit is the desktop's, in node and in a page opened from a disk."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import struct
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from benchmarks.digest import Numbers, rays, scenes
+from conicoid.engine.certified.errors import errors_of_t
+from conicoid.viewer import engine, html
+from conicoid.viewer.lowered_data import scene_data
+from conicoid.viewer.picks import pick
+
+from .browser import WIDE, Page, needs_browser, opened
+
+NODE = shutil.which("node")
+needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
+needs_engine = pytest.mark.skipif(
+    engine.shipped() is None, reason="no engine for pages has been built of these sources (python -m native.page)"
+)
+RUN = Path(__file__).with_name("engine_rays.mjs")
+OPEN = "Floating point cannot decide this ray: it takes the exact arithmetic of Conicoid's desktop engine."
+
+
+def sheets() -> co.Scene:
+    """What the digest's scenes of solids leave out, and walls that bodies share."""
+    ball = co.Sphere(1.0, (3, 0, 0))
+    return co.Scene([
+        co.Polygon([(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 0.5, 0), (0, 2, 0)]), co.Triangle((0, 0, 1), (1, 0, 1), (0, 1, 2)),
+        co.Disc((0, 0, 2), (0, 1, 2), 1.0), co.Plane((1, 2, 2), -6), ball & co.HalfSpace((0, 0, 1), 0), ball,
+        ball - co.Box((2, -1, -1), (4, 1, 0)), co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+        co.Cylinder((0, 0, -1), (0, 0, 1), 2) - co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+    ])  # fmt: skip
+
+
+def asked(scene: co.Scene, seed: int, count: int) -> Iterator[dict[str, Any]]:
+    """Rays of the digest, and grazing ones: tangents at what they hit; some with bodies hidden, some cut."""
+    numbers, lines = Numbers(seed), []
+    for origins, directions, _ in rays(numbers):
+        o, d = np.broadcast_arrays(origins, directions)
+        some = [numbers.next() % (o.size // 3) for _ in range(count)]
+        lines += list(zip(o.reshape(-1, 3)[some], d.reshape(-1, 3)[some], strict=True))
+        hits = scene.first_hit(o.reshape(-1, 3)[some], d.reshape(-1, 3)[some])
+        for hit in hits[hits.hit][: count // 3]:
+            along = np.cross(hit.normal, (0.5, 0.25, 1.0))
+            lines.append((hit.point - 2 * along, along))
+    for k, (origin, direction) in enumerate(lines):
+        if not direction.any():
+            continue
+        hidden = [k % len(scene.bodies)] if k % 4 == 1 else []
+        section = {"normal": [0.25, 1.0, -0.5], "offset": (k % 5 - 2) / 4} if k % 4 == 2 else None
+        yield {"origin": origin.tolist(), "direction": direction.tolist(), "hidden": hidden, "section": section}
+
+
+def bits(value: Any) -> Any:
+    """The same with every number as the bits of its float64."""
+    if isinstance(value, dict):
+        return {name: bits(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [bits(item) for item in value]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    return "nan" if math.isnan(value) else str(struct.unpack("<q", struct.pack("<d", value))[0])
+
+
+def in_node(cases: list[tuple[co.Scene, list[dict[str, Any]]]], folder: Path) -> list[list[Any]]:
+    """The answers of the page's engine."""
+    module, given = folder / "page.mjs", folder / "cases.json"
+    module.write_text(html.script() + "\nexport { Exact, bitsOf, decodedScene };\n", encoding="utf-8")
+    data = [(scene_data(scene), rays, scene) for scene, rays in cases]
+    whole = [
+        {"scene": shown, "engine": engine.engine_data(scene, shown["tables"]), "rays": rays}
+        for shown, rays, scene in data
+    ]
+    given.write_text(json.dumps(whole), encoding="utf-8")
+    run = subprocess.run([str(NODE), str(RUN), str(module), str(given)], capture_output=True, text=True, timeout=600)
+    assert run.returncode == 0, run.stderr[-2000:]
+    answers: list[list[Any]] = json.loads(run.stdout)
+    return answers
+
+
+def bound(scene: co.Scene, ray: dict[str, Any], row: dict[str, Any]) -> float:
+    """The bound without exact arithmetic."""
+    errors, lines = np.empty(1), [np.array([ray[name]]) for name in ("origin", "direction")]
+    t, surface = np.array([row["t"]]), np.array([row["surface"]], np.int32)
+    errors_of_t(scene.geometry, scene.prepared.rest, *lines, np.zeros(0, np.int64), t, surface, 0, 1, errors)
+    return float(errors[0])
+
+
+def without_exact_bounds(scene: co.Scene, ray: dict[str, Any], found: Any) -> Any:
+    """The desktop's answer as a page has to give it: no bound where it takes exact arithmetic."""
+    if found is None:
+        return None
+    size = max(map(abs, ray["origin"])) / max(map(abs, ray["direction"]))
+    for row in (found, *found["crossings"]):
+        if row.get("surface") is not None and not bound(scene, ray, row) <= 2.0**-24 * (abs(row["t"]) + size):
+            row["t_error"] = None
+    return found
+
+
+def compare(some: list[co.Scene], count: int, folder: Path) -> tuple[int, int, int]:
+    """(answers that are the desktop's to the bit, in how many of them rounding had to be overruled, rays left to it)."""
+    cases = [(scene, list(asked(scene, k + 1, count))) for k, scene in enumerate(some)]
+    same = settled = left = 0
+    for (scene, lines), answers in zip(cases, in_node(cases, folder), strict=True):
+        for ray, answer in zip(lines, answers, strict=True):
+            if answer.get("error") == OPEN:
+                left += 1
+                continue
+            expected = without_exact_bounds(scene, ray, pick(scene, ray)["found"])
+            assert answer == {"found": bits(expected)}, ray
+            same += 1
+            settled += bool(scene.first_hit(ray["origin"], ray["direction"]).doubtful)
+    return same, settled, left
+
+
+@needs_node
+@needs_engine
+def test_every_bit_is_the_desktops(tmp_path):
+    some = list(scenes())
+    same, settled, left = compare([*some[::5], some[-3], sheets()], 30, tmp_path)
+    assert same > 1000
+    assert settled > 20
+    assert left < same // 10
+
+
+@needs_node
+@needs_engine
+def test_what_takes_exact_arithmetic_is_left_to_the_desktop(tmp_path):
+    """Both balls are entered at t = 5 - sqrt(3)/2, which no float is: only exact arithmetic says at the same t."""
+    scene = co.Scene([co.Sphere(1.0), co.Sphere(1.0, (1.0, 0.0, 0.0))])
+    ray = {"origin": [0.5, 0.0, 5.0], "direction": [0.0, 0.0, -1.0], "hidden": [], "section": None}
+    assert in_node([(scene, [ray])], tmp_path) == [[{"error": OPEN}]]
+
+
+@pytest.mark.deep
+@needs_node
+@needs_engine
+def test_every_bit_is_the_desktops_on_many_rays(tmp_path):
+    same, settled, left = compare([*scenes(), sheets()], 150, tmp_path)
+    assert same > 10_000
+    assert settled > 200
+    assert left < same // 10
+
+
+@needs_node
+@needs_engine
+def test_the_engine_takes_nothing_from_javascript(tmp_path):
+    code = engine.shipped()
+    assert code is not None
+    (tmp_path / "engine.wasm").write_bytes(code)
+    ask = "console.log(WebAssembly.Module.imports(new WebAssembly.Module(require('fs').readFileSync(process.argv[1]))).length)"
+    run = subprocess.run(
+        [str(NODE), "-e", ask, str(tmp_path / "engine.wasm")], capture_output=True, text=True, timeout=60
+    )
+    assert run.stdout.strip() == "0", run.stderr
+    assert len(code) < 256 << 10
+
+
+SCENE = co.Scene(
+    [
+        co.Body(co.Sphere(0.8, (-1, 0, 0)), co.matte("#c03028"), name="red ball"),
+        co.Body(co.Box((0.4, -0.6, -0.6), (1.6, 0.6, 0.6)) - co.Sphere(0.4, (1, -0.6, 0)), name="block"),
+    ],
+    lights=[co.AmbientLight(0.4)],
+    camera=co.Camera((0, -8, 0), (0, 0, 0), field_of_view=30),
+)
+HIT = ".found:not([hidden]) table.hit"
+
+
+@needs_browser
+@needs_engine
+def test_a_click_in_a_file_shows_the_desktops_numbers(browser, tmp_path):
+    with opened(browser, SCENE, tmp_path, WIDE) as page:
+        for x in (0.33, 0.62):
+            page.page.mouse.click(*page.at(x))
+            page.page.wait_for_selector(HIT)
+            ray = page.ray(x, 0.5)
+            hit, spans = SCENE.first_hit(*ray), SCENE.spans(*ray)
+            page.wait(f"conicoid.state.found.t === {float(hit.t)!r}")
+            text = page.text(".found")
+            assert "Exact: computed in this page, to the same bits as by Conicoid's engine." in text
+            for number in (hit.t, hit.t_error, *hit.point, *hit.normal, *spans.t_enter, *spans.t_exit):
+                assert page.ask(f"String({float(number)!r})") in text
+        assert page.requests == [(tmp_path / "scene.html").as_uri()]
+        assert page.errors == []
+
+
+@needs_browser
+@needs_engine
+def test_a_ray_is_typed(browser, tmp_path):
+    """From x = -1 along y the ball is met at -0.8; Enter and the button ask, and what is no ray is refused."""
+    with opened(browser, SCENE, tmp_path, WIDE) as page:
+        page.page.get_by_label("Origin", exact=True).fill("[-1, -5, 0]")
+        page.page.get_by_label("Direction", exact=True).fill("0 2.0 0")
+        page.page.get_by_label("Direction", exact=True).press("Enter")
+        page.page.wait_for_selector(HIT)
+        hit = SCENE.first_hit((-1, -5, 0), (0, 2, 0))
+        assert page.ask("conicoid.state.found.t") == hit.t
+        assert hit.t == pytest.approx(2.1, rel=1e-15)
+        page.page.get_by_label("Direction", exact=True).fill("0, 2")
+        page.page.get_by_role("button", name="Ask").click()
+        page.wait("document.querySelector('.toast').textContent === 'Direction: three numbers, such as 0, 0, 5'")
+        page.page.get_by_label("Direction", exact=True).fill("0, 0, 0")
+        page.page.get_by_role("button", name="Ask").click()
+        page.wait("document.querySelector('.toast').textContent.includes('the direction is zero')")
+        page.page.mouse.click(*page.at(0.33))
+        page.wait("document.querySelector('[name=origin]').value === '0, -8, 0'")
+        assert page.errors == []
+
+
+@needs_browser
+@needs_engine
+def test_a_browser_has_the_bits_of_the_desktop(browser, tmp_path):
+    """Rays through places of the picture, as clicks ask them."""
+    with opened(browser, SCENE, tmp_path, WIDE) as page:
+        page.page.mouse.click(*page.at(0.33))
+        page.page.wait_for_selector(HIT)
+        lines = [page.ray(x / 16, y / 8) for x in range(16) for y in range(8)]
+        rays = [{"origin": origin, "direction": direction} for origin, direction in lines]
+        state = "{ hidden: new Set(), section: null }"
+        found = page.ask(f"conicoid.exact.then((exact) => {json.dumps(rays)}.map((ray) => exact.pick(ray, {state})))")
+        expected = [pick(SCENE, ray) for ray in rays]
+        assert bits(found) == bits(expected)
+        assert sum(answer["found"] is not None for answer in expected) > 10
+
+
+@needs_browser
+@needs_engine
+def test_where_the_engine_may_not_run_that_is_said(browser, tmp_path):
+    path = tmp_path / "strict.html"
+    html.export(SCENE, path)
+    path.write_text(path.read_text(encoding="utf-8").replace(" 'wasm-unsafe-eval'", ""), encoding="utf-8")
+    with Page(browser, path.as_uri(), WIDE) as page:
+        page.page.mouse.click(*page.at(0.33))
+        page.page.wait_for_selector(HIT)
+        assert "Computed by the shader, in single precision. The engine in this page does not run" in page.text(".how")
+
+
+@needs_browser
+@needs_engine
+def test_what_the_engine_leaves_open_is_said(browser, tmp_path):
+    """Where it has no answer the shader's is shown, with the reason."""
+    with opened(browser, SCENE, tmp_path, WIDE) as page:
+        page.ask(
+            "(() => { conicoid.exact = Promise.reject(new Error('No room here.')); conicoid.exact.catch(() => 0); })()"
+        )
+        page.page.mouse.click(*page.at(0.33))
+        page.page.wait_for_selector(HIT)
+        assert page.text(".how") == "Computed by the shader, in single precision. No room here."
+
+
+@needs_browser
+def test_a_page_without_an_engine_is_answered_by_the_shader(browser, tmp_path, no_engine):
+    with opened(browser, SCENE, tmp_path, WIDE) as page:
+        page.page.mouse.click(*page.at(0.33))
+        page.page.wait_for_selector(HIT)
+        assert page.text(".how") == "Computed by the shader, in single precision."
+
+
+@needs_engine
+def test_the_engine_adds_little_to_a_page(monkeypatch):
+    """It is compressed; only pages that carry it may run what is not text."""
+    with_it = html.page(SCENE, "x", "data:,")
+    monkeypatch.setattr(engine, "shipped", lambda: None)
+    without = html.page(SCENE, "x", "data:,")
+    assert len(with_it) - len(without) < 96 << 10
+    assert "script-src 'unsafe-inline' 'wasm-unsafe-eval';" in with_it
+    assert "script-src 'unsafe-inline';" in without
+    assert "wasm" not in html.page(SCENE, "x", "data:,", {"version": 0}).partition("<body>")[0]
+
+
+def test_an_engine_of_other_sources_is_not_taken(monkeypatch, tmp_path):
+    module = b"\0asm\1\0\0\0"
+    (tmp_path / engine.NAME).write_bytes(engine.marked(module, "of yesterday"))
+    monkeypatch.setattr("importlib.resources.files", lambda package: tmp_path)
+    assert engine.shipped.__wrapped__() is None
+    (tmp_path / engine.NAME).write_bytes(engine.marked(module, ""))
+    assert engine.shipped.__wrapped__() == module
+    (tmp_path / engine.NAME).unlink()
+    assert engine.shipped.__wrapped__() is None
