@@ -264,3 +264,31 @@ def test_bytes_as_floats_are_no_colours(tmp_path):
     lamp = co.Scene(co.Body(co.Box(), co.matte((1, 1, 1))), lights=[co.AmbientLight(30.0)], background=(1, 1, 1))
     assert lamp.render(8, 8, samples=1).pixels.max() == 30
     assert "NaN" in co.Image.__doc__
+
+
+@pytest.mark.parametrize(
+    ("shape", "moves"),
+    [
+        ((co.Sphere() - co.Box()).translate((1, 2, 3)), ").translate((1.0, 2.0, 3.0))"),
+        (co.Sphere() - (co.Sphere() | co.Box()).scale(2), "Union(...).scale((2.0, 2.0, 2.0)))"),
+        (co.Spheres([(0, 0, 0)], 1).translate((0, 0, 1)), ".translate((0.0, 0.0, 1.0))"),
+        (co.Box().painted("red").translate((1, 0, 0)), ".translate((1.0, 0.0, 0.0))"),
+    ],
+)
+def test_the_repr_of_what_was_moved_shows_how(shape, moves):
+    assert moves in repr(shape)
+
+
+def test_the_repr_of_a_moved_shape_is_a_call_that_makes_it():
+    names = {name: getattr(co, name) for name in ("Sphere", "Box", "Cylinder", "Disc")}
+    for shape in (
+        co.Sphere(1.5).translate((1, 2, 3)), co.Box().rotate("z", 30).scale((1, 2, 3)),
+        co.Cylinder((0, 0, 0), (0, 0, 1), 2).transform([(1, 0, 0, 2), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]),
+        co.Disc((0, 0, 0), (0, 0, 1), 1).rotate((1, 1, 0), 45.5).translate((0, 0, 1e-9)),
+    ):  # fmt: skip
+        assert eval(repr(shape), names) == shape
+    long = co.Sphere()
+    for _ in range(30):
+        long = long.translate((0, 0, 1))
+    assert len(repr(long)) < 500
+    assert " ... 22 more moves ... " in repr(long)

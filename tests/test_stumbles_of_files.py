@@ -191,3 +191,43 @@ def test_checks_say_what_they_have_not_looked_for(tmp_path):
     whole = co.check(co.Scene(co.Sphere(), domain=co.Sphere()), rays=500)
     assert (whole, whole.not_looked_for, repr(whole)) == ([], (), "Findings([])")
     assert isinstance(whole, co.Findings)
+
+
+@pytest.mark.parametrize("option", [(), ("--spans",)])
+def test_rays_are_not_overwritten_with_what_they_hit(tmp_path, option):
+    co.save(co.Scene(co.Sphere()), tmp_path / "scene.yaml")
+    rays = tmp_path / "mine.csv"
+    rays.write_text("x,y,z,dx,dy,dz\n20,0,0,-1,0,0\n")
+    other = tmp_path / "link.csv"
+    other.symlink_to(rays)
+    for output in (rays, other):
+        result = run("trace", tmp_path / "scene.yaml", rays, "-o", output, *option)
+        assert result.exit_code == 2
+        assert "is read for this and would be lost: choose another file for the results" in result.stderr
+    assert rays.read_text().startswith("x,y,z,dx")
+    assert run("trace", tmp_path / "scene.yaml", rays, "-o", tmp_path / "new.csv", *option).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "x,y,z,theta,phi,r",
+        "x1,y1,z1,x2,y2,z2",
+        "x_start,y_start,z_start,x_end,y_end,z_end",
+        "x,y,z,to,azimuth,elevation",
+    ],
+)
+def test_headings_of_other_things_than_rays_are_refused(tmp_path, heading):
+    path = tmp_path / "rays.csv"
+    path.write_text(f"{heading}\n20,0,0,-1,0,0\n")
+    with pytest.raises(ValueError, match=r"rays.csv: 1: columns are read as origin x, .* is none of these"):
+        read_rays(path)
+
+
+def test_a_column_of_diameters_is_not_read_as_radii(tmp_path):
+    (tmp_path / "balls.csv").write_text("x,y,z,diameter\n1,2,3,4\n")
+    (tmp_path / "scene.yaml").write_text("bodies:\n- shape: {Spheres: {file: balls.csv}}\n")
+    with pytest.raises(
+        co.SceneFileError, match=r"columns are read as x, y, z, radius, and 'diameter' is none of these"
+    ):
+        co.load(tmp_path / "scene.yaml")

@@ -17,6 +17,7 @@ from .parts import (
     name_of,
     only_with,
     prepare,
+    refuse_overwriting,
     refuse_stdin,
     refused_files,
     written,
@@ -197,6 +198,7 @@ def trace(
         if output != STDOUT:
             check_output(output)
         check_folder(output)
+        refuse_overwriting(output, scene, rays)
         table = read_rays(rays)
         for note in ray_notes(table):
             say(note)

@@ -122,6 +122,13 @@ def refuse_stdin(path: Path, what: str) -> None:
         raise ValueError(f"-: {what} are read from files, not from standard input; name a file")
 
 
+def refuse_overwriting(output: Path, *read: Path) -> None:
+    """ValueError where an output is one of the files that are read for it, which would be lost."""
+    for path in read:
+        if output != STDOUT and output.exists() and path.exists() and output.samefile(path):
+            raise ValueError(f"{output}: is read for this and would be lost: choose another file for the results")
+
+
 def name_of(output: Path) -> str:
     """What messages call an output."""
     return "standard output" if output == STDOUT else str(output)

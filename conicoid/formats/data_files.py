@@ -108,6 +108,16 @@ def _aliases(name: str) -> set[str]:
     return {"".join(words), words[0][0] + "".join(words[1:]), words[-1], _COSINES.get(name, words[-1])}
 
 
+_OTHERS = {"diameter", "diam", "theta", "phi", "azimuth", "elevation", "polar", "inclination", "distance", "range"}
+_OF_ENDS = ("2", "end", "target", "stop", "last", "final")
+
+
+def _is_something_else(plain: str) -> bool:
+    """Does a heading name what no file of points, balls or rays holds: an angle, a diameter, a coordinate of an end?"""
+    of_end = any(plain == axis + end or plain == end + axis for axis in "xyz" for end in _OF_ENDS)
+    return plain in _OTHERS or of_end
+
+
 def _check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
     """ValueError for a header line that has the name of a column in the place of another."""
     for i, cell in enumerate(_cells(heading)):
@@ -115,6 +125,10 @@ def _check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
         places = [k for k, name in enumerate(header) if plain in _aliases(name)]
         if places and i not in places:
             raise ValueError(f"{place}: columns must be in the order {', '.join(header)}, got {heading[:60]!r}")
+        if not places and _is_something_else(plain):
+            raise ValueError(
+                f"{place}: columns are read as {', '.join(header)}, and {cell.strip()[:40]!r} is none of these"
+            )
 
 
 def _lines(path: Path, file: io.TextIOWrapper) -> Iterator[str]:

@@ -44,6 +44,8 @@ class Shape(ABC):
 
     def __init_subclass__(cls, abstract: bool = False) -> None:
         cls.abstract = abstract
+        if cls.__repr__ is Shape.__repr__:
+            setattr(cls, "__repr__", Shape.__repr__)  # noqa: B010 (a dataclass leaves one that is there)
         if not abstract:
             REGISTRY[cls.__name__] = cls
 
@@ -52,6 +54,12 @@ class Shape(ABC):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore(self, state)
+
+    def __repr__(self) -> str:
+        """The fields as a call has them, and the steps that it was moved by."""
+        shown = [each.name for each in dataclasses.fields(self) if each.repr]
+        fields = ", ".join(f"{name}={getattr(self, name)!r}" for name in shown)
+        return f"{type(self).__qualname__}({fields}){self.motion.calls}"
 
     @property
     def placement(self) -> Motion:

@@ -104,11 +104,34 @@ class Frame:
 Step = Translate | Rotate | Scale | Transform | Frame
 
 
+_MOST_SHOWN = 8
+
+
+def _call(step: Step) -> str:
+    """A step as a user asks for it."""
+    if isinstance(step, Translate):
+        return f".translate({step.offset})"
+    if isinstance(step, Rotate):
+        return f".rotate({step.axis}, {step.degrees})"
+    if isinstance(step, Scale):
+        return f".scale({step.factors})"
+    return f".transform({step.matrix})" if isinstance(step, Transform) else f".{step}"
+
+
 @dataclass(frozen=True)
 class Motion:
     """A chain of steps, first to last. Immutable; `then` and the four verbs give new ones."""
 
     steps: tuple[Step, ...] = ()
+
+    @property
+    def calls(self) -> str:
+        """The steps as the methods of a shape that take them, for its repr; the middle of a long chain is left out."""
+        shown = [_call(step) for step in self.steps]
+        if len(shown) > _MOST_SHOWN:
+            half = _MOST_SHOWN // 2
+            shown[half:-half] = [f" ... {len(shown) - 2 * half} more moves ... "]
+        return "".join(shown)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in said(self).items() if name != "_parts"}

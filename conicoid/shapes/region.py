@@ -38,11 +38,9 @@ class Boolean(Solid, abstract=True):
         return _rebuilt, (list(_spelled(self)),)
 
     def __repr__(self) -> str:
-        shown = ", ".join(
-            f"{type(part).__name__}(...)" if isinstance(part, Boolean) else repr(part) for part in self.operands[:8]
-        )
+        shown = ", ".join(map(_short, self.operands[:8]))
         more = f", ... {len(self.operands) - 8} more" if len(self.operands) > 8 else ""
-        return f"{type(self).__name__}(({shown}{more}))"
+        return f"{type(self).__name__}(({shown}{more})){self.motion.calls}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,8 +109,12 @@ class Painted(Boolean):
         return (self.operand,)
 
     def __repr__(self) -> str:
-        inner = f"{type(self.operand).__name__}(...)" if isinstance(self.operand, Boolean) else repr(self.operand)
-        return f"Painted({inner}, {self.material!r})"
+        return f"Painted({_short(self.operand)}, {self.material!r}){self.motion.calls}"
+
+
+def _short(solid: Solid) -> str:
+    """An operand, for the repr of what it is of."""
+    return f"{type(solid).__name__}(...){solid.motion.calls}" if isinstance(solid, Boolean) else repr(solid)
 
 
 def _spelled(solid: Solid) -> Iterator[Any]:
