@@ -143,6 +143,22 @@ def test_what_takes_exact_arithmetic_is_left_to_the_desktop(tmp_path):
     assert in_node([(scene, [ray])], tmp_path) == [[{"error": OPEN}]]
 
 
+@needs_node
+@needs_engine
+def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(tmp_path):
+    """From within a rod that is hidden, the bore around it is met first: one surface, listed as the rod's."""
+    turn = (1, 2, 3), 40
+    rod, tube = (co.Cylinder((0, 0, -1), (0, 0, 1), radius).rotate(*turn) for radius in (0.7, 1.9))
+    ball = co.Sphere(0.4, (0.2, 0.1, 0.3))
+    scene = co.Scene([ball, rod, tube - rod, co.Box((-3, -3, -3), (3, 3, 3)) - ball])
+    directions = np.random.default_rng(3).normal(size=(60, 3)).tolist()
+    asked = [{"origin": [-0.2, -0.1, 0.0], "direction": d, "hidden": [0, 1], "section": None} for d in directions]
+    expected = [pick(scene, ray) for ray in asked]
+    assert in_node([(scene, asked)], tmp_path) == [bits(expected)]
+    assert {0, 1} & {scene.first_hit(ray["origin"], ray["direction"]).body for ray in asked}
+    assert {answer["found"]["body"] for answer in expected} == {2, 3}
+
+
 @pytest.mark.deep
 @needs_node
 @needs_engine
