@@ -30,6 +30,7 @@ demo: $(READY)
 	@echo "The pictures are in $(CURDIR)/out"
 
 docs: $(DOCS_READY)
+	$(BIN)/python -m native.page
 	$(BIN)/python -m docs.tools.live out/extra
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --fresh-env --doctree-dir out/doctrees docs out/site
 	$(BIN)/python -m docs.tools.links out/site

@@ -1,8 +1,8 @@
 """The extension `conicoid._kernels` for a target: `python -m native.build [TARGET] [--in-place]`.
 
 Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
-`--in-place` builds for this processor's level alone and puts the extension into the checkout, with a hash of the
-sources, so that it is used only until one is edited.
+`--in-place` builds for this processor's level alone and puts the extension into the checkout, with the engine for pages
+(`page`) and a hash of the sources, so that they are used only until one is edited.
 """
 
 from __future__ import annotations
@@ -111,7 +111,10 @@ def main() -> None:
             sources, target = hash_of_sources(), target.only(host_level(target))
         out = build(target, folder, sources)
         if wanted.in_place:
+            from . import page
+
             out = put(out, HERE.parent / "conicoid" / out.name)
+            page.put_engine(folder, sources)
         print(out)
 
 
