@@ -159,6 +159,16 @@ def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(tmp_path):
     assert {answer["found"]["body"] for answer in expected} == {2, 3}
 
 
+@needs_node
+@needs_engine
+def test_all_bodies_have_their_names(tmp_path):
+    """Also those that the page's list is too short for."""
+    bodies = [co.Body(co.Sphere(0.1, (k, 0, 0)), name=f"\u00e4 {k}" if k % 2 else None) for k in range(450)]
+    rays = [{"origin": [k, 0, 9], "direction": [0, 0, -1], "hidden": [], "section": None} for k in (0, 1, 448, 449)]
+    found = [answer["found"]["name"] for answer in in_node([(co.Scene(bodies), rays)], tmp_path)[0]]
+    assert found == ["Sphere 0", "\u00e4 1", "Sphere 448", "\u00e4 449"]
+
+
 @pytest.mark.deep
 @needs_node
 @needs_engine
