@@ -1,8 +1,8 @@
 """The extension `conicoid._kernels` for a target: `python -m native.build [TARGET] [--in-place]`.
 
 Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
-`--in-place` builds for this processor's level alone and puts the extension into the checkout, with a hash of the
-sources, so that it is used only until one is edited; if it is there, nothing is done.
+`--in-place` builds for this processor's level alone and puts the extension into the checkout, with the engine for pages
+(`page`) and a hash of the sources, so that they are used only until one is edited; if they are there, nothing is done.
 """
 
 from __future__ import annotations
@@ -100,8 +100,11 @@ def _is_there(sources: str) -> bool:
         found = importlib.import_module("conicoid._kernels")
     except ImportError:
         return False
+    from .inspection import PAGE_ENGINE
+
     edited = max(each.stat().st_mtime for each in HERE.glob("*.*"))
-    return bool(found.sources == sources and Path(str(found.__file__)).stat().st_mtime > edited)
+    made = Path(str(found.__file__)), HERE.parent / PAGE_ENGINE
+    return bool(found.sources == sources and all(each.exists() and each.stat().st_mtime > edited for each in made))
 
 
 def main() -> None:
@@ -125,7 +128,10 @@ def main() -> None:
             print("Making machine code of the kernels, which takes about a minute ...", flush=True)
         out = build(target, folder, sources)
         if wanted.in_place:
+            from . import page
+
             out = put(out, HERE.parent / "conicoid" / out.name)
+            page.put_engine(folder, sources)
         print(out)
 
 

@@ -69,6 +69,11 @@ def build(folder: Path, sources: str = "") -> Path:
     return out
 
 
+def put_engine(folder: Path, sources: str) -> Path:
+    """Build it into the checkout."""
+    return put(build(folder, sources), HERE.parent / PAGE_ENGINE)
+
+
 def main() -> None:
     """Build as the command line says."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -83,7 +88,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = wanted.folder or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        print(put(build(folder, hash_of_sources()), HERE.parent / PAGE_ENGINE))
+        print(put_engine(folder, hash_of_sources()))
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import zlib
 from functools import cache
 from importlib import resources
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy.typing as npt
 
 from ..engine.tables import Tables
+from .picks import name_of
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -60,6 +62,7 @@ def engine_data(scene: Scene, shown: Any) -> dict[str, Any] | None:
         "lengths": [len(geometry.integers), len(geometry.floats)],
         "parts": [[name, kinds[name], array.size] for name, array in parts.items()],
         "content": _packed(b"".join(array.astype(f"<{kinds[name]}").tobytes() for name, array in parts.items())),
+        "names": _packed(json.dumps([name_of(scene, item) for item in range(len(scene.bodies))]).encode()),
     }
 
 

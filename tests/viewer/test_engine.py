@@ -143,6 +143,32 @@ def test_what_takes_exact_arithmetic_is_left_to_the_desktop(tmp_path):
     assert in_node([(scene, [ray])], tmp_path) == [[{"error": OPEN}]]
 
 
+@needs_node
+@needs_engine
+def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(tmp_path):
+    """From within a rod that is hidden, the bore around it is met first: one surface, listed as the rod's."""
+    turn = (1, 2, 3), 40
+    rod, tube = (co.Cylinder((0, 0, -1), (0, 0, 1), radius).rotate(*turn) for radius in (0.7, 1.9))
+    ball = co.Sphere(0.4, (0.2, 0.1, 0.3))
+    scene = co.Scene([ball, rod, tube - rod, co.Box((-3, -3, -3), (3, 3, 3)) - ball])
+    directions = np.random.default_rng(3).normal(size=(60, 3)).tolist()
+    asked = [{"origin": [-0.2, -0.1, 0.0], "direction": d, "hidden": [0, 1], "section": None} for d in directions]
+    expected = [pick(scene, ray) for ray in asked]
+    assert in_node([(scene, asked)], tmp_path) == [bits(expected)]
+    assert {0, 1} & {scene.first_hit(ray["origin"], ray["direction"]).body for ray in asked}
+    assert {answer["found"]["body"] for answer in expected} == {2, 3}
+
+
+@needs_node
+@needs_engine
+def test_all_bodies_have_their_names(tmp_path):
+    """Also those that the page's list is too short for."""
+    bodies = [co.Body(co.Sphere(0.1, (k, 0, 0)), name=f"\u00e4 {k}" if k % 2 else None) for k in range(450)]
+    rays = [{"origin": [k, 0, 9], "direction": [0, 0, -1], "hidden": [], "section": None} for k in (0, 1, 448, 449)]
+    found = [answer["found"]["name"] for answer in in_node([(co.Scene(bodies), rays)], tmp_path)[0]]
+    assert found == ["Sphere 0", "\u00e4 1", "Sphere 448", "\u00e4 449"]
+
+
 @pytest.mark.deep
 @needs_node
 @needs_engine

@@ -1,6 +1,5 @@
 // What the exact engine in the page says about a ray: the answer of conicoid/viewer/picks.py, to the bit.
 import { Engine, bitsOf, inflated, ofBits, whole } from "./engine.js";
-import { nameOf } from "./state.js";
 import { decoded } from "./tables.js";
 import { add, dot } from "./vectors.js";
 
@@ -31,13 +30,15 @@ export class Exact {
   // `data`: of the page; `scene`: as `decodedScene` makes it
   static async open(data, scene) {
     try {
-      const [code, content] = await Promise.all([inflated(data.code), inflated(data.content)]);
-      return new Exact(await Engine.open(code), data, scene, content);
+      const [code, content, names] = await Promise.all([data.code, data.content, data.names].map(inflated));
+      return new Exact(await Engine.open(code), data, scene, content, JSON.parse(new TextDecoder().decode(names)));
     } catch (error) { throw new Error(`The engine in this page does not run here (${error.message}).`); }
   }
 
-  constructor(engine, data, scene, content) {
+  // `names`: of all bodies, of which the page's list has the first only
+  constructor(engine, data, scene, content, names) {
     this.engine = engine;
+    this.names = names;
     this.scene = scene;
     const views = { f8: Float64Array, i8: BigInt64Array, i4: Int32Array }, tables = { ...scene.t };
     let at = 0;
@@ -151,7 +152,7 @@ export class Exact {
     return { found: { ...this.hit(crossings[0], chosen), ...rest } };
   }
 
-  named(body) { return { body, name: nameOf(this.scene, this.scene.body_item[body]) }; }
+  named(body) { return { body, name: this.names[this.scene.body_item[body]] }; }
 
   crossings(hidden, [low, high]) {
     const rows = this.rows(false, 0, Infinity), { scene } = this, shown = [];
