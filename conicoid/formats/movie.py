@@ -15,6 +15,8 @@ from .atomic import replacing
 MOVIES = (".gif", ".webp", ".mp4")
 """Suffixes of their files."""
 _FASTEST = 50  # frames a second of a GIF: browsers show faster ones slowly
+_LONGEST = {".gif": 655, ".webp": 16777, ".mp4": 1000}
+"""Seconds that a frame is shown at most: 16 bits of hundredths, 24 bits of milliseconds, and the rates we write."""
 _LONGEST_SIDE = {".gif": 65535, ".webp": 16383, ".mp4": 16384}
 _SAMPLED = 12  # frames that the colours of a GIF are chosen from
 _BT709 = 1
@@ -37,6 +39,11 @@ def check_movie(path: str | os.PathLike[str], width: int, height: int, frames: i
     if suffix == ".gif" and frames > _FASTEST * seconds:
         raise ValueError(
             f"turntable: a .gif shows at most {_FASTEST} frames a second, got {frames} in {seconds:g} seconds"
+        )
+    if seconds > _LONGEST[suffix] * frames:
+        raise ValueError(
+            f"turntable: a {suffix} shows a frame for at most {_LONGEST[suffix]} seconds, "
+            f"got {frames} frames in {seconds:g} seconds"
         )
     if suffix == ".mp4":
         if width % 2 or height % 2:

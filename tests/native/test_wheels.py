@@ -17,7 +17,8 @@ def run(monkeypatch, tmp_path: Path, build, *targets: str) -> int:
     """The exit status of `python -m native.wheels`, with wheels that are letters."""
     monkeypatch.setattr(wheels, "lowered", lambda folder: folder)
     monkeypatch.setattr(wheels, "build", build)
-    monkeypatch.setattr(wheels, "wheel", lambda target, extension, folder: extension)
+    monkeypatch.setattr(wheels.page, "build", lambda folder: folder / "engine.wasm")
+    monkeypatch.setattr(wheels, "wheel", lambda target, extension, engine, folder: extension)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "scratch"))
     monkeypatch.setattr(sys, "argv", ["wheels", "--out", str(tmp_path / "dist"), *targets])
     (tmp_path / "scratch").mkdir(exist_ok=True)
