@@ -373,6 +373,7 @@ static PyObject *function_call(PyObject *self, PyObject *arguments, PyObject *na
     Call call;
     call.entry = entry;
     call.bound = 0;
+    memset(call.value, 0, sizeof call.value);
     call.places = NULL;
     call.slot = call.arrays = call.ints_used = 0;
     const Leaf *next = entry->leaves;

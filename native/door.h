@@ -36,5 +36,3 @@ typedef struct {
     int arguments, count;
     const Kernel *levels; /* the kernel for each level */
 } Entry;
-
-enum { MOST_SYMBOLS = 16, MOST_SLOTS = 512, MOST_ARRAYS = 64 };

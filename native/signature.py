@@ -16,6 +16,8 @@ import numpy as np
 
 from conicoid.engine.tables import Geometry, Tables
 
+MOST_ARRAYS, MOST_SLOTS, MOST_NAMES = 64, 512, 16
+"""Of one kernel: the door (native/door.c) has room for so many."""
 TABLES = {name: number for number, name in enumerate(Tables._fields)}
 
 
@@ -66,6 +68,8 @@ def _sum(text: str) -> Length:
         else:
             constant += int(found[4] + found[5])
         at = found.end()
+    if len(names) > 2:
+        raise ValueError(f"a length is a sum of at most two names: {text!r}")
     return Length(constant, tuple(names))
 
 
@@ -159,7 +163,37 @@ def signature(function: Callable[..., Any], shapes: Mapping[str, str]) -> Signat
     leaves: list[Leaf] = []
     for name in names:
         leaves += _leaves(name, hints[name], shapes.get(name, ""), False, {})
+    _check(function.__name__, leaves)
     return Signature(function.__name__, function, leaves, _result(hints["return"]))
+
+
+def names_in(leaves: list[Leaf]) -> set[str]:
+    """The names that lengths and limits refer to."""
+    sums = [length for leaf in leaves for length in leaf.lengths if length is not None]
+    sums += [length.other for length in sums if length.other is not None]
+    return {name for each in sums for name, _ in each.names}
+
+
+def _told(leaves: list[Leaf]) -> set[str]:
+    """The names that an argument gives a value: whole numbers, and lengths like `n` or `8*n`."""
+    arrays = [length for leaf in leaves if leaf.kind == "array" for length in leaf.lengths if length is not None]
+    lone = {each.names[0][0] for each in arrays if len(each.names) == 1 and not each.constant and each.other is None}
+    return lone | {leaf.name for leaf in leaves if leaf.kind == "int"}
+
+
+def _check(name: str, leaves: list[Leaf]) -> None:
+    """ValueError where the door could not test a call: it has room for so much, and names need values."""
+    names, arrays = names_in(leaves), [leaf for leaf in leaves if leaf.kind == "array"]
+    numbers = sum(leaf.kind in ("int", "float", "bool", "none") for leaf in leaves)
+    slots = numbers + sum(5 + 2 * len(leaf.lengths) for leaf in arrays)
+    if any(len(leaf.lengths) > 3 for leaf in arrays):
+        raise ValueError(f"{name}: arrays have at most 3 dimensions")
+    if len(arrays) > MOST_ARRAYS or slots > MOST_SLOTS or len(names - TABLES.keys()) > MOST_NAMES:
+        raise ValueError(f"{name}: at most {MOST_ARRAYS} arrays, {MOST_SLOTS} slots and {MOST_NAMES} names are tested")
+    tables = names & TABLES.keys()
+    missing = names - tables - _told(leaves) | (set() if any(map(is_geometry, leaves)) else tables)
+    if missing:
+        raise ValueError(f"{name}: no argument says what {', '.join(sorted(missing))} is")
 
 
 def is_geometry(leaf: Leaf) -> bool:

@@ -11,7 +11,18 @@ import numpy as np
 
 from conicoid.engine.tables import SPARE, Tables
 
-from .signature import TABLES, Leaf, Length, Signature, declared, is_geometry
+from .signature import (
+    MOST_ARRAYS,
+    MOST_NAMES,
+    MOST_SLOTS,
+    TABLES,
+    Leaf,
+    Length,
+    Signature,
+    declared,
+    is_geometry,
+    names_in,
+)
 from .targets import Target
 
 _FORMATS = {"f8": "d", "f4": "f", "i8": "lq", "i4": "il", "i1": "b", "b1": "?"}
@@ -68,13 +79,6 @@ def _leaf(leaf: Leaf, symbols: _Symbols, referred: set[str]) -> str:
     return f"    {{{_text(leaf.name)}, {kind}, {numbers}, {form}, {{{shown}}}}},"
 
 
-def _names(leaves: list[Leaf]) -> set[str]:
-    """The names that lengths and limits refer to."""
-    sums = [length for leaf in leaves for length in leaf.lengths if length is not None]
-    sums += [length.other for length in sums if length.other is not None]
-    return {name for each in sums for name, _ in each.names}
-
-
 def _top(leaves: list[Leaf]) -> int:
     """How many arguments Python hands over."""
     depth = count = 0
@@ -89,6 +93,7 @@ def _lines(kernels: list[Signature], target: Target, sources: str) -> Iterator[s
     yield f"static const char *const LEVELS[] = {{{', '.join(_text(level.name) for level in levels)}}};"
     yield f"static const int NEEDS[] = {{{', '.join(str(level.needs) for level in levels)}}};"
     yield f"#define SOURCES {_text(sources)}"
+    yield f"enum {{ MOST_SYMBOLS = {MOST_NAMES}, MOST_SLOTS = {MOST_SLOTS}, MOST_ARRAYS = {MOST_ARRAYS} }};"
     yield f"#define GEOMETRY_TABLES {len(Tables._fields)}"
     yield f"#define GEOMETRY_SPARE {SPARE}"
     real = ["Floats" in str(kind) for kind in Tables.__annotations__.values()]
@@ -96,7 +101,7 @@ def _lines(kernels: list[Signature], target: Target, sources: str) -> Iterator[s
     for kernel in kernels:
         for level in levels:
             yield f"int {level.prefix}{kernel.name}(void *result, const int64_t *slots);"
-        symbols, referred = _Symbols(), _names(kernel.leaves)
+        symbols, referred = _Symbols(), names_in(kernel.leaves)
         yield f"static const Leaf {kernel.name}_leaves[] = {{"
         for leaf in kernel.leaves:
             yield _leaf(leaf, symbols, referred)

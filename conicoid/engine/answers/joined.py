@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ...shapes.labels import Labels
-from ...shapes.validate import what
 from ..arrays.found import Found
 from .answer import NO_SCENE
 from .hits import Hits
+from .parts import parts_of
 from .rays import Rays
 
 _ROWS = ("point_error", "local_point", "normal", "uv")
@@ -20,12 +20,7 @@ _ROWS = ("point_error", "local_point", "normal", "uv")
 
 def joined_hits(parts: Any) -> Hits:
     """Hits one after the other along the first axis (see `Hits.concatenate`)."""
-    if isinstance(parts, Hits) or not isinstance(parts, Iterable):
-        raise TypeError(f"Hits: parts must be a list of Hits, got {what(parts)}")
-    given = list(parts)
-    for i, part in enumerate(given):
-        if not isinstance(part, Hits):
-            raise TypeError(f"Hits: parts[{i}] must be Hits, got {what(part)}")
+    given = parts_of(Hits, parts)
     if not given:
         raise ValueError("Hits: parts must hold at least one Hits, got none")
     try:
@@ -44,12 +39,7 @@ def joined_hits(parts: Any) -> Hits:
 def joined_lists(kind: Any, parts: Any) -> Any:
     """Spans or crossings of one ray after the other (see `ByRay.concatenate`)."""
     name = kind.__name__
-    if isinstance(parts, kind) or not isinstance(parts, Iterable):
-        raise TypeError(f"{name}: parts must be a list of {name}, got {what(parts)}")
-    given = list(parts)
-    for i, part in enumerate(given):
-        if not isinstance(part, kind):
-            raise TypeError(f"{name}: parts[{i}] must be {name}, got {what(part)}")
+    given = parts_of(kind, parts)
     if not given:
         raise ValueError(f"{name}: parts must hold at least one {name}, got none")
     try:

@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from ...shapes.arrays import real_array
 from ...shapes.calm import calm
-from ...shapes.validate import DOMAIN, npz_path, shown, what
+from ...shapes.validate import DOMAIN, npz_path, shown
 from ...shapes.vector import FloatArray
 from .no_array import NoArray
+from .parts import parts_of
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -140,13 +141,7 @@ class Rays(NoArray):
         Spawned rays among `parts` keep the surfaces that they start on if these are all of one scene. Raises TypeError
         for what is no Rays, ValueError for none at all and for shapes that do not fit.
         """
-        if isinstance(parts, Rays) or not isinstance(parts, Iterable):
-            raise TypeError(f"Rays: parts must be a list of Rays, got {what(parts)}")
-        given = list(parts)
-        for i, part in enumerate(given):
-            if not isinstance(part, Rays):
-                raise TypeError(f"Rays: parts[{i}] must be Rays, got {what(part)}")
-        rows = [part if part.shape else part[None] for part in given]
+        rows = [part if part.shape else part[None] for part in parts_of(Rays, parts)]
         if len({part.shape[1:] for part in rows}) != 1:
             shapes = ", ".join(str(part.shape) for part in rows[:8]) or "none"
             raise ValueError(f"Rays: parts must have shapes that differ in the first axis alone, got {shapes}")

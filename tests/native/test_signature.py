@@ -1,0 +1,55 @@
+"""What kernels say of their arguments: all that the door relies on is said, or the kernel is refused when it is built."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from conicoid.engine.tables import Floats, Geometry, Ints
+from native.signature import declared, signature
+
+
+def lengths(a: Floats, b: Floats, begin: int, end: int) -> None: ...
+
+
+def of_tables(geometry: Geometry, bodies: Ints) -> int: ...
+
+
+def without_tables(bodies: Ints) -> int: ...
+
+
+def test_every_kernel_says_enough():
+    assert len(declared()) > 40
+
+
+@pytest.mark.parametrize(
+    ("function", "shapes"),
+    [
+        (lengths, dict(a="n 3", b="n|1", begin="0..end", end="0..n")),
+        (lengths, dict(a="8*n", b="out 2*n+8", begin="0..end", end="0..n-1")),
+        (lengths, dict(a="*", b="end-begin", begin="0..end")),
+        (of_tables, dict(bodies="out body_face")),
+    ],
+)
+def test_enough_is_said(function, shapes):
+    assert signature(function, shapes).name == function.__name__
+
+
+@pytest.mark.parametrize(
+    ("function", "shapes", "message"),
+    [
+        (lengths, dict(a="n 3"), "b: an array needs a shape"),
+        (lengths, dict(a="n", b="m|1"), "lengths: no argument says what m is"),
+        (lengths, dict(a="n", b="n", end="0..count"), "lengths: no argument says what count is"),
+        (lengths, dict(a="n+1", b="*"), "lengths: no argument says what n is"),
+        (lengths, dict(a="n", b="n", last="0..n"), "lengths: there is no parameter last"),
+        (lengths, dict(a="n", b="n+begin+end"), "a length is a sum of at most two names"),
+        (lengths, dict(a="n", b="n?"), "no length: 'n?'"),
+        (lengths, dict(a="n 1 1 1", b="n"), "lengths: arrays have at most 3 dimensions"),
+        (without_tables, dict(bodies="body_face"), "without_tables: no argument says what body_face is"),
+    ],
+)  # fmt: skip
+def test_what_the_door_could_not_test_is_refused(function, shapes, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        signature(function, shapes)
