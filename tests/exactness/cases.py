@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from ..oracle.cases import Case
-from ..oracle.samples import KINDS, motion, random_case, scale
+from ..oracle.draws import scale
+from ..oracle.samples import KINDS, motion, random_case
 from .families import LEAST, MOST
 
 Random = np.random.Generator

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from .cases import Case
+from .draws import Random, direction
 from .formula import Formula, Surface
 from .precision import mp
 from .restricted import Line, Restricted, line
-from .samples import Random, direction
 from .sheets import SheetOracle, sheet_crossings
 from .trace import exact_crossings
 
