@@ -79,8 +79,10 @@ def kernel(**shapes: str) -> Callable[[Function], Function]:
     """Declare an entry point: no interpreter lock; its arguments are as `shapes` says."""
 
     def declare(function: Function) -> Function:
+        if not function.__module__.startswith(_PACKAGE):  # somebody else's: it is in no wheel
+            return cast(Function, _compiled(function, entry=True))
         DECLARED[function.__name__] = function, shapes
-        found = entry(function.__name__) if function.__module__.startswith(_PACKAGE) else None
+        found = entry(function.__name__)
         return cast(Function, _compiled(function, entry=True) if found is None else found)
 
     return declare

@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from conicoid.compiler.jit import DECLARED, kernel
 from conicoid.engine.tables import Floats, Geometry, Ints
 from native.signature import declared, signature
 
@@ -21,6 +22,11 @@ def without_tables(bodies: Ints) -> int: ...
 
 def test_every_kernel_says_enough():
     assert len(declared()) > 40
+
+
+def test_a_kernel_of_somebody_else_is_none_of_ours():
+    kernel()(without_tables)  # says too little for a door
+    assert without_tables.__name__ not in DECLARED
 
 
 @pytest.mark.parametrize(
