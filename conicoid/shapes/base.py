@@ -79,10 +79,13 @@ class Shape(ABC):
     def _placed(self) -> Motion:
         return self.placement.then(self.motion)
 
-    @calm
     def _moved(self, motion: Motion) -> Self:
+        """The shape under another motion: its fields have been checked and are those of this one."""
         motion.check(type(self).__name__)
-        return dataclasses.replace(self, motion=motion)
+        kind = type(self)
+        made = kind.__new__(kind)
+        vars(made).update(said(self), motion=motion)
+        return made
 
     @explained
     def translate(self, offset: Any) -> Self:

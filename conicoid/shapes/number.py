@@ -168,7 +168,7 @@ class Number:
                 return float(self.mantissa << self.exponent)
             return self.mantissa / (1 << -self.exponent)
         except OverflowError:
-            return math.copysign(math.inf, self.mantissa)
+            return math.inf if self.mantissa > 0 else -math.inf
 
     def __repr__(self) -> str:
         return f"Number({float(self)!r}{' ±' if self.off else ''})"

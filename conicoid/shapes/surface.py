@@ -7,6 +7,7 @@ each number once. `key` names the surface itself, whatever its anchor, sign and 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -20,6 +21,9 @@ Key: TypeAlias = tuple[Any, ...]
 
 ORIGIN: Triple = (0.0, 0.0, 0.0)
 _NAMED = 1500
+_HUGE = 1e290
+_KEPT = 2.0**-47
+"""Balls whose centers are rounded by less than this share of their radius stay balls in every table."""
 UPRIGHT: Triples = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -61,17 +65,32 @@ class QuadricSurface:
     anchor: Triple = ORIGIN
 
     def moved(self, motion: Motion) -> QuadricSurface:
-        """The image: own coordinates are reached by the inverse motion."""
+        """The image: own coordinates are reached by the inverse motion. A ball that stays one keeps its rows."""
         if motion.is_identity:
             return self
         if motion.shift is not None and self.anchor is ORIGIN:
             return QuadricSurface(self.squares, self.linear, self.constant, self.rows, motion.shift)
-        back, _ = motion.inverse
         rows, shift = motion.affine
-        own = tuple(ex.exact_row(row) for row in self.rows)
         anchor = _carried(rows, shift, ex.exact_row(self.anchor))
+        constant = self._constant_of_ball(motion, anchor)
+        if constant is not None:
+            return QuadricSurface(self.squares, self.linear, constant, self.rows, anchor)
+        back, _ = motion.inverse
+        own = tuple(ex.exact_row(row) for row in self.rows)
         moved_rows = ex.multiply((own[0], own[1], own[2]), back) if back is not ex.IDENTITY else self.rows
         return QuadricSurface(self.squares, self.linear, self.constant, moved_rows, anchor)
+
+    def _constant_of_ball(self, motion: Motion, anchor: ex.Row) -> Any:
+        """The square of the radius of the moved ball; None if it is no ball, or so small that its center matters."""
+        if self.rows is not UPRIGHT or self.squares != (1.0, 1.0, 1.0) or any(self.linear) or not self.constant > 0:
+            return None
+        factor = motion.similarity
+        if factor is None:
+            return None
+        constant = ex.cancelling_sum((ex.exact(self.constant) * factor * factor,))
+        radius = math.sqrt(min(float(constant), _HUGE))
+        rests = (ex.cancelling_sum((value, -ex.exact(float(value)))) for value in anchor)
+        return constant if all(abs(float(rest)) < _KEPT * radius for rest in rests) else None
 
     def coefficients(self) -> tuple[ex.Exact, ...]:
         """(xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
