@@ -157,11 +157,15 @@ def _inside_of(solid: Solid, outer: Motion, inside: bool) -> list[PlaneSurface |
             if inner or len(tree.faces) == 1:
                 sense = 1 if inner else -1
                 found.extend(
-                    _turned(f.surface.moved(motion), sense * f.inside) for f in tree.faces if _narrows(f, sense)
+                    _turned(_moved(f.surface, motion), sense * f.inside) for f in tree.faces if _narrows(f, sense)
                 )
         elif isinstance(tree, All if inner else Any_) or len(tree.parts) == 1:
             pending.extend((part, inner) for part in tree.parts)
     return found
+
+
+def _moved(surface: PlaneSurface | QuadricSurface, motion: Motion) -> PlaneSurface | QuadricSurface:
+    return surface.moved_rows(motion) if isinstance(surface, QuadricSurface) else surface.moved(motion)
 
 
 def _narrows(face: Face, sense: int) -> bool:

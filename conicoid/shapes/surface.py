@@ -65,32 +65,42 @@ class QuadricSurface:
     anchor: Triple = ORIGIN
 
     def moved(self, motion: Motion) -> QuadricSurface:
-        """The image: own coordinates are reached by the inverse motion. A ball that stays one keeps its rows."""
+        """The image; a ball that stays one keeps its rows."""
+        ball = None if motion.is_identity or motion.shift is not None else self._moved_ball(motion)
+        return ball or self.moved_rows(motion)
+
+    def moved_rows(self, motion: Motion) -> QuadricSurface:
+        """The image: own coordinates, which keep their equation, are reached by the inverse motion."""
         if motion.is_identity:
             return self
         if motion.shift is not None and self.anchor is ORIGIN:
             return QuadricSurface(self.squares, self.linear, self.constant, self.rows, motion.shift)
-        rows, shift = motion.affine
-        anchor = _carried(rows, shift, ex.exact_row(self.anchor))
-        constant = self._constant_of_ball(motion, anchor)
-        if constant is not None:
-            return QuadricSurface(self.squares, self.linear, constant, self.rows, anchor)
         back, _ = motion.inverse
         own = tuple(ex.exact_row(row) for row in self.rows)
-        moved_rows = ex.multiply((own[0], own[1], own[2]), back) if back is not ex.IDENTITY else self.rows
-        return QuadricSurface(self.squares, self.linear, self.constant, moved_rows, anchor)
+        rows = ex.multiply((own[0], own[1], own[2]), back) if back is not ex.IDENTITY else self.rows
+        return QuadricSurface(self.squares, self.linear, self.constant, rows, self._moved_anchor(motion))
 
-    def _constant_of_ball(self, motion: Motion, anchor: ex.Row) -> Any:
-        """The square of the radius of the moved ball; None if it is no ball, or so small that its center matters."""
+    def _moved_anchor(self, motion: Motion) -> ex.Row:
+        rows, shift = motion.affine
+        return _carried(rows, shift, ex.exact_row(self.anchor))
+
+    def _moved_ball(self, motion: Motion) -> QuadricSurface | None:
+        """The image of a ball under a similarity, with the square of its radius.
+
+        None for anything else, for a ball so small that rounding its center matters, and where the radius is halfway
+        between two floats: records go by the rows then.
+        """
         if self.rows is not UPRIGHT or self.squares != (1.0, 1.0, 1.0) or any(self.linear) or not self.constant > 0:
             return None
         factor = motion.similarity
         if factor is None:
             return None
-        constant = ex.cancelling_sum((ex.exact(self.constant) * factor * factor,))
-        radius = math.sqrt(min(float(constant), _HUGE))
+        anchor, square = self._moved_anchor(motion), ex.cancelling_sum((ex.exact(self.constant) * factor * factor,))
+        radius = math.sqrt(min(float(square), _HUGE))
         rests = (ex.cancelling_sum((value, -ex.exact(float(value)))) for value in anchor)
-        return constant if all(abs(float(rest)) < _KEPT * radius for rest in rests) else None
+        if _is_halfway(square) or not all(abs(float(rest)) < _KEPT * radius for rest in rests):
+            return None
+        return QuadricSurface(self.squares, self.linear, square, self.rows, anchor)
 
     def coefficients(self) -> tuple[ex.Exact, ...]:
         """(xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
@@ -119,6 +129,11 @@ class QuadricSurface:
 
 
 Surface: TypeAlias = PlaneSurface | QuadricSurface
+
+
+def _is_halfway(square: ex.Exact) -> bool:
+    """Whether the root of a number has 54 digits, one more than a float."""
+    return square.mantissa.bit_length() in (107, 108) and math.isqrt(square.mantissa) ** 2 == square.mantissa
 
 
 def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:

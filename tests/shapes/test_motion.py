@@ -247,13 +247,16 @@ def moved_balls(seed: int) -> list[Any]:
         ball = co.Sphere(radius, center)
         balls.append(dataclasses.replace(ball, motion=motion))
         balls.append(dataclasses.replace(ball, motion=motion.rotate("z", 30).rotate((0, 0, 2), -30)))
+        balls.append(ball.scale(3).rotate("x", 10))  # three times a float is often halfway between two
+        balls.append((ball | co.Box()) & ball.translate((radius, 0, 0)))
+        balls[-1] = dataclasses.replace(balls[-1], motion=motion)
     return balls
 
 
 def check_balls(seeds: range, monkeypatch: pytest.MonkeyPatch) -> None:
     found = [list(tables(moved_balls(seed))) for seed in seeds]
     with monkeypatch.context() as patch:
-        patch.setattr(QuadricSurface, "_constant_of_ball", lambda *_: None)  # all by rows and their Gram matrix
+        patch.setattr(QuadricSurface, "_moved_ball", lambda *_: None)  # all by rows and their Gram matrix
         for seed, expected in zip(seeds, found, strict=True):
             assert list(tables(moved_balls(seed))) == expected
 
