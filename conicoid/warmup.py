@@ -16,7 +16,7 @@ def warmup() -> None:
     from .compiler.ahead import expect
 
     expect(*CALLS)
-    for call in (_answers, _one_by_one, _exact, _large, *CALLS.values()):
+    for call in (_answers, _one_by_one, _exact, _large, _many, *CALLS.values()):
         call()
 
 
@@ -72,6 +72,15 @@ def _exact() -> None:
     for query in (two.first_hit, two.spans, two.crossings):
         query(*edge)
     Scene([Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
+
+
+def _many() -> None:
+    """Bodies that are lowered together."""
+    from .engine.lowering.recorded import FEWEST
+    from .scene import Scene
+    from .shapes.sphere import Sphere
+
+    Scene([Sphere(1.0, (float(k), 0.0, 0.0)) for k in range(FEWEST)]).prepare()
 
 
 def _large() -> None:

@@ -9,9 +9,8 @@ then work.
 from __future__ import annotations
 
 import dataclasses
-import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, overload
@@ -26,7 +25,8 @@ from .cells import PolygonSheet, SurfaceSheet, Tree
 from .elsewhere import no_attribute
 from .motion import STILL, Motion
 from .planar import rounded_up
-from .vector import Box, FloatArray, Vector
+from .rounded import above, above_if, is_finite
+from .vector import Box, Vector
 
 if TYPE_CHECKING:
     from .region import ClippedSheet, Complement, Difference, Intersection, Painted, Union
@@ -68,7 +68,7 @@ class Shape(ABC):
 
     def under(self, outer: Motion = STILL) -> Motion:
         """Own frame to world, when the whole shape is moved by `outer` as well."""
-        return self._placed.then(outer)
+        return self._placed if not outer.steps else self.motion.then(outer).placed(self.placement)
 
     @cached_property
     def kept(self) -> dict[str, Any]:
@@ -77,12 +77,15 @@ class Shape(ABC):
 
     @cached_property
     def _placed(self) -> Motion:
-        return self.placement.then(self.motion)
+        return self.motion.placed(self.placement)
 
-    @calm
     def _moved(self, motion: Motion) -> Self:
+        """The shape under another motion: its fields have been checked and are those of this one."""
         motion.check(type(self).__name__)
-        return dataclasses.replace(self, motion=motion)
+        kind = type(self)
+        made = kind.__new__(kind)
+        vars(made).update(said(self), motion=motion)
+        return made
 
     @explained
     def translate(self, offset: Any) -> Self:
@@ -152,37 +155,43 @@ class Primitive(Shape, abstract=True):
         """sup of direction·p over the shape in its own frame; inf where unbounded, -inf if empty."""
 
     def bounds_under(self, outer: Motion) -> Box:
-        """Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward.
+        """Bounds of the shape after a further motion (`ends`)."""
+        ends = self.ends(self.under(outer))
+        return np.array(ends[:3]), np.array(ends[3:])
 
+    def ends(self, motion: Motion) -> list[float]:
+        """(low x, y, z, high x, y, z) of the shape where a motion puts its own frame.
+
+        Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward.
         Where row e of L has one entry k alone, h(Lᵀ e) = |k| h(±e'), so only h itself and the end are rounded: what is
         0 on paper is 0. So it is in other rows where h is 0 in floats, as `support` raises every sum of several terms.
         """
-        motion = self.under(outer)
-        matrix, simple = motion.matrix, motion.is_identity or motion.shift is not None
-        low, high = np.empty(3), np.empty(3)
-        for i in range(3):
-            row: FloatArray = matrix[i, :3] + 0.0
-            along = np.flatnonzero(row)
+        simple = motion.is_identity or motion.shift is not None
+        low: list[float] = []
+        high: list[float] = []
+        for i, (*row, shift) in enumerate(motion.rows):
+            along = [k for k in range(3) if row[k]]
             for sign, ends in ((1.0, high), (-1.0, low)):
                 if len(along) == 1 and not simple:
-                    k = int(along[0])
-                    unit = np.copysign(np.eye(3)[k], sign * row)
-                    ends[i] = _stretched(self.support(_direction(unit)), motion, i, k, sign)
+                    (k,) = along
+                    size = sign if row[k] > 0 else -sign
+                    ends.append(_stretched(self.support(_direction([size] * 3, along)), motion, i, k, sign))
                     continue
-                reach, shift = self.support(_direction(sign * row)), sign * float(matrix[i, 3])
-                if reach == shift == 0 and _is_nothing(motion, i):
-                    ends[i] = 0.0
+                reach = self.support(_direction(row if sign > 0 else [-x for x in row], along))
+                if not shift and reach == 0 and _is_nothing(motion, i):
+                    ends.append(0.0)
                 else:
-                    ends[i] = _outward(reach, shift, simple)
-        return 0.0 - low, high
+                    ends.append(_outward(reach, shift if sign > 0 else -shift, simple))
+        return [*(0.0 - end for end in low), *high]
 
 
 _SAFE = 1e-150
 """Products with a number of the domain do not underflow."""
 
 
-def _direction(row: FloatArray) -> Vector:
-    x, y, z = (row + 0.0).tolist()
+def _direction(row: Sequence[float], along: Sequence[int]) -> Vector:
+    """A row whose entries are 0 but for those that are known not to be."""
+    x, y, z = (row[k] if k in along else 0.0 for k in range(3))
     return x, y, z
 
 
@@ -196,7 +205,7 @@ def _is_nothing(motion: Motion, row: int) -> bool:
 
 def _stretched(reach: float, motion: Motion, row: int, column: int, sign: float) -> float:
     """The least float64 not below |k| reach + sign·shift, k being the one entry of the motion's row."""
-    if not math.isfinite(reach):
+    if not is_finite(reach):
         return reach
     rows, shift = motion.affine
     return rounded_up(ex.cancelling_sum((abs(rows[row][column]) * ex.exact(reach), sign * shift[row])))
@@ -205,14 +214,14 @@ def _stretched(reach: float, motion: Motion, row: int, column: int, sign: float)
 def _outward(reach: float, shift: float, exact: bool) -> float:
     """An upper bound of reach + shift; the nearest one if there is only a translation, whose floats are exact."""
     total = reach + shift
-    if not math.isfinite(total):
+    if not is_finite(total):
         return total
     if not exact:
-        return float(np.nextafter(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)), math.inf))
+        return above(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)))
     # Knuth's TwoSum: what the sum has lost
     part = total - reach
     lost = (reach - (total - part)) + (shift - part)
-    return float(np.nextafter(total, math.inf)) if lost > 0 else total
+    return above_if(total, lost)
 
 
 class Solid(Shape, abstract=True):

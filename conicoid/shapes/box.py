@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from .base import PrimitiveSolid
 from .cells import UV, Cell, Face, flat
+from .rounded import larger
 from .support import sum_up
 from .surface import PlaneSurface
 from .validate import vector
@@ -46,7 +47,7 @@ class Box(PrimitiveSolid):
         return flat(_axis(first, edges[first]), _axis(second, edges[second]), self.low)
 
     def support(self, direction: Vector) -> float:
-        return sum_up(max(u * a, u * b) for u, a, b in zip(direction, self.low, self.high, strict=True) if u)
+        return sum_up(larger(u * a, u * b) for u, a, b in zip(direction, self.low, self.high, strict=True) if u)
 
 
 def _axis(index: int, length: float) -> Vector:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from operator import sub
 from typing import Any
 
@@ -12,7 +11,7 @@ from .axis import axis_frame, check_axis, exact_length
 from .base import PrimitiveSolid
 from .cells import PLAIN_UV, UV, Cell, Face, around_z, flat
 from .motion import Motion
-from .rounded import hypot
+from .rounded import hypot, larger
 from .support import sum_up
 from .surface import PlaneSurface, QuadricSurface
 from .validate import nonnegative, vector
@@ -62,7 +61,7 @@ class Cone(PrimitiveSolid):
         top = PlaneSurface((0.0, 0.0, 1.0), height, (0.0, 0.0, height))
         return Cell(
             (
-                Face(self._side(height), 0, around_z(0.0, float(height))),
+                Face(self._side(height), 0, around_z(0.0, ex.rounded(height))),
                 Face(bottom, 1, _cap_uv(self.start_radius)),
                 Face(top, 2, _cap_uv(self.end_radius)),
             )
@@ -70,9 +69,9 @@ class Cone(PrimitiveSolid):
 
     def _side(self, height: Any) -> QuadricSurface:
         """The cone about the center of its narrower end."""
-        growth = Fraction(self.end_radius) - Fraction(self.start_radius)
+        growth = ex.rational(self.end_radius) - ex.rational(self.start_radius)
         radius, z = (self.start_radius, 0.0) if growth >= 0 else (self.end_radius, height)
-        square = Fraction(radius) ** 2
+        square = ex.rational(radius) ** 2
         if growth == 0:
             return QuadricSurface((1.0, 1.0, 0.0), constant=square)
         slope = ex.exact(growth) / height
@@ -81,7 +80,7 @@ class Cone(PrimitiveSolid):
     def support(self, direction: Vector) -> float:
         across = hypot(direction[0], direction[1])
         start = across * self.start_radius
-        return max(start, sum_up((direction[2] * self.length, across * self.end_radius)))
+        return larger(start, sum_up((direction[2] * self.length, across * self.end_radius)))
 
 
 def _cap_uv(radius: float) -> UV:

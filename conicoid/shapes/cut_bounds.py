@@ -9,7 +9,7 @@ bounds, so what is too much to ask is left out.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -24,11 +24,16 @@ from .half_space import HalfSpace
 from .motion import Motion
 from .planar import half_space_bounds
 from .polyhedron import Polyhedron, half_spaces_bounds
+from .steps import Step
 from .surface import PlaneSurface, QuadricSurface
 from .vector import Box, FloatArray
 
 Part: TypeAlias = tuple[Solid, Motion, bool]
 """A primitive, the motion that it stands under, and whether its inside or its outside counts."""
+
+KnownBoxes: TypeAlias = Mapping[tuple[int, tuple[Step, ...]], Box]
+"""Bounds of primitives that have been worked out before, by the `id` of each and the steps that move it."""
+NOTHING_KNOWN: KnownBoxes = {}
 
 MOST_PLANES = 24
 """Candidates grow with the third power of the number of planes that cut one quadric."""
@@ -69,9 +74,9 @@ class Cuts:
 NO_CUTS = Cuts()
 
 
-def cut_bounds(parts: Sequence[Part], cuts: Cuts, share: bool) -> tuple[Box, Cuts]:
+def cut_bounds(parts: Sequence[Part], cuts: Cuts, share: bool, known: KnownBoxes = NOTHING_KNOWN) -> tuple[Box, Cuts]:
     """Bounds of the intersection of `parts` within `cuts`, and the planes around it, to `share` with what it meets."""
-    boxes = [_plain(part) for part in parts]
+    boxes = [_plain(part, known) for part in parts]
     box = common([cuts.box, *boxes])
     if is_empty(box) or (len(parts) < 2 and not cuts.planes and not share):
         return box, cuts
@@ -92,8 +97,12 @@ def cut_bounds(parts: Sequence[Part], cuts: Cuts, share: bool) -> tuple[Box, Cut
     return box, Cuts((*_sides(box, crossing), *crossing)[:MOST_PLANES])
 
 
-def _plain(part: Part) -> Box:
+def _plain(part: Part, known: KnownBoxes) -> Box:
     solid, motion, inside = part
+    if inside and known:
+        found = known.get((id(solid), motion.steps))
+        if found is not None:
+            return found
     return solid.bounds_under(motion) if inside else solid.outside_bounds_under(motion)
 
 
@@ -157,11 +166,15 @@ def _inside_of(solid: Solid, outer: Motion, inside: bool) -> list[PlaneSurface |
             if inner or len(tree.faces) == 1:
                 sense = 1 if inner else -1
                 found.extend(
-                    _turned(f.surface.moved(motion), sense * f.inside) for f in tree.faces if _narrows(f, sense)
+                    _turned(_moved(f.surface, motion), sense * f.inside) for f in tree.faces if _narrows(f, sense)
                 )
         elif isinstance(tree, All if inner else Any_) or len(tree.parts) == 1:
             pending.extend((part, inner) for part in tree.parts)
     return found
+
+
+def _moved(surface: PlaneSurface | QuadricSurface, motion: Motion) -> PlaneSurface | QuadricSurface:
+    return surface.moved_rows(motion) if isinstance(surface, QuadricSurface) else surface.moved(motion)
 
 
 def _narrows(face: Face, sense: int) -> bool:
@@ -176,6 +189,6 @@ def _turned(surface: PlaneSurface | QuadricSurface, sense: int) -> PlaneSurface 
         return surface
     if isinstance(surface, PlaneSurface):
         x, y, z = surface.normal
-        return dataclasses.replace(surface, normal=(-x, -y, -z), offset=-surface.offset)
+        return PlaneSurface((-x, -y, -z), -surface.offset, surface.anchor)
     (a, b, c), (x, y, z) = surface.squares, surface.linear
     return dataclasses.replace(surface, squares=(-a, -b, -c), linear=(-x, -y, -z), constant=-surface.constant)

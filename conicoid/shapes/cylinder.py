@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from operator import sub
 from typing import Any
 
@@ -12,7 +11,7 @@ from .axis import axis_frame, check_axis, difference, exact_length
 from .base import PrimitiveSolid
 from .cells import All, Any_, Cell, Face, Tree, around_z, flat
 from .motion import Motion
-from .rounded import hypot, sin_cos_degrees
+from .rounded import hypot, larger, sin_cos_degrees
 from .support import sum_up
 from .surface import PlaneSurface, QuadricSurface
 from .validate import number, positive, vector
@@ -67,8 +66,8 @@ class Cylinder(PrimitiveSolid):
     def support(self, direction: Vector) -> float:
         across = arc_support(self.radius, self.start_angle, self.end_angle, direction)
         if self.end_angle - self.start_angle < 360:
-            across = max(0.0, across)
-        return sum_up((max(0.0, direction[2] * self.length), across))
+            across = larger(0.0, across)
+        return sum_up((larger(0.0, direction[2] * self.length), across))
 
 
 def check_angles(shape: Any, owner: str) -> None:
@@ -92,12 +91,12 @@ def check_angles(shape: Any, owner: str) -> None:
 
 def side_and_caps(radius: float, start: Vector, end: Vector) -> tuple[Face, Face, Face]:
     length = exact_length(start, end)
-    side = QuadricSurface(squares=(1.0, 1.0, 0.0), constant=Fraction(radius) ** 2)
+    side = QuadricSurface(squares=(1.0, 1.0, 0.0), constant=ex.rational(radius) ** 2)
     cap_uv = flat((radius, 0, 0), (0, radius, 0))
     bottom = PlaneSurface((0.0, 0.0, -1.0), 0.0)
     top = PlaneSurface((0.0, 0.0, 1.0), length, (0.0, 0.0, length))
     return (
-        Face(side, 0, around_z(0.0, float(length))),
+        Face(side, 0, around_z(0.0, ex.rounded(length))),
         Face(bottom, 1, cap_uv),
         Face(top, 2, cap_uv),
     )
@@ -111,7 +110,7 @@ def wedge_walls(start_angle: float, end_angle: float, radius: float, length: flo
     walls = []
     for number_, angle, sense in ((3, start_angle, 1), (4, end_angle, -1)):
         s, c = ex.sin_cos_degrees(angle)
-        uv = flat((radius * float(c), radius * float(s), 0), (0, 0, length))
+        uv = flat((radius * ex.rounded(c), radius * ex.rounded(s), 0), (0, 0, length))
         walls.append(Face(PlaneSurface((sense * s, -sense * c, ex.ZERO), ex.ZERO), number_, uv))
     return tuple(walls[:1] if turn == 180 else walls)
 
@@ -124,8 +123,10 @@ def either(walls: tuple[Face, ...]) -> Any_:
 def arc_support(radius: float, start_angle: float, end_angle: float, direction: Vector) -> float:
     """sup of u·p over a circular arc about the origin of the xy plane."""
     x, y, _ = direction
+    if end_angle - start_angle == 360:
+        return radius * hypot(x, y)
     (s, c), (t, d) = sin_cos_degrees(start_angle), sin_cos_degrees(end_angle)
     after_start, before_end = c * y >= s * x, t * x >= d * y
     if (after_start and before_end) if end_angle - start_angle <= 180 else (after_start or before_end):
         return radius * hypot(x, y)
-    return max(sum_up((radius * x * c, radius * y * s)), sum_up((radius * x * d, radius * y * t)))
+    return larger(sum_up((radius * x * c, radius * y * s)), sum_up((radius * x * d, radius * y * t)))

@@ -11,7 +11,7 @@ from .base import PrimitiveSheet
 from .cells import All, Cell, Face, SurfaceSheet, Tree, moved_uv
 from .cylinder import arc_support, check_angles, either, side_and_caps, wedge_walls
 from .motion import Motion
-from .rounded import hypot
+from .rounded import hypot, larger
 from .support import sum_up
 from .validate import positive, vector
 from .vector import Vector, VectorLike
@@ -61,7 +61,7 @@ class CylinderPatch(PrimitiveSheet):
 
     def support(self, direction: Vector) -> float:
         across = arc_support(self.radius, self.start_angle, self.end_angle, direction)
-        return sum_up((max(0.0, direction[2] * self.length), across))
+        return sum_up((larger(0.0, direction[2] * self.length), across))
 
 
 def _moved(face: Face, motion: Motion) -> Face:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 
+from . import exact as ex
 from .base import PrimitiveSheet
 from .cells import Cell, Face, SurfaceSheet, flat, moved_uv
 from .motion import Frame, Motion
@@ -36,7 +36,7 @@ class Disc(PrimitiveSheet):
         return Motion((Frame(self.center, self.normal),))
 
     def sheet(self, motion: Motion) -> SurfaceSheet:
-        ball = QuadricSurface((1.0, 1.0, 1.0), constant=Fraction(self.radius) ** 2)
+        ball = QuadricSurface((1.0, 1.0, 1.0), constant=ex.rational(self.radius) ** 2)
         uv = flat((self.radius, 0.0, 0.0), (0.0, self.radius, 0.0))
         return SurfaceSheet(
             PlaneSurface((0.0, 0.0, 1.0), 0.0).moved(motion),

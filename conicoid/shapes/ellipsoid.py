@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from . import exact as ex
 from .elliptic import EllipticSolid, Profile
 from .motion import Motion, Translate
-from .rounded import hypot
+from .rounded import hypot, larger
 from .support import elliptic_support, inverse_root
 from .validate import interval, positive, vector
 from .vector import Interval, Vector, VectorLike
@@ -70,8 +72,8 @@ class Ellipsoid(EllipticSolid):
         """(sx, sy, sz, k) of sx x² + sy y² + sz z² <= k, exact; a ball has squares 1."""
         if self.coefficients is not None:
             return (*self.coefficients, 1.0)
-        largest = Fraction(max(self.radii)) ** 2
-        sx, sy, sz = (largest / Fraction(r) ** 2 for r in self.radii)
+        largest = ex.rational(functools.reduce(larger, self.radii)) ** 2
+        sx, sy, sz = (largest / ex.rational(r) ** 2 for r in self.radii)
         return sx, sy, sz, largest
 
     @property

@@ -21,8 +21,11 @@ from .number import (
     cut,
     exact,
     fraction,
+    is_nothing,
     is_rounded,
     power_of_two,
+    rational,
+    rounded,
     settled,
     simplest_ratio,
     sin_cos_degrees,
@@ -34,7 +37,7 @@ from .number import Number as Exact
 __all__ = [
     "BITS", "CANCELLED", "IDENTITY", "ONE", "ZERO", "Exact", "Row", "Rows", "Writable", "apply", "cancelling_sum",
     "cross", "cut", "determinant", "dot", "exact", "exact_row", "fraction", "inverse", "is_rounded", "minus",
-    "multiply", "plus", "power_of_two", "rounded", "simplest_ratio", "sin_cos_degrees",
+    "multiply", "plus", "power_of_two", "rational", "rounded", "simplest_ratio", "sin_cos_degrees",
     "sqrt", "total", "transpose", "unit",
 ]  # fmt: skip
 
@@ -54,7 +57,7 @@ def exact_row(values: Iterable[Writable]) -> Row:
 
 def dot(a: Sequence[Exact], b: Sequence[Exact], *more: Exact) -> Exact:
     """a·b plus any further terms, settled."""
-    terms = [x * y for x, y in zip(a, b, strict=True) if (x.mantissa or x.off) and (y.mantissa or y.off)]
+    terms = [x * y for x, y in zip(a, b, strict=True) if not (is_nothing(x) or is_nothing(y))]
     terms.extend(more)
     return settled(total(terms))
 
@@ -116,8 +119,3 @@ def inverse(rows: Rows) -> Rows:
         (y[0] / d, y[1] / d, y[2] / d),
         (z[0] / d, z[1] / d, z[2] / d),
     )
-
-
-def rounded(value: Exact) -> float:
-    """The nearest float64."""
-    return float(value)

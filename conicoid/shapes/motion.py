@@ -1,13 +1,14 @@
 """Affine motions, remembered as the steps a user asked for and composed exactly.
 
 A `Motion` is a tuple of steps about the world's origin, applied first to last. Scene files show
-the steps; lowering asks once for the product, in 3000-bit arithmetic (`exact.py`). A motion that goes
-on from another goes on from its product too.
+the steps; lowering asks once for the product, in 3000-bit arithmetic (`exact.py`), and for the inverse, which is
+that of the steps from last to first. A motion that goes on from another goes on from what is known of it.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -16,93 +17,18 @@ import numpy as np
 
 from . import exact as ex
 from .carried import said
+from .steps import NOWHERE, STAYS, Affine, Frame, Reach, Rotate, Scale, Step, Transform, Translate
 from .validate import LARGEST, matrix4, number, numbers, shown, vector
-from .vector import FloatArray, Matrix4, Vector
+from .vector import FloatArray, Vector
 
-Affine: TypeAlias = tuple[ex.Rows, ex.Row]
-"""x ↦ rows x + shift"""
+FloatRows: TypeAlias = tuple[tuple[float, float, float, float], ...]
 
+__all__ = [
+    "AXES", "STILL", "Affine", "Frame", "Motion", "Rotate", "Scale", "Step", "Transform", "Translate", "named_axis",
+]  # fmt: skip
 
-@dataclass(frozen=True)
-class Translate:
-    """x ↦ x + offset"""
-
-    offset: Vector
-
-    def affine(self) -> Affine:
-        return ex.IDENTITY, ex.exact_row(self.offset)
-
-
-@dataclass(frozen=True)
-class Rotate:
-    """Right-handed turn about `axis` through the origin, in degrees (Rodrigues' formula)."""
-
-    axis: Vector
-    degrees: float
-
-    def affine(self) -> Affine:
-        x, y, z = ex.unit(ex.exact_row(self.axis))
-        s, c = ex.sin_cos_degrees(self.degrees)
-        k = 1 - c
-        rows = (
-            (ex.dot((x * x, c), (k, ex.ONE)), ex.dot((x * y, -z), (k, s)), ex.dot((x * z, y), (k, s))),
-            (ex.dot((x * y, z), (k, s)), ex.dot((y * y, c), (k, ex.ONE)), ex.dot((y * z, -x), (k, s))),
-            (ex.dot((x * z, -y), (k, s)), ex.dot((y * z, x), (k, s)), ex.dot((z * z, c), (k, ex.ONE))),
-        )
-        return rows, (ex.ZERO, ex.ZERO, ex.ZERO)
-
-
-@dataclass(frozen=True)
-class Scale:
-    """x ↦ (kx x, ky y, kz z); negative factors mirror."""
-
-    factors: Vector
-
-    def affine(self) -> Affine:
-        x, y, z = ex.exact_row(self.factors)
-        rows = ((x, ex.ZERO, ex.ZERO), (ex.ZERO, y, ex.ZERO), (ex.ZERO, ex.ZERO, z))
-        return rows, (ex.ZERO, ex.ZERO, ex.ZERO)
-
-
-@dataclass(frozen=True)
-class Transform:
-    """x ↦ M x in homogeneous coordinates; the last row of M is (0, 0, 0, 1)."""
-
-    matrix: Matrix4
-
-    def affine(self) -> Affine:
-        rows = tuple(ex.exact_row(row[:3]) for row in self.matrix[:3])
-        return (rows[0], rows[1], rows[2]), ex.exact_row(row[3] for row in self.matrix[:3])
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Own coordinates to a frame with its origin at `origin` and z along `axis`.
-
-    x points to `reference`, projected across the axis (Sasaki 2021, equation 2, with the projection
-    that the errata ask for); without one, to the coordinate axis that is least along `axis`.
-    """
-
-    origin: Vector
-    axis: Vector | ex.Row
-    reference: Vector | None = None
-
-    def affine(self) -> Affine:
-        z = ex.unit(ex.exact_row(self.axis))
-        origin = ex.exact_row(self.origin)
-        if self.reference is None:
-            axis = ex.exact_row(self.axis)
-            least = min(range(3), key=lambda i: abs(axis[i]))
-            towards = ex.IDENTITY[least]
-        else:
-            towards = ex.minus(ex.exact_row(self.reference), origin)
-        along = ex.dot(towards, z)
-        x = ex.unit(ex.minus(towards, (along * z[0], along * z[1], along * z[2])))
-        return ex.transpose((x, ex.cross(z, x), z)), origin
-
-
-Step = Translate | Rotate | Scale | Transform | Frame
-
+_CERTAIN = LARGEST * (1 - 1e-6)
+"""Bounds below this leave nothing open: what floats lose in them is far less, for a million steps."""
 
 _MOST_SHOWN = 8
 
@@ -143,8 +69,25 @@ class Motion:
         if not self.steps:
             return other
         both = Motion(self.steps + other.steps)
-        both.__dict__["_parts"] = self, other
+        known = {name: self.__dict__[name] for name in _LASTING if name in self.__dict__}
+        if known:  # not the motion itself, which would keep all that came before it
+            both.__dict__["_parts"] = known, other
         return both
+
+    def placed(self, placement: Motion) -> Motion:
+        """The motion after a shape's own placement: points are carried by one and then the other."""
+        both = placement.then(self)
+        if placement.steps and self.steps:
+            both.__dict__["_placement"] = placement, self
+        return both
+
+    def carried(self, point: ex.Row) -> ex.Row:
+        """Where it takes a point. The end of an axis is exact so: its placement takes it to where it was said to be."""
+        placement, then = self.__dict__.get("_placement", (None, self))
+        if placement is not None:
+            return then.carried(placement.carried(point))  # type: ignore[no-any-return]
+        rows, shift = self.affine
+        return ex.plus(ex.apply(rows, point) if rows is not ex.IDENTITY else point, shift)
 
     def translate(self, offset: Any) -> Motion:
         return self.then(Motion((Translate(vector("translate", "offset", offset)),)))
@@ -168,7 +111,7 @@ class Motion:
         if rows[3] != (0, 0, 0, 1):
             raise ValueError(f"transform: matrix must be affine, its last row (0, 0, 0, 1), got {rows[3]}")
         step = Transform(rows)
-        if not ex.determinant(step.affine()[0]):
+        if math.isinf(step.reach().back) and not ex.determinant(step.affine()[0]):
             raise ValueError("transform: matrix must be invertible, its determinant is 0")
         return self.then(Motion((step,)))
 
@@ -178,40 +121,78 @@ class Motion:
         first = self.steps[0] if len(self.steps) == 1 else None
         return first.offset if isinstance(first, Translate) else None
 
+    def _before(self, name: str) -> tuple[Any, Any]:
+        """What is known by a name of the motion that this one goes on from, or None, and the motion that follows."""
+        known, other = self.__dict__.get("_parts", ({}, None))
+        return known.get(name), other
+
     @cached_property
     def affine(self) -> Affine:
         """The product of all steps as (3 rows, translation), in 3000 bits."""
-        parts: tuple[Motion, Motion] | None = self.__dict__.pop("_parts", None)
-        if parts is not None and "affine" in parts[0].__dict__:
-            return _product(parts[0].affine, parts[1].affine)
-        return functools.reduce(_product, (step.affine() for step in self.steps), _STILL)
+        before, other = self._before("affine")
+        if before is not None:
+            return _product(before, other.affine)
+        return functools.reduce(_product, (step.forth_and_back[0] for step in self.steps), _STILL)
 
     @cached_property
     def inverse(self) -> Affine:
         """The inverse map as (3 rows, translation), in 3000 bits."""
-        rows, shift = self.affine
-        if rows is ex.IDENTITY:
-            return rows, (-shift[0], -shift[1], -shift[2])
-        back = ex.inverse(rows)
-        x, y, z = ex.apply(back, shift)
-        return back, (-x, -y, -z)
+        before, other = self._before("inverse")
+        if before is not None:
+            return _product(other.inverse, before)
+        return functools.reduce(_product, (step.forth_and_back[1] for step in reversed(self.steps)), _STILL)
+
+    @cached_property
+    def similarity(self) -> ex.Exact | None:
+        """The factor by which all lengths change, where each step is a similarity by itself; else None."""
+        before, other = self._before("similarity")
+        factors = [before, other.similarity] if before is not None else [step.similarity() for step in self.steps]
+        result = ex.ONE
+        for factor in factors:
+            if factor is None:
+                return None
+            result = ex.cancelling_sum((result * factor,)) if factor is not ex.ONE else result
+        return result
+
+    @cached_property
+    def reach(self) -> Reach:
+        """Bounds in floats, for `check`."""
+        before, other = self._before("reach")
+        if before is not None:
+            return Reach.then(before, other.reach)
+        return functools.reduce(Reach.then, (step.reach() for step in self.steps), STAYS)
+
+    @property
+    def rows(self) -> FloatRows:
+        """The first three rows of `matrix`."""
+        return _translated(self.shift) if self.shift is not None else _rounded(*self.affine)
+
+    @property
+    def inverse_rows(self) -> FloatRows:
+        """The first three rows of `inverse_matrix`."""
+        if self.shift is not None:
+            x, y, z = self.shift
+            return _translated((-x, -y, -z))
+        return _rounded(*self.inverse)
 
     @cached_property
     def matrix(self) -> FloatArray:
         """(4, 4) float64, each entry rounded once."""
-        return _as_matrix(*self.affine) if self.shift is None else _translation(self.shift, 1.0)
+        return np.array([*self.rows, (0.0, 0.0, 0.0, 1.0)])
 
     @cached_property
     def inverse_matrix(self) -> FloatArray:
         """(4, 4) float64 of the inverse, each entry rounded once."""
-        return _as_matrix(*self.inverse) if self.shift is None else _translation(self.shift, -1.0)
+        return np.array([*self.inverse_rows, (0.0, 0.0, 0.0, 1.0)])
 
     @property
     def is_identity(self) -> bool:
         return not self.steps
 
     def check(self, owner: str) -> None:
-        """Refuse a product that leaves the domain of numbers."""
+        """Refuse a product that leaves the domain of numbers: by bounds, and exactly where they leave it open."""
+        if all(bound <= _CERTAIN for bound in self.reach):
+            return
         try:
             inverse = self.inverse_matrix[:3, :3]
         except ZeroDivisionError:
@@ -238,7 +219,9 @@ def named_axis(owner: str, field: str, axis: Any) -> Vector:
 
 
 STILL = Motion()
-_STILL: Affine = (ex.IDENTITY, (ex.ZERO, ex.ZERO, ex.ZERO))
+_STILL: Affine = (ex.IDENTITY, NOWHERE)
+_LASTING = ("affine", "inverse", "similarity", "reach")
+"""What a motion that goes on from another takes along, once it is known."""
 
 
 def _product(first: Affine, then: Affine) -> Affine:
@@ -251,16 +234,14 @@ def _product(first: Affine, then: Affine) -> Affine:
     return rows, ex.plus(shift, offset)
 
 
-def _translation(offset: Vector, sign: float) -> FloatArray:
-    result = np.eye(4)
-    result[:3, 3] = offset
-    result[:3, 3] *= sign
-    return result
+def _translated(offset: Vector) -> FloatRows:
+    x, y, z = offset
+    return (1.0, 0.0, 0.0, x), (0.0, 1.0, 0.0, y), (0.0, 0.0, 1.0, z)
 
 
-def _as_matrix(rows: ex.Rows, shift: ex.Row) -> FloatArray:
-    result = np.eye(4)
-    for i in range(3):
-        result[i, :3] = [ex.rounded(x) for x in rows[i]]
-        result[i, 3] = ex.rounded(shift[i])
-    return result
+def _rounded(rows: ex.Rows, shift: ex.Row) -> FloatRows:
+    first, second, third = (
+        (ex.rounded(x), ex.rounded(y), ex.rounded(z), ex.rounded(end))
+        for (x, y, z), end in zip(rows, shift, strict=True)
+    )
+    return first, second, third

@@ -13,7 +13,9 @@ times; where numbers are equal on paper it always does.
 
 from __future__ import annotations
 
+import functools
 import math
+import operator
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -37,6 +39,28 @@ _mp = MPContext()
 _mp_lock = nested_lock()
 
 Writable: TypeAlias = "float | int | Fraction | Number"
+
+
+class Symbol:
+    """A float in a formula that is being recorded, or a number of more digits: see `traced`, which has the methods."""
+
+    __slots__ = ()
+
+    def exact(self) -> Number:
+        """The same as a number of many digits."""
+        raise NotImplementedError
+
+    def rounded(self) -> Any:
+        """The nearest float64."""
+        raise NotImplementedError
+
+    def root(self) -> Any:
+        """The square root."""
+        raise NotImplementedError
+
+    def sine_cosine(self) -> tuple[Number, Number]:
+        """Of an angle in degrees."""
+        raise NotImplementedError
 
 
 class Number:
@@ -168,7 +192,7 @@ class Number:
                 return float(self.mantissa << self.exponent)
             return self.mantissa / (1 << -self.exponent)
         except OverflowError:
-            return math.copysign(math.inf, self.mantissa)
+            return math.inf if self.mantissa > 0 else -math.inf
 
     def __repr__(self) -> str:
         return f"Number({float(self)!r}{' ±' if self.off else ''})"
@@ -181,6 +205,8 @@ def exact(value: Writable) -> Number:
     """Floats and integers as they are; fractions cut to 3000 bits if they are not binary."""
     if isinstance(value, Number):
         return value
+    if isinstance(value, Symbol):
+        return value.exact()
     if isinstance(value, Fraction):
         return _ratio(value.numerator, value.denominator)
     if value == 0:
@@ -206,14 +232,31 @@ def fraction(value: Writable) -> Fraction:
     return Fraction(value.mantissa, 1 << -value.exponent)
 
 
+def rational(value: Any) -> Any:
+    """A float as a fraction, to be divided without rounding; in a formula that is being recorded, as it is there."""
+    return value.exact() if isinstance(value, Symbol) else Fraction(value)
+
+
+def rounded(value: Any) -> float:
+    """The nearest float64."""
+    return value.rounded() if isinstance(value, Symbol) else float(value)
+
+
 def is_rounded(value: Any) -> bool:
     """Was something cut of it?"""
     return isinstance(value, Number) and value.off != 0
 
 
+def is_nothing(value: Number) -> bool:
+    """Is it zero, and known to be: as a term it can be left out."""
+    return type(value) is Number and not value.mantissa and not value.off
+
+
 def total(terms: Iterable[Number]) -> Number:
     """The sum, not settled."""
     terms = list(terms)
+    if any(type(term) is not Number for term in terms):
+        return functools.reduce(operator.add, terms)
     least = min((term.exponent for term in terms), default=0)
     mantissa = off = 0
     for term in terms:
@@ -224,6 +267,8 @@ def total(terms: Iterable[Number]) -> Number:
 
 def settled(value: Number) -> Number:
     """Zero, or a short binary number, where the interval holds one (see the top of the file)."""
+    if type(value) is not Number:
+        return value.settled()  # type: ignore[attr-defined, no-any-return]
     if not value.off:
         return value
     size = abs(value.mantissa)
@@ -256,7 +301,11 @@ def power_of_two(exponent: int) -> Number:
 def sqrt(value: Writable) -> Number:
     """Raises ValueError where the number is certainly negative."""
     value = exact(value)
+    if type(value) is not Number:
+        return value.root()  # type: ignore[attr-defined, no-any-return]
     size = value.mantissa
+    if not size and not value.off:
+        return ZERO
     if size <= value.off:
         if size < -value.off:
             raise ValueError("square root of a negative number")
@@ -284,9 +333,16 @@ def of_mpmath(value: Any, places: int) -> Number:
     return settled(Number(scaled, -places, 2))
 
 
-@lru_cache(maxsize=1024)
 def sin_cos_degrees(degrees: float) -> tuple[Number, Number]:
     """Sine and cosine of an angle in degrees. Of rational angles they are rational only at multiples of 30 (Niven)."""
+    if isinstance(degrees, Symbol):
+        return degrees.sine_cosine()
+    return _sin_cos_degrees(degrees)
+
+
+@lru_cache(maxsize=1024)
+def _sin_cos_degrees(degrees: float) -> tuple[Number, Number]:
+    """`sin_cos_degrees` of a float."""
     angle = Fraction(degrees) % 360
     quarter, rest = divmod(angle, 90)
     half = Number(1, -1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Sequence
 from fractions import Fraction
@@ -12,6 +11,7 @@ import numpy as np
 
 from . import exact as ex
 from .cells import UV, flat
+from .rounded import above_if, is_finite
 from .surface import PlaneSurface, Triple
 from .vector import Box, Vector
 
@@ -59,9 +59,9 @@ def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = T
 def rounded_up(value: ex.Exact) -> float:
     """The least float64 that is not below a 3000-bit number."""
     result = ex.rounded(value)
-    if math.isinf(result):
+    if not is_finite(result):
         return result if result > 0 else -sys.float_info.max
-    return math.nextafter(result, math.inf) if ex.exact(result) < value else result
+    return above_if(result, ex.rounded(value - ex.exact(result)))
 
 
 def _floats(row: ex.Row) -> Vector:

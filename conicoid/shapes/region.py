@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from .base import Sheet, Solid
 from .boxes import around, common, is_empty
-from .cut_bounds import NO_CUTS, Cuts, cut_bounds
+from .cut_bounds import NO_CUTS, NOTHING_KNOWN, Cuts, KnownBoxes, cut_bounds
 from .material import Material, as_material
 from .motion import STILL, Motion
 from .validate import shown, what
@@ -178,10 +178,11 @@ _WIDEST = 256
 """So many levels down and operands wide planes are handed on: what lies deeper seldom needs them."""
 
 
-def region_bounds(solid: Solid, outer: Motion) -> Box:
+def region_bounds(solid: Solid, outer: Motion, known: KnownBoxes = NOTHING_KNOWN) -> Box:
     """Bounds of a Boolean tree: unions surround, intersections cut, complements are carried inward (De Morgan).
 
     An intersection in an intersection is one. Its planes cut its quadrics, and those of unions in it.
+    `known`: bounds of its primitives, where these are at hand.
     """
     results: list[Box] = []
     pending: list[_Node | tuple[Callable[[list[Box]], Box], int]] = [_Node(solid, outer, True)]
@@ -194,7 +195,7 @@ def region_bounds(solid: Solid, outer: Motion) -> Box:
             results.append(combined(parts))
             continue
         primitives, unions = _conjuncts(node)
-        box, cuts = cut_bounds([(n.solid, n.motion, n.inside) for n in primitives], node.cuts, bool(unions))
+        box, cuts = cut_bounds([(n.solid, n.motion, n.inside) for n in primitives], node.cuts, bool(unions), known)
         results.append(box)
         if is_empty(box) or not unions:
             continue

@@ -6,12 +6,18 @@ and needed a few times for a scene; kernels have their own (engine/numbers).
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
+from .number import Number, Symbol, exact, rounded, sqrt, total
+from .number import sin_cos_degrees as exact_sin_cos
+from .traced import Plain
 from .vector import FloatArray
 
 _BITS = 256
@@ -21,6 +27,8 @@ _SPLIT = 2.0**27 + 1.0
 
 def hypot(*values: float) -> float:
     """sqrt(Σ values²), whatever the squares are; rounded from 100 bits and more."""
+    if _is_recorded(values):
+        return rounded(sqrt(total(exact(value) * value for value in values)))
     largest = max(map(abs, values))
     if not 0.0 < largest < math.inf:
         return largest
@@ -55,9 +63,102 @@ def sin_cos(angle: float) -> tuple[float, float]:
     return _rounded(Fraction(angle))
 
 
-@lru_cache(maxsize=1024)
-def sin_cos_degrees(angle: float | Fraction) -> tuple[float, float]:
+def root(x: Any) -> float:
+    """The square root."""
+    result: float = x.root() if isinstance(x, Symbol) else math.sqrt(x)
+    return result
+
+
+def is_float(x: Any) -> bool:
+    """Is it a float or an integer, or one of them in a formula that is being recorded?"""
+    return isinstance(x, (float, int)) or (isinstance(x, Symbol) and not isinstance(x, Number))
+
+
+def is_finite(x: Any) -> bool:
+    """`math.isfinite`; what is recorded is finite, as the numbers that it is made of are below 1e100."""
+    return isinstance(x, Symbol) or math.isfinite(x)
+
+
+def scale_of(x: Any) -> float:
+    """2^n that brings a positive number between 1/2 and 1; 1 for zero."""
+    if not x:
+        return 1.0
+    result: float = x.power() if isinstance(x, Plain) else math.ldexp(1.0, -math.frexp(x)[1])
+    return result
+
+
+def above(x: Any) -> float:
+    """The next float above."""
+    result: float = x.above() if isinstance(x, Plain) else math.nextafter(x, math.inf)
+    return result
+
+
+def above_if(x: Any, lost: Any) -> float:
+    """The next float above where something positive was lost, else x."""
+    if isinstance(x, Plain):
+        result: float = x.above_if(lost)
+        return result
+    return math.nextafter(x, math.inf) if lost > 0 else float(x)
+
+
+def larger(a: Any, b: Any) -> float:
+    """`max(a, b)`, which is no test where a formula is recorded."""
+    result: float
+    if isinstance(a, Plain):
+        result = a.larger(b)
+    else:
+        result = b.larger(a, first=False) if isinstance(b, Plain) else max(a, b)
+    return result
+
+
+def sum_of(terms: Iterable[Any]) -> float:
+    """The float nearest to a sum."""
+    items = list(terms)
+    if _is_recorded(items):
+        return rounded(total(map(exact, items)))
+    return math.fsum(items)
+
+
+def sign_of_first(values: Sequence[Any]) -> float:
+    """-1 where the first of them that is not zero is negative, else 1."""
+    if _is_recorded(values):
+        result: float = functools.reduce(lambda value, other: value.leading(other), values, _zero(values)).unit_sign()
+        return result
+    return -1.0 if next((value for value in values if value), 0.0) < 0 else 1.0
+
+
+def has_several(values: Sequence[Any]) -> Any:
+    """Are two of them not zero? To be asked of `if_several`."""
+    if _is_recorded(values):
+        return functools.reduce(lambda count, value: count.counted(value), values, _zero(values))
+    return sum(1 for value in values if value) >= 2
+
+
+def if_several(several: Any, then: Any, otherwise: Any) -> float:
+    """One of two numbers, which is no test where a formula is recorded."""
+    result: float = several.choose(then, otherwise) if isinstance(several, Plain) else then if several else otherwise
+    return result
+
+
+def _is_recorded(values: Iterable[Any]) -> bool:
+    return any(isinstance(value, Symbol) for value in values)
+
+
+def _zero(values: Iterable[Any]) -> Plain:
+    """Zero, on the tape of some values."""
+    return next(value for value in values if isinstance(value, Plain)).tape.zero
+
+
+def sin_cos_degrees(angle: Any) -> tuple[float, float]:
     """Sine and cosine of an angle in degrees."""
+    if isinstance(angle, Symbol):
+        s, c = exact_sin_cos(angle)  # type: ignore[arg-type]
+        return rounded(s), rounded(c)
+    return _sin_cos_degrees(angle)
+
+
+@lru_cache(maxsize=1024)
+def _sin_cos_degrees(angle: float | Fraction) -> tuple[float, float]:
     quarters, rest = divmod(Fraction(angle) % 360, 90)
     s, c = _rounded(rest / 180, times_pi=True) if rest else (0.0, 1.0)
     for _ in range(int(quarters)):

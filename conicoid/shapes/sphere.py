@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from . import exact as ex
 from .base import PrimitiveSolid
 from .cells import Cell, Face, around_z
 from .motion import Motion, Translate
@@ -43,6 +44,4 @@ class Sphere(PrimitiveSolid):
 
 def _square(x: float) -> object:
     """x² without rounding."""
-    from fractions import Fraction
-
-    return Fraction(x) ** 2
+    return ex.rational(x) ** 2

@@ -6,12 +6,13 @@ up where that matters, a sum of several terms is raised by the rounding it may h
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from .rounded import hypot
+from .rounded import has_several, hypot, if_several, larger, sum_of
 from .vector import Vector
 
 _SLACK = 8 * 2.0**-53
@@ -58,10 +59,10 @@ def _stationary(w: Any, uz: Any, g0: Any, g1: Any, g2: Any) -> tuple[float, floa
 
 def sum_up(terms: Iterable[float]) -> float:
     """The sum of terms, raised by what the rounding of its terms may have cost if there are several."""
-    items = [term for term in terms if term]
-    if len(items) < 2:
-        return items[0] if items else 0.0
-    return math.fsum(items) + _SLACK * math.fsum(abs(term) for term in items)
+    items = list(terms)
+    several = has_several(items)
+    total = sum_of(items) + 0.0
+    return if_several(several, total + _SLACK * sum_of(abs(term) for term in items), total)
 
 
 def product_with_root(w: float, g: Any) -> float:
@@ -82,7 +83,7 @@ def inverse_root(a: Any) -> float:
 
 def points_support(points: Iterable[Vector], direction: Vector) -> float:
     """sup of u·p over points, and so over their convex hull."""
-    return max(sum_up(u * c for u, c in zip(direction, point, strict=True)) for point in points)
+    return functools.reduce(larger, (sum_up(u * c for u, c in zip(direction, point, strict=True)) for point in points))
 
 
 def _value(profile: tuple[Any, Any, Any], z: float) -> Any:

@@ -8,11 +8,12 @@ each number once. `key` names the surface itself, whatever its anchor, sign and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from . import exact as ex
 from .motion import Motion
+from .rounded import root
 
 Triple: TypeAlias = tuple[Any, Any, Any]
 Triples: TypeAlias = tuple[Triple, Triple, Triple]
@@ -20,6 +21,8 @@ Key: TypeAlias = tuple[Any, ...]
 
 ORIGIN: Triple = (0.0, 0.0, 0.0)
 _NAMED = 1500
+_KEPT = 2.0**-47
+"""Balls whose centers are rounded by less than this share of their radius stay balls in every table."""
 UPRIGHT: Triples = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -30,16 +33,24 @@ class PlaneSurface:
     normal: Triple
     offset: Any
     anchor: Triple = ORIGIN
+    over: Any = field(default=None, compare=False)
+    """normal·anchor - offset, where that is known: no motion changes it."""
+
+    @property
+    def height(self) -> ex.Exact:
+        """normal·anchor - offset"""
+        if self.over is not None:
+            return ex.exact(self.over)
+        return ex.dot(ex.exact_row(self.normal), ex.exact_row(self.anchor), -ex.exact(self.offset))
 
     def moved(self, motion: Motion) -> PlaneSurface:
         """The image: normals are carried by the inverse transpose."""
         if motion.is_identity:
             return self
         back, back_shift = motion.inverse
-        rows, shift = motion.affine
         normal, anchor = ex.exact_row(self.normal), ex.exact_row(self.anchor)
         offset = ex.cancelling_sum((ex.exact(self.offset), -ex.dot(normal, back_shift)))
-        return PlaneSurface(ex.apply(ex.transpose(back), normal), offset, _carried(rows, shift, anchor))
+        return PlaneSurface(ex.apply(ex.transpose(back), normal), offset, motion.carried(anchor), self.height)
 
     def key(self) -> tuple[Key, int]:
         """(name of the plane, +1 or -1 for the sense of its normal)."""
@@ -61,17 +72,38 @@ class QuadricSurface:
     anchor: Triple = ORIGIN
 
     def moved(self, motion: Motion) -> QuadricSurface:
-        """The image: own coordinates are reached by the inverse motion."""
+        """The image; a ball that stays one keeps its rows."""
+        ball = None if motion.is_identity or motion.shift is not None else self._moved_ball(motion)
+        return ball or self.moved_rows(motion)
+
+    def moved_rows(self, motion: Motion) -> QuadricSurface:
+        """The image: own coordinates, which keep their equation, are reached by the inverse motion."""
         if motion.is_identity:
             return self
         if motion.shift is not None and self.anchor is ORIGIN:
             return QuadricSurface(self.squares, self.linear, self.constant, self.rows, motion.shift)
         back, _ = motion.inverse
-        rows, shift = motion.affine
         own = tuple(ex.exact_row(row) for row in self.rows)
-        anchor = _carried(rows, shift, ex.exact_row(self.anchor))
-        moved_rows = ex.multiply((own[0], own[1], own[2]), back) if back is not ex.IDENTITY else self.rows
-        return QuadricSurface(self.squares, self.linear, self.constant, moved_rows, anchor)
+        rows = ex.multiply((own[0], own[1], own[2]), back) if back is not ex.IDENTITY else self.rows
+        return QuadricSurface(self.squares, self.linear, self.constant, rows, motion.carried(ex.exact_row(self.anchor)))
+
+    def _moved_ball(self, motion: Motion) -> QuadricSurface | None:
+        """The image of a ball under a similarity, with the square of its radius.
+
+        None for anything else, and for a ball so small that rounding its center matters: records go by the rows then.
+        """
+        if self.rows is not UPRIGHT or self.squares != (1.0, 1.0, 1.0) or any(self.linear) or not self.constant > 0:
+            return None
+        factor = motion.similarity
+        if factor is None:
+            return None
+        anchor, square = motion.carried(ex.exact_row(self.anchor)), ex.exact(self.constant) * factor * factor
+        square = ex.cancelling_sum((square,))
+        radius = root(ex.rounded(square))
+        rests = (ex.cancelling_sum((value, -ex.exact(ex.rounded(value)))) for value in anchor)
+        if not all(abs(ex.rounded(rest)) < _KEPT * radius for rest in rests):
+            return None
+        return QuadricSurface(self.squares, self.linear, square, self.rows, anchor)
 
     def coefficients(self) -> tuple[ex.Exact, ...]:
         """(xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
@@ -100,10 +132,6 @@ class QuadricSurface:
 
 
 Surface: TypeAlias = PlaneSurface | QuadricSurface
-
-
-def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:
-    return ex.plus(ex.apply(rows, point), shift)
 
 
 def _named(kind: str, coefficients: Sequence[ex.Exact]) -> tuple[Key, int]:

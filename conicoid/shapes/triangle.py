@@ -47,7 +47,7 @@ class Triangle(PrimitiveSheet):
         rows = []
         for gradient in (ex.cross(to_c, normal), ex.cross(normal, to_b)):
             x, y, z = (component / square for component in gradient)
-            rows.append((float(x), float(y), float(z), -float(ex.dot((x, y, z), start))))
+            rows.append((ex.rounded(x), ex.rounded(y), ex.rounded(z), -ex.rounded(ex.dot((x, y, z), start))))
         return UV(False, (rows[0], rows[1], (0.0, 0.0, 0.0, 0.0)))
 
     def support(self, direction: Vector) -> float:

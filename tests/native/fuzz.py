@@ -99,6 +99,7 @@ def work() -> None:
     scene.contains(rng.uniform(-3, 3, (100, 3)))
     for integrator in ("whitted", "normals"):
         scene.render(24, 16, samples=1, integrator=integrator)
+    co.Scene([co.Sphere(1.0, (k, 0, 0)).rotate((1, 2, 3), k + 0.5) for k in range(20)]).prepare()
     _as_pages_ask(scene)
 
 

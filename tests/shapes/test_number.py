@@ -13,6 +13,7 @@ import flint
 import pytest
 
 from conicoid.shapes import exact as ex
+from conicoid.shapes import number
 from conicoid.shapes.coefficients import Symmetric
 from conicoid.shapes.number import BITS, Number, cut, exact, fraction, settled, simplest_ratio, sin_cos_degrees, sqrt
 from conicoid.shapes.principal_axes import eigen
@@ -186,7 +187,7 @@ def test_threads_do_not_share_a_precision():
     def work(k: int) -> None:
         for turn in range(1, 13):
             wrong.extend(k for a, b in zip(eigen(stretched(k))[0], alone[k], strict=True) if a - b)
-            s, c = sin_cos_degrees.__wrapped__(turn / 7)
+            s, c = number._sin_cos_degrees.__wrapped__(turn / 7)
             wrong.extend([k] if s * s + c * c - 1 else [])
 
     switches = sys.getswitchinterval()

@@ -164,4 +164,4 @@ def _rank_exactly(scene: Prepared, ranks: Ranks, rays: RayArrays, i: int) -> Non
     for entry in entries[:count].tolist():
         if tables.entry_kind[entry] == POLYGON:
             polygon = int(tables.entry_index[entry])
-            ranks.loops[polygon] = passes_within(scene.lowered.outlines[polygon], origin, direction)
+            ranks.loops[polygon] = passes_within(scene.lowered.exact.outline(polygon), origin, direction)

@@ -1,66 +1,66 @@
-"""What one body alone lowers to. It is kept with the shape, so scenes that share a shape share the work."""
+"""What one body alone lowers to, by arithmetic of 3,000 bits. It is kept with the shape, for all scenes with it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ...shapes.base import PrimitiveSheet, Shape, Sheet, Solid
-from ...shapes.cells import All, Cell, Face, PolygonSheet, SurfaceSheet, Tree
+from ...shapes import exact as ex
+from ...shapes.base import Primitive, PrimitiveSheet, Shape, Sheet, Solid
+from ...shapes.cells import PLAIN_UV, All, Cell, Face, Not, PolygonSheet, SurfaceSheet, Tree
 from ...shapes.material import Material
 from ...shapes.motion import STILL, Motion
 from ...shapes.region import ClippedSheet
 from ...shapes.spheres import Spheres
 from ...shapes.surface import QuadricSurface
-from ...shapes.vector import Box
-from ..tables import CELL, POLYGON, REGION, SHEET, Floats
+from ..tables import CELL, REGION, Floats
 from .assembly import Assembly
+from .pattern import Pattern
+from .records import Record, floats, rests
 from .trees import Faces, negation, world_tree
 
 
 @dataclass(frozen=True)
 class Part:
-    """A body's own columns, numbered from 0, and the entry that it becomes."""
+    """A body's pattern and its row, and what is exact about it."""
 
-    assembly: Assembly
-    kind: int
-    index: int
-    box: Box
-    faces: list[Floats]
+    pattern: Pattern
+    row: list[float]
     paints: dict[int, Material]
-    frame: Floats  # (3, 4) world to own coordinates
-
-    def put(self, assembly: Assembly) -> int:
-        """Append to the scene's columns; the index that its entry has there."""
-        programs, sheets, polygons = len(assembly.program_leaf) - 1, len(assembly.sheets), len(assembly.polygons)
-        first = {CELL: len(assembly.cells), REGION: programs, SHEET: sheets, POLYGON: polygons}[self.kind]
-        assembly.append(self.assembly)
-        return first + self.index
+    exact: list[Any]
+    """Its surfaces, before they were rounded."""
+    outlines: list[tuple[ex.Row, ...]]
+    """Of its polygons."""
+    tree: Tree | None = None
+    """Of a solid, the cells with the numbers of their surfaces in place of these."""
 
 
 def part_of(shape: Shape) -> Part:
     """What a shape lowers to, worked out once."""
-    part: Part = _kept(shape, "part", _part)
+    part: Part = _kept(shape, "part", worked_out)
     return part
 
 
-def stretched_balls(shape: Spheres, centers: Floats, back: Floats) -> Assembly:
-    """The cells of balls that a motion has made ellipsoids, worked out once; `back` undoes the motion."""
+def stretched_balls(shape: Spheres, centers: Floats, boxes: Floats, back: Floats) -> tuple[Pattern, Floats, list[Any]]:
+    """(pattern, rows, exact surfaces) of balls that a motion has made ellipsoids; `back` undoes the motion."""
 
-    def cells(_: Shape) -> Assembly:
-        """The cells of all balls."""
-        assembly = Assembly()
-        rows = tuple(tuple(float(x) for x in row) for row in back)
-        for center, radius in zip(centers.tolist(), shape.radii.tolist(), strict=True):
-            surface = QuadricSurface((1.0, 1.0, 1.0), constant=radius * radius, rows=rows, anchor=tuple(center))  # type: ignore[arg-type]
+    def cells(_: Shape) -> tuple[Pattern, Floats, list[Any]]:
+        """Of all balls."""
+        rows, exact = [], []
+        turned = tuple(tuple(float(x) for x in row) for row in back)
+        for center, radius, box in zip(centers.tolist(), shape.radii.tolist(), boxes.tolist(), strict=True):
+            surface = QuadricSurface((1.0, 1.0, 1.0), constant=radius * radius, rows=turned, anchor=tuple(center))  # type: ignore[arg-type]
+            assembly = Assembly()
             assembly.cell(Cell((Face(surface, 0),)))
-        return assembly
+            rows.append([*_numbers(assembly), *box])
+            exact.append(surface)
+        return Pattern.of(assembly, CELL, 0, (), framed=False), np.array(rows), exact
 
-    assembly: Assembly = _kept(shape, "balls", cells)
-    return assembly
+    found: tuple[Pattern, Floats, list[Any]] = _kept(shape, "balls", cells)
+    return found
 
 
 def _kept(shape: Shape, name: str, work: Callable[[Shape], Any]) -> Any:
@@ -77,7 +77,17 @@ def _kept(shape: Shape, name: str, work: Callable[[Shape], Any]) -> Any:
     return found
 
 
-def _part(shape: Shape) -> Part:
+def _numbers(assembly: Assembly) -> list[float]:
+    """The numbers of its surfaces, in the order of a row."""
+    return [
+        number
+        for record in assembly.surfaces
+        if isinstance(record, Record)
+        for number in (*record.numbers, *record.rests, record.sense)
+    ]  # fmt: skip
+
+
+def worked_out(shape: Shape) -> Part:
     """`part_of`, computed."""
     assembly, faces = Assembly(), Faces()
     if isinstance(shape, Solid):
@@ -91,8 +101,37 @@ def _part(shape: Shape) -> Part:
         kind, index = assembly.sheet(sheet, -1 if clip is None else assembly.program(clip, {}))
     else:
         raise TypeError(f"{type(shape).__name__} is neither a solid nor a sheet")
-    frame = own_frame(shape).inverse_matrix[:3]
-    return Part(assembly, kind, index, shape.bounds, faces.rows, faces.paints, frame)
+    corners = [number for outline in assembly.outlines for point in outline for number in floats(point)]
+    lost = [number for outline in assembly.outlines for point in outline for number in rests(point)]
+    row = [
+        *_numbers(assembly),
+        *(number for _, numbers in faces.rows for number in numbers),
+        *(number for box in assembly.leaf_bounds for number in box),
+        *_box(shape),
+        *(number for line in own_frame(shape).inverse_rows for number in line),
+        *corners,
+        *lost,
+    ]
+    pattern = Pattern.of(assembly, kind, index, [angular for angular, _ in faces.rows])
+    numbered = _numbered(tree, iter(range(len(assembly.surfaces)))) if isinstance(shape, Solid) else None
+    return Part(pattern, row, faces.paints, assembly.exact, assembly.outlines, numbered)
+
+
+def _numbered(tree: Tree, numbers: Iterator[int]) -> Tree:
+    """A tree with numbers for its surfaces, in the order in which an `Assembly` takes them; no maps of uv."""
+    if isinstance(tree, Cell):
+        return Cell(tuple(Face(next(numbers), face.number, PLAIN_UV, face.inside) for face in tree.faces))  # type: ignore[arg-type]
+    if isinstance(tree, Not):
+        return Not(_numbered(tree.part, numbers))
+    return type(tree)(tuple(_numbered(part, numbers) for part in tree.parts))
+
+
+def _box(shape: Shape) -> list[float]:
+    """The bounds of a shape as six numbers."""
+    if isinstance(shape, Primitive) and type(shape).bounds_under is Primitive.bounds_under:
+        return shape.ends(shape.under())
+    low, high = shape.bounds
+    return [*low.tolist(), *high.tolist()]
 
 
 def own_frame(shape: Shape) -> Motion:
@@ -111,5 +150,5 @@ def _world_sheet(sheet: Any, outer: Motion, faces: Faces) -> tuple[SurfaceSheet 
     if not isinstance(sheet, PrimitiveSheet):
         raise TypeError(f"{type(sheet).__name__} is not a sheet that can be traced")
     result = sheet.sheet(sheet.under(outer))
-    faces.put(0, result.uv, np.eye(4))
+    faces.put(0, result.uv, STILL)
     return result, getattr(result, "clip", None)

@@ -2,17 +2,47 @@
 
 from __future__ import annotations
 
-import math
+import functools
 from collections.abc import Iterable
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from ...shapes import exact as ex
+from ...shapes.rounded import is_float, larger, root, scale_of, sign_of_first
 from ...shapes.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE
 
 _CENTERED = 2.0**-46
 """A ball whose center was rounded by more than this share of its radius is a general quadric, with its own bounds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A surface as kernels read it, and what rounding took from its numbers."""
+
+    kind: int
+    numbers: tuple[float, ...]
+    rests: tuple[float, ...]
+    sense: float  # +1, or -1 where the record is the surface turned over
+
+
+def rounded_record(surface: Surface) -> Record:
+    """The record of a surface. A plane's normal leads with a positive number.
+
+    Which side a ray within a plane counts to must not depend on who wrote it first.
+    """
+    kind, numbers = record_of(surface)
+    rounded, lost = floats(numbers), rests(numbers)
+    if kind != PLANE:
+        return Record(kind, rounded, lost, 1.0)
+    sense = sign_of_first(rounded[:3])
+    return Record(kind, _turned(rounded, sense), _turned(lost, sense), sense)
+
+
+def _turned(numbers: tuple[float, ...], sense: float) -> tuple[float, ...]:
+    """A plane's normal and height times a sign, without negative zeros; its anchor as it is."""
+    return (*(number * sense + 0.0 for number in numbers[:4]), *numbers[4:])
 
 
 def record_of(surface: Surface) -> tuple[int, tuple[ex.Writable, ...]]:
@@ -33,8 +63,7 @@ def record_of(surface: Surface) -> tuple[int, tuple[ex.Writable, ...]]:
 
 def _factor(values: Iterable[Any]) -> float:
     """2^n that brings the largest of some numbers near 1 and changes no digit."""
-    largest = max(abs(float(v)) for v in values)
-    return math.ldexp(1.0, -math.frexp(largest)[1]) if largest else 1.0
+    return scale_of(functools.reduce(larger, (abs(ex.rounded(v)) for v in values)))
 
 
 def _times(value: ex.Writable, factor: float) -> ex.Writable:
@@ -46,10 +75,10 @@ def _times(value: ex.Writable, factor: float) -> ex.Writable:
 
 def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Writable:
     """The height of an anchor over a plane, exactly."""
-    offset: ex.Writable = surface.offset
-    if not any(anchor):
-        return -offset
-    return ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(offset))
+    if surface.over is None and not any(anchor):
+        return -surface.offset
+    aside = ex.minus(ex.exact_row(anchor), ex.exact_row(surface.anchor))
+    return ex.dot(ex.exact_row(surface.normal), aside, surface.height)
 
 
 def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
@@ -58,39 +87,40 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
     if not (a == b == c and a > 0 and not any(surface.linear) and surface.constant > 0):
         return None
     if surface.rows is UPRIGHT:
-        square = float(surface.constant) if a == 1 else float(ex.exact(surface.constant) / ex.exact(a))
-        radius = math.sqrt(square) if 1e-290 < square < 1e290 else 0.0
-        if radius and a == 1 and Fraction(radius) ** 2 == surface.constant:
+        square = ex.rounded(surface.constant if a == 1 else ex.exact(surface.constant) / ex.exact(a))
+        radius = root(square) if 1e-290 < square < 1e290 else 0.0
+        if radius and a == 1 and ex.rational(radius) ** 2 == surface.constant:
             return _centered(surface, radius)
     rows = tuple(ex.exact_row(row) for row in surface.rows)
     gram = ex.multiply((rows[0], rows[1], rows[2]), ex.transpose((rows[0], rows[1], rows[2])))
-    if gram[0][1] or gram[0][2] or gram[1][2]:
-        return None
     if ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
         return None
-    return _centered(surface, ex.sqrt(ex.exact(surface.constant) / (ex.exact(a) * gram[0][0])))
+    if gram[0][1] or gram[0][2] or gram[1][2]:
+        return None
+    quotient = ex.cancelling_sum((ex.exact(surface.constant) / (ex.exact(a) * gram[0][0]),))
+    return _centered(surface, ex.cancelling_sum((ex.sqrt(quotient),)))
 
 
 def _centered(surface: QuadricSurface, radius: ex.Writable) -> tuple[ex.Writable, ...] | None:
     """(center, radius), or None where rounding the center would move the sphere too far (`_CENTERED`)."""
-    if any(abs(rest) > _CENTERED * float(radius) for rest in rests(surface.anchor)):
+    if any(abs(rest) > _CENTERED * ex.rounded(radius) for rest in rests(surface.anchor)):
         return None
     return (*surface.anchor, radius)
 
 
 def floats(values: Iterable[Any]) -> tuple[float, ...]:
     """Each number rounded to float64."""
-    return tuple(float(v) for v in values)
+    return tuple(ex.rounded(v) for v in values)
 
 
 def rests(values: Iterable[Any]) -> tuple[float, ...]:
     """What rounding to float64 takes from each number."""
-    return tuple(0.0 if isinstance(v, (float, int)) else _rest(v) for v in values)
+    return tuple(0.0 if is_float(v) else _rest(v) for v in values)
 
 
 def _rest(value: Any) -> float:
     """What rounding to float64 takes from a number."""
     if isinstance(value, Fraction):
         return float(value - Fraction(float(value)))
-    rest = ex.cancelling_sum((value, -ex.exact(float(value))))  # the last of many bits are noise
-    return float(rest)
+    rest = ex.cancelling_sum((value, -ex.exact(ex.rounded(value))))  # the last of many bits are noise
+    return ex.rounded(rest)

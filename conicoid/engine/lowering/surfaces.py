@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -20,12 +20,10 @@ import numpy.typing as npt
 from ...shapes.row_vectors import dot_rows, lengths
 from ...shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
-from .records import floats, record_of, rests
 
 _CLOSE = 1e-11
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
-_WIDTHS = ((PLANE, 7), (SPHERE, 4), (QUADRIC, 19))
 
 
 @dataclass
@@ -40,7 +38,7 @@ class SurfaceArrays:
     ids: Ints
     senses: Signs
     rest: Remainders
-    exact: list[Surface]  # what the first of them were before they were rounded; the others are bulk balls
+    single: npt.NDArray[np.int64]  # of the first of them, the number each came with; the others are bulk balls
 
 
 @dataclass
@@ -54,106 +52,94 @@ class Remainders:
 
 
 @dataclass
-class SurfaceTable:
-    """Collects surfaces; `finish` finds which are the same."""
+class Surfaces:
+    """All surfaces that bodies were made of, bulk balls apart, as they came; `_first` finds which are the same."""
 
-    kinds: list[int] = field(default_factory=list)
-    records: list[tuple[float, ...]] = field(default_factory=list)
-    rests: list[tuple[float, ...]] = field(default_factory=list)
-    senses: list[int] = field(default_factory=list)  # +1, or -1 where the record is the surface turned over
-    surfaces: list[Surface] = field(default_factory=list)
-    names: list[list[tuple[Key, int]]] = field(default_factory=list)  # none, or one: its exact name, once needed
-    balls: list[Floats] = field(default_factory=list)
-    ball_count: int = 0
-    # Surfaces whose records are rounded, and the first one with the same numbers before they were
-    rounded: dict[int, int] = field(default_factory=dict)
-    known: dict[Any, int] = field(default_factory=dict)
+    kinds: Signs
+    senses: Signs  # +1, or -1 where the record is the surface turned over
+    planes: Floats
+    spheres: Floats
+    quadrics: Floats
+    rest: Remainders
+    balls: list[Floats]
+    exact: ExactSurfaces
 
-    def add(self, surface: Surface) -> int:
-        """The temporary number of a surface, >= 0."""
-        kind, numbers = record_of(surface)
-        sense = 1
-        if kind == PLANE and _leading(numbers) < 0:
-            # A plane's normal leads with a positive number: which side a ray within it counts to
-            # must not depend on who wrote the plane first
-            numbers, sense = (*(-x for x in numbers[:4]), *numbers[4:]), -1
-        rest = rests(numbers)
-        if any(rest):
-            self.rounded[len(self.kinds)] = self.known.setdefault((kind, numbers), len(self.kinds))
-        self.kinds.append(kind)
-        self.records.append(floats(numbers))
-        self.rests.append(rest)
-        self.senses.append(sense)
-        self.surfaces.append(surface)
-        self.names.append([])
-        return len(self.kinds) - 1
+    @property
+    def plain(self) -> npt.NDArray[np.bool_]:
+        """From which of them nothing was rounded: those are equal where their records are."""
+        plain = np.empty(len(self.kinds), bool)
+        for kind, lost in ((PLANE, self.rest.planes), (SPHERE, self.rest.spheres), (QUADRIC, self.rest.quadrics)):
+            plain[self.kinds == kind] = ~(lost != 0.0).any(axis=1)
+        return plain
 
-    def append(self, other: SurfaceTable) -> int:
-        """Add the single surfaces of another table; the number of the first of them."""
-        begin = len(self.kinds)
-        first = {own: self.known.setdefault(key, begin + own) for key, own in other.known.items()}
-        self.rounded.update((begin + number, first[own]) for number, own in other.rounded.items())
-        self.kinds.extend(other.kinds)
-        self.records.extend(other.records)
-        self.rests.extend(other.rests)
-        self.senses.extend(other.senses)
-        self.surfaces.extend(other.surfaces)
-        self.names.extend(other.names)  # the same lists: what is worked out in one scene is known in all
-        return begin
 
-    def add_balls(self, spheres: Floats) -> Ints:
-        """Temporary numbers, < 0, of (N, 4) centers and radii."""
-        first = self.ball_count
-        self.ball_count += len(spheres)
-        self.balls.append(spheres)
-        return -1 - np.arange(first, self.ball_count, dtype=np.int32)
+class ExactSurfaces(Protocol):
+    """What surfaces were before they were rounded, by their numbers; worked out where it is asked for."""
 
-    def finish(self) -> SurfaceArrays:
-        """Number the distinct surfaces. ids and senses are ordered as added, bulk balls after the rest."""
-        kinds = np.array(self.kinds, dtype=np.int8)
-        planes, spheres, quadrics = (_rows(self.records, kinds, kind, width) for kind, width in _WIDTHS)
-        rest = Remainders(*(_rows(self.rests, kinds, kind, width) for kind, width in _WIDTHS))
-        all_spheres = end_to_end([spheres, *self.balls])
-        single, count = len(kinds), len(kinds) + self.ball_count
+    def __getitem__(self, index: int) -> Surface: ...
+
+    def name(self, index: int) -> tuple[Key, int]:
+        """The exact name of a surface, and its sense."""
+        ...
+
+
+def finished(surfaces: Surfaces) -> SurfaceArrays:
+    """Number the distinct surfaces. ids and senses are ordered as they came, bulk balls after the rest."""
+    return _Finish(surfaces).arrays()
+
+
+class _Finish:
+    """One run of `finished`."""
+
+    def __init__(self, surfaces: Surfaces) -> None:
+        self.given, self.exact = surfaces, surfaces.exact
+        self.single, self.ball_count = len(surfaces.kinds), sum(map(len, surfaces.balls))
+
+    def arrays(self) -> SurfaceArrays:
+        """`finished`"""
+        given, single = self.given, self.single
+        kinds, planes, quadrics, rest = given.kinds, given.planes, given.quadrics, given.rest
+        all_spheres = end_to_end([given.spheres, *given.balls])
+        count = single + self.ball_count
         kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
         kind[:single] = kinds
-        row[single:] += np.int32(len(spheres) - single)
+        row[single:] += np.int32(len(given.spheres) - single)
         for k in (PLANE, SPHERE, QUADRIC):
             member = kinds == k
             row[:single][member] = np.arange(member.sum())
         first = np.arange(count, dtype=np.int32)
+        is_plain = np.ones(count, bool)
+        is_plain[:single] = given.plain
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
             if _has_equal(table):
                 members = np.flatnonzero(kind == k)
-                plain = ~np.isin(members, list(self.rounded))
+                plain = is_plain[members]
                 _merge_equal(first, members[plain], table[plain])
-        first[list(self.rounded)] = list(self.rounded.values())
         senses = np.ones(count, np.int8)
-        senses[:single] = self.senses
+        senses[:single] = given.senses
         self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
         # Number the representatives in the order they came
         leads = first == np.arange(count, dtype=np.int32)
-        exact = [self.surfaces[i] for i in np.flatnonzero(leads[:single]).tolist()]
+        chosen = np.flatnonzero(leads[:single])
         if leads.all():
-            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, exact)
+            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen)
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
-        return SurfaceArrays(kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses, rest, exact)
+        return SurfaceArrays(
+            kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses, rest, chosen
+        )
 
     def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
         """The exact name of a surface, and its sense."""
-        if index >= len(self.surfaces):
+        if index >= self.single:
             x, y, z, r = (float(v) for v in spheres[row[index]])
             return QuadricSurface((1.0, 1.0, 1.0), ORIGIN, Fraction(r) ** 2, UPRIGHT, (x, y, z)).key()
-        if not self.names[index]:
-            self.names[index].append(self.surfaces[index].key())
-        return self.names[index][0]
+        return self.exact.name(index)
 
     def _merge_exact(
         self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Floats
     ) -> None:
         """Among records that are close, let the exact names decide."""
-        single = len(self.surfaces)
-        distinct = np.flatnonzero(first[:single] == np.arange(single))
+        distinct = np.flatnonzero(first[: self.single] == np.arange(self.single))
         flat = kind[distinct] == PLANE
         clusters = list(_clusters(distinct[flat], _plane_features(planes[row[distinct[flat]]])))
         curved = distinct[~flat]
@@ -184,7 +170,7 @@ class SurfaceTable:
         self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: Floats
     ) -> npt.NDArray[np.int64]:
         """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
-        single = len(self.surfaces)
+        single = self.single
         middle = spheres[:1, :3].mean(axis=0) if len(spheres) else np.zeros(3)
         numbers = _coefficients(kind[curved], row[curved], spheres, quadrics, middle)
         round_ = np.abs(numbers[:, :6] - (1, 1, 1, 0, 0, 0)).max(axis=1) < _NEARLY
@@ -207,17 +193,6 @@ def end_to_end(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
     """Concatenated; no copy where all but one are empty."""
     filled = [part for part in parts if len(part)]
     return np.concatenate(filled) if len(filled) > 1 else (filled or parts)[0]
-
-
-def _leading(numbers: tuple[Any, ...]) -> Any:
-    """The first component of a plane's normal that is not zero, as a float."""
-    return next((x for x in numbers[:3] if float(x)), 0)
-
-
-def _rows(records: list[tuple[float, ...]], kinds: Signs, kind: int, width: int) -> Floats:
-    """(n, width) records of one kind."""
-    rows = [record for record, k in zip(records, kinds.tolist(), strict=True) if k == kind]
-    return np.array(rows, dtype=np.float64).reshape(len(rows), width)
 
 
 def _mixed(table: Floats) -> npt.NDArray[np.uint64]:

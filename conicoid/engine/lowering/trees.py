@@ -10,35 +10,45 @@ import numpy as np
 from ...shapes.base import PrimitiveSolid, Solid
 from ...shapes.cells import UV, All, Any_, Cell, Not, Tree
 from ...shapes.material import Material
-from ...shapes.motion import Motion
+from ...shapes.motion import FloatRows, Motion
 from ...shapes.region import Boolean, Complement, Difference, Painted, Union
-from ...shapes.row_vectors import product
 from ..culling.slack import BOUNDS, WALL
 from ..tables import Floats
+
+EMPTY = np.array([np.inf] * 3 + [-np.inf] * 3)
 
 
 @dataclass
 class Faces:
     """The uv maps of a body's faces, in the order of their numbers, and boxes around its cells."""
 
-    rows: list[Floats] = field(default_factory=list)
+    rows: list[tuple[bool, tuple[float, ...]]] = field(default_factory=list)
+    """(is u an angle, the map from world coordinates as 3 rows of 4) of each face."""
     paints: dict[int, Material] = field(default_factory=dict)
     """Material of a face, where it is not the body's."""
     primitives: list[tuple[PrimitiveSolid, Motion, Tree]] = field(default_factory=list)
 
-    def bounds(self) -> dict[int, Floats]:
-        """id of a cell -> (6,) low, high: outside of it the cell does not matter to its body."""
-        boxes: dict[int, Floats] = {}
+    def bounds(self) -> dict[int, tuple[float, ...]]:
+        """id of a cell -> low, high: outside of them the cell does not matter to its body."""
+        boxes: dict[int, tuple[float, ...]] = {}
         for solid, outer, tree in self.primitives:
-            low, high = solid.bounds_under(outer)
-            boxes.update((id(cell), _widened(low, high)) for cell in _cells(tree))
+            box = tuple(widened(np.array(solid.bounds_under(outer)).reshape(1, 6))[0].tolist())
+            boxes.update((id(cell), box) for cell in cells(tree))
         return boxes
 
-    def put(self, number: int, uv: UV, inverse: Floats) -> None:
-        """Set the uv map of a face, by a number within the body."""
+    def put(self, number: int, uv: UV, motion: Motion) -> None:
+        """Set the uv map of a face, by a number within the body; `motion` carries its coordinates to the world."""
         while len(self.rows) <= number:
-            self.rows.append(np.zeros(13))
-        self.rows[number] = np.concatenate([[float(uv.angular)], (product(np.array(uv.matrix), inverse)).ravel()])
+            self.rows.append((False, (0.0,) * 12))
+        self.rows[number] = uv.angular, _composed(uv.matrix, motion.inverse_rows)
+
+
+def _composed(rows: FloatRows, then: FloatRows) -> tuple[float, ...]:
+    """One affine map after another, its numbers row by row; the sums are those of a product of 4 × 4 matrices."""
+    last = (0.0, 0.0, 0.0, 1.0)
+    return tuple(
+        ((a * then[0][k] + b * then[1][k]) + c * then[2][k]) + d * last[k] for a, b, c, d in rows for k in range(4)
+    )
 
 
 def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:
@@ -56,7 +66,7 @@ def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:
         elif first_face >= 0:
             parts = results[-len(node.operands) :]
             del results[-len(node.operands) :]
-            results.append(_combined(node, parts))
+            results.append(combined(type(node), parts))
             if isinstance(node, Painted):
                 for face in range(first_face, len(faces.rows)):
                     faces.paints.setdefault(face, node.material)
@@ -67,15 +77,15 @@ def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:
     return results[0]
 
 
-def _combined(node: Boolean, parts: list[Tree]) -> Tree:
-    """The tree of a Boolean node from those of its operands."""
-    if isinstance(node, Complement):
+def combined(kind: type[Boolean], parts: list[Tree]) -> Tree:
+    """The tree of a Boolean node of a kind from those of its operands."""
+    if kind is Complement:
         return negation(parts[0])
-    if isinstance(node, Painted):
+    if kind is Painted:
         return parts[0]
-    if isinstance(node, Union):
+    if kind is Union:
         return _joined(Any_, parts)
-    if isinstance(node, Difference):
+    if kind is Difference:
         return _joined(All, [parts[0], *(negation(part) for part in parts[1:])])
     return _joined(All, parts)
 
@@ -99,7 +109,7 @@ def _moved(tree: Tree, motion: Motion, faces: Faces, first: int) -> Tree:
         moved = []
         for face in tree.faces:
             number = first + face.number
-            faces.put(number, face.uv, motion.inverse_matrix)
+            faces.put(number, face.uv, motion)
             moved.append(dataclasses.replace(face, surface=face.surface.moved(motion), number=number))
         return Cell(tuple(moved))
     if isinstance(tree, Not):
@@ -107,27 +117,27 @@ def _moved(tree: Tree, motion: Motion, faces: Faces, first: int) -> Tree:
     return _joined(type(tree), [_moved(part, motion, faces, first) for part in tree.parts])
 
 
-def _cells(tree: Tree) -> list[Cell]:
+def cells(tree: Tree) -> list[Cell]:
     """All cells of a primitive, which may be culled where a ray misses the primitive's box.
 
     None where its tree has a complement: it might be inside although all of its cells are not.
     """
-    cells, pending = [], [tree]
+    found, pending = [], [tree]
     while pending:
         part = pending.pop()
         if isinstance(part, Not):
             return []
         if isinstance(part, Cell):
-            cells.append(part)
+            found.append(part)
         else:
             pending.extend(part.parts)
-    return cells
+    return found
 
 
-def _widened(low: Floats, high: Floats) -> Floats:
-    """A box grown by some ulps; (inf, -inf) for an empty one."""
-    if (low > high).any():
-        return np.concatenate([np.full(3, np.inf), np.full(3, -np.inf)])
+def widened(boxes: Floats) -> Floats:
+    """Boxes (n, 6) grown by some ulps; (inf, -inf) where they are empty."""
+    low, high = boxes[:, :3], boxes[:, 3:]
     size = np.maximum(np.where(np.isfinite(low), np.abs(low), 0.0), np.where(np.isfinite(high), np.abs(high), 0.0))
     margin = BOUNDS * size + WALL
-    return np.concatenate([low - margin, high + margin])
+    grown = np.concatenate([low - margin, high + margin], axis=1)
+    return np.where(np.asarray((low > high).any(axis=1))[:, None], EMPTY, grown)

@@ -1,0 +1,135 @@
+"""What the bodies of a scene become: groups of like bodies with their numbers. What is exact is there on demand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...shapes import exact as ex
+from ...shapes.base import Shape
+from ...shapes.body import Body
+from ...shapes.material import Material
+from ...shapes.motion import STILL
+from ...shapes.spheres import Spheres
+from ...shapes.surface import Key, Surface
+from ...shapes.vector import FloatArray
+from ..tables import Floats, Ints
+from .layout import Balls, Contents
+from .parts import part_of, stretched_balls
+from .pattern import Group, Pattern
+from .together import Together
+
+_CHUNK = 1 << 13
+
+
+class Exact:
+    """The surfaces of a scene's bodies before they were rounded, in the order of the bodies; outlines of polygons.
+
+    Only few are ever asked for: those that may be one with others, and those that a ray in doubt meets. A shape's
+    are worked out at the first question and kept with the shape.
+    """
+
+    def __init__(self, shapes: Sequence[Shape], first: Ints, first_outline: Ints) -> None:
+        self._shapes, self._first, self._first_outline = shapes, first, first_outline
+
+    def __getitem__(self, index: int) -> Surface:
+        surfaces, own = self._of(index)
+        return surfaces[own]
+
+    def name(self, index: int) -> tuple[Key, int]:
+        """The exact name of a surface, and its sense."""
+        surfaces, own = self._of(index)
+        shape = self._shapes[int(np.searchsorted(self._first, index, side="right")) - 1]
+        names: dict[int, tuple[Key, int]] = shape.kept.setdefault("names", {})
+        if own not in names:
+            names[own] = surfaces[own].key()
+        return names[own]
+
+    def outline(self, polygon: int) -> tuple[ex.Row, ...]:
+        """The corners of a polygon."""
+        which = int(np.searchsorted(self._first_outline, polygon, side="right")) - 1
+        return part_of(self._shapes[which]).outlines[polygon - int(self._first_outline[which])]
+
+    def _of(self, index: int) -> tuple[Sequence[Surface], int]:
+        """The surfaces of the body that one belongs to, and which of them it is."""
+        which = int(np.searchsorted(self._first, index, side="right")) - 1
+        shape = self._shapes[which]
+        surfaces = shape.kept["balls"][2] if isinstance(shape, Spheres) else part_of(shape).exact
+        return surfaces, index - int(self._first[which])
+
+
+class Collected:
+    """A scene's bodies, sorted into groups; their number in the scene is that of their turn."""
+
+    def __init__(self) -> None:
+        self.contents = Contents(0)
+        self.items: list[int] = []  # how many bodies each entry of the scene has
+        self.paints: dict[int, dict[int, Material]] = {}  # body -> its faces with materials of their own
+        self._together = Together()
+        self._alone: list[tuple[Shape, int]] = []
+        self._like: dict[Pattern, tuple[list[int], list[list[float]]]] = {}
+
+    def collect(self, bodies: Sequence[Body], progress: Callable[[int, int], Any] | None) -> None:
+        """Take in all bodies of a scene; progress(done, count) is called now and then."""
+        for body in bodies:
+            before = self.contents.body_count
+            if isinstance(body.shape, Spheres):
+                self._add_spheres(body.shape)
+            else:
+                self.contents.body_count += 1
+                if "part" in body.shape.kept or not self._together.add(body.shape, before):
+                    self._alone.append((body.shape, before))
+            self.items.append(self.contents.body_count - before)
+        found, left = self._together.lowered()
+        done = len(bodies) - len(self._alone) - len(left)
+        if progress is not None and done:
+            progress(done, len(bodies))
+        self.contents.groups.extend(Group(pattern, numbers, rows) for pattern, numbers, rows in found)
+        self.paints.update(self._together.paints)
+        for more, (shape, number) in enumerate([*self._alone, *left], start=1):
+            self._add(shape, number)
+            if progress is not None:
+                progress(done + more, len(bodies))
+        for pattern, (numbers, rows) in self._like.items():
+            self.contents.groups.append(Group(pattern, np.array(numbers, np.int32), np.array(rows)))
+
+    def _add(self, shape: Shape, place: int) -> None:
+        """A body that is lowered alone."""
+        part = part_of(shape)
+        numbers, rows = self._like.setdefault(part.pattern, ([], []))
+        numbers.append(place)
+        rows.append(part.row)
+        if part.paints:
+            self.paints[place] = part.paints
+
+    def _add_spheres(self, shape: Spheres) -> None:
+        """Balls straight from arrays; ellipsoids where a motion is no similarity."""
+        contents = self.contents
+        centers, linear, factor = shape.placed(STILL)
+        boxes = _ball_boxes(centers, shape.radii, np.sqrt((linear**2).sum(axis=1)))
+        back = shape.motion.inverse_matrix[:3, :3]
+        contents.ball_frames.append(back.ravel())
+        frame = -len(contents.ball_frames)
+        bodies = np.arange(contents.body_count, contents.body_count + len(shape), dtype=np.int32)
+        contents.body_count += len(shape)
+        if factor is not None:
+            balls = np.empty((len(shape), 4))
+            balls[:, :3] = centers
+            np.multiply(shape.radii, factor, out=balls[:, 3])
+            contents.balls.append(Balls(bodies, balls, boxes, frame))
+        elif len(shape):
+            pattern, rows, _ = stretched_balls(shape, centers, boxes, back)
+            contents.groups.append(Group(pattern, bodies, rows, frame))
+
+
+def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:
+    """(n, 6) around balls whose radius is stretched along each axis; a part at a time, to stay in the cache."""
+    boxes = np.empty((len(radii), 6))
+    for begin in range(0, len(radii), _CHUNK):
+        rows = slice(begin, begin + _CHUNK)
+        reach = radii[rows, None] * stretch
+        np.nextafter(centers[rows] - reach, -np.inf, out=boxes[rows, :3])
+        np.nextafter(centers[rows] + reach, np.inf, out=boxes[rows, 3:])
+    return boxes

@@ -1,0 +1,303 @@
+"""Groups of bodies laid out as tables: every column of every body at once, in the order of the bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
+from .limits import with_limits
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, SIZES, UV_NUMBERS, Group
+from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, finished
+
+Longs = npt.NDArray[np.int64]
+
+
+@dataclass
+class Balls:
+    """Bulk balls: the numbers of their bodies, (n, 4) centers and radii, boxes (n, 6) and -1 - k for their frame k."""
+
+    bodies: Ints
+    spheres: Floats
+    boxes: Floats
+    frame: int
+
+
+@dataclass
+class Contents:
+    """What a scene's bodies have become: groups of one pattern each, bulk balls, and the frames of balls."""
+
+    body_count: int
+    groups: list[Group] = field(default_factory=list)
+    balls: list[Balls] = field(default_factory=list)
+    ball_frames: list[Floats] = field(default_factory=list)
+
+
+@dataclass
+class _Places:
+    """Where the rows of each body begin in a column of the tables, and how many there are in all."""
+
+    first: Longs
+    count: int
+
+    @classmethod
+    def of(cls, contents: Contents, each: Sequence[int]) -> _Places:
+        """`each`: how many the bodies of each group have."""
+        counts = np.zeros(contents.body_count, np.int64)
+        for group, number in zip(contents.groups, each, strict=True):
+            counts[group.bodies] = number
+        ends = np.cumsum(counts)
+        return cls(ends - counts, int(ends[-1]) if len(ends) else 0)
+
+    def rows(self, group: Group, each: int) -> Longs:
+        """(bodies, each) rows of a group's bodies."""
+        return self.first[group.bodies][:, None] + np.arange(each)
+
+
+class Layout:
+    """The columns of `Tables` but for the tree, from the contents of a scene."""
+
+    def __init__(self, contents: Contents) -> None:
+        self.contents, groups = contents, contents.groups
+        patterns = [group.pattern for group in groups]
+
+        def places(counts: Any) -> _Places:
+            return _Places.of(contents, [counts(pattern) for pattern in patterns])
+
+        self.surfaces = places(lambda p: len(p.kinds))
+        self.of_kind = {kind: places(lambda p, k=kind: int((p.kinds == k).sum())) for kind in SIZES}
+        self.cells, self.planes = places(lambda p: len(p.cells)), places(lambda p: len(p.planes))
+        self.programs, self.leaves = places(lambda p: len(p.programs)), places(lambda p: len(p.leaves))
+        self.gates, self.sheets = places(lambda p: len(p.gates)), places(lambda p: len(p.sheets))
+        self.polygons, self.corners = places(lambda p: len(p.polygons)), places(lambda p: int(p.corners.sum()))
+        self.faces = places(lambda p: len(p.angular))
+        self.frames = places(lambda p: int(p.framed))
+
+    def surface_columns(self, exact: ExactSurfaces) -> SurfaceArrays:
+        """The table of surfaces, each once. `exact` gives the surfaces before they were rounded."""
+        kinds = np.empty(self.surfaces.count, np.int8)
+        senses = np.ones(self.surfaces.count, np.int8)
+        records = {kind: np.empty((self.of_kind[kind].count, size)) for kind, size in SIZES.items()}
+        lost = {kind: np.empty((self.of_kind[kind].count, size)) for kind, size in SIZES.items()}
+        for group in self.contents.groups:
+            pattern = group.pattern
+            at = self.surfaces.rows(group, len(pattern.kinds))
+            kinds[at] = pattern.kinds
+            seen = dict.fromkeys(SIZES, 0)
+            for number, (kind, column, sense) in enumerate(pattern.records):
+                size = SIZES[kind]
+                rows = self.of_kind[kind].first[group.bodies] + seen[kind]
+                records[kind][rows] = group.rows[:, column : column + size]
+                lost[kind][rows] = group.rows[:, column + size : column + 2 * size]
+                senses[at[:, number]] = group.rows[:, sense]
+                seen[kind] += 1
+        rest = Remainders(lost[PLANE], lost[SPHERE], lost[QUADRIC])
+        balls = [balls.spheres for balls in self.contents.balls]
+        surfaces = Surfaces(kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], rest, balls, exact)
+        return finished(surfaces)
+
+    def tables(self, surfaces: SurfaceArrays) -> tuple[Tables, Floats]:
+        """The finished arrays (without a tree), and the entries' boxes (n, 6)."""
+        columns = self._columns(surfaces)
+        entries, boxes = self._entries(surfaces)
+        tables = Tables(
+            surface_kind=surfaces.kind, surface_row=surfaces.row, planes=surfaces.planes, spheres=surfaces.spheres,
+            quadrics=surfaces.quadrics, **columns, **entries, **_to_come(),
+        )  # fmt: skip
+        return with_limits(_balls_direct(tables), boxes, surfaces.rest), boxes
+
+    def _columns(self, surfaces: SurfaceArrays) -> dict[str, Any]:
+        """Cells, programs, sheets and polygons."""
+        cell, planes_of = _table(self.cells, 3), np.zeros(self.cells.count, np.int32)
+        plane, leaf, gate = _table(self.planes, 3), _table(self.leaves, 4), _table(self.gates, 4)
+        program, sheet = _table(self.programs, 2), _table(self.sheets, 4)
+        polygon, corners = _table(self.polygons, 2), np.zeros(self.polygons.count, np.int32)
+        bounds, vertices = np.empty((self.leaves.count, BOX_NUMBERS)), np.empty((self.corners.count, 3))
+        for group in self.contents.groups:
+            p = group.pattern
+            surface = self.surfaces.first[group.bodies]
+            first_program = self.programs.first[group.bodies]
+            self._put(cell, self.cells, group, p.cells, {0: surface})
+            planes_of[self.cells.rows(group, len(p.cells))] = p.cell_planes
+            self._put(plane, self.planes, group, p.planes, {0: surface})
+            self._put(program, self.programs, group, p.programs, {})
+            self._put(
+                leaf,
+                self.leaves,
+                group,
+                p.leaves,
+                {0: self.cells.first[group.bodies], 1: self.gates.first[group.bodies]},
+            )
+            self._put(gate, self.gates, group, p.gates, {0: self.gates.first[group.bodies]})
+            self._put(sheet, self.sheets, group, p.sheets, {0: surface, 1: first_program})
+            self._put(polygon, self.polygons, group, p.polygons, {0: surface, 1: first_program})
+            corners[self.polygons.rows(group, len(p.polygons))] = p.corners
+            bounds[self.leaves.rows(group, len(p.leaves))] = group.rows[:, p.bounds_at : p.box_at].reshape(
+                len(group.rows), -1, BOX_NUMBERS
+            )
+            count = int(p.corners.sum())
+            vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
+                len(group.rows), -1, 3
+            )
+        cell_quadric, cell_sense = _resolved(surfaces, cell[:, 0])
+        plane_surface, plane_sense = _resolved(surfaces, plane[:, 0])
+        sheet_surface, sheet_sense = _resolved(surfaces, sheet[:, 0])
+        polygon_surface, polygon_sense = _resolved(surfaces, polygon[:, 0])
+        return dict(
+            cell_quadric=cell_quadric,
+            cell_side=cell[:, 1].astype(np.int8) * cell_sense,
+            cell_face=cell[:, 2].copy(),
+            cell_first=_ends(planes_of),
+            plane_surface=plane_surface,
+            plane_side=plane[:, 1].astype(np.int8) * plane_sense,
+            plane_face=plane[:, 2].copy(),
+            program_leaf=_ends(program[:, 0]),
+            program_gate=_ends(program[:, 1]),
+            leaf_cell=leaf[:, 0].copy(),
+            leaf_gate=leaf[:, 1].copy(),
+            leaf_negated=leaf[:, 2].astype(np.int8),
+            leaf_sense=leaf[:, 3].astype(np.int8),
+            leaf_bounds=bounds,
+            gate_parent=gate[:, 0].copy(),
+            gate_need=gate[:, 1].copy(),
+            gate_negated=gate[:, 2].astype(np.int8),
+            gate_start=gate[:, 3].copy(),
+            sheet_surface=sheet_surface,
+            sheet_program=sheet[:, 1].copy(),
+            sheet_side=sheet[:, 2].astype(np.int8) * sheet_sense,
+            sheet_one_sided=sheet[:, 3].astype(np.int8),
+            polygon_surface=polygon_surface,
+            polygon_side=polygon_sense,
+            polygon_first=_ends(corners),
+            polygon_program=polygon[:, 1].copy(),
+            vertices=vertices,
+        )
+
+    def _put(self, table: Ints, places: _Places, group: Group, rows: Ints, shifts: dict[int, Longs]) -> None:
+        """Rows of a pattern for each body of a group; numbers in some columns count on from a body's first one."""
+        at = places.rows(group, len(rows))
+        table[at] = rows
+        for column, first in shifts.items():
+            numbers = rows[:, column]
+            table[at, column] = np.where(numbers < 0, numbers, numbers + first[:, None])
+
+    def _entries(self, surfaces: SurfaceArrays) -> tuple[dict[str, Any], Floats]:
+        """The leaves of the scene's tree in the order of their bodies, and what bodies need besides; boxes."""
+        contents = self.contents
+        count = contents.body_count
+        kind, index = np.empty(count, np.int8), np.empty(count, np.int32)
+        body_face, boxes = np.empty(count, np.int32), np.empty((count, 6))
+        uv = np.empty((self.faces.count, UV_NUMBERS + 1))
+        of_kind = {CELL: self.cells, REGION: self.programs, SHEET: self.sheets, POLYGON: self.polygons}
+        for group in contents.groups:
+            p, bodies = group.pattern, group.bodies
+            kind[bodies] = p.kind
+            index[bodies] = of_kind[p.kind].first[bodies] + p.index
+            body_face[bodies] = self.faces.first[bodies] if p.framed else group.ball_frame
+            boxes[bodies] = group.rows[:, p.box_at : p.box_at + BOX_NUMBERS]
+            faces = self.faces.rows(group, len(p.angular))
+            uv[faces, 0] = p.angular
+            uv[faces, 1:] = group.rows[:, p.uv_at : p.bounds_at].reshape(len(bodies), -1, UV_NUMBERS)
+        first = self.surfaces.count
+        for balls in contents.balls:
+            bodies = balls.bodies
+            kind[bodies], body_face[bodies] = BALL, balls.frame
+            index[bodies] = surfaces.ids[first : first + len(bodies)]
+            boxes[bodies] = balls.boxes
+            first += len(bodies)
+        columns = dict(
+            entry_kind=kind,
+            entry_index=index,
+            entry_body=np.arange(count, dtype=np.int32),
+            body_face=body_face,
+            ball_frames=np.array(contents.ball_frames, dtype=np.float64).reshape(-1, 9),
+            face_uv=uv,
+        )
+        return columns, boxes
+
+    def own_frames(self) -> Floats:
+        """(bodies with a frame, 3, 4) world to own coordinates."""
+        frames = np.empty((self.frames.count, FRAME_NUMBERS))
+        for group in self.contents.groups:
+            p = group.pattern
+            if p.framed:
+                frames[self.frames.first[group.bodies]] = group.rows[:, p.frame_at : p.corners_at]
+        return frames.reshape(-1, 3, 4)
+
+    def body_frames(self) -> Ints:
+        """(bodies,) row in `own_frames`; -1 - k: about the ball's center, by ball frame k."""
+        frame = self.frames.first.astype(np.int32)
+        for group in self.contents.groups:
+            if not group.pattern.framed:
+                frame[group.bodies] = group.ball_frame
+        for balls in self.contents.balls:
+            frame[balls.bodies] = balls.frame
+        return frame
+
+    def lost_of_corners(self) -> Floats:
+        """What rounding took from the corners of polygons, (n, 3)."""
+        lost = np.empty((self.corners.count, 3))
+        for group in self.contents.groups:
+            p = group.pattern
+            count = int(p.corners.sum())
+            begin = p.corners_at + 3 * count
+            lost[self.corners.rows(group, count)] = group.rows[:, begin : begin + 3 * count].reshape(
+                len(group.rows), -1, 3
+            )
+        return lost
+
+
+def _table(places: _Places, width: int) -> Ints:
+    return np.zeros((places.count, width), np.int32)
+
+
+def _ends(counts: Ints) -> Ints:
+    """Where each begins, and the last ends."""
+    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
+
+
+def _resolved(surfaces: SurfaceArrays, numbers: Ints) -> tuple[Ints, Signs]:
+    """(ids, senses) in the finished table of surfaces as they were added; -1 stays."""
+    ids, senses = np.full(len(numbers), -1, np.int32), np.ones(len(numbers), np.int8)
+    known = numbers >= 0
+    ids[known], senses[known] = surfaces.ids[numbers[known]], surfaces.senses[numbers[known]]
+    return ids, senses
+
+
+def _to_come() -> dict[str, Any]:
+    """What later steps fill in: the tree and the limits."""
+    return dict(
+        node_boxes=np.zeros((0, 6, 8)),
+        node_children=np.zeros((0, 8), np.int32),
+        tree_order=np.zeros(0, np.int32),
+        tree_root=np.zeros(0, np.int32),
+        roots=np.zeros(0, np.int32),
+        tree_depth=np.zeros(1, np.int32),
+        leaf_items=np.zeros(0),
+        extent=np.zeros(5),
+        plane_limits=np.zeros((0, 2)),
+        quadric_limits=np.zeros((0, 2)),
+        cell_limits=np.zeros((0, 2)),
+        program_limits=np.zeros((0, 2)),
+        sheet_limits=np.zeros((0, 2)),
+        polygon_limits=np.zeros((0, 2)),
+    )
+
+
+def _balls_direct(tables: Tables) -> Tables:
+    """Cells that are nothing but a sphere become balls, which are traced without their cell."""
+    at = np.flatnonzero(tables.entry_kind == CELL)
+    if not len(at):
+        return tables
+    kind, index = tables.entry_kind.copy(), tables.entry_index.copy()
+    cells = index[at]
+    quadric = tables.cell_quadric[cells]
+    ball = (quadric >= 0) & (tables.cell_side[cells] > 0) & (tables.cell_face[cells] == 0)
+    ball &= np.diff(tables.cell_first)[cells] == 0
+    ball[ball] = tables.surface_kind[quadric[ball]] == SPHERE
+    kind[at[ball]], index[at[ball]] = BALL, quadric[ball]
+    return tables._replace(entry_kind=kind, entry_index=index)

@@ -1,0 +1,166 @@
+"""Bodies lowered together become what each becomes alone, to the bit: patterns, numbers, what rounding took, boxes."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.engine.lowering import recorded
+from conicoid.engine.lowering.composed import plan_of
+from conicoid.engine.lowering.parts import worked_out
+from conicoid.engine.lowering.together import Together
+
+
+def number(rng: random.Random) -> float:
+    return rng.uniform(-5, 5)
+
+
+def point(rng: random.Random) -> Any:
+    return number(rng), number(rng), number(rng)
+
+
+def size(rng: random.Random) -> float:
+    return abs(number(rng)) + 0.1
+
+
+def on_grid(rng: random.Random) -> Any:
+    return tuple(float(rng.randint(-2, 2)) for _ in range(3))
+
+
+def _box(rng: random.Random, corner: Any) -> co.Box:
+    return co.Box(corner, tuple(x + size(rng) for x in corner))
+
+
+KINDS = {
+    "Sphere": lambda r: co.Sphere(size(r), point(r)),
+    "Sphere on a grid": lambda r: co.Sphere(1.0, on_grid(r)),
+    "Box": lambda r: _box(r, point(r)),
+    "Box on a grid": lambda r: _box(r, on_grid(r)),
+    "Cylinder": lambda r: co.Cylinder(point(r), point(r), size(r)),
+    "upright Cylinder": lambda r: co.Cylinder((0, 0, 1), (0, 0, 1 + size(r)), size(r)),
+    "wedge": lambda r: co.Cylinder(point(r), point(r), size(r), 10.0, 100.0 + number(r), reference=point(r)),
+    "Cone": lambda r: co.Cone(point(r), point(r), size(r), size(r)),
+    "pointed Cone": lambda r: co.Cone(point(r), point(r), 0.0, size(r)),
+    "Ellipsoid": lambda r: co.Ellipsoid((size(r), size(r), size(r)), point(r)),
+    "barrel": lambda r: co.Ellipsoid((size(r), size(r), 2.0), z_range=(-1.0, 1.0)),
+    "Triangle": lambda r: co.Triangle(point(r), point(r), point(r)),
+    "Disc": lambda r: co.Disc(point(r), point(r), size(r)),
+    "HalfSpace": lambda r: co.HalfSpace(point(r), number(r)),
+}  # fmt: skip
+MOTIONS = {
+    "still": lambda r: lambda s: s,
+    "shifted": lambda r: lambda s: s.translate(point(r)),
+    "turned": lambda r: lambda s: s.rotate(point(r), 180 * r.random()).translate(point(r)),
+    "turned about an axis": lambda r: lambda s: s.rotate("z", r.choice((30, 45, 90, 17.5))).translate(on_grid(r)),
+    "there and back": lambda r: lambda s: s.rotate("x", 30).translate((1, 2, 3)).rotate("x", -30),
+    "mirrored": lambda r: lambda s: s.scale((-1.5, 1.5, 1.5)).rotate(point(r), 20),
+    "stretched": lambda r: lambda s: s.scale((size(r), -1, 2)).rotate(point(r), 20),
+    "sheared": lambda r: lambda s: s.transform(np.eye(4) + np.diag([size(r) / 9, 0.0], k=2)),
+}
+SOLIDS = {
+    "cut": lambda r, a, b, c: a - b - c,
+    "joined": lambda r, a, b, c: (a | b) - c,
+    "common": lambda r, a, b, c: (a & b) - c,
+    "nested": lambda r, a, b, c: (a - b.translate(point(r))).rotate(point(r), 30) | (c - a),
+    "painted": lambda r, a, b, c: (a - b.painted("red")).painted("blue") | c.painted("green"),
+    "outside": lambda r, a, b, c: ~(a | b) | c,
+    "within an outside": lambda r, a, b, c: a & ~b & ~c,
+}
+
+
+def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], dict[int, Any]]]:
+    """(pattern, row, paints) by number of those that were lowered together."""
+    bodies = Together()
+    for number_, shape in enumerate(shapes):
+        bodies.add(shape, number_)
+    found, left = bodies.lowered()
+    assert len(left) + sum(len(rows) for _, _, rows in found) == len(shapes)
+    assert len(left) <= room, [shape for shape, _ in left][:3]
+    return {
+        int(k): (pattern, row.tolist(), bodies.paints.get(int(k), {}))
+        for pattern, numbers, rows in found
+        for k, row in zip(numbers, rows, strict=True)
+    }
+
+
+def check(shapes: list[Any], room: int) -> None:
+    for number_, (pattern, row, paints) in together(shapes, room).items():
+        alone = worked_out(shapes[number_])
+        assert pattern == alone.pattern
+        assert [x.hex() for x in row] == [float(x).hex() for x in alone.row], shapes[number_]
+        assert paints == alone.paints
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_primitives(kind, motion):
+    rng = random.Random(f"{kind} {motion}")
+    check([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(16)], 16)
+
+
+@pytest.mark.parametrize("kind", ["Sphere", "Box", "Cylinder", "Cone", "Ellipsoid", "Triangle", "Disc"])
+@pytest.mark.parametrize("motion", ["still", "shifted", "turned", "stretched"])
+def test_most_are_lowered_together(kind, motion):
+    """Where nothing is special, no more are left than those of which there were too few of a sort."""
+    rng = random.Random(f"most {kind} {motion}")
+    together([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(120)], 30)
+
+
+@pytest.mark.parametrize("built", SOLIDS)
+@pytest.mark.parametrize("motion", ["still", "turned", "stretched"])
+def test_booleans(built, motion):
+    rng = random.Random(f"{built} {motion}")
+    kinds = [rng.choice(("Sphere", "Box", "Cylinder", "Ellipsoid")) for _ in range(3)]
+    shapes = [MOTIONS[motion](rng)(SOLIDS[built](rng, *(KINDS[kind](rng) for kind in kinds))) for _ in range(14)]
+    check(shapes, len(shapes))
+
+
+def test_some_booleans_are_lowered_together():
+    rng = random.Random(8)
+    solids = [co.Box((0, 0, 0), (2, 2, size(rng))) - co.Sphere(size(rng)) - KINDS["Cylinder"](rng) for _ in range(100)]
+    together([solid.rotate(point(rng), 20) for solid in solids], 20)
+
+
+def test_a_plan_has_leaves_from_left_to_right_with_all_that_moves_them():
+    a, b, c = co.Sphere(1), co.Box().rotate("x", 5), co.Sphere(2)
+    plan = plan_of(((a - b).translate((1, 0, 0)) | c).scale(2))
+    assert [leaf for leaf, _ in plan.leaves] == [a, b, c]
+    assert [len(steps) for _, steps in plan.leaves] == [2, 3, 1]
+
+
+def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
+    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    bodies = Together()
+    for number_ in range(recorded.FEWEST - 1):
+        bodies.add(co.Sphere(1, (number_, 0, 0)), number_)
+    found, left = bodies.lowered()
+    assert not found
+    assert len(left) == recorded.FEWEST - 1
+
+
+def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
+    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    shapes = [co.Polyhedron([(0, 0, 1.0), (1.0, 0, 0)], [1.0, 2.0 + k]) for k in range(20)]
+    assert together(shapes, 20) == {}
+    scene = co.Scene(shapes)
+    assert scene.first_hit((0, 0, 9), (0, 0, -1)).t == 8.0
+
+
+def test_threads_may_record_at_once(monkeypatch):
+    from concurrent.futures import ThreadPoolExecutor
+
+    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    rng = random.Random(2)
+    shapes = [KINDS["Cylinder"](rng) for _ in range(60)]
+
+    def rows(_: int) -> list[Any]:
+        scene = co.Scene(shapes)
+        return [scene.lowered.tables.quadrics.tobytes(), scene.lowered.boxes.tobytes()]
+
+    with ThreadPoolExecutor(4) as pool:
+        first, *others = pool.map(rows, range(4))
+    assert all(other == first for other in others)

@@ -1,0 +1,193 @@
+"""Numbers of 253 bits and more, played from random tapes, beside those of 3,000 bits: within their bounds, rounded alike."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conicoid.engine.tapes.play import Recording
+from conicoid.engine.tapes.tape import ELSEWHERE, HELD, OPEN
+from conicoid.engine.tapes.wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
+from conicoid.shapes import number
+from conicoid.shapes.number import Number, exact, fraction
+from conicoid.shapes.traced import Tape
+
+NOTHING = np.zeros((1, 0, WIDTH), np.int64)
+
+
+def value(row: Any) -> Fraction:
+    size = sum(int(row[k]) << (BITS * k) for k in range(int(row[COUNT])))
+    return int(row[SIGN]) * size * Fraction(2) ** int(BITS * row[EXPONENT])
+
+
+def bound(row: Any) -> Fraction:
+    return Fraction(0) if row[OFF] == EXACT else Fraction(2) ** int(row[OFF])
+
+
+def some_float(rng: random.Random) -> float:
+    """Often a whole number, so that sums cancel and roots and quotients come out even."""
+    return float(rng.randint(-20, 20)) if rng.random() < 0.4 else rng.uniform(-1, 1) * 2.0 ** rng.randint(-60, 60)
+
+
+def some_steps(rng: random.Random, count: int) -> list[tuple[str, int, int]]:
+    return [
+        (rng.choice(("add", "subtract", "multiply", "divide", "root", "size", "negate")), rng.randrange(4 + k), rng.randrange(4 + k))
+        for k in range(count)
+    ]  # fmt: skip
+
+
+def worked(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
+    """The results of steps, each of which uses any before it; as numbers of any kind."""
+    values = [exact(each) for each in values]
+    for which, a, b in steps:
+        first, second = values[a], values[b]
+        values.append(
+            first + second if which == "add"
+            else first - second if which == "subtract"
+            else first * second if which == "multiply"
+            else first / second if which == "divide"
+            else number.sqrt(abs(first)) if which == "root"
+            else abs(first) if which == "size"
+            else -first
+        )  # fmt: skip
+    return values[4:]
+
+
+def check(seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
+    """How many bodies held, and how many were left open."""
+    rng, held, opened = random.Random(seed), 0, 0
+    for _ in range(tapes):
+        steps, first = some_steps(rng, 10), [some_float(rng) for _ in range(4)]
+        tape = Tape()
+        try:
+            results = worked(steps, [tape.input(x) for x in first])
+        except ZeroDivisionError:
+            continue
+        for result in results:
+            tape.write_wide(result)
+            tape.write(number.rounded(result))
+        inputs = np.array([first] + [[some_float(rng) for _ in range(4)] for _ in range(bodies)])
+        played = Recording.of(tape).play(inputs, NOTHING, np.zeros(len(inputs), np.int32))
+        held += int(played.held.sum())
+        opened += int(played.open.sum())
+        for row in np.flatnonzero(played.held).tolist():
+            for k, one in enumerate(worked(steps, inputs[row].tolist())):
+                got = played.wides[row, k]
+                assert abs(value(got) - fraction(one)) <= bound(got) + one.off * Fraction(2) ** one.exponent
+                assert played.floats[row, k] == float(one)
+    return held, opened
+
+
+def test_they_are_within_their_bounds_and_rounded_alike():
+    held, opened = check(5, 40)
+    assert held > 8 * opened
+
+
+@pytest.mark.deep
+def test_many_are():
+    check(6, 4000)
+
+
+@pytest.mark.parametrize("degrees", [0.25, 1e-9, 17.5, 45.0, 89.999, 91.0, -123.456, 359.0, 400.5, -1e7 + 0.125])
+def test_sine_and_cosine(degrees):
+    tape = Tape()
+    for each in number.sin_cos_degrees(tape.input(degrees)):
+        tape.write_wide(each)
+        tape.write(number.rounded(each))
+    played = Recording.of(tape).play(np.array([[degrees], [degrees + 0.03125]]), NOTHING, np.zeros(2, np.int32))
+    for row, angle in enumerate((degrees, degrees + 0.03125)):
+        for k, truth in enumerate(number.sin_cos_degrees(angle)):
+            error = abs(value(played.wides[row, k]) - fraction(truth))
+            assert error <= bound(played.wides[row, k]) < abs(fraction(truth)) / 2**210
+            assert played.floats[row, k] == float(truth)
+
+
+@pytest.mark.parametrize("turns", range(12))
+def test_multiples_of_thirty_degrees_have_recordings_of_their_own(turns):
+    tape = Tape()
+    for each in number.sin_cos_degrees(tape.input(30.0 * turns)):
+        tape.write(number.rounded(each))
+    angles = np.array([[30.0 * turns], [30.0 * turns - 360.0], [30.0 * turns + 30.0], [31.0 * turns + 1.0]])
+    played = Recording.of(tape).play(angles, NOTHING, np.zeros(4, np.int32))
+    assert played.state.tolist() == [HELD, HELD, ELSEWHERE, ELSEWHERE]
+
+
+def test_what_is_exactly_halfway_goes_to_the_even_one_and_what_may_be_is_left_open():
+    tape = Tape()
+    a, b, c = (tape.input(x) for x in (1.0, 2.0**-53, 3.0))
+    tape.write(number.rounded(a.exact() + b.exact()))
+    exact_ties = Recording.of(tape).play(
+        np.array([[1.0, 2.0**-53, 3.0], [1.0 + 2.0**-52, 2.0**-53, 3.0]]), NOTHING, np.zeros(2, np.int32)
+    )
+    assert exact_ties.floats[:, 0].tolist() == [1.0, 1.0 + 2.0**-51]
+    third = a.exact() / c.exact()
+    tape.write(number.rounded((third + third + third) + b.exact()))
+    assert Recording.of(tape).play(np.array([[1.0, 2.0**-53, 3.0]]), NOTHING, np.zeros(1, np.int32)).state[0] == OPEN
+
+
+def test_tests_turn_out_as_they_were_recorded_or_lead_elsewhere():
+    tape = Tape()
+    a, b = tape.input(3.0), tape.input(2.0)
+    assert a > b
+    assert a - b != 0
+    tape.write(a)
+    inputs = np.array([[3.0, 2.0], [2.0, 3.0], [2.0, 2.0], [-1.0, -2.0]])
+    assert Recording.of(tape).play(inputs, NOTHING, np.zeros(4, np.int32)).state.tolist() == [
+        HELD,
+        ELSEWHERE,
+        ELSEWHERE,
+        HELD,
+    ]
+
+
+@pytest.mark.parametrize("look", [float, hash, lambda x: [1, 2][x], lambda x: x.mantissa, lambda x: {x: 1}])
+def test_nothing_else_can_look_at_a_recorded_number(look):
+    tape = Tape()
+    for recorded in (tape.input(2.0), tape.input(2.0).exact()):
+        with pytest.raises((TypeError, AttributeError)):
+            look(recorded)
+
+
+def test_differences_and_quotients_that_are_undone_are_exact():
+    """(end - start) + start is the end; so a cap stands on the point that was said, by whatever length is between."""
+    tape = Tape()
+    a, b = tape.input(0.1).exact(), tape.input(0.7).exact()
+    assert (b - a) + a is b
+    assert (a / b) * b is a
+    length = number.sqrt(a * a + b * b)
+    assert number.is_nothing(length - length)
+    assert number.is_nothing(length + -length)
+
+
+def test_a_tape_that_speaks_of_what_is_not_there_leaves_all_open():
+    import dataclasses
+
+    tape = Tape()
+    a = tape.input(1.0)
+    tape.write(number.rounded(number.sqrt(a.exact() + 2)))
+    recording = Recording.of(tape)
+    inputs = np.array([[1.0]])
+    assert recording.play(inputs, NOTHING, np.zeros(1, np.int32)).state[0] == HELD
+    for line in range(len(recording.code)):
+        for column in range(5):
+            for wrong in (-1, 1000):
+                code = recording.code.copy()
+                code[line, column] = wrong
+                spoilt = dataclasses.replace(recording, code=code)
+                state = spoilt.play(inputs, NOTHING, np.zeros(1, np.int32)).state[0]
+                assert state in (OPEN, ELSEWHERE, HELD)
+                if column == 0 or (wrong < 0):
+                    assert state == OPEN
+
+
+def test_numbers_of_many_bits_are_cut_with_a_bound():
+    from conicoid.engine.tapes.play import wide_row
+
+    for one in (Number(3**400, -700), Number(-(3**400) - 1, 5, 7), exact(0.1), Number(1, 0), number.sqrt(2)):
+        row = wide_row(one)
+        assert 0 <= row[COUNT] <= LIMBS
+        assert abs(value(row) - fraction(one)) + one.off * Fraction(2) ** one.exponent <= bound(row)
