@@ -12,8 +12,8 @@ from ...shapes.arrays import without_traces
 from ...shapes.calm import calm
 from ...shapes.labels import counted
 from ...shapes.vector import FloatArray
+from ..arrays.crossing_arrays import put_crossings, put_spans
 from ..arrays.listed import Listed
-from ..arrays.rows import put_crossings, put_spans
 from ..certified.exact_errors import bounds_of_t
 from ..threads import run_chunks
 from .answer import Answer

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Piece:
-    """Rows (see body/rows.py) of packets begin..end of rays that have counts[i] rows each, ray i from offsets[i] on."""
+    """Rows (body/crossing_rows.py) of packets begin..end of rays with counts[i] rows each, ray i from offsets[i] on."""
 
     rows: FloatArray
     counts: Any

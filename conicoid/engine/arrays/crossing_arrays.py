@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...compiler.jit import allocator, kernel
-from ..body.entry import collect
-from ..body.rows import (
+from ..body.crossing_rows import (
     BODY,
     CROSSING_COLUMNS,
     ENTER,
@@ -25,12 +24,14 @@ from ..body.rows import (
     scale_rows,
     with_room,
 )
+from ..body.entry import collect
 from ..body.scratch import Scratch, new_scratch
+from ..packets.crossing_chains import list_packet, new_chains, put_chain
 from ..packets.lanes import DOUBT
 from ..packets.load import coherent, fill_lanes, packet_row
 from ..packets.packet import new_packet
-from ..packets.rows import list_packet, new_chains, put_chain
 from ..ray import DEAD, Ray, RayArrays, load_ray, scaled_ray
+from ..surface.interval import is_open
 from ..tables import Flags, Floats, Geometry, Ints, Longs, Signs, halted
 
 
@@ -39,7 +40,7 @@ def rows_of_ray(
     geometry: Geometry, scratch: Scratch, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int, bool]:
     """The rows of a ray by itself, from rows[used] on: (rows, how many now, doubtful)."""
-    if ray.start == DEAD or not ray.t_min < ray.t_max or halted(geometry):
+    if ray.start == DEAD or not is_open(ray.t_min, ray.t_max) or halted(geometry):
         return rows, used, False
     given = ray
     ray, scale = scaled_ray(given)
@@ -53,7 +54,7 @@ def rows_of_ray(
 def trace_rows(
     geometry: Geometry, rays: RayArrays, width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
 ) -> Floats:
-    """Rows of spans or crossings (see body/rows.py) of packets begin..end of 64 rays, in the order of their lanes.
+    """Rows (body/crossing_rows.py) of spans or crossings of packets begin..end of 64 rays, in the order of their lanes.
 
     counts[i] rows for ray i, sorted; a doubtful ray has doubts[i] = 1, and no rows.
     """
