@@ -101,7 +101,9 @@ def hold(module: Any) -> None:
         raise ValueError(f"kernels may not call {', '.join(strange)}")
     wrong = reordered(str(module))
     if wrong:
-        raise ValueError(f"kernels have arithmetic that may be reordered: {wrong[0].strip()}, and {len(wrong) - 1} more")
+        raise ValueError(
+            f"kernels have arithmetic that may be reordered: {wrong[0].strip()}, and {len(wrong) - 1} more"
+        )
 
 
 def machine_for(triple: str, level: Level, relocation: str = "pic") -> Any:

@@ -35,6 +35,7 @@ for kernel in kernels:
 print(json.dumps([sorted(names), called, odd]), flush=True)
 """
 
+
 @pytest.fixture(scope="module")
 def kernels():
     with child(PROGRAM) as running:

@@ -25,7 +25,9 @@ ARGUMENTS = "ptr %out, ptr %error, double %a"
 def made(folder, instruction, function="llvm.sqrt.f64"):
     """The object of a kernel of one instruction."""
     text = BODY.format(function=function, arguments=ARGUMENTS, instruction=instruction)
-    code = dict(symbol="k", arguments=["i8*", "i8*", "double"], result="none", code=llvm.parse_assembly(text).as_bitcode())
+    code = dict(
+        symbol="k", arguments=["i8*", "i8*", "double"], result="none", code=llvm.parse_assembly(text).as_bitcode()
+    )
     (folder / "code").write_bytes(pickle.dumps({"kernel": code}))
     objects.main(str(folder / "code"), host().name, host_level(host()), str(folder / "object"))
     return folder / "object"
