@@ -49,9 +49,9 @@ def _one_by_one() -> None:
     import numpy as np
 
     from .engine.answers.rays import Rays
+    from .engine.arrays.crossing_arrays import trace_rows_alone
     from .engine.arrays.first import trace_first_alone
     from .engine.arrays.found import Found
-    from .engine.arrays.rows import trace_rows_alone
     from .engine.queries.queries import arrays_of
     from .scene import Scene
 

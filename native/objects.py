@@ -16,6 +16,7 @@ from typing import Any
 import llvmlite.binding as llvm
 from llvmlite import ir
 
+from .arithmetic import reordered, strange_functions
 from .targets import TARGETS, Level
 
 _WIDTHS = {"i64": ir.IntType(64), "i32": ir.IntType(32), "i8": ir.IntType(8), "i1": ir.IntType(1)}
@@ -93,6 +94,18 @@ def optimize(module: Any, machine: Any) -> None:
         passes.run(module, builder)
 
 
+def hold(module: Any) -> None:
+    """Refuse code whose answers another machine would not give to the bit (`arithmetic`)."""
+    strange = strange_functions(each.name for each in module.functions if each.is_declaration)
+    if strange:
+        raise ValueError(f"kernels may not call {', '.join(strange)}")
+    wrong = reordered(str(module))
+    if wrong:
+        raise ValueError(
+            f"kernels have arithmetic that may be reordered: {wrong[0].strip()}, and {len(wrong) - 1} more"
+        )
+
+
 def machine_for(triple: str, level: Level, relocation: str = "pic") -> Any:
     """LLVM's back end for a level."""
     llvm.initialize_all_targets()
@@ -108,6 +121,7 @@ def main(code: str, target: str, name: str, out: str) -> None:
     machine = machine_for(chosen.triple, level)
     whole = linked(pickle.loads(Path(code).read_bytes()), machine, chosen.triple, level.prefix)
     optimize(whole, machine)
+    hold(whole)
     Path(out).write_bytes(machine.emit_object(whole))
 
 

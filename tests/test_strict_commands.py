@@ -98,7 +98,7 @@ def test_a_table_on_standard_output(options, scene, tmp_path):
 
 
 def test_a_scene_on_standard_output(tmp_path):
-    geometry = next(iter(sorted((ROOT / PIN).rglob("geometry.xml"))))
+    geometry = ROOT / PIN / "pin" / "model.xml"
     result = run("import", geometry, "-o", "-")
     assert result.exit_code == 0, result.output
     (tmp_path / "scene.yaml").write_bytes(result.stdout_bytes)

@@ -30,16 +30,16 @@ from ..engine.packets.lanes import (
     put_ray,
 )
 from ..engine.packets.packet import new_lanes, with_lanes
-from ..engine.ray import Ray
 from ..engine.tables import Floats, Geometry, whole
-from ..shading.local import ray_to_light
+from ..shading.local import shadow_ray, shown
 from ..shading.look import Look
-from ..shading.materials import Materials, material_row
+from ..shading.materials import Materials
 from ..shading.media import OUTSIDE
-from ..shading.shadow import through_glass
+from ..shading.shadow import light_along
+from ..shading.sight import Sight
 from .samples import Samples, Settings, trace_samples
-from .stack import NO_SURFACE, Stack, new_stack
-from .whitted import Sight, facing, follow, medium_at, shade, shows_light, sight_of, sky
+from .stack import Pending, Stack, new_stack
+from .whitted import follow, medium_at, shade, sight_of, sky
 
 _MEDIUM, _ASKS = 13, 14
 """Columns behind a sight: the medium that the ray starts in; 1 where a shadow ray is needed, else 0."""
@@ -107,8 +107,7 @@ def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, samples: 
     lanes = samples.packet.lanes
     trace_samples(geometry, scratch, samples)
     for i in range(samples.size):
-        ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(lanes, i, math.inf)
-        sight = sight_of(geometry, scratch, look.materials, ox, oy, oz, dx, dy, dz, NO_SURFACE, lane_hit(lanes, i))
+        sight = sight_of(geometry, scratch, look.materials, lane_ray(lanes, i, math.inf), lane_hit(lanes, i))
         _keep(wave.sights[i], sight)
 
 
@@ -122,14 +121,12 @@ def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, samples: Sa
         if sight.body < 0:
             continue
         dx, dy, dz = _direction(samples.packet.lanes, i)
-        nx, ny, nz, _, from_inside = facing(sight, dx, dy, dz)
-        if not shows_light(look.materials, sight, from_inside):
+        shows, row, point = shown(geometry, look.materials, sight, dx, dy, dz)
+        if not shows:
             continue
-        row = look.materials.rows[material_row(geometry, look.materials, sight.body, sight.face)]
-        x, y, z = sight.x, sight.y, sight.z
-        lx, ly, lz, end, part = ray_to_light(light, row, x, y, z, nx, ny, nz, -dx, -dy, -dz)
-        if part != 0.0:
-            put_ray(lanes, i, Ray(x, y, z, lx, ly, lz, 0.0, end, sight.surface))
+        ray, asked = shadow_ray(light, look.materials.rows[row], point, sight.surface)
+        if asked:
+            put_ray(lanes, i, ray)
             wave.sights[i, _ASKS], some = 1.0, i
     return some
 
@@ -152,14 +149,11 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
     for i in range(count):
         if wave.sights[i, _ASKS] == 0.0:
             continue
-        at = 3 * (len(look.lights) * i + k)
-        way = 0.0 if lanes[BEST + np.uint64(i)] < math.inf else 1.0
-        wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = way, way, way
-        if way == 1.0 and materials.any_transparent:
-            x, y, z, lx, ly, lz, _, end, start = lane_ray(lanes, i, lanes[T_MAX + np.uint64(i)])
-            wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = through_glass(
-                geometry, scratch, materials, x, y, z, lx, ly, lz, end, start, whole(wave.sights[i, 5])
-            )
+        at, inside = 3 * (len(look.lights) * i + k), _kept(wave.sights[i]).before
+        ray, covered = lane_ray(lanes, i, lanes[T_MAX + np.uint64(i)]), lanes[BEST + np.uint64(i)] < math.inf
+        wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = light_along(
+            geometry, scratch, materials, ray, inside, covered
+        )
 
 
 @helper
@@ -173,15 +167,14 @@ def gather(geometry: Geometry, scratch: Scratch, wave: Wave, settings: Settings,
         _ask_light(geometry, scratch, wave, look, k, samples)
     for i in range(samples.size):
         sight = _kept(wave.sights[i])
-        dx, dy, dz = _direction(samples.packet.lanes, i)
+        x, y, z, dx, dy, dz, _, _, start = lane_ray(samples.packet.lanes, i, math.inf)
+        ray = Pending(x, y, z, dx, dy, dz, 1.0, 1.0, 1.0, start, depth, whole(wave.sights[i, _MEDIUM]))
         if sight.body < 0:
-            r, g, b = sky(look, whole(wave.sights[i, _MEDIUM]), dz, 1.0, 1.0, 1.0)
+            r, g, b = sky(look, ray.medium, dz, 1.0, 1.0, 1.0)
         else:
-            r, g, b, size = shade(
-                geometry, look, stack, 0, depth, 0, sight, wave.arrived, 3 * lights * i, dx, dy, dz, 1.0, 1.0, 1.0
-            )
+            r, g, b, size = shade(geometry, look, stack, 0, ray, sight, wave.arrived, 3 * lights * i)
             if size > 0:
-                red, green, blue = follow(geometry, scratch, stack, size, look, depth, wave.further)
+                red, green, blue = follow(geometry, scratch, stack, size, look, wave.further)
                 r, g, b = r + red, g + green, b + blue
         colors[i, 0] += r
         colors[i, 1] += g

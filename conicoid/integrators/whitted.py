@@ -10,16 +10,15 @@ listed first has priority where two overlap.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..compiler.jit import helper, inline
-from ..engine.body.hit import Hit, resolved
+from ..engine.body.hit import Crossed, Hit, resolved
 from ..engine.body.media import media
 from ..engine.body.scratch import Scratch
 from ..engine.numbers.bits import next_above, next_below
-from ..engine.numbers.vectors import dot
-from ..engine.ray import Ray
-from ..engine.single.first import first_crossing, nearest
+from ..engine.ray import Ray, with_limits
+from ..engine.single.first import first_crossing, resolved_first_crossing
 from ..engine.surface.normal import normal_at
 from ..engine.tables import Floats, Geometry, halted, whole
 from ..shading.background import background_color
@@ -30,88 +29,50 @@ from ..shading.materials import Materials, material_row
 from ..shading.media import OUTSIDE, absorbed, index_of, medium_of, unseen
 from ..shading.reflect import reflect
 from ..shading.refract import refract
-from .stack import NO_SURFACE, Stack, push
-
-
-class Sight(NamedTuple):
-    """The first wall that light notices along a ray; body -1 if there is none."""
-
-    t: float
-    body: Any  # int64, as those that follow
-    surface: Any
-    face: Any
-    side: Any
-    before: Any  # the medium in front of it
-    after: Any  # and behind it
-    x: float
-    y: float
-    z: float
-    nx: float  # outward
-    ny: float
-    nz: float
+from ..shading.sight import Sight, facing, shows_light
+from .stack import NO_SURFACE, Pending, Stack, pending, push
 
 
 @inline
-def sight_of(
-    geometry: Geometry, scratch: Scratch, materials: Materials,
-    ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, start: int, hit: Hit,
-) -> Sight:  # fmt: skip
+def sight_of(geometry: Geometry, scratch: Scratch, materials: Materials, ray: Ray, hit: Hit) -> Sight:
     """The first wall that light notices along a ray whose first crossing is `hit`; body -1 if there is none."""
-    t, body, surface, face, side = resolved(geometry, hit)
+    crossed = resolved(geometry, hit)
     outside: Any = whole(OUTSIDE)
     before, after = outside, outside
-    if body >= 0 and materials.any_transparent:
-        t, body, surface, face, side, before, after = first_noticed(
-            geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start, t, body, surface, face, side
-        )
+    if crossed.body >= 0 and materials.any_transparent:
+        crossed, before, after = first_noticed(geometry, scratch, materials, ray, crossed)
+    t, body, surface, face, side = crossed
     if body < 0:
         return Sight(t, body, surface, face, side, before, after, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    x, y, z = ox + t * dx, oy + t * dy, oz + t * dz
+    x, y, z = ray.ox + t * ray.dx, ray.oy + t * ray.dy, ray.oz + t * ray.dz
     nx, ny, nz = normal_at(geometry, surface, side, x, y, z)
     return Sight(t, body, surface, face, side, before, after, x, y, z, nx, ny, nz)
 
 
 @helper
 def first_noticed(
-    geometry: Geometry, scratch: Scratch, materials: Materials,
-    ox: float, oy: float, oz: float, dx: float, dy: float, dz: float, start: int,
-    t: float, body: int, surface: int, face: int, side: int,
-) -> tuple[float, int, int, int, int, int, int]:  # fmt: skip
-    """(t, body, surface, face, side, medium before, after) of the first wall that light notices, from a crossing on.
+    geometry: Geometry, scratch: Scratch, materials: Materials, ray: Ray, crossed: Crossed
+) -> tuple[Crossed, int, int]:
+    """(the first wall that light notices from a crossing of a ray on, the media before and after).
 
     An opaque surface always is one, also where a transparent wall coincides with it.
     """
     outside: Any = whole(OUTSIDE)
     before, after = outside, outside
-    while body >= 0:
-        ray = Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
-        if materials.opaque[body] == 0:
-            here = Ray(ox, oy, oz, dx, dy, dz, next_below(t), next_above(t), start)
+    while crossed.body >= 0:
+        t = crossed.t
+        if materials.opaque[crossed.body] == 0:
+            here = with_limits(ray, next_below(t), next_above(t))
             other = first_crossing(geometry, scratch, here, materials.opaque, False)
             if other.body >= 0:
                 _, body, surface, face, side = resolved(geometry, other)
-        in_front, behind = media(geometry, scratch, ray, t, materials.medium)
+                crossed = Crossed(t, body, surface, face, side)
+        in_front, behind = media(geometry, scratch, with_limits(ray, 0.0, math.inf), t, materials.medium)
         before, after = medium_of(materials, in_front), medium_of(materials, behind)
-        if materials.medium[body] == 0 or not unseen(materials, body, before, after):
+        if materials.medium[crossed.body] == 0 or not unseen(materials, crossed.body, before, after):
             break
-        t, body, surface, face, side = nearest(geometry, scratch, Ray(ox, oy, oz, dx, dy, dz, t, math.inf, start))
-    return t, body, surface, face, side, before, after
-
-
-@inline
-def facing(sight: Sight, dx: float, dy: float, dz: float) -> tuple[float, float, float, float, bool]:
-    """(normal turned to the eye, its cosine with the way back, seen from inside?)"""
-    nx, ny, nz = sight.nx, sight.ny, sight.nz
-    cosine = -dot(nx, ny, nz, dx, dy, dz)
-    if cosine < 0.0:
-        return -nx, -ny, -nz, -cosine, True
-    return nx, ny, nz, cosine, False
-
-
-@inline
-def shows_light(materials: Materials, sight: Sight, from_inside: bool) -> bool:
-    """Does a surface show what lights fall on it? The inner side of glass does not."""
-    return not (from_inside and materials.medium[sight.body] == 1)
+        crossed = resolved_first_crossing(geometry, scratch, with_limits(ray, t, math.inf))
+    return crossed, before, after
 
 
 @inline
@@ -132,26 +93,26 @@ def medium_at(geometry: Geometry, scratch: Scratch, materials: Materials, x: flo
 
 @inline
 def shade(
-    geometry: Geometry, look: Look, stack: Stack, size: int, depth: int, turns: int, sight: Sight,
-    arrived: Floats, at: int, dx: float, dy: float, dz: float, wr: float, wg: float, wb: float,
-) -> tuple[float, float, float, int]:  # fmt: skip
-    """(rgb that a surface sends back by itself, new size of the stack): the rays it sends on are pushed.
+    geometry: Geometry, look: Look, stack: Stack, size: int, ray: Pending, sight: Sight, arrived: Floats, at: int
+) -> tuple[float, float, float, int]:
+    """(rgb that what a ray sees sends back by itself, new size of the stack): the rays it sends on are pushed.
 
     arrived[at:]: how much of each light reaches it.
     """
     materials = look.materials
-    t, body, surface, face, _, before, after, x, y, z, _, _, _ = sight
-    wr, wg, wb = absorbed(materials, before, t, wr, wg, wb)
-    row = materials.rows[material_row(geometry, materials, body, face)]
-    cr, cg, cb = surface_color(geometry, materials, body, face, surface, x, y, z, sight.nx, sight.ny, sight.nz)
-    nx, ny, nz, cosine, from_inside = facing(sight, dx, dy, dz)
+    _, _, _, dx, dy, dz, wr, wg, wb, _, turns, _ = ray
+    wr, wg, wb = absorbed(materials, sight.before, sight.t, wr, wg, wb)
+    row = materials.rows[material_row(geometry, materials, sight.body, sight.face)]
+    cr, cg, cb = surface_color(geometry, materials, sight)
+    point, cosine, from_inside = facing(sight, dx, dy, dz)
+    x, y, z, nx, ny, nz, _, _, _ = point
 
     # How light parts there: F is reflected, of the rest a share goes through
-    refracts = materials.medium[body] == 1
+    refracts = materials.medium[sight.body] == 1
     fr, fg, fb = opaque_reflectance(row, cosine)
     tx, ty, tz = dx, dy, dz
     if refracts:
-        eta = index_of(materials, before) / index_of(materials, after)
+        eta = index_of(materials, sight.before) / index_of(materials, sight.after)
         tx, ty, tz, beyond = refract(dx, dy, dz, nx, ny, nz, eta)
         fr = dielectric(cosine, beyond, eta)
         fg, fb = fr, fr
@@ -160,7 +121,7 @@ def shade(
     # Its own light
     red, green, blue = 0.0, 0.0, 0.0
     if shows_light(materials, sight, from_inside):
-        dr, dg, db, hr, hg, hb = direct_light(look, row, arrived, at, x, y, z, nx, ny, nz, -dx, -dy, -dz)
+        dr, dg, db, hr, hg, hb = direct_light(look, row, arrived, at, point)
         ka, kd = row.ambient, row.diffuse
         ar, ag, ab = look.ambient
         red = wr * (cr * (ka * ar + kd * dr) * (1.0 - fr) * (1.0 - pr) + row.specular[0] * hr)
@@ -168,13 +129,15 @@ def shade(
         blue = wb * (cb * (ka * ab + kd * db) * (1.0 - fb) * (1.0 - pb) + row.specular[2] * hb)
 
     # On along the refracted and the mirrored ray
-    if turns < depth:
-        size = push(
-            stack, size, x, y, z, tx, ty, tz, wr * (1.0 - fr) * pr, wg * (1.0 - fg) * pg, wb * (1.0 - fb) * pb,
-            surface, turns + 1, after if refracts else before,
-        )  # fmt: skip
+    if turns > 0:
+        size = push(stack, size, Pending(
+            x, y, z, tx, ty, tz, wr * (1.0 - fr) * pr, wg * (1.0 - fg) * pg, wb * (1.0 - fb) * pb,
+            sight.surface, turns - 1, sight.after if refracts else sight.before,
+        ))  # fmt: skip
         mx, my, mz = reflect(dx, dy, dz, nx, ny, nz)
-        size = push(stack, size, x, y, z, mx, my, mz, wr * fr, wg * fg, wb * fb, surface, turns + 1, before)
+        size = push(stack, size, Pending(
+            x, y, z, mx, my, mz, wr * fr, wg * fg, wb * fb, sight.surface, turns - 1, sight.before,
+        ))  # fmt: skip
     return red, green, blue, size
 
 
@@ -188,30 +151,22 @@ def sky(look: Look, medium: int, dz: float, wr: float, wg: float, wb: float) -> 
 
 @helper
 def follow(
-    geometry: Geometry, scratch: Scratch, stack: Stack, size: int, look: Look, depth: int, arrived: Floats
+    geometry: Geometry, scratch: Scratch, stack: Stack, size: int, look: Look, arrived: Floats
 ) -> tuple[float, float, float]:
-    """Linear rgb of what comes back along the rays on the stack, after at most `depth` turns."""
+    """Linear rgb of what comes back along the rays on the stack."""
     materials = look.materials
     red, green, blue = 0.0, 0.0, 0.0
     while size > 0 and not halted(geometry):
         size -= 1
-        floats = stack.floats[size]
-        ox, oy, oz, dx, dy, dz = floats[0], floats[1], floats[2], floats[3], floats[4], floats[5]
-        wr, wg, wb = floats[6], floats[7], floats[8]
-        start, turns, medium = stack.numbers[size, 0], stack.numbers[size, 1], stack.numbers[size, 2]
-        ray = Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, start)
+        left = pending(stack, size)
+        dx, dy, dz = left.dx, left.dy, left.dz
+        ray = Ray(left.x, left.y, left.z, dx, dy, dz, 0.0, math.inf, left.start)
         hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-        sight = sight_of(geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start, hit)
+        sight = sight_of(geometry, scratch, materials, ray, hit)
         if sight.body < 0:
-            r, g, b = sky(look, medium, dz, wr, wg, wb)
+            r, g, b = sky(look, left.medium, dz, left.r, left.g, left.b)
         else:
-            nx, ny, nz, _, from_inside = facing(sight, dx, dy, dz)
-            if shows_light(materials, sight, from_inside):
-                row = materials.rows[material_row(geometry, materials, sight.body, sight.face)]
-                ask_lights(
-                    geometry, scratch, look, row, sight.surface, sight.before, arrived,
-                    sight.x, sight.y, sight.z, nx, ny, nz, -dx, -dy, -dz,
-                )  # fmt: skip
-            r, g, b, size = shade(geometry, look, stack, size, depth, turns, sight, arrived, 0, dx, dy, dz, wr, wg, wb)
+            ask_lights(geometry, scratch, look, arrived, sight, dx, dy, dz)
+            r, g, b, size = shade(geometry, look, stack, size, left, sight, arrived, 0)
         red, green, blue = red + r, green + g, blue + b
     return red, green, blue

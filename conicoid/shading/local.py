@@ -9,103 +9,118 @@ from ..compiler.jit import helper, inline
 from ..engine.body.scratch import Scratch
 from ..engine.body.uv import uv_at
 from ..engine.numbers.vectors import dot
+from ..engine.ray import Ray
+from ..engine.single.first import blocked
 from ..engine.tables import Floats, Geometry
 from .lights import share, towards
 from .look import Look
 from .materials import CHECKER_UV, PLAIN, Materials, color_in_space, color_on_uv, material_row, pick
 from .phong import half_vector, phong
-from .shadow import light_through
+from .shadow import light_along
+from .sight import ShadingPoint, Sight, facing, shows_light
 
 _FAINT = 1e-5  # a highlight under this is not worth a shadow ray
 
 
 @inline
-def surface_color(
-    geometry: Geometry, materials: Materials, body: int, face: int, surface: int,
-    x: float, y: float, z: float, nx: float, ny: float, nz: float,
-) -> tuple[float, float, float]:  # fmt: skip
-    """The diffuse colour at a point; n is the body's outward normal."""
-    row = materials.rows[material_row(geometry, materials, body, face)]
+def surface_color(geometry: Geometry, materials: Materials, sight: Sight) -> tuple[float, float, float]:
+    """The diffuse colour at a point."""
+    row = materials.rows[material_row(geometry, materials, sight.body, sight.face)]
     if row.pattern == PLAIN:
         return pick(row, True)
     if row.pattern == CHECKER_UV:
-        u, v = uv_at(geometry, body, face, surface, x, y, z)
+        u, v = uv_at(geometry, sight.body, sight.face, sight.surface, sight.x, sight.y, sight.z)
         return color_on_uv(row, u, v)
-    return color_in_space(row, x, y, z, nx, ny, nz)
+    return color_in_space(row, sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz)
 
 
 @inline
-def highlight(
-    row: Any, lx: float, ly: float, lz: float, ex: float, ey: float, ez: float, nx: float, ny: float, nz: float
-) -> float:
-    """The material's highlight: half-vector or Phong."""
+def highlight(row: Any, lx: float, ly: float, lz: float, point: ShadingPoint) -> float:
+    """The material's highlight, half-vector or Phong, of light from unit l."""
+    light, normal, eye = (lx, ly, lz), (point.nx, point.ny, point.nz), (point.ex, point.ey, point.ez)
     if row.half_vector == 1:
-        return half_vector(lx, ly, lz, ex, ey, ez, nx, ny, nz, row.shininess)
-    return phong(lx, ly, lz, ex, ey, ez, nx, ny, nz, row.shininess)
+        return half_vector(light, eye, normal, row.shininess)
+    return phong(light, eye, normal, row.shininess)
 
 
 @inline
-def light_at(
-    light: Any, row: Any, x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float
-) -> tuple[float, float, float, float, float, float, float]:
-    """(l, end, N·L, highlight, share): the ray to a light and what its light would do at x; share 0 if nothing."""
-    return _light_at(light, row, x, y, z, nx, ny, nz, ex, ey, ez, True)
-
-
-@inline
-def ray_to_light(
-    light: Any, row: Any, x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float
-) -> tuple[float, float, float, float, float]:
-    """(l, end, share) of `light_at`; the highlight, a costly power, is worked out only where it decides the share."""
-    lx, ly, lz, end, _, _, part = _light_at(light, row, x, y, z, nx, ny, nz, ex, ey, ez, row.diffuse == 0.0)
-    return lx, ly, lz, end, part
+def light_at(light: Any, row: Any, point: ShadingPoint) -> tuple[float, float, float, float, float, float, float]:
+    """(l, end, N·L, highlight, share): the ray to a light and what its light would do there; share 0 if nothing."""
+    return _light_at(light, row, point, True)
 
 
 @inline
 def _light_at(
-    light: Any, row: Any, x: float, y: float, z: float, nx: float, ny: float, nz: float,
-    ex: float, ey: float, ez: float, shines: bool,
-) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
-    lx, ly, lz, end = towards(light, x, y, z)
+    light: Any, row: Any, point: ShadingPoint, shines: bool
+) -> tuple[float, float, float, float, float, float, float]:
+    lx, ly, lz, end = towards(light, point.x, point.y, point.z)
     distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
     if distance == 0.0:
         return lx, ly, lz, end, 0.0, 0.0, 0.0
     ux, uy, uz = lx / distance, ly / distance, lz / distance
-    cosine = dot(nx, ny, nz, ux, uy, uz)
+    cosine = dot(point.nx, point.ny, point.nz, ux, uy, uz)
     if cosine <= 0.0:
         return lx, ly, lz, end, cosine, 0.0, 0.0
     shiny = shines and row.specular[0] + row.specular[1] + row.specular[2] > 0.0
-    shine = highlight(row, ux, uy, uz, ex, ey, ez, nx, ny, nz) if shiny else 0.0
+    shine = highlight(row, ux, uy, uz, point) if shiny else 0.0
     part = share(light, ux, uy, uz, distance)
     if row.diffuse == 0.0 and shine < _FAINT:
         part = 0.0
     return lx, ly, lz, end, cosine, shine, part
 
 
+@inline
+def shown(
+    geometry: Geometry, materials: Materials, sight: Sight, dx: float, dy: float, dz: float
+) -> tuple[bool, int, ShadingPoint]:
+    """(does what is seen along unit d show the light of lights?, the row of its material, the point)."""
+    point, _, from_inside = facing(sight, dx, dy, dz)
+    row = material_row(geometry, materials, sight.body, sight.face)
+    return shows_light(materials, sight, from_inside), row, point
+
+
+@inline
+def shadow_ray(light: Any, row: Any, point: ShadingPoint, surface: int) -> tuple[Ray, bool]:
+    """(the ray from a point of a surface to a light, is it worth tracing?)
+
+    Which lights are asked is decided here alone. The highlight, a costly power, is worked out only where it decides
+    that.
+    """
+    lx, ly, lz, end, _, _, part = _light_at(light, row, point, row.diffuse == 0.0)
+    return Ray(point.x, point.y, point.z, lx, ly, lz, 0.0, end, surface), part != 0.0
+
+
 @helper
 def ask_lights(
-    geometry: Geometry, scratch: Scratch, look: Look, row: Any, start: int, inside: int, arrived: Floats,
-    x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float,
-) -> None:  # fmt: skip
-    """How much of each light (rgb, into `arrived`) reaches x on surface `start` in medium `inside`."""
+    geometry: Geometry, scratch: Scratch, look: Look, arrived: Floats, sight: Sight, dx: float, dy: float, dz: float
+) -> None:
+    """How much of each light (rgb, into `arrived`) reaches what is seen along unit d, where it shows that.
+
+    As `wave` does for the rays of a packet.
+    """
+    materials = look.materials
+    shows, number, point = shown(geometry, materials, sight, dx, dy, dz)
+    if not shows:
+        return
+    row = materials.rows[number]
     for k in range(len(look.lights)):
-        lx, ly, lz, end, part = ray_to_light(look.lights[k], row, x, y, z, nx, ny, nz, ex, ey, ez)
-        if part != 0.0:
-            arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = light_through(
-                geometry, scratch, look.materials, x, y, z, lx, ly, lz, end, start, inside
+        ray, asked = shadow_ray(look.lights[k], row, point, sight.surface)
+        if asked:
+            covered = blocked(geometry, scratch, ray, materials.opaque)
+            arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = light_along(
+                geometry, scratch, materials, ray, sight.before, covered
             )
 
 
 @inline
 def direct_light(
-    look: Look, row: Any, arrived: Floats, at: int,
-    x: float, y: float, z: float, nx: float, ny: float, nz: float, ex: float, ey: float, ez: float,
-) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-    """(Σ I N·L, Σ I h), each rgb, over the lights, of which arrived[at:] reaches x; n on the eye's side."""
+    look: Look, row: Any, arrived: Floats, at: int, point: ShadingPoint
+) -> tuple[float, float, float, float, float, float]:
+    """(Σ I N·L, Σ I h), each rgb, over the lights, of which arrived[at:] reaches the point."""
     dr, dg, db, hr, hg, hb = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(look.lights)):
         light = look.lights[k]
-        _, _, _, _, cosine, shine, part = light_at(light, row, x, y, z, nx, ny, nz, ex, ey, ez)
+        _, _, _, _, cosine, shine, part = light_at(light, row, point)
         if part == 0.0:
             continue
         r = arrived[at + 3 * k] * part * light.intensity[0]

@@ -13,8 +13,8 @@ from ..compiler.jit import helper, inline
 from ..engine.body.media import media
 from ..engine.body.scratch import Scratch
 from ..engine.numbers.vectors import dot
-from ..engine.ray import Ray
-from ..engine.single.first import blocked, nearest
+from ..engine.ray import Ray, with_limits
+from ..engine.single.first import resolved_first_crossing
 from ..engine.surface.normal import normal_at
 from ..engine.tables import Geometry
 from .fresnel import dielectric
@@ -22,31 +22,32 @@ from .materials import Materials
 from .media import absorbed, index_of, medium_of
 
 
-@helper
-def light_through(
-    geometry: Geometry, scratch: Scratch, materials: Materials,
-    x: float, y: float, z: float, lx: float, ly: float, lz: float, end: float, start: int, inside: int,
-) -> tuple[float, float, float]:  # fmt: skip
-    """Share (rgb) of the light at x + end·l that reaches x, which lies on surface `start` in medium `inside`."""
-    if blocked(geometry, scratch, Ray(x, y, z, lx, ly, lz, 0.0, end, start), materials.opaque):
+@inline
+def light_along(
+    geometry: Geometry, scratch: Scratch, materials: Materials, ray: Ray, inside: int, covered: bool
+) -> tuple[float, float, float]:
+    """Share (rgb) of the light at the end of a ray that reaches its origin, which lies in medium `inside`.
+
+    `covered`: something opaque is in the way.
+    """
+    if covered:
         return 0.0, 0.0, 0.0
     if not materials.any_transparent:
         return 1.0, 1.0, 1.0
-    return through_glass(geometry, scratch, materials, x, y, z, lx, ly, lz, end, start, inside)
+    return _through_glass(geometry, scratch, materials, ray, inside)
 
 
 @helper
-def through_glass(
-    geometry: Geometry, scratch: Scratch, materials: Materials,
-    x: float, y: float, z: float, lx: float, ly: float, lz: float, end: float, start: int, inside: int,
-) -> tuple[float, float, float]:  # fmt: skip
-    """`light_through` where nothing opaque is in the way."""
-    ray = Ray(x, y, z, lx, ly, lz, 0.0, end, start)
+def _through_glass(
+    geometry: Geometry, scratch: Scratch, materials: Materials, ray: Ray, inside: int
+) -> tuple[float, float, float]:
+    """`light_along` where nothing opaque is in the way."""
+    x, y, z, lx, ly, lz, _, end, _ = ray
     r, g, b = 1.0, 1.0, 1.0
     length = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
     done = 0.0
     while True:
-        t, body, surface, _, side = nearest(geometry, scratch, ray)
+        t, body, surface, _, side = resolved_first_crossing(geometry, scratch, ray)
         if body < 0:
             break
         before, after = media(geometry, scratch, ray, t, materials.medium)
@@ -59,7 +60,7 @@ def through_glass(
             row = materials.rows[materials.row_of[body]]
             r, g, b = r * kept * row.transparency[0], g * kept * row.transparency[1], b * kept * row.transparency[2]
             inside, done = beyond, t
-        ray = Ray(x, y, z, lx, ly, lz, t, end, start)
+        ray = with_limits(ray, t, end)
     return absorbed(materials, inside, (end - done) * length, r, g, b)
 
 

@@ -19,7 +19,7 @@ from .random_solids import random_body
 BODIES = 25
 """To a scene: preparing one is what takes time."""
 RAYS = 48
-FAST, DEEP = 2, 400
+FAST, DEEP = 1, 400
 LONGEST = 10.0
 """Seconds of a processor for one query of a scene: a hang, not a timing."""
 

@@ -12,9 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
+from conicoid.checks.aim import Targets
+from conicoid.checks.gaps import undefined_regions
 from conicoid.command_line.cli import app
 
-from ..formats.openmc.models import EXAMPLE_FILES
+from ..formats.openmc.models import EXAMPLE_FILES, loaded
 
 PI = math.pi
 MODEL = """<geometry>
@@ -76,7 +78,9 @@ def test_what_is_void_is_defined(material, reach, tmp_path):
 
 def test_the_examples_are_whole():
     for path in EXAMPLE_FILES.values():
-        assert undefined(co.load_openmc(path), rays=3000) == []
+        scene = loaded(path)
+        assert scene.domain is not None
+        assert undefined_regions(scene, Targets.of(scene.lowered), 1000, np.random.default_rng(0)) == []
 
 
 def test_void_that_is_left_out_is_not_looked_for(tmp_path):

@@ -10,7 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid.engine.culling import (
-    BOX,
+    BOX_OR_BALL,
     CODE,
     ENTERED,
     ITEM_ROW,
@@ -99,7 +99,7 @@ def test_balls_of_a_leaf_become_items_in_boxes_that_hold_them(count):
         items = np.full(ITEMS_SIZE, np.nan)
         floats = np.concatenate([centers.T.ravel(), radii, np.zeros(8)])
         end = 5 + leaf(floats, count, beam_of(origins, directions), items, 5)
-        balls = {int(-2 - items[BOX + k]): k for k in range(5, end)}
+        balls = {int(-2 - items[BOX_OR_BALL + k]): k for k in range(5, end)}
         assert len(balls) == end - 5
         for j in range(count):
             apart = np.linalg.norm(np.cross(centers[j] - origins, directions), axis=1) / np.linalg.norm(
@@ -197,7 +197,7 @@ def test_a_tile_that_sees_more_than_it_can_hold_keeps_nodes():
 
     found = seen(scene.prepared.geometry, arrays)
     count = int(found[ITEM_COUNT])
-    codes, boxes = found[CODE : CODE + count], found[BOX : BOX + count]
+    codes, boxes = found[CODE : CODE + count], found[BOX_OR_BALL : BOX_OR_BALL + count]
     assert MOST_ITEMS - 64 < count <= MOST_ITEMS
     assert (codes >= 0).any()
     assert (boxes < -1).any()

@@ -1,5 +1,6 @@
 """A ray has the same answer to the bit in a packet and by itself, in any order and on any number of threads."""
 
+import functools
 from fractions import Fraction
 
 import numpy as np
@@ -10,8 +11,9 @@ import conicoid as co
 FIELDS = ("t", "body", "face", "surface", "entering")
 
 
+@functools.cache
 def crowded_scene(count=300):
-    """Every kind of entry: balls, cells with one or two spans, Booleans, sheets, something unbounded."""
+    """Prepared once. Every kind of entry: balls, cells with one or two spans, Booleans, sheets, something unbounded."""
     rng = np.random.default_rng(7)
     centers, size = rng.uniform(-1, 1, (count, 3)), 0.5 / count ** (1 / 3)
     items = []

@@ -1,5 +1,7 @@
 """Each kind of body has the same answer to the bit on every route: swept in lanes, in a stream, by single rays."""
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -49,7 +51,9 @@ KINDS = (
 )  # fmt: skip
 
 
+@functools.cache
 def scene_of(kind):
+    """A scene of bodies of a kind, prepared once for all tests of a process."""
     rng = np.random.default_rng(len(kind))
     if kind == "trees on a grid":
         trees = [tree(np.random.default_rng(seed), 1 + seed % 6, grid=True).shape for seed in range(COUNT)]

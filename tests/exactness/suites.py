@@ -30,7 +30,7 @@ class Suite:
         return sum(cases * each for cases, each in (self.ordinary, self.extreme, self.nice))
 
 
-SAMPLE = Suite(ordinary=(3, 1500), extreme=(2, 800), nice=(12, 60))
+SAMPLE = Suite(ordinary=(2, 800), extreme=(2, 400), nice=(8, 60))
 MILLION = Suite(ordinary=(42, 17000), extreme=(22, 9000), nice=(200, 800), first=100)
 
 

@@ -106,9 +106,9 @@ def work() -> None:
 def _as_pages_ask(scene: Any) -> None:
     """Rays one at a time, in memory of its own."""
     import conicoid as co
+    from conicoid.engine.arrays.crossing_arrays import trace_rows_alone
     from conicoid.engine.arrays.first import trace_first_alone
     from conicoid.engine.arrays.found import Found
-    from conicoid.engine.arrays.rows import trace_rows_alone
     from conicoid.engine.queries.queries import arrays_of
 
     arrays = arrays_of("fuzz", scene.prepared, co.Rays([(0, 0, 5), (1, 0, 5)], (0, 0, -1)), 0.0, np.inf)

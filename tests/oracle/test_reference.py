@@ -36,7 +36,7 @@ def check(score: Score) -> None:
 
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_sample(kind: str) -> None:
-    check(score_of(kind, cases=10, rays_per_case=30))
+    check(score_of(kind, cases=5, rays_per_case=30))
 
 
 @pytest.mark.deep

@@ -101,16 +101,16 @@ def test_refraction_and_reflection_of_the_source():
 def test_highlights_by_hand():
     """L at 45° to N, E along N: R·E = cos 45°, so (R·E)^10 = 1/32; H·N = cos 22.5°."""
     towards_light = (ROOT, 0.0, ROOT)
-    assert phong(*towards_light, *UP, *UP, 10.0) == pytest.approx(1 / 32, rel=1e-14)
-    assert half_vector(*towards_light, *UP, *UP, 10.0) == pytest.approx(math.cos(math.pi / 8) ** 10, rel=1e-14)
+    assert phong(towards_light, UP, UP, 10.0) == pytest.approx(1 / 32, rel=1e-14)
+    assert half_vector(towards_light, UP, UP, 10.0) == pytest.approx(math.cos(math.pi / 8) ** 10, rel=1e-14)
 
 
 def test_highlights_are_full_along_the_mirror_direction_and_none_behind():
     eye = (-ROOT, 0.0, ROOT)
-    assert phong(ROOT, 0.0, ROOT, *eye, *UP, 100.0) == pytest.approx(1, rel=1e-13)
-    assert half_vector(ROOT, 0.0, ROOT, *eye, *UP, 100.0) == pytest.approx(1, rel=1e-13)
-    assert phong(0.8, 0.0, 0.6, 0.8, 0.0, -0.6, *UP, 3.0) == 0
-    assert half_vector(0.8, 0.0, -0.6, 0.0, 0.6, -0.8, *UP, 3.0) == 0
+    assert phong((ROOT, 0.0, ROOT), eye, UP, 100.0) == pytest.approx(1, rel=1e-13)
+    assert half_vector((ROOT, 0.0, ROOT), eye, UP, 100.0) == pytest.approx(1, rel=1e-13)
+    assert phong((0.8, 0.0, 0.6), (0.8, 0.0, -0.6), UP, 3.0) == 0
+    assert half_vector((0.8, 0.0, -0.6), (0.0, 0.6, -0.8), UP, 3.0) == 0
 
 
 @pytest.mark.parametrize(

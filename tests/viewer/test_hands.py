@@ -28,11 +28,43 @@ SCENE = co.Scene(
 )
 
 
+@pytest.fixture(scope="module")
+def shared_page(browser, tmp_path_factory):
+    """One for all tests that only look at and choose: compiling its shader is most of what a page costs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("conicoid.viewer.engine.shipped", lambda: None)
+        with opened(browser, SCENE, tmp_path_factory.mktemp("hands"), WIDE) as found:
+            yield found
+
+
+AS_OPENED = """(() => {
+    document.activeElement.blur();
+    conicoid.accept(JSON.parse(document.getElementById("conicoid-data").textContent).scene);
+})()"""
+"""The same scene as at first: all that a person has chosen is forgotten."""
+
+
 @pytest.fixture
-def page(browser, tmp_path, no_engine):
-    with opened(browser, SCENE, tmp_path, WIDE) as found:
-        yield found
-        assert found.errors == []
+def page(shared_page):
+    shared_page.ask(AS_OPENED)
+    shared_page.settle()
+    yield shared_page
+    assert shared_page.errors == []
+
+
+def test_a_page_forgets_what_was_chosen(page):
+    """Which is what the tests that follow each other on it rely on."""
+    page.page.mouse.move(*page.at(0.1, 0.9))
+    before, panel = page.pixels(), page.text(".panel").partition(" samples")[2]
+    page.drag(page.at(), page.at(0.9))
+    page.page.locator("[data-item='0'] input[type=checkbox]").uncheck()
+    page.page.locator("[data-item='1'] input[type=color]").fill("#00ff00")
+    page.page.get_by_label("Cut the scene by a plane").check()
+    page.page.mouse.click(*page.at(0.6))
+    assert (page.pixels() != before).any()
+    page.ask(AS_OPENED)
+    assert (page.pixels() == before).all()
+    assert page.text(".panel").partition(" samples")[2] == panel
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ from ...shapes.arrays import without_traces
 from ...shapes.calm import calm
 from ...shapes.labels import counted
 from ...shapes.vector import FloatArray
+from ..arrays.crossing_arrays import CrossingColumns, SpanColumns, put_crossings, put_spans
 from ..arrays.listed import Listed
-from ..arrays.rows import put_crossings, put_spans
 from ..certified.exact_errors import bounds_of_t
 from ..threads import run_chunks
 from .answer import Answer
@@ -75,7 +75,7 @@ class Spans(Answer, ByRay):
         count = int(listed.offsets[-1])
         t_enter, t_exit, body = np.empty(count), np.empty(count), np.empty(count, np.int32)
         clipped, ends = np.empty((2, count), np.bool_), np.empty((2, count), np.int32)
-        listed.put(put_spans, t_enter, t_exit, body, clipped, ends)
+        listed.put(put_spans, SpanColumns(t_enter, t_exit, body, clipped, ends))
         vars(self).update(
             offsets=listed.offsets, t_enter=t_enter, t_exit=t_exit, body=body,
             enter_clipped=clipped[0], exit_clipped=clipped[1], _ends=ends,
@@ -189,7 +189,7 @@ class Crossings(Answer, ByRay):
         count = int(listed.offsets[-1])
         t, entering = np.empty(count), np.empty(count, np.bool_)
         body, face, surface = (np.empty(count, np.int32) for _ in range(3))
-        listed.put(put_crossings, t, body, face, surface, entering)
+        listed.put(put_crossings, CrossingColumns(t, body, face, surface, entering))
         vars(self).update(
             offsets=listed.offsets, t=t, body=body, face=face, surface=surface, entering=entering,
             _scene=scene, _rays=rays,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Piece:
-    """Rows (see body/rows.py) of packets begin..end of rays that have counts[i] rows each, ray i from offsets[i] on."""
+    """Rows (body/crossing_rows.py) of packets begin..end of rays with counts[i] rows each, ray i from offsets[i] on."""
 
     rows: FloatArray
     counts: Any
@@ -32,13 +32,13 @@ class Listed:
     offsets: Any
     pieces: list[_Piece]
 
-    def put(self, kernel: Callable[..., None], *columns: Any) -> None:
+    def put(self, kernel: Callable[..., None], columns: Any) -> None:
         """Write all rows into columns, by `put_spans` or `put_crossings`, and make these read-only."""
 
         def work(begin: int, end: int) -> None:
             """Write some of the pieces."""
             for p in self.pieces[begin:end]:
-                kernel(p.rows, p.counts, p.offsets, p.width, p.begin, p.end, *columns)
+                kernel(p.rows, p.counts, p.offsets, p.width, p.begin, p.end, columns)
 
         run_chunks(work, len(self.pieces), 1)
         for column in (self.offsets, *columns):

@@ -13,7 +13,7 @@ from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..numbers.sort import first_gap, next_gap
 from ..ray import Ray, span_inverse, with_limits
-from ..surface.interval import at_start
+from ..surface.interval import at_start, has_not_ended
 from ..surface.nearness import Nearness, beyond, near, nearness_of
 from ..tables import Geometry, halted, halted_now_and_then, integer, whole
 from ..tree.walk import walk
@@ -144,7 +144,7 @@ def sweep(
     while done < events and found < limit and not halted_now_and_then(geometry, done):
         t = scratch.time[TIME * done]
         unsure |= _at_start(geometry, scratch, done, ray, nearness) | beyond(t, nearness)
-        if not t < t_max:
+        if not has_not_ended(t, t_max):
             break
         first = done
         while done < events and scratch.time[TIME * done] == t and not halted_now_and_then(geometry, done):

@@ -28,6 +28,16 @@ class Hit(NamedTuple):
     unsure: Any  # bool: might rounding have changed anything of the answer?
 
 
+class Crossed(NamedTuple):
+    """A crossing as it is reported; t = inf and ids -1 for a miss."""
+
+    t: float
+    body: Any  # int64, as those that follow
+    surface: Any
+    face: Any
+    side: Any  # -1 where the surface's own normal points into the body, else 1
+
+
 @inline
 def no_hit() -> Hit:
     """A miss."""
@@ -91,12 +101,12 @@ def resolved_surface(geometry: Geometry, hit: Hit) -> int:
 
 
 @inline
-def resolved(geometry: Geometry, hit: Hit) -> tuple[float, int, int, int, int]:
-    """(t, body, surface, face, side) of a hit; ids -1 for a miss."""
+def resolved(geometry: Geometry, hit: Hit) -> Crossed:
+    """A hit as it is reported."""
     if hit.entry < 0:
-        return hit.t, hit.body, hit.entry, hit.entry, hit.sense
+        return Crossed(hit.t, hit.body, hit.entry, hit.entry, hit.sense)
     surface, face, side = crossed_face(geometry, hit.entry, hit.place, hit.sense)
-    return hit.t, hit.body, surface, face, side
+    return Crossed(hit.t, hit.body, surface, face, side)
 
 
 @inline

@@ -11,6 +11,7 @@ import math
 from typing import Any, NamedTuple
 
 from ...compiler.jit import choose, inline
+from ..surface.interval import at_start
 from ..surface.nearness import Nearness, beyond, near
 
 
@@ -75,6 +76,14 @@ def compose_spans(slab: Slab, low: float, high: float, crosses: bool, outside: b
     in2, place_in2 = high if high >= t_in else t_in, curved if high >= t_in else place_in
     more = beside & (in2 < t_out) & (t_in < t_out)
     return Composed(in1, out1, place_in1, place_out1, in2, t_out, place_in2, place_out, some, more)
+
+
+@inline
+def spans_at_start(spans: Composed, starts: bool, t_min: float, off: float) -> bool:
+    """Might rounding have taken an end of the spans to the other side of the ray's origin (`at_start`)?"""
+    first = at_start(spans.in1, starts, t_min, off) | at_start(spans.out1, starts, t_min, off)
+    second = at_start(spans.in2, starts, t_min, off) | at_start(spans.out2, starts, t_min, off)
+    return (spans.some & first) | (spans.more & second)
 
 
 @inline

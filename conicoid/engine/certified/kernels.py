@@ -6,9 +6,9 @@ import numpy as np
 
 from ...compiler.jit import inline, kernel
 from ..arrays.found import Found, put_hit
+from ..body.crossing_rows import CROSSING_COLUMNS, SPAN_COLUMNS
 from ..body.entry import collect, entry_nearness
 from ..body.hit import scaled_hit
-from ..body.rows import CROSSING_COLUMNS, SPAN_COLUMNS
 from ..body.scratch import Scratch, new_scratch
 from ..ray import Ray, RayArrays, load_ray, scaled_ray, span_inverse
 from ..surface.decide import CROSSES

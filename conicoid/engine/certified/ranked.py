@@ -15,9 +15,7 @@ import numpy as np
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
 from ..body.boolean import crossing, leaves_met, put_crossing
-from ..body.entry import crossed_face, entry_crossings, is_solid
-from ..body.hit import Hit, comes_first, no_hit
-from ..body.rows import (
+from ..body.crossing_rows import (
     ENTER,
     ENTER_CLIPPED,
     ENTER_OFF,
@@ -31,6 +29,8 @@ from ..body.rows import (
     put_rows,
     with_room,
 )
+from ..body.entry import crossed_face, entry_crossings, is_solid
+from ..body.hit import Hit, comes_first, no_hit
 from ..body.scratch import KNOWN, TIME, Scratch
 from ..ray import Ray, scaled_ray
 from ..tables import Floats, Geometry, integer, whole
@@ -161,7 +161,7 @@ def _in_t(rows: Floats, first: int, last: int, given: Ray, scale: float, spans: 
 def rows_of_ranks(
     geometry: Geometry, room: Room, scratch: Scratch, given: Ray, count: int, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int]:
-    """Rows (body/rows.py) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
+    """Rows (body/crossing_rows.py) of the entries scratch.found[:count] from rows[used] on: (rows, how many now)."""
     (ray, scale), stand, ranks = scaled_ray(given), room.stand, room.ranks
     first, along = used, ray_of_ranks(ray.start)
     for k in range(count):

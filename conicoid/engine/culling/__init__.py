@@ -12,7 +12,7 @@ from ...compiler.jit import instructions
 from ...compiler.machine_code import SHIPPED
 from .layout import (
     BEAM,
-    BOX,
+    BOX_OR_BALL,
     CODE,
     ENTERED,
     FIRST,
@@ -33,13 +33,23 @@ if TYPE_CHECKING or SHIPPED is None:
     from .bits import bit_count, highest_bit, lowest_bit
     from .boxes import boxes_met, lanes_in_box
     from .items import items_met, keep_items, put_balls, put_children, put_groups, put_numbers
+    from .lane_rows import (
+        extent,
+        extents,
+        load_eight,
+        prefetch,
+        prefetch_soon,
+        prefetch_to_write,
+        reach,
+        store_eight,
+        widen,
+    )
     from .lists import put_on_lists, rays_in_balls, records_in_lanes, waiting
-    from .rows import extent, extents, load_eight, prefetch, prefetch_soon, prefetch_to_write, reach, store_eight, widen
 else:
-    __getattr__ = instructions(__name__, "balls", "bits", "boxes", "items", "lists", "rows")
+    __getattr__ = instructions(__name__, "balls", "bits", "boxes", "items", "lane_rows", "lists")
 
 __all__ = [
-    "BEAM", "BOX", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
+    "BEAM", "BOX_OR_BALL", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
     "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met",
     "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_in_ball", "lanes_in_box",
     "load_eight", "lowest_bit", "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children",

@@ -6,6 +6,8 @@ import math
 
 from ...compiler.jit import fma, inline
 
+Vector = tuple[float, float, float]
+
 
 @inline
 def dot(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> float:

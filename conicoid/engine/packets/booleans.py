@@ -8,13 +8,17 @@ until its value changes. Nothing is sorted and nothing branches on a lane, which
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
+from ..body.hit import Hit
+from ..surface.interval import has_begun, has_not_ended, is_open
 from ..surface.nearness import Nearness, lengths_of
 from ..tables import Floats, Geometry, Ints, integer
+from ..tree.leaf import Item
 from .cells import face_lanes
 from .lanes import (
     DOUBT,
@@ -39,13 +43,22 @@ from .lanes import (
     lane_nearness,
     take,
 )
-from .spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, put_spans
+from .spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, put_cell_spans
 
 MOST = 16
 """Leaves, and gates, of a body that is traced in lanes."""
 
 LEAVES_SIZE = MOST * LEAF
 TRUTHS_SIZE = MOST * LANES
+
+
+class Memory(NamedTuple):
+    """The lanes and what their bodies need."""
+
+    lanes: Floats
+    leaves: Floats  # spans of a body's leaves
+    truths: Floats  # true inputs of its gates
+    spans: Ints  # how many spans each leaf has, at most
 
 
 @inline
@@ -68,7 +81,7 @@ def _leaf_spans(
         return 0, 0
     first, last = eights(first, last)
     row, second = np.uint64(at), np.uint64(at + SPAN)
-    several = put_spans(geometry, lanes, leaves, at, cell, True, first, last)
+    several = put_cell_spans(geometry, lanes, leaves, at, cell, True, first, last)
     near = 0
     for i in range(first, last):
         begin = min(leaves[row + IN + i], leaves[second + IN + i])
@@ -82,7 +95,7 @@ def _leaf_spans(
         lanes[DOUBT + i] = choose(narrows & (abs(high - low) <= off) & counts, 1.0, lanes[DOUBT + i])
     if narrows:
         for i in range(first, last):
-            lanes[SEEKS + i] = choose(lanes[FOUND + i] < lanes[NEXT + i], lanes[SEEKS + i], 0.0)
+            lanes[SEEKS + i] = choose(is_open(lanes[FOUND + i], lanes[NEXT + i]), lanes[SEEKS + i], 0.0)
             lanes[NARROW_IN + i], lanes[NARROW_OUT + i] = lanes[FOUND + i], lanes[NEXT + i]
     return 0 if near == 0 else (2 if several > 0 else 1), near
 
@@ -162,7 +175,7 @@ def _advance(
         lanes[ENDS + i] += choose(sought & (not starts), 1.0, 0.0)
         lanes[NOW + i] = t
         on = sought & ~turned
-        seeks = on & (t < lanes[T_MAX + i]) & (t <= lanes[WITHIN + i] + off)
+        seeks = on & has_not_ended(t, lanes[T_MAX + i]) & (t <= lanes[WITHIN + i] + off)
         lanes[SEEKS + i] = 1.0 if seeks else 0.0
         seeking += 1 if seeks else 0
     return seeking
@@ -179,8 +192,8 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
     for i in range(first, last):
         begin, end = leaves[row + IN + i], leaves[row + OUT + i]
         latest, t_min = lanes[LATEST + i], lanes[T_MIN + i]
-        lanes[ENDS + i] -= choose((begin > t_min) & (begin <= latest), 1.0, 0.0)
-        lanes[ENDS + i] -= choose((end > t_min) & (end <= latest), 1.0, 0.0)
+        lanes[ENDS + i] -= choose(has_begun(begin, t_min) & (begin <= latest), 1.0, 0.0)
+        lanes[ENDS + i] -= choose(has_begun(end, t_min) & (end <= latest), 1.0, 0.0)
         t, rises = lanes[FOUND + i], (lanes[NEW_ENTERS + i] == 1.0) == (sense > 0.0)
         shown = choose(rises, begin, end)
         place = choose(rises, leaves[row + PLACE_OF_IN + i], leaves[row + PLACE_OF_OUT + i])
@@ -199,17 +212,13 @@ def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
         lanes[DOUBT + i] = choose(far < 0.0, 1.0, lanes[DOUBT + i])
         lanes[NARROW_IN + i] = lanes[T_MIN + i]
         lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], lanes[WITHIN + i] + off)  # as far as a tie
-        lanes[SEEKS + i] = 1.0 if lanes[NARROW_IN + i] < lanes[NARROW_OUT + i] else 0.0
+        lanes[SEEKS + i] = 1.0 if is_open(lanes[NARROW_IN + i], lanes[NARROW_OUT + i]) else 0.0
 
 
 @helper
-def leaves_of_lanes(
-    geometry: Geometry, lanes: Floats, leaves: Floats, spans: Ints, program: int, first: int, last: int
-) -> int:
-    """Spans of all leaves, those first that the body lies within; returns how many lanes still seek.
-
-    spans[k]: how many spans leaf k has, at most.
-    """
+def leaves_of_lanes(geometry: Geometry, memory: Memory, program: int, first: int, last: int) -> int:
+    """Spans of all leaves, those first that the body lies within; returns how many lanes still seek."""
+    lanes, leaves, _, spans = memory
     _begin(lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program), first, last)
     root = integer(geometry, table.PROGRAM_GATE, program)
     within = integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
@@ -230,15 +239,14 @@ def leaves_of_lanes(
 
 
 @helper
-def region_lanes(
-    geometry: Geometry, lanes: Floats, leaves: Floats, truths: Floats, spans: Ints,
-    program: int, entry: int, body: int, first: int, last: int,
-) -> None:  # fmt: skip
+def region_lanes(geometry: Geometry, memory: Memory, region: Item, first: int, last: int) -> None:
     """The first crossing of a Boolean body, kept by each lane if it is the nearer: that of single rays, or in doubt.
 
     Relies on `in_lanes`: at most `MOST` leaves and gates.
     """
-    if leaves_of_lanes(geometry, lanes, leaves, spans, program, first, last) == 0:
+    lanes, leaves, truths, spans = memory
+    program = region.index
+    if leaves_of_lanes(geometry, memory, program, first, last) == 0:
         return
     first, last = eights(first, last)
     lengths = lengths_of(geometry, table.PROGRAM_LIMITS, program)
@@ -264,9 +272,8 @@ def region_lanes(
         for s in range(spans[k]):
             _choose_face(lanes, leaves, k * LEAF + s * SPAN, sense, first, last)
     for i in range(first, last):
-        t, sense, enters = lanes[FOUND + i], lanes[NEW_SENSE + i], lanes[NEW_ENTERS + i]
-        far = lane_nearness(lanes, i, lengths)[1]
+        t, far = lanes[FOUND + i], lane_nearness(lanes, i, lengths).far
         # Ends at equal t were one step: doubtful where more ends were passed than steps made
         unsure = ((abs(t) > far) & (abs(t) < math.inf)) | (lanes[ENDS + i] != 0.0)
-        lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
-        take(lanes, i, t, lanes[OFF + i], entry, body, lanes[NEW_PLACE + i], sense, enters)
+        place, enters = lanes[NEW_PLACE + i], lanes[NEW_ENTERS + i] == 1.0
+        take(lanes, i, Hit(t, region.body, region.entry, place, lanes[NEW_SENSE + i], enters, lanes[OFF + i], unsure))

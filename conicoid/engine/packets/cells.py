@@ -12,14 +12,16 @@ Every function works on lanes first..last, multiples of eight.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from ...compiler.jit import choose, helper, inline
+from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..body.ball import ball_event
 from ..body.cell import NO_PLACE, quadric_place
-from ..body.spans import Composed, Slab, compose_spans, spans_unsure
+from ..body.hit import Hit
+from ..body.spans import Composed, Slab, compose_spans, spans_at_start, spans_unsure
 from ..ray import Line
-from ..surface.interval import at_start
+from ..surface.interval import counts_in, is_open, may_overlap
 from ..surface.nearness import Nearness, beyond, lengths_of, lengths_of_ball
 from ..surface.quadric import (
     Quadratic,
@@ -36,7 +38,6 @@ from ..surface.records import load_quadric, load_sphere, quadric_limits
 from ..tables import SPHERE, Floats, Geometry, integer
 from .lanes import (
     DISCRIMINANT,
-    DOUBT,
     FLAG,
     FOOT,
     HIGH,
@@ -89,8 +90,7 @@ def _ball_of_lane(
     starts, nearness = lanes[START + i] == surface, lane_nearness(lanes, i, lengths)
     roots = sphere_roots(sphere, line, lanes[INVERSE + i], starts)
     t, enters, unsure = ball_event(roots, starts, lanes[T_MIN + i], lanes[T_MAX + i], nearness)
-    lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
-    take(lanes, i, t, nearness.off, entry, body, NO_PLACE, 1.0, 1.0 if enters else 0.0)
+    take(lanes, i, Hit(t, body, entry, NO_PLACE, 1.0, enters, nearness.off, unsure))
 
 
 @inline
@@ -184,8 +184,7 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
     some = 0
     for i in range(first, last):
         off, far = lane_nearness(lanes, i, lengths)
-        t_in, t_out, t_min = lanes[T_IN + i], lanes[T_OUT + i] + off, lanes[T_MIN + i]
-        inside = (t_in <= t_out) & (t_min <= t_out) & (t_in <= lanes[T_MAX + i] + off)
+        inside = may_overlap(lanes[T_IN + i], lanes[T_OUT + i], lanes[T_MIN + i], lanes[T_MAX + i], off)
         some += 1 if inside | (lanes[UNSURE + i] == 2.0) | (far < 0.0) else 0
         lanes[FLAG + i] = 1.0
     surface = integer(geometry, table.CELL_QUADRIC, cell)
@@ -207,7 +206,7 @@ def unsure_lane(lanes: Floats, i: int, nearness: Nearness) -> bool:
     low, high, crosses = lanes[LOW + i], lanes[HIGH + i], lanes[FLAG + i] >= 2.0
     doubt = spans_unsure(lane_slab(lanes, i), low, high, crosses, unsure, t_min, t_max, nearness)
     doubt |= (lanes[UNSURE + i] == 2.0) | (nearness.far < 0.0)
-    return doubt & (t_min < t_max)
+    return doubt & is_open(t_min, t_max)
 
 
 @inline
@@ -237,27 +236,35 @@ def _has_one_span(geometry: Geometry, cell: int) -> bool:
     return quadric.s0 >= 0.0 and quadric.s1 >= 0.0 and quadric.s2 >= 0.0
 
 
+class _Cell(NamedTuple):
+    """A cell that lanes meet."""
+
+    entry: int
+    body: int
+    side: int  # `curved_side`
+    curved: int  # the place of its quadric
+    quadric: int  # the surface of that, or one that no ray starts on
+    lengths: Nearness
+
+
 @inline
-def _end_of_lane(
-    lanes: Floats, i: int, one: bool, side: int, curved: int, lengths: Nearness, quadric: int, entry: int, body: int
-) -> None:
+def _end_of_lane(lanes: Floats, i: int, cell: _Cell, one: bool) -> None:
     """Take the first end of a lane's spans, of which there is `one` at most, or there may be two."""
-    in1, out1, a1, b1, in2, out2, a2, b2, some, more = lane_spans(lanes, i, side, curved)
+    in1, out1, a1, b1, in2, out2, a2, b2, some, more = lane_spans(lanes, i, cell.side, cell.curved)
     more &= not one
+    spans = Composed(in1, out1, a1, b1, in2, out2, a2, b2, some, more)
     t_min, t_max = lanes[T_MIN + i], lanes[T_MAX + i]
-    c1 = some & (in1 > t_min) & (in1 < t_max)
-    c2 = some & (out1 > t_min) & (out1 < t_max)
-    c3 = more & (in2 > t_min) & (in2 < t_max)
-    c4 = more & (out2 > t_min) & (out2 < t_max)
+    c1 = some & counts_in(in1, False, t_min, t_max)
+    c2 = some & counts_in(out1, False, t_min, t_max)
+    c3 = more & counts_in(in2, False, t_min, t_max)
+    c4 = more & counts_in(out2, False, t_min, t_max)
     t = in1 if c1 else (out1 if c2 else (in2 if c3 else (out2 if c4 else math.inf)))
     place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
-    nearness = lane_nearness(lanes, i, lengths)
-    starts, off = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric), nearness.off
-    near = some & (at_start(in1, starts, t_min, off) | at_start(out1, starts, t_min, off))
-    near |= more & (at_start(in2, starts, t_min, off) | at_start(out2, starts, t_min, off))
+    nearness = lane_nearness(lanes, i, cell.lengths)
+    starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == cell.quadric)
+    near = spans_at_start(spans, starts, t_min, nearness.off)
     unsure = unsure_lane(lanes, i, nearness) | near | beyond(t, nearness)
-    lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
-    take(lanes, i, t, off, entry, body, place, 1.0, 1.0 if c1 | (~c2 & c3) else 0.0)
+    take(lanes, i, Hit(t, cell.body, cell.entry, place, 1.0, c1 | (~c2 & c3), nearness.off, unsure))
 
 
 @helper
@@ -268,14 +275,14 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
     """
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return
-    side, curved = curved_side(geometry, cell), quadric_place(cell)
-    lengths, quadric = lengths_of(geometry, table.CELL_LIMITS, cell), integer(geometry, table.CELL_QUADRIC, cell)
+    quadric, lengths = integer(geometry, table.CELL_QUADRIC, cell), lengths_of(geometry, table.CELL_LIMITS, cell)
     quadric = quadric if quadric >= 0 else NO_PLACE - 9
+    met = _Cell(entry, body, curved_side(geometry, cell), quadric_place(cell), quadric, lengths)
     one = _has_one_span(geometry, cell)
     first, last = eights(first, last)
     if one:
         for i in range(first, last):
-            _end_of_lane(lanes, i, True, side, curved, lengths, quadric, entry, body)
+            _end_of_lane(lanes, i, met, True)
     else:
         for i in range(first, last):
-            _end_of_lane(lanes, i, False, side, curved, lengths, quadric, entry, body)
+            _end_of_lane(lanes, i, met, False)

@@ -12,7 +12,7 @@ import math
 from ...compiler.jit import helper, inline
 from ..body.scratch import Scratch
 from ..culling import (
-    BOX,
+    BOX_OR_BALL,
     CODE,
     ENTERED,
     FIRST,
@@ -55,7 +55,7 @@ def _choose(packet: Packet, item: int, items: int, most: int) -> tuple[int, int]
 def _ball_of(geometry: Geometry, items: Floats, k: int) -> tuple[int, int, int]:
     """(where its leaf begins, the leaf's length, its place there) of an item that is a ball."""
     first, last = leaf_range(whole(items[CODE + k]))
-    return leaf_at(geometry, first), last - first, -2 - whole(items[BOX + k])
+    return leaf_at(geometry, first), last - first, -2 - whole(items[BOX_OR_BALL + k])
 
 
 @inline
@@ -76,7 +76,7 @@ def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
     split = packet.lanes[GROUP_BEAMS] != 0.0
     for j in range(chosen):
         k = packet.asked[j]
-        if items[BOX + k] >= -1.0:
+        if items[BOX_OR_BALL + k] >= -1.0:
             continue
         if split:
             count += put_groups(items, k, packet.lanes, GROUPS_AT, asked, PAIRS + count)
@@ -99,8 +99,8 @@ def _meet_chosen(
     way, lanes, items, top = scratch.way, packet.lanes, packet.items, 0
     for j in range(chosen - 1, -1, -1):
         k = packet.asked[j]
-        if items[BOX + k] >= -1.0:
-            put_on_stack(way, top, items[CODE + k], items[BOX + k], items[ENTERED + k])
+        if items[BOX_OR_BALL + k] >= -1.0:
+            put_on_stack(way, top, items[CODE + k], items[BOX_OR_BALL + k], items[ENTERED + k])
             top += 1
     count = _put_pairs(geometry, packet, chosen)
     for j in range(count):

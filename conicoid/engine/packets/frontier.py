@@ -15,7 +15,7 @@ import numpy as np
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
 from ..culling import (
-    BOX,
+    BOX_OR_BALL,
     CODE,
     ENTERED,
     ITEM_ROW,
@@ -111,7 +111,7 @@ def _descend(
 @inline
 def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: float) -> None:
     """Item k: a node or leaf in a box, -1 if in none."""
-    items[CODE + k], items[BOX + k], items[ENTERED + k] = code, box, t
+    items[CODE + k], items[BOX_OR_BALL + k], items[ENTERED + k] = code, box, t
     at = box_at(geometry, box)
     for side in range(6):
         open_end = -math.inf if side < 3 else math.inf

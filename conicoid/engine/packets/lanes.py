@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from ...compiler.jit import choose, helper, inline
-from ..body.hit import Hit, comes_first, too_close
+from ..body.hit import Hit, comes_first, too_close, within
 from ..body.spans import Slab
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, extents, reach
 from ..ray import Line, Ray
 from ..surface.doubt import STARTING
+from ..surface.interval import is_open
 from ..surface.nearness import Nearness, limits_along, ray_size, ray_unit
 from ..tables import Floats, whole
 from ..tree.walk import reciprocal
@@ -223,23 +224,28 @@ def put_slab(lanes: Floats, i: Any, slab: Slab) -> None:
 
 
 @inline
-def take(
-    lanes: Floats, i: int, t: float, off: float, entry: int, body: int, place: float, sense: float, enters: float
-) -> None:
+def take(lanes: Floats, i: int, new: Hit) -> None:
     """Keep the nearer of a lane's hit and a new one, as `hit.nearer` does.
 
     Equal t is always doubtful here: a single ray finds out whether both lie on the same surface.
     """
-    best, within = lanes[BEST + i], lanes[WITHIN + i]
-    closer = comes_first(t, body, best, lanes[BODY + i])
-    lanes[DOUBT + i] = choose(too_close(t, off, best, within - best), 1.0, lanes[DOUBT + i])
-    lanes[BEST + i] = choose(closer, t, best)
-    lanes[WITHIN + i] = choose(closer, t + off, within)
-    lanes[BODY + i] = choose(closer, body, lanes[BODY + i])
-    lanes[ENTRY + i] = choose(closer, entry, lanes[ENTRY + i])
-    lanes[PLACE + i] = choose(closer, place, lanes[PLACE + i])
-    lanes[SENSE + i] = choose(closer, sense, lanes[SENSE + i])
-    lanes[ENTERS + i] = choose(closer, enters, lanes[ENTERS + i])
+    best, limit = lanes[BEST + i], lanes[WITHIN + i]
+    closer = comes_first(new.t, new.body, best, lanes[BODY + i])
+    unsure = new.unsure | too_close(new.t, new.off, best, limit - best)
+    lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
+    lanes[BEST + i] = choose(closer, new.t, best)
+    lanes[WITHIN + i] = choose(closer, within(new), limit)
+    lanes[BODY + i] = choose(closer, new.body, lanes[BODY + i])
+    lanes[ENTRY + i] = choose(closer, new.entry, lanes[ENTRY + i])
+    lanes[PLACE + i] = choose(closer, new.place, lanes[PLACE + i])
+    lanes[SENSE + i] = choose(closer, new.sense, lanes[SENSE + i])
+    lanes[ENTERS + i] = choose(closer, 1.0 if new.enters else 0.0, lanes[ENTERS + i])
+
+
+@inline
+def is_searching(lanes: Floats, i: Any) -> bool:
+    """Has lane i a ray whose interval is not empty?"""
+    return is_open(lanes[T_MIN + i], lanes[T_MAX + i])
 
 
 @inline

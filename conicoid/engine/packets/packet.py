@@ -15,7 +15,7 @@ from ..culling import highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
 from ..culling.layout import MOST_CHOSEN
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from ..tree.leaf import leaf_ball, leaf_item
-from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes, region_lanes
+from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, Memory, in_lanes, region_lanes
 from .cells import ball_lanes, cell_lanes
 from .frontier import new_frontier
 from .lanes import (
@@ -29,8 +29,8 @@ from .lanes import (
     SENSE,
     SIZE,
     T_MAX,
-    T_MIN,
     WITHIN,
+    is_searching,
     lane_hit,
     lane_ray,
     put_slopes,
@@ -73,6 +73,12 @@ def with_lanes(packet: Packet, lanes: Floats) -> Packet:
     return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked)
 
 
+@inline
+def boolean_memory(packet: Packet) -> Memory:
+    """What of a packet its Boolean bodies need."""
+    return Memory(packet.lanes, packet.leaves, packet.truths, packet.spans)
+
+
 @allocator
 def new_lanes() -> Floats:
     """Memory for the lanes of another packet (`with_lanes`)."""
@@ -85,7 +91,7 @@ def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int,
     while met != 0:
         i = np.uint64(lowest_bit(met))
         met &= met - 1
-        if not lanes[T_MIN + i] < lanes[T_MAX + i]:
+        if not is_searching(lanes, i):
             continue
         hit = try_entry(geometry, scratch, entry, lane_ray(lanes, i, lanes[T_MAX + i]), lane_hit(lanes, i))
         lanes[BEST + i], lanes[BODY + i], lanes[ENTRY + i] = hit.t, hit.body, hit.entry
@@ -125,7 +131,8 @@ def meet_in_lanes(
     their hits are the same, because culled lanes do not meet the item. Keeps every lane's hit the first of all tested.
     """
     lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
-    kind, index, body, entry = leaf_item(geometry, at, count, k)
+    item = leaf_item(geometry, at, count, k)
+    kind, index, body, entry = item
     if len(blocks) > 0 and blocks[body] == 0:
         return
     if kind == BALL:
@@ -133,6 +140,6 @@ def meet_in_lanes(
     elif kind == CELL:
         cell_lanes(geometry, lanes, index, entry, body, first, last)
     elif kind == REGION and in_lanes(geometry, index):
-        region_lanes(geometry, lanes, packet.leaves, packet.truths, packet.spans, index, entry, body, first, last)
+        region_lanes(geometry, boolean_memory(packet), item, first, last)
     else:
         _one_by_one(geometry, scratch, lanes, entry, met)

@@ -9,7 +9,7 @@ import numpy as np
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
 from ..body.cell import quadric_place
-from ..surface.interval import at_start
+from ..body.spans import spans_at_start
 from ..surface.nearness import lengths_of, lengths_of_ball
 from ..surface.quadric import sphere_roots
 from ..surface.records import load_sphere
@@ -24,7 +24,7 @@ LEAF = 2 * SPAN
 
 
 @inline
-def put_spans(
+def put_cell_spans(
     geometry: Geometry, lanes: Floats, leaves: Floats, at: int, cell: int, from_start: bool, first: int, last: int
 ) -> int:
     """The two spans of a cell, whose faces are met (`face_lanes`), into rows from leaves[at] on.
@@ -36,7 +36,8 @@ def put_spans(
     row, second, lengths = np.uint64(at), np.uint64(at + SPAN), lengths_of(geometry, table.CELL_LIMITS, cell)
     several = 0
     for i in range(first, last):
-        in1, out1, a1, b1, in2, out2, a2, b2, some, more = lane_spans(lanes, i, side, curved)
+        spans = lane_spans(lanes, i, side, curved)
+        in1, out1, a1, b1, in2, out2, a2, b2, some, more = spans
         leaves[row + IN + i] = choose(some, in1, math.inf)
         leaves[row + OUT + i] = choose(some, out1, -math.inf)
         leaves[row + PLACE_OF_IN + i] = a1
@@ -46,10 +47,8 @@ def put_spans(
         leaves[second + PLACE_OF_IN + i] = a2
         leaves[second + PLACE_OF_OUT + i] = b2
         several += 1 if more else 0
-        nearness, t_min = lane_nearness(lanes, i, lengths), lanes[T_MIN + i]
-        off = nearness.off
-        near = some & (at_start(in1, False, t_min, off) | at_start(out1, False, t_min, off))
-        near |= more & (at_start(in2, False, t_min, off) | at_start(out2, False, t_min, off))
+        nearness = lane_nearness(lanes, i, lengths)
+        near = spans_at_start(spans, False, lanes[T_MIN + i], nearness.off)
         unsure = unsure_lane(lanes, i, nearness) | (from_start & near)
         lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
     return several
@@ -60,7 +59,7 @@ def spans_of_cell(geometry: Geometry, lanes: Floats, leaves: Floats, at: int, ce
     """The spans of a cell into rows from leaves[at] on; False if no lane can be inside, and they are not written."""
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return False
-    put_spans(geometry, lanes, leaves, at, cell, False, first, last)
+    put_cell_spans(geometry, lanes, leaves, at, cell, False, first, last)
     return True
 
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..arrays.crossing_arrays import trace_rows
 from ..arrays.listed import Listed, _Piece
-from ..arrays.rows import trace_rows
 from ..certified.settle import settled_rows
 from ..ray import RayArrays
 from ..tables import Geometry

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from ...compiler.jit import helper, inline
-from ..body.hit import Hit, no_hit, resolved, scaled_hit, within
+from ..body.hit import Crossed, Hit, no_hit, resolved, scaled_hit, within
 from ..body.meet import meet
 from ..body.scratch import Scratch
 from ..culling import LAST, balls_met, lowest_bit
 from ..ray import Ray, scaled_ray, span_inverse
+from ..surface.interval import is_open
 from ..tables import Geometry, Signs
 from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_range
 from ..tree.walk import OWN_BEAM, next_leaf, push_roots, put_beam, scene_tree
@@ -21,7 +22,7 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
     nearer nor make the order doubtful. `any_hit` is an early out at the first crossing.
     """
     best = no_hit()
-    if not ray.t_min < ray.t_max:
+    if not is_open(ray.t_min, ray.t_max):
         return best
     ray, scale = scaled_ray(ray)
     some = len(blocks) > 0
@@ -50,8 +51,8 @@ def first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs
 
 
 @inline
-def nearest(geometry: Geometry, scratch: Scratch, ray: Ray) -> tuple[float, int, int, int, int]:
-    """(t, body, surface, face, side) of the first crossing in (t_min, t_max); t = inf and ids -1 for a miss."""
+def resolved_first_crossing(geometry: Geometry, scratch: Scratch, ray: Ray) -> Crossed:
+    """The first crossing of all bodies in (t_min, t_max), as it is reported."""
     return resolved(geometry, first_crossing(geometry, scratch, ray, scratch.nothing, False))
 
 

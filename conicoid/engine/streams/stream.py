@@ -197,11 +197,11 @@ def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, le
 
 @inline
 def _meet(
-    geometry: Geometry, scratch: Scratch, stream: Stream, code: int, begin: int, count: int, paired: int,
+    geometry: Geometry, scratch: Scratch, stream: Stream, code: int, rays: tuple[int, int], paired: int,
     blocks: Signs, any_hit: bool,
 ) -> int:  # fmt: skip
-    """Intersect a leaf with all rays of a list; returns how many pairs of rays and balls wait to be tested now."""
-    first, last = leaf_range(code)
+    """Intersect a leaf with a list of rays: where it begins, how many. Returns how many pairs with balls wait now."""
+    (first, last), (begin, count) = leaf_range(code), rays
     at, size = leaf_at(geometry, first), last - first
     for j in range(begin, begin + count, 8):
         for n in range(_sift(geometry, stream, at, size, j, begin + count - j)):
@@ -247,5 +247,5 @@ def trace_stream(
         if code >= 0:
             top = _descend(geometry, stream, octant, code, begin, its, room, top)
         else:
-            paired = _meet(geometry, scratch, stream, code, begin, its, paired, blocks, any_hit)
+            paired = _meet(geometry, scratch, stream, code, (begin, its), paired, blocks, any_hit)
     _settle_pairs(geometry, stream, paired, any_hit)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from ...compiler.jit import fma, helper, inline
 from ..numbers.doubled import Pair, negative, pair_dot, pair_product, pair_scaled, pair_sum
 from ..numbers.errorfree import difference_of_products, two_difference
-from ..numbers.vectors import dot
+from ..numbers.vectors import Vector, dot
 from ..ray import Line
 from .doubt import CANCELS, LEAST_OF_BALLS, POINT, STARTING
 
@@ -267,18 +267,16 @@ def quadric_rounding(
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, k = quadric
     px, py, pz = abs(x - ax), abs(y - ay), abs(z - az)
     ex, ey, ez = abs(rest_x), abs(rest_y), abs(rest_z)
-    size0, beside0 = _terms(w00, w01, w02, s0, b0, px, py, pz, ex, ey, ez)
-    size1, beside1 = _terms(w10, w11, w12, s1, b1, px, py, pz, ex, ey, ez)
-    size2, beside2 = _terms(w20, w21, w22, s2, b2, px, py, pz, ex, ey, ez)
+    size0, beside0 = _terms((w00, w01, w02), s0, b0, (px, py, pz), (ex, ey, ez))
+    size1, beside1 = _terms((w10, w11, w12), s1, b1, (px, py, pz), (ex, ey, ez))
+    size2, beside2 = _terms((w20, w21, w22), s2, b2, (px, py, pz), (ex, ey, ez))
     return POINT * (size0 + size1 + size2 + abs(k)) + 2.0 * (beside0 + beside1 + beside2)
 
 
 @inline
-def _terms(
-    w0: float, w1: float, w2: float, s: float, b: float,
-    px: float, py: float, pz: float, ex: float, ey: float, ez: float,
-) -> tuple[float, float]:  # fmt: skip
+def _terms(w: Vector, s: float, b: float, p: Vector, e: Vector) -> tuple[float, float]:
     """Along one axis, without signs: s y² + 2 b y with y = w·p, and by how much that changes from p to p + e."""
+    (w0, w1, w2), (px, py, pz), (ex, ey, ez) = w, p, e
     y, beside = dot(abs(w0), abs(w1), abs(w2), px, py, pz), dot(abs(w0), abs(w1), abs(w2), ex, ey, ez)
     return (abs(s) * y + 2.0 * abs(b)) * y, (abs(s) * (2.0 * y + beside) + 2.0 * abs(b)) * beside
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import itertools
 import math
@@ -20,9 +21,15 @@ from .models import EXAMPLE_FILES, EXAMPLES, loaded, written
 ASSEMBLY = EXAMPLE_FILES["assembly"]
 
 
+@functools.cache
+def assembly() -> openmc.Imported:
+    """What is read of the assembly."""
+    return openmc.read(ASSEMBLY)
+
+
 def test_the_assembly_has_the_bodies_that_arithmetic_says() -> None:
     """264 rods of fuel, gap, cladding and water; 24 guide tubes of 3 cells; one instrument tube of 4; the gap outside."""
-    imported = openmc.read(ASSEMBLY)
+    imported = assembly()
     assert len(imported.bodies) == 264 * 4 + 24 * 3 + 4 + 1
     counts = {entry.material: entry.bodies for entry in imported.legend}
     assert counts == {1: 264, 2: 264, 3: 264 + 24 * 2 + 2 + 1, 4: 25, 5: 1, None: 264}
@@ -102,7 +109,7 @@ def test_oklab_of_white_and_of_red_are_the_published_ones() -> None:
 
 
 def test_notes_say_what_was_found(tmp_path: Path) -> None:
-    assert openmc.read(ASSEMBLY).notes == (
+    assert assembly().notes == (
         "13 cells, 17 surfaces, 5 universes, 1 lattice",
         "1,133 bodies",
         "boundary reflective: surfaces 41, 42, 43, 44",
@@ -136,7 +143,7 @@ def test_progress_begins_with_the_number() -> None:
 
 
 def test_the_legend_reads_well() -> None:
-    lines = [str(entry) for entry in openmc.read(ASSEMBLY).legend]
+    lines = [str(entry) for entry in assembly().legend]
     assert lines[0] == f"{color_of(1)}    material 1           264 bodies  uranium dioxide"
     assert lines[-1] == "invisible  void                 264 bodies"
 
@@ -157,4 +164,3 @@ def test_the_example_cuts_the_assembly_open(monkeypatch: pytest.MonkeyPatch) -> 
     hits = scene.first_hit([(x, y, 90) for y in rows], (0, 0, -1))
     assert [scene.bodies[body].name.split(" @ ")[0] for body in hits.body.tolist()] == ["cell 1 'fuel'"] * 2
     assert hits.point[:, 2] == pytest.approx([16 - 0.45 * x + 0.9 * rows[0], 365.76 - 352], abs=1e-12)
-    assert np.isfinite(reactor_pin.picture(scale=0.03).pixels).all()

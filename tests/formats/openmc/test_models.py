@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -31,9 +32,23 @@ def grid(low: FloatArray, high: FloatArray, count: int) -> FloatArray:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def compare(name: str, folder: Path, count: int) -> None:
-    path = written(name, folder)
-    scene, evaluator = loaded(path), Evaluator(path)
+class Model(NamedTuple):
+    """A geometry as it is read, and what OpenMC's rules say of it."""
+
+    name: str
+    scene: co.Scene
+    evaluator: Evaluator
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def model(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
+    """Read and made ready once for all tests."""
+    path = written(request.param, tmp_path_factory.mktemp("model"))
+    return Model(request.param, loaded(path), Evaluator(path))
+
+
+def compare(model: Model, count: int) -> None:
+    name, scene, evaluator = model
     points = grid(*box(name, scene), count)
     bodies = scene.body_at(points)
     wrong = [
@@ -45,23 +60,19 @@ def compare(name: str, folder: Path, count: int) -> None:
     assert len(set(bodies.tolist())) > min(4, len(scene.bodies)) / 2
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_point_is_in_the_cell_that_the_rules_give(name: str, tmp_path: Path) -> None:
-    compare(name, tmp_path, 40)
+def test_every_point_is_in_the_cell_that_the_rules_give(model: Model) -> None:
+    compare(model, 40)
 
 
 @pytest.mark.deep
-@pytest.mark.parametrize("name", NAMES)
-def test_every_point_of_a_fine_grid_is_in_the_cell_that_the_rules_give(name: str, tmp_path: Path) -> None:
-    compare(name, tmp_path, 100)
+def test_every_point_of_a_fine_grid_is_in_the_cell_that_the_rules_give(model: Model) -> None:
+    compare(model, 100)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_spans_have_the_lengths_of_the_cells(name: str, tmp_path: Path) -> None:
+def test_spans_have_the_lengths_of_the_cells(model: Model) -> None:
     """Along random segments no two spans overlap, and every stretch between two walls is in the cell of its span,
     or in none where there is no span: at its middle, and at random points of the segment."""
-    path = written(name, tmp_path)
-    scene, evaluator = loaded(path), Evaluator(path)
+    name, scene, evaluator = model
     low, high = box(name, scene)
     random = np.random.default_rng(4)
     starts, ends = (random.uniform(low, high, (40, 3)) for _ in range(2))
@@ -82,9 +93,7 @@ def test_spans_have_the_lengths_of_the_cells(name: str, tmp_path: Path) -> None:
     assert len(set(names)) > 3
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_the_scene_is_an_ordinary_one(name: str, tmp_path: Path) -> None:
+def test_the_scene_is_an_ordinary_one(model: Model, tmp_path: Path) -> None:
     """It saves and loads as an equal scene."""
-    scene = loaded(written(name, tmp_path))
-    co.save(scene, tmp_path / "scene.yaml")
-    assert co.load(tmp_path / "scene.yaml") == scene
+    co.save(model.scene, tmp_path / "scene.yaml")
+    assert co.load(tmp_path / "scene.yaml") == model.scene

@@ -107,9 +107,9 @@ def _two_crossings(scene: Any, rng: Any) -> Any:
     return records(FEW, np.column_stack([times[:, 0], bodies[:, 0], times[:, 1], bodies[:, 1]]))
 
 
-def nearest(world, scratch, x, out):
+def resolved_first_crossing(world, scratch, x, out):
     ray = ray_of(x, 0)
-    t, body, surface, face, side = engine.nearest(world.geometry, scratch, ray)
+    t, body, surface, face, side = engine.resolved_first_crossing(world.geometry, scratch, ray)
     out[0] = -1
     if body >= 0:
         out[0], out[1], out[2], out[3], out[4] = body, surface, face, side, t
@@ -136,11 +136,9 @@ def blocked(world, scratch, x, out):
 def noticed(world, scratch, x, out):
     """The first wall that light notices: its hit, and the media before and after."""
     materials, ray = world.look.materials, ray_of(x, 0)
-    ox, oy, oz, dx, dy, dz, _, _, start = ray
-    t, body, surface, face, side = engine.nearest(world.geometry, scratch, ray)
-    t, body, surface, face, side, before, after = engine.first_noticed(
-        world.geometry, scratch, materials, ox, oy, oz, dx, dy, dz, start, t, body, surface, face, side
-    )
+    crossed = engine.resolved_first_crossing(world.geometry, scratch, ray)
+    crossed, before, after = engine.first_noticed(world.geometry, scratch, materials, ray, crossed)
+    t, body, surface, face, side = crossed
     out[0] = -1
     if body >= 0:
         out[0], out[1], out[2], out[3], out[4], out[5], out[6] = body, surface, face, side, before, after, t
@@ -195,7 +193,7 @@ CASES = {
     "comes_first": Case(
         "vec4 g = given(0); put(comes_first(g.x, int(g.y), g.z, int(g.w)));", comes_first, 1, _two_crossings, ("----",), whole=1
     ),
-    "traverse": both(TRAVERSE_GLSL, nearest, 5, 4, _scene_rays(NEAREST)),
+    "traverse": both(TRAVERSE_GLSL, resolved_first_crossing, 5, 4, _scene_rays(NEAREST)),
     "traverse, media": both(TRAVERSE_GLSL, media, 2, 2, _scene_rays(MEDIA_AT)),
     "traverse, blocked": both(TRAVERSE_GLSL, blocked, 1, 1, _scene_rays(BLOCKED)),
 }  # fmt: skip

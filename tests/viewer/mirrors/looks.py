@@ -96,9 +96,8 @@ def surface_color(world, scratch, x, out):
         x[1] - deeper * row.scale[1] * x[9],
         x[2] - deeper * row.scale[2] * x[10],
     )
-    out[0], out[1], out[2] = engine.surface_color(
-        world.geometry, materials, body, face, surface, px, py, pz, x[8], x[9], x[10]
-    )
+    sight = engine.Sight(0.0, body, surface, face, 1, -1, -1, px, py, pz, x[8], x[9], x[10])
+    out[0], out[1], out[2] = engine.surface_color(world.geometry, materials, sight)
 
 
 def is_even(world, scratch, x, out):
@@ -210,14 +209,14 @@ def share(world, scratch, x, out):
 
 def highlight(world, scratch, x, out):
     row = world.look.materials.rows[np.int64(x[3])]
-    out[0] = engine.highlight(row, x[0], x[1], x[2], x[4], x[5], x[6], x[8], x[9], x[10])
+    point = engine.ShadingPoint(0.0, 0.0, 0.0, x[8], x[9], x[10], x[4], x[5], x[6])
+    out[0] = engine.highlight(row, x[0], x[1], x[2], point)
 
 
 def light_at(world, scratch, x, out):
     light, row = world.look.lights[np.int64(x[3])], world.look.materials.rows[np.int64(x[7])]
-    lx, ly, lz, end, cosine, shine, part = engine.light_at(
-        light, row, x[0], x[1], x[2], x[4], x[5], x[6], x[8], x[9], x[10]
-    )
+    point = engine.ShadingPoint(x[0], x[1], x[2], x[4], x[5], x[6], x[8], x[9], x[10])
+    lx, ly, lz, end, cosine, shine, part = engine.light_at(light, row, point)
     out[0], out[1], out[2], out[3], out[4] = part > 0.0, lx, ly, lz, end
     if part > 0.0:
         out[5], out[6], out[7] = cosine, shine, part
@@ -260,8 +259,9 @@ def _material_and_directions(scene: Any, rng: Any) -> Any:
 
 def push(world, scratch, x, out):
     """How many rays wait after two are pushed, and the weight of the last."""
-    size = engine.push(world.stack, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[0], x[1], x[2], 5, 1, 2)
-    size = engine.push(world.stack, size, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[4], x[5], x[6], 5, 1, 2)
+    one = engine.Pending(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[0], x[1], x[2], 5, 1, 2)
+    other = engine.Pending(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[4], x[5], x[6], 5, 1, 2)
+    size = engine.push(world.stack, engine.push(world.stack, 0, one), other)
     out[0] = size
     if size > 0:
         out[1], out[2], out[3] = (

@@ -34,7 +34,7 @@ from conicoid.engine.body.spans import Slab, clip_slab, compose_spans
 from conicoid.engine.body.uv import turns, uv_at
 from conicoid.engine.numbers.vectors import normalized
 from conicoid.engine.ray import Ray, line_of, span_inverse
-from conicoid.engine.single.first import blocked, nearest
+from conicoid.engine.single.first import blocked, resolved_first_crossing
 from conicoid.engine.surface.interval import counts_in
 from conicoid.engine.surface.loop import inside_loop, seen_along
 from conicoid.engine.surface.nearness import Nearness
@@ -76,7 +76,7 @@ from conicoid.engine.tree.walk import (
     put_beam,
     reciprocal,
 )
-from conicoid.integrators.stack import FAINT, new_stack, push
+from conicoid.integrators.stack import FAINT, Pending, new_stack, push
 from conicoid.integrators.whitted import first_noticed, opaque_reflectance
 from conicoid.render.tiles import camera_ray
 from conicoid.shading.background import background_color
@@ -88,6 +88,7 @@ from conicoid.shading.materials import CHECKER_SPACE, material_row
 from conicoid.shading.media import absorbed, index_of, medium_of, unseen
 from conicoid.shading.refract import refract
 from conicoid.shading.shadow import wall_reflectance
+from conicoid.shading.sight import ShadingPoint, Sight
 
 
 class Mirror(NamedTuple):
@@ -141,7 +142,7 @@ MIRRORS = {
     "entry_crossing": mirror(entry_crossings, entry_sides, sheet_crossings, polygon_crossings),
     "crossed_face": mirror(crossed_face, case="entry_crossing"),
     "comes_first": mirror(comes_first),
-    "traverse": mirror(nearest, media, blocked),
+    "traverse": mirror(resolved_first_crossing, media, blocked),
     "rank_of": mirror(first_noticed, case="traverse, noticed"),
     "normal_at": mirror(normal_at),
     "turns": mirror(turns),

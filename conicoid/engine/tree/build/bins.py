@@ -6,12 +6,13 @@ I. Wald: On fast construction of SAH-based bounding volume hierarchies, RT 2007.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ....compiler.jit import allocator, inline, kernel
+from ....compiler.shapes import shaped
 from ...tables import Floats
 from .vectors import SIZE, clear, copy, exchange, half_area, join
 
@@ -114,14 +115,30 @@ def best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, count
     return axis, border, left_area, right_area
 
 
+@shaped(axis="0..2", bin="0..16")
+class Border(NamedTuple):
+    """A border between the bins along an axis."""
+
+    axis: int
+    low: float  # where the bins begin
+    scale: float  # bins per length
+    bin: int
+
+
 @inline
-def part(records: Floats, begin: int, end: int, axis: int, low: float, scale: float, bins: int, border: int) -> int:
+def _lies_before(records: Floats, i: int, border: Border, bins: int) -> bool:
+    """Does a record lie before a border?"""
+    return _bin(_center(records, i, border.axis), border.low, border.scale, bins) < border.bin
+
+
+@inline
+def part(records: Floats, begin: int, end: int, border: Border, bins: int) -> int:
     """Bring what lies before a border to the front, in place; returns how far it reaches."""
     i, j = begin, end - 1
     while True:
-        while i <= j and _bin(_center(records, i, axis), low, scale, bins) < border:
+        while i <= j and _lies_before(records, i, border, bins):
             i += 1
-        while i <= j and _bin(_center(records, j, axis), low, scale, bins) >= border:
+        while i <= j and not _lies_before(records, j, border, bins):
             j -= 1
         if i >= j:
             return i
@@ -130,18 +147,12 @@ def part(records: Floats, begin: int, end: int, axis: int, low: float, scale: fl
         j -= 1
 
 
-@kernel(
-    records="8*n", begin="0..end", end="0..n", axis="0..2", border="0..16", target="out 8*n", left="0..n",
-    right="0..n"
-)  # fmt: skip
-def distribute(
-    records: Floats, begin: int, end: int, axis: int, low: float, scale: float, border: int,
-    target: Floats, left: int, right: int,
-) -> None:  # fmt: skip
+@kernel(records="8*n", begin="0..end", end="0..n", target="out 8*n", left="0..n", right="0..n")
+def distribute(records: Floats, begin: int, end: int, border: Border, target: Floats, left: int, right: int) -> None:
     """Copy what lies before a border of BINS to target from `left` on, the rest from `right` on, within it."""
     room = len(target) // SIZE
     for i in range(begin, end):
-        if _bin(_center(records, i, axis), low, scale, BINS) < border:
+        if _lies_before(records, i, border, BINS):
             if left < room:
                 copy(target, SIZE * left, records, SIZE * i)
             left += 1
@@ -171,7 +182,7 @@ def cut_group(records: Floats, begin: int, end: int, boxes: Floats, counts: Coun
         axis, border, left, right = best_cut(scales, bins, boxes, counts)
         if axis >= 0:
             low = ax if axis == 0 else (ay if axis == 1 else az)
-            middle = part(records, begin, end, axis, low, scales[axis], bins, border)
+            middle = part(records, begin, end, Border(axis, low, scales[axis], border), bins)
             return middle, left, right
     middle = (begin + end) // 2
     left = area_of(records, begin, middle, boxes, last)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...tables import Floats
 from ...threads import run_chunks
-from .bins import BINS, BOXES, best_cut, bin_scale, centers, distribute, fill_bins
+from .bins import BINS, BOXES, Border, best_cut, bin_scale, centers, distribute, fill_bins
 from .vectors import SIZE
 
 ALONE = 1 << 13  # a group of no more records is built by one thread
@@ -110,9 +110,8 @@ def _part_all(groups: list[Group], copies: tuple[Floats, Floats]) -> None:
     def move(k: int, group: Group, begin: int, end: int) -> None:
         """The records of a piece into their halves."""
         if k in plan:
-            axis, low, scale, border, left, right = plan[k]
-            target = copies[not group.moved]
-            distribute(copies[group.moved], begin, end, axis, low, scale, border, target, left, right)
+            border, left, right = plan[k]
+            distribute(copies[group.moved], begin, end, border, copies[not group.moved], left, right)
 
     _on_all(pieces, move)
 
@@ -144,7 +143,7 @@ def _plan(
     behind = counts[:, :BINS].sum(axis=1) - before
     rights = middle + np.cumsum(behind) - behind
     for k, left, right in zip(pieces, lefts, rights, strict=True):
-        plan[k] = axis, lows[axis], scales[axis], border, int(left), int(right)
+        plan[k] = Border(int(axis), lows[axis], scales[axis], int(border)), int(left), int(right)
     group.halves = (
         Group(group.first, middle, left_area, not group.moved),
         Group(middle, group.last, right_area, not group.moved),

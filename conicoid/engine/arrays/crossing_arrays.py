@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...compiler.jit import allocator, kernel
-from ..body.entry import collect
-from ..body.rows import (
+from ...compiler.shapes import shaped
+from ..body.crossing_rows import (
     BODY,
     CROSSING_COLUMNS,
     ENTER,
@@ -25,12 +27,14 @@ from ..body.rows import (
     scale_rows,
     with_room,
 )
+from ..body.entry import collect
 from ..body.scratch import Scratch, new_scratch
+from ..packets.crossing_chains import list_packet, new_chains, put_chain
 from ..packets.lanes import DOUBT
 from ..packets.load import coherent, fill_lanes, packet_row
 from ..packets.packet import new_packet
-from ..packets.rows import list_packet, new_chains, put_chain
 from ..ray import DEAD, Ray, RayArrays, load_ray, scaled_ray
+from ..surface.interval import is_open
 from ..tables import Flags, Floats, Geometry, Ints, Longs, Signs, halted
 
 
@@ -39,7 +43,7 @@ def rows_of_ray(
     geometry: Geometry, scratch: Scratch, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> tuple[Floats, int, bool]:
     """The rows of a ray by itself, from rows[used] on: (rows, how many now, doubtful)."""
-    if ray.start == DEAD or not ray.t_min < ray.t_max or halted(geometry):
+    if ray.start == DEAD or not is_open(ray.t_min, ray.t_max) or halted(geometry):
         return rows, used, False
     given = ray
     ray, scale = scaled_ray(given)
@@ -53,7 +57,7 @@ def rows_of_ray(
 def trace_rows(
     geometry: Geometry, rays: RayArrays, width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
 ) -> Floats:
-    """Rows of spans or crossings (see body/rows.py) of packets begin..end of 64 rays, in the order of their lanes.
+    """Rows (body/crossing_rows.py) of spans or crossings of packets begin..end of 64 rays, in the order of their lanes.
 
     counts[i] rows for ray i, sorted; a doubtful ray has doubts[i] = 1, and no rows.
     """
@@ -100,45 +104,68 @@ def trace_rows_alone(
     return rows[:used].copy()
 
 
+@shaped(t_enter="s", t_exit="s", body="s", clipped="2 s", surfaces="2 s")
+class SpanColumns(NamedTuple):
+    """Spans of many rays; clipped and surfaces of both ends."""
+
+    t_enter: Floats
+    t_exit: Floats
+    body: Ints
+    clipped: Flags
+    surfaces: Ints
+
+
+@shaped(t="s", body="s", face="s", surface="s", entering="s")
+class CrossingColumns(NamedTuple):
+    """Crossings of many rays."""
+
+    t: Floats
+    body: Ints
+    face: Ints
+    surface: Ints
+    entering: Flags
+
+
+@allocator
+def _places(count: int, counts: Ints, offsets: Longs, width: int, begin: int, end: int) -> Longs:
+    """Where `count` rows of packets begin..end belong in columns, in the order in which they were traced."""
+    places, done = np.empty(count, np.int64), 0
+    for packet in range(begin, end):
+        for line in range(8):
+            first, n = packet_row(packet, line, width, len(counts))
+            for i in range(first, first + n):
+                for k in range(min(counts[i], count - done)):
+                    places[done] = offsets[i] + k
+                    done += 1
+    return places[:done]
+
+
 @kernel(
-    rows="* 9", counts="n", offsets="n", width="picture n", begin="0..end", end="0..n", t_enter="out s",
-    t_exit="out s", body="out s", clipped="out 2 s", surfaces="out 2 s"
+    rows="* 9", counts="n", offsets="n", width="picture n", begin="0..end", end="0..n", columns="out"
 )  # fmt: skip
 def put_spans(
-    rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int,
-    t_enter: Floats, t_exit: Floats, body: Ints, clipped: Flags, surfaces: Ints,
-) -> None:  # fmt: skip
-    """Rows of packets begin..end into columns: clipped and surfaces (2, n) of both ends."""
-    done = 0
-    for packet in range(begin, end):
-        for line in range(8):
-            first, n = packet_row(packet, line, width, len(counts))
-            for i in range(first, first + n):
-                for k in range(min(counts[i], len(rows) - done)):
-                    at = offsets[i] + k
-                    t_enter[at], body[at], t_exit[at] = rows[done, ENTER], rows[done, BODY], rows[done, EXIT]
-                    clipped[0, at] = rows[done, ENTER_CLIPPED] != 0.0
-                    clipped[1, at] = rows[done, EXIT_CLIPPED] != 0.0
-                    surfaces[0, at], surfaces[1, at] = rows[done, ENTER_SURFACE], rows[done, EXIT_SURFACE]
-                    done += 1
+    rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int, columns: SpanColumns
+) -> None:
+    """Rows of packets begin..end into columns."""
+    t_enter, t_exit, body, clipped, surfaces = columns
+    places = _places(len(rows), counts, offsets, width, begin, end)
+    for k in range(len(places)):
+        at = places[k]
+        t_enter[at], body[at], t_exit[at] = rows[k, ENTER], rows[k, BODY], rows[k, EXIT]
+        clipped[0, at], clipped[1, at] = rows[k, ENTER_CLIPPED] != 0.0, rows[k, EXIT_CLIPPED] != 0.0
+        surfaces[0, at], surfaces[1, at] = rows[k, ENTER_SURFACE], rows[k, EXIT_SURFACE]
 
 
 @kernel(
-    rows="* 7", counts="n", offsets="n", width="picture n", begin="0..end", end="0..n", t="out s", body="out s",
-    face="out s", surface="out s", entering="out s"
+    rows="* 7", counts="n", offsets="n", width="picture n", begin="0..end", end="0..n", columns="out"
 )  # fmt: skip
 def put_crossings(
-    rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int,
-    t: Floats, body: Ints, face: Ints, surface: Ints, entering: Flags,
-) -> None:  # fmt: skip
+    rows: Floats, counts: Ints, offsets: Longs, width: int, begin: int, end: int, columns: CrossingColumns
+) -> None:
     """Rows of packets begin..end into columns."""
-    done = 0
-    for packet in range(begin, end):
-        for line in range(8):
-            first, n = packet_row(packet, line, width, len(counts))
-            for i in range(first, first + n):
-                for k in range(min(counts[i], len(rows) - done)):
-                    at = offsets[i] + k
-                    t[at], body[at], face[at] = rows[done, T], rows[done, BODY], rows[done, FACE]
-                    surface[at], entering[at] = rows[done, SURFACE], rows[done, ENTERS] != 0.0
-                    done += 1
+    t, body, face, surface, entering = columns
+    places = _places(len(rows), counts, offsets, width, begin, end)
+    for k in range(len(places)):
+        at = places[k]
+        t[at], body[at], face[at] = rows[k, T], rows[k, BODY], rows[k, FACE]
+        surface[at], entering[at] = rows[k, SURFACE], rows[k, ENTERS] != 0.0

@@ -14,8 +14,8 @@ from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
 from ..body.boolean import put_event, sort_events, sweep
 from ..body.cell import CellSpans
+from ..body.crossing_rows import Met, put_rows, with_room
 from ..body.entry import crossings_of_roots, crossings_of_spans, entry_crossings, entry_nearness
-from ..body.rows import Met, put_rows, with_room
 from ..body.scratch import Scratch
 from ..culling import balls_in_beam, highest_bit, lowest_bit
 from ..ray import Ray
@@ -25,8 +25,8 @@ from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, box_at, integer
 from ..tree.leaf import Item, is_round, leaf_at, leaf_item, leaf_range
 from ..tree.walk import next_leaf, push_roots, scene_tree
 from .booleans import MOST, in_lanes, leaves_of_lanes
-from .lanes import BEAM_AT, DOUBT, LANES, SEEKS, T_MAX, T_MIN, lane_nearness, lane_ray
-from .packet import Packet, lanes_at_ball, lanes_in_child
+from .lanes import BEAM_AT, DOUBT, LANES, SEEKS, T_MAX, is_searching, lane_nearness, lane_ray
+from .packet import Packet, boolean_memory, lanes_at_ball, lanes_in_child
 from .spans import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, spans_of_ball, spans_of_cell
 
 _MOST_ROWS = LANES * (4 * MOST + 1)
@@ -127,7 +127,7 @@ def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int
         return True
     if kind == CELL:
         return spans_of_cell(geometry, lanes, leaves, 0, index, first, last)
-    return leaves_of_lanes(geometry, lanes, leaves, packet.spans, index, first, last) > 0
+    return leaves_of_lanes(geometry, boolean_memory(packet), index, first, last) > 0
 
 
 @helper
@@ -140,7 +140,7 @@ def _lane_rows(
     while bits != 0:
         i = np.uint64(lowest_bit(bits))
         bits &= bits - 1
-        if lanes[DOUBT + i] != 0.0 or not lanes[T_MIN + i] < lanes[T_MAX + i]:
+        if lanes[DOUBT + i] != 0.0 or not is_searching(lanes, i):
             continue
         ray = lane_ray(lanes, i, lanes[T_MAX + i])
         if kind == BALL:
@@ -180,7 +180,7 @@ def _one_by_one(
     while bits != 0:
         i = np.uint64(lowest_bit(bits))
         bits &= bits - 1
-        if lanes[DOUBT + i] != 0.0 or not lanes[T_MIN + i] < lanes[T_MAX + i]:
+        if lanes[DOUBT + i] != 0.0 or not is_searching(lanes, i):
             continue
         ray = lane_ray(lanes, i, lanes[T_MAX + i])
         count, inside, unsure = entry_crossings(geometry, scratch, entry, ray, 1 << 30)

@@ -1,0 +1,76 @@
+"""Objects whose answers another machine would not give to the bit are refused as they are built."""
+
+from __future__ import annotations
+
+import pickle
+
+import llvmlite.binding as llvm
+import pytest
+
+from native import objects
+from native.arithmetic import reordered, strange_functions
+from native.build import host, host_level
+
+BODY = """
+declare double @{function}(double)
+define i32 @k({arguments}) {{
+    %x = {instruction}
+    store double %x, ptr %out
+    ret i32 0
+}}
+"""
+ARGUMENTS = "ptr %out, ptr %error, double %a"
+
+
+def made(folder, instruction, function="llvm.sqrt.f64"):
+    """The object of a kernel of one instruction."""
+    text = BODY.format(function=function, arguments=ARGUMENTS, instruction=instruction)
+    code = dict(
+        symbol="k", arguments=["i8*", "i8*", "double"], result="none", code=llvm.parse_assembly(text).as_bitcode()
+    )
+    (folder / "code").write_bytes(pickle.dumps({"kernel": code}))
+    objects.main(str(folder / "code"), host().name, host_level(host()), str(folder / "object"))
+    return folder / "object"
+
+
+@pytest.mark.parametrize(
+    "instruction",
+    ["fadd double %a, 1.0", "fdiv double 1.0, %a", "fneg double %a", "call double @llvm.sqrt.f64(double %a)"],
+)
+def test_what_ieee_decides_is_built(tmp_path, instruction):
+    assert made(tmp_path, instruction).stat().st_size > 0
+
+
+@pytest.mark.parametrize(
+    "instruction",
+    [
+        "fadd fast double %a, 0.1",
+        "fmul contract double %a, 0.1",
+        "fdiv arcp double 0.1, %a",
+        "fsub nsz double 0.1, %a",
+        "tail call nnan double @llvm.sqrt.f64(double %a)",
+        "frem double %a, 0.1",
+    ],
+)
+def test_what_may_be_reordered_is_refused(tmp_path, instruction):
+    with pytest.raises(ValueError, match="kernels have arithmetic that may be reordered"):
+        made(tmp_path, instruction)
+    assert not (tmp_path / "object").exists()
+
+
+@pytest.mark.parametrize("function", ["sin", "pow", "exp", "fmod", "llvm.sin.f64", "llvm.exp.f64", "cbrt"])
+def test_mathematics_of_a_library_is_refused(tmp_path, function):
+    with pytest.raises(ValueError, match=rf"kernels may not call {function}"):
+        made(tmp_path, f"call double @{function}(double %a)", function)
+    assert not (tmp_path / "object").exists()
+
+
+def test_names_are_read_whole():
+    assert strange_functions(["llvm.fma.v8f64", "llvm.fma.f32", "sqrtf", "NRT_Free", "memcpy"]) == [
+        "llvm.fma.f32", "memcpy", "sqrtf"
+    ]  # fmt: skip
+
+
+def test_flags_are_looked_for_in_instructions_alone():
+    assert reordered('  store ptr @"fast", ptr %x ; contract\n  %y = fadd <8 x double> %a, %fast\n') == []
+    assert len(reordered("  %y = fadd reassoc <8 x double> %a, %b\n  %z = frem double %a, %b\n")) == 2
