@@ -7,7 +7,7 @@ gets an error in place of a crash (`native/door.c`). The types are those of the 
 - An array has a length for each dimension: a number, a sum like `n`, `n+1`, `8*n` or `2*n+8`, two of these as in `n|1`
   or `n|0`, or `*` for any. `out` before them, or alone before a record, says that it is written.
 - A whole number has limits, `low..high`; either may be missing. `picture n` is what `packets.load` takes as width:
-  -1, 0 or a divisor of n.
+  0 or a divisor of n.
 - A name is a length that all arguments share, or another whole number among them, or (a name of `engine.tables.Tables`)
   the length of that table of the geometry.
 
