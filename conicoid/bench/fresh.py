@@ -43,6 +43,7 @@ class Place:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        (folder / _IN_THE_FOLDER["HOME"]).mkdir()
         (folder / "scene.pov").write_text(POVRAY, encoding="utf-8")
         own = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHON", "CONICOID_")) or k in _KEPT}
         there = {name: str(folder / part) for name, part in _IN_THE_FOLDER.items()}
@@ -60,12 +61,18 @@ class Place:
             raise Absent(f"its program ended with {done.returncode}: {lines[-1] if lines else 'it said nothing'}")
         return seconds, done.stdout
 
-    def cold(self, command: list[str]) -> float:
-        """The seconds of a process in a place of its own, which has the standard library's bytecode alone."""
+    @contextmanager
+    def anew(self) -> Iterator[Place]:
+        """Another, which has of this one's bytecode the standard library's alone."""
         with place() as new:
             if (self.folder / _STANDARD).exists():
                 packages = shutil.ignore_patterns("site-packages", "dist-packages")
                 shutil.copytree(self.folder / _STANDARD, new.folder / _STANDARD, ignore=packages)
+            yield new
+
+    def cold(self, command: list[str]) -> float:
+        """The seconds of a process where nothing has run before."""
+        with self.anew() as new:
             return new.run(command)[0]
 
     def warm(self, command: list[str]) -> float:

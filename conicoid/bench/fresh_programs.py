@@ -36,7 +36,8 @@ PICTURES = {
     OURS: """\
 import conicoid as co
 camera = co.Camera((0, 0, -5), (0, 0, 0), up=(0, 1, 0))
-co.Scene([co.Sphere()], lights=[co.PointLight((3, 4, -5))], camera=camera).render(64, 48).save("picture.png")
+scene = co.Scene([co.Sphere()], lights=[co.PointLight((3, 4, -5))], camera=camera, background=(0, 0, 0))
+scene.render(64, 48).save("picture.png")
 """,
     "Raysect": """\
 import matplotlib
