@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 OWN_DEEP = "tests/test_jit.py", "tests/engine/test_assembly.py"
 """For our own way, the long tests too: both ways give the same bits, and the machine code is vectors."""
-OWN = "tests/engine/test_routes.py", "tests/engine/test_targets.py", "tests/kernel_cache", "tests/test_ahead.py"
+OWN = "tests/engine/test_routes.py", "tests/engine/test_targets.py", "tests/kernel_cache"
 OWN += "tests/test_forks.py", "tests/test_interrupts.py", "tests/integrators"
 """Answers, the cache, and what happens while something is compiled."""
 PLAIN = "tests/engine/test_routes.py", "tests/integrators/test_whitted.py"

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import os
 import warnings
 from collections.abc import Iterator
-from pathlib import Path
 
 THREADS, CACHE, JIT = "CONICOID_THREADS", "CONICOID_CACHE_DIR", "CONICOID_JIT"
 VECTOR_BITS = "CONICOID_VECTOR_BITS"
@@ -71,6 +69,8 @@ def _unknown() -> Iterator[str]:
     """What there is to say of each variable that begins with CONICOID_ and is none of ours."""
     for name in sorted(os.environ):
         if name.startswith("CONICOID_") and name not in KNOWN:
+            import difflib
+
             close = difflib.get_close_matches(name[:_LONGEST], KNOWN, n=1)
             hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(KNOWN)}"
             yield f"{name[:_LONGEST]} is not a Conicoid variable: {hint}"
@@ -78,6 +78,8 @@ def _unknown() -> Iterator[str]:
 
 def _check_cache(chosen: str) -> None:
     """A folder, or what can become one: nothing on the way to it is something else."""
+    from pathlib import Path
+
     path = Path(chosen).absolute()
     for place in (path, *path.parents) if chosen else ():
         try:

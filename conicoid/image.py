@@ -6,7 +6,6 @@ import importlib
 import os
 import sys
 import warnings
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -104,7 +103,7 @@ class Image:
         FileNotFoundError if the folder does not exist.
         """
         path = checked_path("Image", path)
-        suffix = Path(path).suffix.lower()
+        suffix = os.path.splitext(os.fspath(path))[1].lower()
         if suffix == ".png":
             from .formats.png import write_png
 

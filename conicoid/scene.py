@@ -207,13 +207,14 @@ class Scene(Contents, Queries):
         progress: progress(done, count) is called now and then.
         """
         from .image import Image
-        from .overlay import drawn_over
         from .render import render
 
         drawn = {name: flag("render", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()}
         image = Image._of_light(render(self, width, height, samples, integrator, seed, depth, progress, camera))
         if not any(drawn.values()):
             return image
+        from .overlay import drawn_over
+
         return drawn_over(image, self, camera or self.camera or self.fitting_camera(width / height), **drawn)
 
     @calm

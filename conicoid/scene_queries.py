@@ -40,10 +40,6 @@ class Queries:
         """
         from .engine.queries import queries
 
-        if self._prepared is None:
-            from .compiler.ahead import expect
-
-            expect("rays", "streams", "points")
         return queries.first_hit(self.prepared, queries.as_rays("first_hit", origins, directions), t_min, t_max)
 
     @calm

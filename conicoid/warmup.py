@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def warmup() -> None:
-    """Compile and cache all kernels (about a minute the first time on two cores, some seconds later).
+    """Compile and cache all kernels (a minute or two the first time, some seconds later).
 
     There is nothing to do where the package came with machine code.
     """
@@ -12,11 +12,7 @@ def warmup() -> None:
 
     if SHIPPED is not None:
         return
-    from .compile_jobs import CALLS
-    from .compiler.ahead import expect
-
-    expect(*CALLS)
-    for call in (_answers, _one_by_one, _exact, _large, _many, *CALLS.values()):
+    for call in (_answers, _pictures, _coherent, _in_no_order, _one_by_one, _exact, _large, _many):
         call()
 
 
@@ -40,6 +36,34 @@ def _answers() -> None:
                     answer[:1].detached()
     for name in at_points:
         getattr(scene, name)([(0.0, 0.0, 0.0)])
+
+
+def _pictures() -> None:
+    """What renders, by each integrator."""
+    from .integrators import INTEGRATORS
+    from .scene import Scene
+
+    for integrator in INTEGRATORS:
+        Scene([]).render(1, 1, samples=1, integrator=integrator)
+
+
+def _coherent() -> None:
+    """First hits of coherent rays: enough of them that their coherence is tested."""
+    import numpy as np
+
+    from .scene import Scene
+
+    Scene([]).first_hit(np.zeros((64, 64, 3)), (0.0, 0.0, 1.0))
+
+
+def _in_no_order() -> None:
+    """First hits of rays in no order: what begins before its origin is in order only where it is parallel."""
+    import numpy as np
+
+    from .scene import Scene
+
+    every = np.random.default_rng(0).normal(size=(4096, 3))
+    Scene([]).first_hit(every, every, t_min=-1.0)
 
 
 def _one_by_one() -> None:

@@ -263,7 +263,7 @@ static int check(Call *call)
             const Sum *low = &leaf->length[0].sum, *high = &leaf->length[1].sum;
             if (leaf->divides) {
                 int64_t whole = amount(call, high);
-                if (value != -1 && value != 0 && (value < 0 || whole % value != 0))
+                if (value != 0 && (value < 0 || whole % value != 0))
                     return wrong(call, leaf, PyExc_ValueError, "is no width of a picture of so many rays");
             } else if ((!is_any(low) && value < amount(call, low)) || (!is_any(high) && value > amount(call, high)))
                 return wrong(call, leaf, PyExc_ValueError, "is out of range");

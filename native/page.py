@@ -83,7 +83,7 @@ def main() -> None:
     if wanted.object:
         emit(*wanted.object)
         return
-    from conicoid.compiler.kernel_cache.place import hash_of_sources
+    from conicoid.compiler.sources import hash_of_sources
 
     with tempfile.TemporaryDirectory() as temporary:
         folder = wanted.folder or Path(temporary)

@@ -176,9 +176,9 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
     insert(tmp_path / "conicoid" / "integrators" / "__init__.py", line, before="    )\n}\n")
     insert(tmp_path / "conicoid" / "scene_queries.py", method, before="\nQUERIES:")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "CONICOID_CACHE_DIR": str(tmp_path / "cache")}
-    chosen = "CoolingTower or cooling_tower or curvature or thickness or nothing_is_left or jobs_name"
+    chosen = "CoolingTower or cooling_tower or curvature or thickness or nothing_is_left"
     folders = ("contract", "shapes/test_cooling_tower.py", "integrators", "render", "engine/test_thickness.py")
-    paths = [f"tests/{path}" for path in (*folders, "test_warmup.py", "test_ahead.py")]
+    paths = [f"tests/{path}" for path in (*folders, "test_warmup.py")]
     command = [sys.executable, "-m", "pytest", *paths, "-k", chosen, "-q"]
     ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stdout

@@ -160,17 +160,6 @@ def test_a_second_one_while_the_first_is_seen_to():
     assert errors.splitlines()[-1] == "KeyboardInterrupt"
 
 
-def test_one_more_while_the_process_ends():
-    """While children that compile ahead are ended; the last line is that of the first Ctrl-C, and no other."""
-    program = "import os, signal\nfrom conicoid.compiler import ahead\nstop = ahead._Others.stop\n"
-    program += "def interrupted(self):\n    os.kill(os.getpid(), signal.SIGINT)\n    stop(self)\n"
-    program += "ahead._Others.stop = interrupted\nraise KeyboardInterrupt"
-    with child(program) as running:
-        _, _, errors = running.end()
-    assert errors.count("Traceback") == 1
-    assert errors.splitlines()[-1] == "KeyboardInterrupt"
-
-
 # The command ----------------------------------------------------------------------------------------
 
 WHEN_IMPORTED = f"""

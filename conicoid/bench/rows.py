@@ -25,7 +25,7 @@ from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.light import AmbientLight, PointLight
 from ..shapes.material import matte
-from . import embree, limits, mitsuba, povray, raysect, trimesh
+from . import embree, fresh, limits, mitsuba, povray, raysect, trimesh
 from .peer import Peer
 from .row import Measured, Row, Size
 from .scenes import (
@@ -281,5 +281,6 @@ ROWS = (
     Row("picture-csg", _PICTURE, "1,000 bodies of 5 leaves", povray.PEER, 3.0, 0.0, with_povray("csg", bored_blocks)),
     Row("build", "tree", "1,000,000 balls", embree.PEER, 0.2, 1.0, building),
     Row("growth", _CAMERA, "balls, constant hit rate: 1,000 and (as the peer) the most", _OURS, 1.0, 0.0, growth),
+    *fresh.ROWS,
     *limits.ROWS,
 )  # fmt: skip

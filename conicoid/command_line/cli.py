@@ -207,7 +207,7 @@ def trace(
 
         with compile_notes():
             ray_tables.check(table)
-        prepare(loaded, *(() if spans else ("rays", "streams", "points")))
+        prepare(loaded)
         with compile_notes(), Bar("tracing", "ray") as bar:
             arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar)
         with written(output, ".csv") as file:

@@ -68,19 +68,15 @@ def load(path: Path, threads: int | None) -> Scene:
     return scene
 
 
-def prepare(scene: Scene, *jobs: str) -> None:
-    """Make a scene ready, with progress where that takes long; `jobs` are kernels to compile meanwhile."""
-    from ..compiler.ahead import expect
-
-    if jobs:
-        expect(*jobs)
+def prepare(scene: Scene) -> None:
+    """Make a scene ready, with progress where that takes long."""
     began, told = time.perf_counter(), False
     with compile_notes(), Bar("preparing", "entry") as bar:
 
         def progress(done: int, count: int) -> None:
             nonlocal told
             bar(done, count)
-            if not told and not bar.console.is_terminal and time.perf_counter() - began > PATIENCE:
+            if not told and time.perf_counter() - began > PATIENCE and not bar.console.is_terminal:
                 from ..shapes.labels import counted
 
                 say(f"preparing {counted(count, 'entry', 'entries')} ...")

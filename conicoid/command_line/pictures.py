@@ -120,7 +120,7 @@ def render(
         plane = None if section is None else _plane(context, section)
         loaded = load(scene, threads)
         camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
-        prepare(loaded, *(("points",) if plane else (INTEGRATORS[integrator].kernel, "rays", "streams", "points")))
+        prepare(loaded)
         with compile_notes(), Bar("rendering", "ray") as bar:
             image = loaded.section(*plane, width, height, samples) if plane else loaded.render(
                 width, height, samples, integrator, seed, depth=depth, camera=camera, axes=axes, labels=labels,
@@ -173,7 +173,7 @@ def turntable(
         camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, False)
         if fit:
             loaded = loaded.replace(camera=None)
-        prepare(loaded, INTEGRATORS[integrator].kernel, "rays", "streams", "points")
+        prepare(loaded)
         with compile_notes(), Bar("turning", "ray") as bar:
             rendered = turn(
                 loaded, output, frames=frames, seconds=seconds, width=width, height=height, samples=samples,

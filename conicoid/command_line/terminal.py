@@ -6,6 +6,7 @@ import contextlib
 import sys
 import time
 from collections.abc import Iterator
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from .exit_codes import CLOSED, FAILED, INTERRUPTED, MISTAKE, code_of
@@ -82,7 +83,7 @@ def compile_notes() -> Iterator[None]:
     def note(name: str) -> None:
         if not told:
             told.append(time.perf_counter())
-            say("compiling kernels, which later runs find in the cache: up to half a minute ...")
+            say("compiling kernels, which later runs find in the cache: up to a minute ...")
 
     with on_compile(note):
         yield
@@ -93,9 +94,13 @@ class Bar:
 
     def __init__(self, what: str, unit: str, scale: float = 1.0) -> None:
         self.what, self.unit, self.scale = what, unit, scale
-        self.console = console()
         self.started = time.perf_counter()
         self.progress: Progress | None = None
+
+    @cached_property
+    def console(self) -> Console:
+        """Made when it is needed: what ends within a second does not import what draws bars."""
+        return console()
 
     def __enter__(self) -> Bar:
         return self
@@ -106,7 +111,7 @@ class Bar:
 
     def __call__(self, done: int, count: int) -> None:
         """`done` of `count` steps are finished; each is `scale` units of work."""
-        if not self.console.is_terminal or time.perf_counter() - self.started < PATIENCE:
+        if time.perf_counter() - self.started < PATIENCE or not self.console.is_terminal:
             return
         if self.progress is None:
             self.progress = _bar(self.console)

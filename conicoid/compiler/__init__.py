@@ -1,1 +1,1 @@
-"""The compiler: Numba's decorators as the engine uses them, kernels on disk, compiling ahead."""
+"""The compiler: Numba's decorators as the engine uses them, kernels on disk."""

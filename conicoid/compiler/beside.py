@@ -11,8 +11,6 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
-from . import ahead
-
 Result = TypeVar("Result")
 
 PATIENCE = 0.5
@@ -62,7 +60,9 @@ def beside(work: Callable[[], Result], name: str) -> Result:
     try:
         ended.wait()
     except KeyboardInterrupt:
-        ahead.stop()
+        from . import others
+
+        others.stop()
         raise
     if raised:
         raise raised[0]

@@ -9,7 +9,7 @@ import contextlib
 import hashlib
 import pickle
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +17,10 @@ from numba.core import caching, config
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from . import address_space, ahead, vectors
+from . import address_space, others, vectors
 from .kernel_cache import files, place
 from .kernel_cache.turn import Turn
-
-tell: Callable[[str, str], None] | None = None
-"""Called as tell("begin" or "made", kernel), in a process that compiles for another."""
+from .sources import source_hash
 
 PATIENCE = 120.0
 """Seconds to wait for another process that compiles the same kernel; then it is compiled here too."""
@@ -54,7 +52,7 @@ class KernelCache(caching.NullCache):
         self._function = function
         self._turn: Turn | None = None
         self._parts = _parts(function)
-        self._kept = all(map(_is_ours, self._parts)) and bool(place.source_hash())
+        self._kept = all(map(_is_ours, self._parts)) and bool(source_hash())
 
     @property
     def cache_path(self) -> str | None:
@@ -63,28 +61,22 @@ class KernelCache(caching.NullCache):
         return str(folder) if self._kept and folder else None
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """A version from the disk, made by this process, or by another that is waited for; None: compile it."""
+        """A version from the disk, made by another process or at another time; None: compile it."""
         target.refresh()
         name = self._function.__name__
         found = None
         if self._kept:
             file = self._file(signature, target.codegen())
-            found = self._loaded(file, target) or self._from_others(file, target)
+            found = self._loaded(file, target) or self._from_another(file, target)
         if found is None:
             address_space.require(address_space.TO_COMPILE, f"to compile the kernel {name}")
-        if tell is not None:
-            tell("begin" if found is None else "made", name)
         return found
 
     def save_overload(self, signature: Any, data: Any) -> None:
         """Keep what was compiled, if that can be done."""
         if not self._kept or data.library.has_dynamic_globals:
             return
-        written = files.write(self._file(signature, data.codegen), dumps(data._reduce()))
-        if tell is not None:
-            if not written:
-                raise OSError("nobody else can get what is compiled here")
-            tell("made", self._function.__name__)
+        files.write(self._file(signature, data.codegen), dumps(data._reduce()))
 
     @contextlib.contextmanager
     def until_saved(self) -> Iterator[None]:
@@ -120,16 +112,14 @@ class KernelCache(caching.NullCache):
             files.drop(file)
             return None
 
-    def _from_others(self, file: str, target: Any) -> Any:
-        """What children of this process or other processes are making; else it is this one's turn."""
-        name = self._function.__name__
+    def _from_another(self, file: str, target: Any) -> Any:
+        """What another process is making; else it is this one's turn."""
         folder = files.prepare()
-        found = self._loaded(file, target) if ahead.obtained(name, str(folder or "")) else None
-        if found is not None or folder is None:
-            return found
+        if folder is None:
+            return None
         turn = self._turn = Turn(folder / f"{file}.lock")
         if turn.taken():
             return self._loaded(file, target)  # it may have been made since
-        ahead.begun(name)
-        ahead.poll(lambda: turn.taken(), PATIENCE)
+        others.begun(self._function.__name__)
+        others.poll(lambda: turn.taken(), PATIENCE)
         return self._loaded(file, target)

@@ -21,7 +21,7 @@ import numba
 from numba.core import event
 
 from ..environment import jit_wanted
-from .ahead import on_begin
+from .others import on_begin
 
 TESTED = (0, 65), (0, 68)
 """The first and the last version of Numba that `functions` has been tested with."""
@@ -65,7 +65,7 @@ class _Listener(event.Listener):
 
 @contextlib.contextmanager
 def on_compile(callback: Callable[[str], None]) -> Iterator[None]:
-    """Within the block, call `callback(name)` whenever a kernel starts to compile, here or ahead, elsewhere."""
+    """Within the block, call `callback(name)` whenever a kernel starts to compile, or is waited for."""
     listener = _Listener(callback)
     event.register("numba:compile", listener)
     try:

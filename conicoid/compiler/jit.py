@@ -196,7 +196,7 @@ def look(typing_context: Any, array: Any, index: Any) -> Any:
 
 @contextlib.contextmanager
 def on_compile(callback: Callable[[str], None]) -> Iterator[None]:
-    """Within the block, call `callback(name)` whenever a kernel starts to compile, here or ahead, elsewhere."""
+    """Within the block, call `callback(name)` whenever a kernel starts to compile, or is waited for."""
     if SHIPPED is not None and "numba" not in sys.modules:
         yield
         return

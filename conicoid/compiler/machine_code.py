@@ -6,7 +6,6 @@ It holds them for several levels of processor and takes the best that this one h
 from __future__ import annotations
 
 import importlib
-import importlib.util
 from collections.abc import Callable
 from typing import Any
 
@@ -26,7 +25,7 @@ def _shipped() -> Any:
     except ModuleNotFoundError:
         return None
     if _kernels.sources:  # it was built in place: the sources may have been edited since
-        from .kernel_cache.place import hash_of_sources
+        from .sources import hash_of_sources
 
         if _kernels.sources != hash_of_sources():
             return None
@@ -41,10 +40,18 @@ def _shipped() -> Any:
 SHIPPED: Any = _shipped()
 """The extension module, or None: then kernels are compiled as they are called."""
 
-if SHIPPED is None and importlib.util.find_spec("numba") is None:
-    raise ImportError(
-        "Conicoid came without machine code for this processor, so it needs a compiler: pip install 'conicoid[jit]'"
-    )
+
+def _ask_for_compiler() -> None:
+    """ImportError where there is nothing to run kernels with."""
+    from importlib.util import find_spec
+
+    if find_spec("numba") is None:
+        what = "Conicoid came without machine code for this processor, so it needs a compiler"
+        raise ImportError(f"{what}: pip install 'conicoid[jit]'")
+
+
+if SHIPPED is None:
+    _ask_for_compiler()
 
 
 def entry(name: str) -> Callable[..., Any] | None:

@@ -7,9 +7,13 @@ gets an error in place of a crash (`native/door.c`). The types are those of the 
 - An array has a length for each dimension: a number, a sum like `n`, `n+1`, `8*n` or `2*n+8`, two of these as in `n|1`
   or `n|0`, or `*` for any. `out` before them, or alone before a record, says that it is written.
 - A whole number has limits, `low..high`; either may be missing. `picture n` is what `packets.load` takes as width:
-  -1, 0 or a divisor of n.
+  0 or a divisor of n.
 - A name is a length that all arguments share, or another whole number among them, or (a name of `engine.tables.Tables`)
   the length of that table of the geometry.
+
+What is in an array is never looked at, only how long it is. So the rows of a table of any length, `*`, are where other
+tables say; those are the package's own work, as the geometry's `places` are, and a mistake in them is no caller's. Each
+such table has its reason in `tests/native/test_signature.py`.
 
 A record says it of its fields once for all kernels, by `@shaped`.
 """

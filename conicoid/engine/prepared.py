@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from hashlib import blake2b
 
 import numpy as np
 
@@ -43,6 +42,8 @@ class Prepared:
     @cached_property
     def key(self) -> bytes:
         """Whose the numbers of surfaces are: scenes with one key have the same surfaces by the same numbers."""
+        from hashlib import blake2b
+
         tables, rest = self.lowered.tables, self.lowered.rest
         surfaces = (tables.surface_kind, tables.surface_row, tables.planes, tables.spheres, tables.quadrics)
         digest = blake2b(digest_size=16)

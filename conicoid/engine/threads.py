@@ -16,7 +16,6 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from ..compiler import ahead
 from ..compiler.beside import PATIENCE, is_main, started, wait_for
 from ..environment import MOST_THREADS, threads_wanted
 from ..shapes.validate import shown, whole
@@ -180,9 +179,6 @@ def _together(state: _Work, progress: Progress | None, halt: Callable[[], None])
                 finished = done == state.count or state.error is not None
             if progress is not None:
                 progress(done, state.count)
-    except KeyboardInterrupt:
-        ahead.stop()
-        raise
     finally:
         state.stop()
         whole = state.done == state.count

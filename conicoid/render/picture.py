@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..compiler.ahead import expect
 from ..integrators import INTEGRATORS
 from ..shapes.material import DEFAULT, Material
 from ..shapes.suggestion import close_to
@@ -46,9 +45,6 @@ def render(
     samples, seed, depth = options["samples"], options["seed"], options["depth"]
     callback("render", "progress", progress)
 
-    chosen = INTEGRATORS[integrator]
-    expect(chosen.kernel, "rays", "streams", "points")
-
     from ..engine.threads import run_on
     from ..integrators.samples import Settings
     from . import tiles
@@ -56,7 +52,7 @@ def render(
     view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)
     lens = view.lens
     film = np.zeros((height, width, 3), dtype=np.float32)
-    settings = Settings(samples, seed, depth, look_of(scene, view) if chosen.lit else None)
+    settings = Settings(samples, seed, depth, look_of(scene, view) if INTEGRATORS[integrator].lit else None)
     fill = tiles.tile_kernel(integrator)
 
     def work(geometry: Geometry, begin: int, end: int) -> None:

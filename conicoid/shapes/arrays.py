@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .validate import LARGEST, SMALLEST, is_complex, shown
+from .validate import LARGEST, SMALLEST, is_complex, masked_arrays, shown
 from .vector import FloatArray
 
 _DEEPEST = 5
@@ -22,7 +22,7 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
     entries, numbers beyond float64, lists of uneven lengths.
     """
     name = f"{owner}: {field}" if owner else field
-    if isinstance(values, np.ndarray) and values.dtype == np.float64 and not isinstance(values, np.ma.MaskedArray):
+    if isinstance(values, np.ndarray) and values.dtype == np.float64 and not isinstance(values, masked_arrays()):
         return values
     if is_masked(values):
         raise ValueError(f"{name} must be {expected} without masked entries")
@@ -60,7 +60,7 @@ def is_masked(values: Any) -> bool:
     level = [values]
     for _ in range(_DEEPEST):
         kinds = set(map(type, level))
-        if any(issubclass(kind, np.ma.MaskedArray) for kind in kinds) and any(map(_has_masked, level)):
+        if any(issubclass(kind, masked_arrays()) for kind in kinds) and any(map(_has_masked, level)):
             return True
         lists = {kind for kind in kinds if issubclass(kind, Sequence) and not issubclass(kind, (str, bytes))}
         level = list(itertools.chain.from_iterable(item for item in level if type(item) in lists))
@@ -68,7 +68,7 @@ def is_masked(values: Any) -> bool:
 
 
 def _has_masked(item: Any) -> bool:
-    return isinstance(item, np.ma.MaskedArray) and bool(np.ma.getmaskarray(item).any())
+    return isinstance(item, masked_arrays()) and bool(np.ma.getmaskarray(item).any())
 
 
 def without_traces(vectors: FloatArray) -> FloatArray:

@@ -31,8 +31,8 @@ from .vector import Box, Vector
 if TYPE_CHECKING:
     from .region import ClippedSheet, Complement, Difference, Intersection, Painted, Union
 
-REGISTRY: dict[str, type[Shape]] = {}
-"""Scene-file name -> class, for every shape a user can write."""
+REGISTERED: dict[str, type[Shape]] = {}
+"""Scene-file name -> class, for the shapes whose files have been imported; `shapes.REGISTRY` has all."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Shape(ABC):
         if cls.__repr__ is Shape.__repr__:
             setattr(cls, "__repr__", Shape.__repr__)  # noqa: B010 (a dataclass leaves one that is there)
         if not abstract:
-            REGISTRY[cls.__name__] = cls
+            REGISTERED[cls.__name__] = cls
 
     def __getstate__(self) -> dict[str, Any]:
         return said(self)

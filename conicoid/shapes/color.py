@@ -6,7 +6,6 @@ CSS name such as "steelblue", which means sRGB and is decoded by IEC 61966-2-1.
 
 from __future__ import annotations
 
-import string
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,6 +19,8 @@ Color: TypeAlias = Vector | str
 """Linear (red, green, blue), or a text in sRGB."""
 Amount: TypeAlias = float | Vector | str
 """One number for all channels, or a colour."""
+
+_HEX = "0123456789abcdefABCDEF"
 
 
 def srgb_decode(encoded: Any) -> FloatArray:
@@ -78,7 +79,7 @@ def color_hint(text: str) -> str:
         close = close_to(text, ImageColor.colormap)
         return f" (did you mean {close!r}?)" if close else ""
     digits = text[1:]
-    if strange := [c for c in digits[:40] if c not in string.hexdigits]:
+    if strange := [c for c in digits[:40] if c not in _HEX]:
         return f" ({strange[0]!r} is no hexadecimal digit)"
     count = f"{len(digits)} digit{'' if len(digits) == 1 else 's'}"
     return f" ({count} after #: there must be 6, or 3 as in '#rgb')"

@@ -20,10 +20,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, TypeAlias
-
-from mpmath import MPContext
 
 from ..forks import nested_lock
 
@@ -35,7 +33,6 @@ _SHORT, _KNOWN = 512, 1024
 _RADIUS = 32
 """Bits that are kept of an error."""
 
-_mp = MPContext()
 _mp_lock = nested_lock()
 
 Writable: TypeAlias = "float | int | Fraction | Number"
@@ -319,17 +316,27 @@ def sqrt(value: Writable) -> Number:
     return Number(root, (value.exponent - shift) // 2, off)
 
 
+@cache
+def _mpmath() -> Any:
+    """mpmath, imported where it is needed: few scenes have an angle or a matrix that needs it."""
+    from mpmath import MPContext
+
+    return MPContext()
+
+
 @contextmanager
 def mpmath_of(bits: int) -> Iterator[Any]:
     """mpmath at a precision, for one thread at a time: the precision, and the constants it keeps, are those of all."""
     with _mp_lock:
-        _mp.prec = bits
-        yield _mp
+        mp = _mpmath()
+        mp.prec = bits
+        yield mp
 
 
 def of_mpmath(value: Any, places: int) -> Number:
     """A number of mpmath's whose error is below 2^-places, within `mpmath_of` at least so many bits."""
-    scaled = int(_mp.nint(_mp.ldexp(value, places)))
+    mp = _mpmath()
+    scaled = int(mp.nint(mp.ldexp(value, places)))
     return settled(Number(scaled, -places, 2))
 
 
@@ -361,7 +368,7 @@ def _sin_cos_degrees(degrees: float) -> tuple[Number, Number]:
 
 def _of_sine(value: Any) -> Number:
     """To 3000 bits of its own, however small: mpmath's sines are right to the last of their bits but a few."""
-    return of_mpmath(value, BITS + 32 - int(_mp.mag(value)))
+    return of_mpmath(value, BITS + 32 - int(_mpmath().mag(value)))
 
 
 def simplest_ratio(value: Number, most: int) -> Fraction | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Sequence
 
 from .validate import listed
@@ -13,6 +12,8 @@ _COMPARED = 5000
 
 def close_to(name: str, known: Collection[str]) -> str:
     """The known name that is most like this one; empty where none is."""
+    import difflib
+
     folded = {item.casefold(): item for item in known if len(item) <= 100}
     close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=0.6)
     return folded[close[0]] if close else ""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from collections.abc import Iterable, Mapping, Sequence, Set
 from typing import Any
 
@@ -55,9 +56,14 @@ def what(value: Any) -> str:
     return f"{value!r}" if value is None or isinstance(value, bool) else type(value).__name__
 
 
+def masked_arrays() -> Any:
+    """NumPy's class of masked arrays; () where nobody has imported it, so that nothing can be one."""
+    return getattr(sys.modules.get("numpy.ma"), "MaskedArray", ())
+
+
 def _is_number(value: Any) -> bool:
     """Whether float() says what is meant: no text, truth value, complex number, masked entry or array with axes."""
-    if isinstance(value, (bool, np.bool_, str, bytes)) or value is None or isinstance(value, np.ma.MaskedArray):
+    if isinstance(value, (bool, np.bool_, str, bytes)) or value is None or isinstance(value, masked_arrays()):
         return False
     return not (isinstance(value, np.ndarray) and value.ndim) and not is_complex(value)
 

@@ -21,7 +21,7 @@ class Frames:
     """The frames of one scene and one set of options, in a folder that need not be there yet."""
 
     def __init__(self, scene: Scene, folder: Path, options: dict[str, Any]) -> None:
-        from ..compiler.kernel_cache.place import source_hash
+        from ..compiler.sources import source_hash
 
         self.scene, self.folder, self.options = scene, folder, options
         lowered = scene.lowered

@@ -39,7 +39,7 @@ def shipped() -> bytes | None:
         return None
     mark = code.rfind(_SECTION, -128)
     if mark >= 0:  # it was built in place: the sources may have been edited since
-        from ..compiler.kernel_cache.place import hash_of_sources
+        from ..compiler.sources import hash_of_sources
 
         if code[mark + len(_SECTION) :].decode() != hash_of_sources():
             return None

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid.shapes.base import REGISTRY
+from conicoid.shapes import REGISTRY
 
 from ..contract.examples import examples_of
 from ..shapes.random_pairs import flat, quadric, random_step, something_left

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import conicoid as co
-from conicoid.shapes.base import REGISTRY, Shape
+from conicoid.shapes import REGISTRY, Shape
 
 INF = float("inf")
 BOX = ((-2, -1.5, -1), (1, 2, 1.5))

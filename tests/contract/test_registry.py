@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import conicoid as co
-from conicoid.shapes.base import REGISTRY
+from conicoid.shapes import REGISTRY
 
 from .examples import LISTED, derived, examples_of
 

@@ -239,10 +239,10 @@ def test_beside_others_folders_in_one_that_is_everybodys(tmp_path):
 
 def edited_meanwhile() -> object:
     """The sources are no longer those that were read."""
-    from conicoid.compiler.kernel_cache import place
+    from conicoid.compiler import sources
 
-    place.source_hash()
-    place.hash_of_sources = lambda: "0" * 20
+    sources.source_hash()
+    sources.hash_of_sources = lambda: "0" * 20
     return used()
 
 
@@ -255,11 +255,11 @@ def test_what_is_compiled_while_sources_change_is_not_kept(tmp_path):
 
 def without_sources(some: str) -> object:
     """As in an archive, or while the package is being replaced."""
-    from conicoid.compiler.kernel_cache import place
+    from conicoid.compiler import sources
 
-    type(place.PACKAGE).rglob = lambda *_: iter([place.PACKAGE / "gone.py"] if some else [])
-    place.source_hash.cache_clear()
-    return [place.source_hash(), *used()]
+    sources._files = lambda _: [f"{sources._PACKAGE}/gone.py"] if some else []
+    sources.source_hash.cache_clear()
+    return [sources.source_hash(), *used()]
 
 
 @pytest.mark.parametrize("some", ["", "some"])

@@ -105,12 +105,12 @@ def test_a_process_that_never_ends_its_turn_is_not_waited_for_forever(folder):
 
 
 def interrupted() -> object:
-    from conicoid.compiler import ahead
+    from conicoid.compiler import others
 
     def keep_stopping() -> None:
         while True:
             time.sleep(0.1)
-            ahead.stop()
+            others.stop()
 
     threading.Thread(target=keep_stopping, daemon=True).start()
     try:

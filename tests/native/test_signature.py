@@ -24,6 +24,30 @@ def test_every_kernel_says_enough():
     assert len(declared()) > 40
 
 
+OF_ANY_LENGTH = {
+    "integers": "the geometry's tables: `places`, whose length is tested, says where each begins and ends",
+    "floats": "the same",
+    "lights": "every row is one light, and all are read from the first to the last",
+    "rows": "of spans: read as far as they go, or of materials: looked up by `row_of` and `face_row`, made with them",
+    "face_row": "read only within its length; what is in it are rows of materials, made with it",
+    "frames": "looked up by `body_frame`, made with it",
+    "spheres": "what rounding took from records: of those beyond its end, nothing",
+    "boxes": "of entries: looked up by `tree_order`, made with them",
+    "counts": "a table that is counted through, as large as it is",
+}
+"""Tables whose length no other argument says, and why no row beyond their end is read."""
+
+
+def test_a_table_of_any_length_has_a_reason():
+    found = {
+        leaf.name.rpartition(".")[2]
+        for each in declared()
+        for leaf in each.leaves
+        if leaf.kind == "array" and None in leaf.lengths
+    }
+    assert found == OF_ANY_LENGTH.keys()
+
+
 def test_a_kernel_of_somebody_else_is_none_of_ours():
     kernel()(without_tables)  # says too little for a door
     assert without_tables.__name__ not in DECLARED

@@ -287,6 +287,21 @@ def test_what_the_engine_leaves_open_is_said(browser, tmp_path):
 
 
 @needs_browser
+@needs_engine
+def test_a_bound_that_the_engine_leaves_open_is_said(browser, tmp_path):
+    """As of a distance along an asymptote. Everything else of the answer is shown."""
+    without = "const answer = exact.pick(...asked); answer.found.t_error = null; return answer;"
+    with opened(browser, SCENE, tmp_path, WIDE) as page:
+        page.ask(f"conicoid.exact = conicoid.exact.then((exact) => ({{ pick(...asked) {{ {without} }} }})), 0")
+        page.page.mouse.click(*page.at(0.33))
+        page.page.wait_for_selector(HIT)
+        text = page.text(".found")
+        assert "left open: its bound takes exact arithmetic" in text
+        assert page.ask(f"String({float(SCENE.first_hit(*page.ray(0.33, 0.5)).t)!r})") in text
+        assert page.errors == []
+
+
+@needs_browser
 def test_a_page_without_an_engine_is_answered_by_the_shader(browser, tmp_path, no_engine):
     with opened(browser, SCENE, tmp_path, WIDE) as page:
         page.page.mouse.click(*page.at(0.33))

@@ -10,6 +10,7 @@ import stat
 import tempfile
 from pathlib import Path
 
+from .. import sources
 from . import place
 from .old import MARK, MARK_TEXT, remove_old
 
@@ -92,7 +93,7 @@ def _made(folder: Path) -> bool:
 
 def write(name: str, data: bytes) -> bool:
     """Keep data under a name. False if that cannot be done, or the sources have been edited since they were read."""
-    if place.hash_of_sources() != place.source_hash():
+    if sources.hash_of_sources() != sources.source_hash():
         return False
     folder = prepare()
     if folder is None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import functools
-import hashlib
-import importlib.util
 import logging
 import os
 import stat
 import sys
 from pathlib import Path
+
+from ..sources import source_hash
 
 PACKAGE = Path(__file__).resolve().parents[2]
 _log = logging.getLogger("conicoid")
@@ -19,33 +19,6 @@ _log = logging.getLogger("conicoid")
 def say_once(message: str) -> None:
     """A line on stderr, unless the program has a log of its own."""
     _log.warning("%s", "".join(letter if letter.isprintable() else "?" for letter in message))
-
-
-def _version(package: str) -> str:
-    """The version of a package, which is not imported for that: the name of the folder that says all about it."""
-    found = importlib.util.find_spec(package)
-    if found is None or found.origin is None:
-        return ""
-    return " ".join(sorted(each.name for each in Path(found.origin).parents[1].glob(f"{package}-*.dist-info")))
-
-
-def hash_of_sources() -> str:
-    """A hash over every source file of the package and the compilers' versions; empty where they cannot be read."""
-    digest = hashlib.sha256(" ".join(map(_version, ("numba", "llvmlite"))).encode())
-    paths = sorted(PACKAGE.rglob("*.py"))
-    try:
-        for path in paths:
-            digest.update(path.relative_to(PACKAGE).as_posix().encode())
-            digest.update(path.read_bytes())
-    except OSError:
-        return ""
-    return digest.hexdigest()[:20] if paths else ""
-
-
-@functools.cache
-def source_hash() -> str:
-    """The hash at the first call, which is when the first kernel is declared: later edits do not change it."""
-    return hash_of_sources()
 
 
 @functools.cache

@@ -12,7 +12,7 @@ from ..body.scratch import new_scratch
 from ..culling import prefetch
 from ..packets.first import trace_packet
 from ..packets.lanes import BEST, DOUBT, LANES, SIZE, lane_hit, put_turns
-from ..packets.load import ALONE, coherent, fill_lanes, packet_row
+from ..packets.load import coherent, fill_lanes, packet_row
 from ..packets.packet import new_packet
 from ..packets.tile import PACKETS, ask_for_packet, new_tile, open_quarter, open_tile, tile_packet
 from ..ray import DEAD, RayArrays, load_ray, scaled_ray
@@ -32,7 +32,7 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
     doubt less. Each ray of the tiles gets exactly one hit or miss.
     """
     scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
-    lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES and width != ALONE
+    lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
     for tile in range(begin, end):
         shared = several and open_tile(geometry, memory, lanes, rays, tile, width)
         for number in range(PACKETS):
@@ -68,7 +68,11 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
 
 @kernel(begin="0..end", end="0..n", found="out")
 def trace_first_alone(geometry: Geometry, rays: RayArrays, begin: int, end: int, found: Found) -> None:
-    """First hits of rays begin..end, each by itself: a third of the code of `trace_first`, for pages that carry it."""
+    """First hits of rays begin..end, each by itself: what `trace_first` does with those that are not coherent.
+
+    Doubtful rays are asked so once more (`certified.settle`), and exported pages, which trace one at a time, carry it:
+    it is a third of the code.
+    """
     scratch = new_scratch(geometry)
     for i in range(begin, end):
         hit = no_hit()

@@ -13,11 +13,9 @@ from ...exact.outline import passes_within
 from ...exact.roots import ZERO, sign
 from ...shapes.vector import FloatArray
 from .. import tables as table
-from ..arrays.first import trace_first
+from ..arrays.first import trace_first_alone
 from ..arrays.found import Found
 from ..body.hit import is_doubtful
-from ..packets.load import ALONE
-from ..packets.tile import tile_count
 from ..ray import Ray, RayArrays, scaled_ray
 from ..surface.decide import CROSSES, MISSES, Rest
 from ..tables import POLYGON, Geometry, length
@@ -91,14 +89,12 @@ def left_doubtful(scene: Prepared, rays: RayArrays, which: Any, found: Found) ->
     some = rays.some(which)
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
     limits_of_hits(scene.geometry, some._replace(starts=entry), t, entry, limits)
-    again, tiles = Found.new(len(which)), tile_count(ALONE, len(which))
-    run_on(
-        scene.geometry,
-        lambda geometry, a, b: trace_first(geometry, some._replace(t_max=limits), ALONE, a, b, again),
-        tiles,
-        chunk_size(tiles, _CHUNK),
-        len(which),
-    )  # fmt: skip
+    again, count = Found.new(len(which)), len(which)
+
+    def work(geometry: Geometry, begin: int, end: int) -> None:
+        trace_first_alone(geometry, some._replace(t_max=limits), begin, end, again)
+
+    run_on(scene.geometry, work, count, chunk_size(count, 16 * _CHUNK), count)
     return which[is_doubtful(again.turn)]
 
 

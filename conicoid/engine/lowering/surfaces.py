@@ -22,6 +22,8 @@ from ...shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
 
 _CLOSE = 1e-11
+_ALONG = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
+"""A direction in which surfaces of different rational coefficients have different places."""
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
 
@@ -267,8 +269,7 @@ def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second
     """Fix the sign by the leading columns; divide lengths and squared lengths by the scene's own."""
     if not len(features):
         return features
-    rng = np.random.default_rng(20261120)
-    sign = np.sign(dot_rows(features[:, :leading], rng.normal(size=leading)))
+    sign = np.sign(dot_rows(features[:, :leading], _ALONG[:leading]))
     features = features * np.where(sign == 0, 1.0, sign)[:, None]
     reach = np.abs(features[:, list(first_order)]).max()
     reach = max(reach, math.sqrt(np.abs(features[:, list(second_order)]).max())) if second_order else reach
@@ -280,11 +281,10 @@ def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second
 
 
 def _clusters(members: Any, features: Floats) -> Iterable[Any]:
-    """Groups of members whose features agree to about 1e-11 along a random direction."""
+    """Groups of members whose features agree to about 1e-11 along `_ALONG`."""
     if len(members) < 2:
         return
-    rng = np.random.default_rng(20261121)
-    place = dot_rows(features, np.asarray(rng.normal(size=features.shape[1])))
+    place = dot_rows(features, _ALONG[: features.shape[1]])
     order = np.argsort(place, kind="stable")
     near = np.diff(place[order]) <= _CLOSE
     starts = np.flatnonzero(np.concatenate([[True], ~near]))

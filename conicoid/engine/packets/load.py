@@ -35,9 +35,6 @@ from .lanes import (
     put_line,
 )
 
-ALONE = -1
-"""In place of a picture's width: every ray is a packet of its own."""
-
 _SEVERAL = 4.0
 
 
@@ -50,8 +47,6 @@ def packets_across(width: int) -> int:
 @inline
 def packet_row(packet: int, row: int, width: int, count: int) -> tuple[int, int]:
     """(first ray, how many) of one of the eight rows of a packet, of a picture of some width or (0) of a list."""
-    if width == ALONE:
-        return packet, 1 if row == 0 else 0
     if width == 0:
         i = LANES * packet + 8 * row
         return i, max(0, min(8, count - i))

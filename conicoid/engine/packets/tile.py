@@ -18,7 +18,7 @@ from ..tables import Floats, Geometry
 from ..tree.walk import reciprocal, scene_tree
 from .frontier import Level, find_frontier, narrow_frontier, new_frontier, new_level
 from .lanes import LANES, put_origin
-from .load import ALONE, packet_row, packets_across
+from .load import packet_row, packets_across
 
 _SIDE = 4
 PACKETS = _SIDE * _SIDE
@@ -45,8 +45,6 @@ def new_tile() -> Tile:
 @inline
 def tile_count(width: int, count: int) -> int:
     """How many tiles `count` rays make, of a picture of some width or (0) of a list."""
-    if width == ALONE:
-        return -(-count // PACKETS)
     if width == 0:
         return -(-count // (PACKETS * LANES))
     across, down = packets_across(width), -(-count // (8 * width))
@@ -56,9 +54,9 @@ def tile_count(width: int, count: int) -> int:
 @inline
 def tile_packet(tile: int, k: int, width: int, count: int) -> int:
     """Packet k of a tile, quarter by quarter; -1 if there is none."""
-    if width in (0, ALONE):
+    if width == 0:
         packet = PACKETS * tile + k
-        return packet if packet * (LANES if width == 0 else 1) < count else -1
+        return packet if packet * LANES < count else -1
     across = packets_across(width)
     tiles = -(-across // _SIDE)
     x = _SIDE * (tile % tiles) + (k & 1) + 2 * (k >> 2 & 1)

@@ -9,6 +9,12 @@ const EXACT = {
 const exactText = (v) => (v === null ? "none" : String(v));
 const shortText = (v) => (v === null ? "none" : String(Number(v.toPrecision(6))));
 
+// What is known of the error of the distance; of a cut by the section plane nothing is asked
+function errorOf(found) {
+  if (typeof found.t_error === "number") return [["Its error", `at most ${exactText(found.t_error)}`]];
+  return found.t_error === null && found.by === "page" ? [["Its error", "left open: its bound takes exact arithmetic"]] : [];
+}
+
 function table(rows, head) {
   const body = rows.map((cells) => element("tr", {}, ...cells.map((text, k) => element(!head && k === 0 ? "th" : "td", {}, text))));
   const heading = head ? [element("tr", {}, ...head.map((text) => element("th", { scope: "col" }, text)))] : [];
@@ -32,7 +38,7 @@ export function showDetails(root, state) {
   const how = exact ? EXACT[found.by] : `Computed by the shader, in single precision. ${found.note ?? ""}`;
   place.append(element("p", { class: "how" }, how.trim()));
   const rows = [["Body", found.name], ["Face", found.face === null ? "section plane" : String(found.face)], ["Distance", text(found.t)],
-    ...(found.t_error === undefined || found.t_error === null ? [] : [["Its error", `at most ${exactText(found.t_error)}`]]),
+    ...errorOf(found),
     ["Point", row(found.point)], ["Normal", row(found.normal)], ["uv", found.uv ? row(found.uv) : "none"], ["Side", found.entering ? "entered here" : "left here"]];
   const first = table(rows);
   first.className = "hit";

@@ -1,0 +1,71 @@
+"""What a process imports before its first answer, where the package came with machine code: nothing that it can do without."""
+
+from __future__ import annotations
+
+import pytest
+
+from ..children import ROOT, child
+from ..machine_code import needs_machine_code
+
+pytestmark = needs_machine_code
+
+BARREL = ROOT / "examples" / "scenes" / "barrel.yaml"
+
+COMPILING = "numba llvmlite conicoid.compiler.dispatch conicoid.compiler.cache conicoid.compiler.kernel_cache conicoid.compiler.others conicoid.warmup"
+PROCESSES = "subprocess multiprocessing socket selectors asyncio concurrent.futures"
+TERMINAL = "rich typer click argparse"
+FILES = "yaml PIL OpenEXR defusedxml platformdirs conicoid.formats tempfile pathlib logging"
+NUMBERS = "mpmath numpy.ma numpy.random"
+WORDS = "difflib string secrets"
+OTHER_SHAPES = "conicoid.shapes.cylinder conicoid.shapes.quadric conicoid.shapes.polygon"
+
+FIRST_HIT = "co.Scene([co.Sphere()]).first_hit((0, 0, -3), (0, 0, 1)).t"
+MOVED = "co.Scene([co.Cylinder((0, 0, 0), (0, 0, 1), 1).rotate((0, 0, 1), 90) - co.Box()]).spans((0, 0, -3), (0, 0, 1)).lengths()"
+PICTURE = "co.Scene([co.Sphere()]).render(16, 16).pixels"
+COMMAND = "from conicoid.command_line.cli import app; app(sys.argv[1:], standalone_mode=False)"
+RENDER = "render", BARREL, "-o", "o.png", "--width", "16", "--height", "16"
+
+PROGRAM = """
+import sys
+import numpy
+before = set(sys.modules)
+import conicoid as co
+{work}
+print(*sorted(set(sys.modules) - before))
+"""
+
+
+def imported(work: str, folder, *words: object) -> set[str]:
+    """What some work imports, besides NumPy and what that imports."""
+    with child(PROGRAM.format(work=work), *words, cwd=folder) as running:
+        code, out, errors = running.end(60)
+    assert code == 0, errors
+    return set(out.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize(
+    ("work", "without"),
+    [
+        (FIRST_HIT, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS, OTHER_SHAPES)),
+        (MOVED, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS)),
+        (PICTURE, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS)),
+        (f"{PICTURE}; co.Image(numpy.zeros((2, 2, 3))).save('o.png')", (COMPILING, TERMINAL, "yaml OpenEXR multiprocessing", NUMBERS)),
+    ],
+)  # fmt: skip
+def test_nothing_that_is_not_needed(tmp_path, work, without):
+    found = imported(work, tmp_path)
+    assert found & set(" ".join(without).split()) == set()
+
+
+def test_a_command_draws_no_bar_before_a_second_is_over(tmp_path):
+    found = imported(COMMAND, tmp_path, *RENDER)
+    assert found & set(f"{COMPILING} {NUMBERS} rich multiprocessing".split()) == set()
+    assert (tmp_path / "o.png").exists()
+
+
+def test_an_angle_that_is_no_multiple_of_a_right_one_imports_what_computes_its_sine(tmp_path):
+    assert "mpmath" in imported(MOVED.replace("90", "10"), tmp_path)
+
+
+def test_scene_files_know_all_shapes(tmp_path):
+    assert set(OTHER_SHAPES.split()) <= imported("from conicoid.shapes import REGISTRY", tmp_path)
