@@ -6,17 +6,19 @@ import contextlib
 import sys
 import tempfile
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from .exit_codes import MISTAKE
 from .terminal import PATIENCE, Bar, compile_notes, say
 
 if TYPE_CHECKING:
+    from ..formats.ray_file import RayTable
     from ..scene import Scene
 
 
@@ -34,8 +36,31 @@ class Commands(TyperGroup):
 
 
 _LONGEST = 600
+
+
+class Command(TyperCommand):
+    """A command that takes each option once: of two values the first would be lost without a word."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        for option in given:
+            if option.param_type_name == "option" and not option.multiple and given.count(option) > 1:
+                name = max(option.opts, key=len)
+                ctx.fail(f"{name} is given {_times(given.count(option))}: only the last would count")
+        return super().parse_args(ctx, args)
+
+
+def _times(count: int) -> str:
+    return "twice" if count == 2 else f"{count} times"
+
+
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
+RayFile = Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)]
+Results = Annotated[
+    Path,
+    typer.Option("--output", "-o", help="The results, .npz or .csv; - is .csv on standard output.", show_default=False),
+]
 STDOUT = Path("-")
 """As the name of an output: standard output."""
 
@@ -129,6 +154,21 @@ def refuse_overwriting(output: Path, *read: Path) -> None:
             raise ValueError(f"{output}: is read for this and would be lost: choose another file for the results")
 
 
+def rays_for(rays: Path, scene: Path, output: Path) -> RayTable:
+    """The rays in a file, with what there is to say of them; an output that cannot be written is refused before."""
+    from ..formats.ray_file import check_output, ray_notes, read_rays
+
+    refuse_stdin(rays, "rays")
+    if output != STDOUT:
+        check_output(output)
+    check_folder(output)
+    refuse_overwriting(output, scene, rays)
+    table = read_rays(rays)
+    for note in ray_notes(table):
+        say(note)
+    return table
+
+
 def name_of(output: Path) -> str:
     """What messages call an output."""
     return "standard output" if output == STDOUT else str(output)
@@ -156,6 +196,16 @@ def _write_bytes(content: bytes) -> None:
         raise
     except OSError as error:
         raise OSError(error.errno, error.strerror, "standard output") from None
+
+
+@contextlib.contextmanager
+def said_warnings() -> Iterator[None]:
+    """Warnings as notes on stderr, a line each."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        yield
+    for warning in caught:
+        say(f"note: {warning.message}")
 
 
 def in_rays(bar: Bar, count: int) -> Any:
