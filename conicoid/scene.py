@@ -53,10 +53,11 @@ class Scene(Contents, Queries):
         background: Any = None,
         domain: Solid | None = None,
     ) -> None:
-        from .scene_parts import as_bodies, as_camera, as_domain
+        from .scene_parts import as_bodies, as_camera, as_domain, refuse_second
         from .shapes.background import as_background
         from .shapes.light import as_lights
 
+        refuse_second(lights)
         self._bodies = as_bodies(items)
         names: dict[str, int] = {}
         for i, body in enumerate(self._bodies):

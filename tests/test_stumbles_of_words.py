@@ -97,6 +97,43 @@ def test_calls(call, told):
     assert "positional" not in str(error.value)
 
 
+@pytest.mark.parametrize(("call", "told"), [
+    (lambda: sum([BALL, BOX]), r"^Sphere: sum\(\) adds nothing up here, co.Union\(\[...\]\) unites many$"),
+    (lambda: -co.HalfSpace((0, 0, 1), 0), "^HalfSpace: signs mean nothing here: a shape is its inside, ~shape the outside$"),
+    (lambda: +BALL, "^Sphere: signs mean nothing here"),
+    (lambda: co.Scene(BALL, BOX), r"^Scene: items must be in one list, Scene\(\[first, second\]\), got Box as lights$"),
+    (lambda: co.Scene([(BALL, "red")]), r"items\[0\] must be .* got tuple; Body\(shape, material, name\) is one$"),
+    (lambda: co.Scene([[BALL, BOX]]), r"got list; \[\*a, \*b\] is one list of two$"),
+    (lambda: co.Scene([SCENE, BOX]), r"got Scene; a scene has these in .bodies: \[\*a, \*b\] is one list of two$"),
+    (lambda: SCENE.first_hit([RAYS[0], RAYS[1]]), r"^first_hit: rays of a list are joined by co.Rays.concatenate\(rays\)"),
+])  # fmt: skip
+def test_combinations(call, told):
+    with pytest.raises(TypeError, match=told):
+        call()
+
+
+def test_a_section_by_an_equation_is_told_how():
+    with pytest.raises(ValueError, match=r"got 'z=0'; where it lies is the second, section\('z', 0.5\)$"):
+        SCENE.section("z=0")
+
+
+@pytest.mark.parametrize("compared", [
+    lambda body: HITS.body == body, lambda body: body == HITS.body, lambda body: HITS.name == body,
+    lambda body: HITS.body[0] == body, lambda body: HITS.body != body,
+])  # fmt: skip
+def test_numbers_of_bodies_are_not_compared_with_bodies(compared):
+    with pytest.raises(TypeError, match=r"^Body: numbers and names are no bodies: compare hits.name == body.name"):
+        compared(SCENE["ball"])
+
+
+def test_bodies_are_equal_as_before():
+    body = SCENE["ball"]
+    assert body == co.Body(co.Sphere(), co.matte("red", name="steel"), "ball")
+    assert hash(body) == hash(co.Body(co.Sphere(), co.matte("red", name="steel"), "ball"))
+    assert body not in (None, 3, "ball", co.Sphere(), co.Body(co.Sphere(), "red", "ball"))
+    assert (HITS.name == body.name).all()
+
+
 def test_values_after_rays_are_told_of_their_order():
     with pytest.raises(
         ValueError, match=r"got \(2,\); values come first: line_integral\(values, origins, directions\)$"

@@ -79,7 +79,8 @@ def _camera(plane: Any, at: Any, extent: Box, aspect: float) -> OrthographicCame
         return plane
     if not isinstance(plane, str) or plane not in AXES:
         given = shown(plane) if isinstance(plane, str) else what(plane)
-        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {given}")
+        hint = "; where it lies is the second, section('z', 0.5)"
+        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {given}{hint}")
     axis, (low, high) = AXES.index(plane), extent
     position = (low + high) / 2
     position[axis] = number("section", "at", 0.0 if at is None else at)

@@ -173,7 +173,15 @@ class Shape(ABC):
         def __mul__(self, other: Any) -> Any:
             return _no_operator(self, "*", other)
 
-        __rmul__ = __mul__
+        def __radd__(self, other: Any) -> Any:
+            return _no_operator(self, "+", other)
+
+        def __neg__(self) -> Any:
+            raise TypeError(
+                f"{type(self).__name__}: signs mean nothing here: a shape is its inside, ~shape the outside"
+            )
+
+        __rmul__, __pos__ = __mul__, __neg__
 
     is_sheet: ClassVar[bool]
     """True for open surfaces, which bound no volume."""

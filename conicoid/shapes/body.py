@@ -6,6 +6,8 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .base import Shape
 from .calls import explained_methods
 from .elsewhere import no_attribute, no_operator
@@ -36,6 +38,18 @@ class Body:
             object.__setattr__(self, "material", as_material("Body", self.material, _meant_as_name(self)))
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise ValueError(f"Body: name must be a non-empty text or None, got {shown(self.name)}")
+
+    def __eq__(self, other: object) -> bool:
+        """Whether it is a body of an equal shape, material and name."""
+        if isinstance(other, np.ndarray | np.generic):  # which would be False throughout
+            raise TypeError(
+                "Body: numbers and names are no bodies: compare hits.name == body.name, or hits.body == number"
+            )
+        if not isinstance(other, Body):
+            return NotImplemented
+        return (self.shape, self.material, self.name) == (other.shape, other.material, other.name)
+
+    __array_ufunc__ = None  # so that arrays ask the body
 
     def translate(self, offset: Any) -> Body:
         """The body, moved by `offset`, three numbers: its shape is."""

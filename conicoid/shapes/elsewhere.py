@@ -121,6 +121,8 @@ def no_operator(thing: object, operator: str, other: Any) -> TypeError | None:
     kind = type(thing).__name__
     if operator == "*" and isinstance(other, int | float):
         return TypeError(f"{kind}: * {other} is no operation, {kind.lower()}.scale({other}) changes its size")
+    if operator == "+" and other == 0 and isinstance(other, int):
+        return TypeError(f"{kind}: sum() adds nothing up here, co.Union([...]) unites many")
     if operator in "+-" and isinstance(other, tuple | list | np.ndarray) and _are_numbers(other):
         return TypeError(f"{kind}: {operator} {other} is no operation, {kind.lower()}.translate(offset) moves it")
     if not isinstance(other, Shape | Body):

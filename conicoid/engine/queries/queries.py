@@ -44,6 +44,8 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
         )
     if directions is None and type(origins).__module__.startswith("conicoid."):
         raise TypeError(f"{query}: origins must be arrays or a Rays, got {what(origins)}")
+    if directions is None and isinstance(origins, list | tuple) and any(isinstance(ray, Rays) for ray in origins):
+        raise TypeError(f"{query}: rays of a list are joined by co.Rays.concatenate(rays), got {what(origins)}")
     if directions is None:
         raise TypeError(
             f"{query}: directions are missing: pass origins and directions, or a Rays "
