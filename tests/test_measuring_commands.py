@@ -201,3 +201,26 @@ def test_a_view_of_nothing_is_told_of(files, tmp_path):
     assert "note: no body is in view; --fit takes a camera that sees all that is bounded" in result.stderr
     assert "note" not in run(*view, "--position", "0,0,9", "--look-at", "0,0,0").stderr
     assert "note" not in run(*view, "--fit").stderr
+
+
+@pytest.mark.parametrize(("arguments", "told"), [
+    (["check", "scene.yaml"], "No such command 'check': conicoid info SCENE --check does that."),
+    (["volume", "scene.yaml"], "conicoid measure does that."),
+    (["render", "scene.yaml", "-o", "x.png", "--fov", "3"], "--field-of-view"),
+    (["render", "scene.yaml", "-o", "x.png", "--size", "3"], "--height, --width"),
+    (["trace", "scene.yaml", "rays.npy", "--out", "x.npz"], "--output"),
+])  # fmt: skip
+def test_commands_and_options_as_they_are_called_elsewhere(arguments, told):
+    result = run(*arguments)
+    assert result.exit_code == 2
+    said = " ".join(result.stderr.replace("│", " ").split())
+    assert told in said
+    assert "--fit" not in said
+
+
+def test_what_other_commands_are_called_is_no_command():
+    from conicoid.command_line import parts
+
+    commands = [command.name or command.callback.__name__ for command in app.registered_commands]
+    assert not set(parts._COMMANDS) & set(commands)
+    assert {meant.split()[0] for meant in parts._COMMANDS.values()} <= {*commands, "--version"}

@@ -176,7 +176,7 @@ def test_hints_name_what_there_is():
     from conicoid.shapes import elsewhere
 
     assert all(hasattr(co, name) for name in elsewhere.FUNCTIONS)
-    assert all(hasattr(co, name) for name in elsewhere._PACKAGE.values())
+    assert all(hasattr(co, name) for name in elsewhere.CLASSES.values())
     assert all(hasattr(BALL, name) for name in elsewhere.ELSEWHERE.values())
     assert not any(hasattr(co.Sphere, name) or hasattr(co.Body, name) for name in elsewhere.ELSEWHERE)
 
@@ -255,3 +255,13 @@ def test_a_turn_about_a_point_in_a_scene_file(tmp_path):
     assert co.load(tmp_path / "scene.yaml") == scene
     with pytest.raises(co.SceneFileError, match=r"move\[0\]: rotate: about: must be 3 numbers, got 2"):
         parsed(text % "[2, 2]", "x.yaml")
+
+
+@pytest.mark.parametrize(("shape", "told"), [
+    ("{Ball: {}}", r"unknown shape 'Ball' \(did you mean 'Sphere'\?\)$"),
+    ("{Rotate: {}}", r"unknown shape 'Rotate': motions stand beside a shape, move: \[\{rotate: ...\}\]$"),
+    ("{Box: {size: [1, 1, 1]}}", r"Box: a box is given by two corners, Box\(low, high\), got size alone; of size"),
+])  # fmt: skip
+def test_scene_files_tell_what_is_meant(shape, told):
+    with pytest.raises(co.SceneFileError, match=told):
+        parsed(f"bodies: [{{shape: {shape}}}]", "x.yaml")

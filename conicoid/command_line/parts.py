@@ -25,6 +25,11 @@ if TYPE_CHECKING:
 class Commands(TyperGroup):
     """The commands; what they say of their arguments is never longer than a screen."""
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args and args[0] in _COMMANDS:
+            ctx.fail(f"No such command {args[0]!r}: conicoid {_COMMANDS[args[0]]} does that.")
+        return super().resolve_command(ctx, args)
+
     def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
@@ -36,18 +41,40 @@ class Commands(TyperGroup):
 
 
 _LONGEST = 600
+_COMMANDS = {
+    "check": "info SCENE --check", "volume": "measure", "volumes": "measure", "spans": "trace --spans",
+    "section": "render --section", "slice": "render --section", "show": "view", "convert": "import",
+    "version": "--version",
+}  # fmt: skip
+"""Commands that one may look for, and those that there are."""
+_OPTIONS = {
+    "--fov": ("--field-of-view",), "--size": ("--width", "--height"), "--resolution": ("--width", "--height"),
+    "--camera": ("--position", "--look-at"), "--eye": ("--position",), "--target": ("--look-at",),
+    "--spp": ("--samples",), "--out": ("--output",),
+}  # fmt: skip
+"""Options as they are called elsewhere, and here."""
 
 
 class Command(TyperCommand):
     """A command that takes each option once: of two values the first would be lost without a word."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        try:
+            _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        except Exception as error:
+            name = getattr(error, "option_name", None)
+            if name in _OPTIONS and set(_OPTIONS[name]) <= set(self._names):
+                error.possibilities = list(_OPTIONS[name])  # type: ignore[attr-defined]
+            raise
         for option in given:
             if option.param_type_name == "option" and not option.multiple and given.count(option) > 1:
                 name = max(option.opts, key=len)
                 ctx.fail(f"{name} is given {_times(given.count(option))}: only the last would count")
         return super().parse_args(ctx, args)
+
+    @property
+    def _names(self) -> list[str]:
+        return [name for option in self.params for name in option.opts]
 
 
 def _times(count: int) -> str:

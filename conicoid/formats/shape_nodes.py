@@ -19,6 +19,7 @@ import numpy as np
 
 from ..shapes import REGISTRY, Shape, Sheet
 from ..shapes.about import about
+from ..shapes.elsewhere import CLASSES
 from ..shapes.motion import AXES, STILL, Motion
 from ..shapes.region import Difference, Intersection
 from ..shapes.spheres import Spheres
@@ -156,7 +157,7 @@ class ShapeReader:
         if key.text == "shape":
             return self.read(value, where)
         if key.text not in REGISTRY:
-            return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
+            return self._unknown(key, where)
         cls = REGISTRY[key.text]
         if issubclass(cls, Spheres):
             return self._spheres(value, f"{where}: Spheres")
@@ -165,6 +166,15 @@ class ShapeReader:
         where = f"{where}: {cls.__name__}"
         operands = self._operands(value, where, isinstance(field, Several))
         return operands if operands is BAD else self.reader.made(value, where, lambda: combined(cls, operands))
+
+    def _unknown(self, key: Scalar, where: str) -> Bad:
+        """Report a name that no shape has: a motion, one that has another name here, or a typo."""
+        if key.text.lower() in ("translate", "rotate", "scale", "transform"):
+            found = f"unknown shape {key.text!r}: motions stand beside a shape, move: [{{{key.text.lower()}: ...}}]"
+            return self.reader.report(key, where, found)
+        if (meant := CLASSES.get(key.text, "")) in REGISTRY:
+            return self.reader.report(key, where, f"unknown shape {key.text!r} (did you mean {meant!r}?)")
+        return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
 
     def _operands(self, value: Node, where: str, several: bool) -> Any:
         if not several:

@@ -25,7 +25,7 @@ _COMBINED = {
     "cut": "-", "minus": "-",
 }  # fmt: skip
 _OF_BODIES = ("material", "color", "name")
-_PACKAGE = {
+CLASSES = {
     "Ball": "Sphere", "Cuboid": "Box", "Cube": "Box", "Block": "Box", "Tube": "Cylinder", "Pipe": "Cylinder",
     "Ray": "Rays", "Hit": "Hits", "Span": "Spans", "Circle": "Disc", "Disk": "Disc", "Group": "Union",
     "Prism": "Polyhedron", "Frustum": "Cone", "Light": "PointLight",
@@ -101,7 +101,7 @@ def no_attribute_of_package(name: str) -> str:
         return f": shapes have it, shape.{ELSEWHERE.get(motion, motion)}(...)"
     if name in ("Torus", "Mesh"):
         return ": bodies are made of planes and quadrics, nothing else"
-    return f" (did you mean {_PACKAGE[name]}?)" if name in _PACKAGE else ""
+    return f" (did you mean {CLASSES[name]}?)" if name in CLASSES else ""
 
 
 def _told(thing: object, name: str, hint: str) -> AttributeError:
