@@ -126,7 +126,7 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
     if home is None:
-        raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}")
+        raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}{_meant(name)}")
     value = getattr(importlib.import_module(home, __name__), name)
     if isinstance(value, type):
         from .shapes.calls import explain
@@ -134,6 +134,17 @@ def __getattr__(name: str) -> Any:
         explain(value)
     globals()[name] = value
     return value
+
+
+def _meant(name: str) -> str:
+    """What to tell of a name that there is not."""
+    if name.startswith("_"):
+        return ""
+    from .shapes.elsewhere import no_attribute_of_package
+    from .shapes.suggestion import close_to
+
+    close = close_to(name, __all__, 0.7)
+    return no_attribute_of_package(name) or (f" (did you mean {close}?)" if close else "")
 
 
 def __dir__() -> list[str]:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from .colormap import COLORMAPS, mapped
 from .shapes.arrays import is_masked, real_array
+from .shapes.calls import explained_methods
 from .shapes.calm import calm
 from .shapes.carried import restore
 from .shapes.color import srgb_decode
@@ -25,6 +26,7 @@ SUFFIXES = (".png", ".exr", ".jpg", ".jpeg", ".webp")
 Pixels = npt.NDArray[np.float32]
 
 
+@explained_methods
 class Image:
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 

@@ -12,7 +12,9 @@ from .scene_contents import Contents
 from .scene_queries import Queries
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
+from .shapes.calls import explained_methods
 from .shapes.calm import calm
+from .shapes.elsewhere import no_attribute_of_scene
 from .shapes.validate import callback, flag, positive, shown, what
 from .shapes.validate import path as checked_path
 from .shapes.vector import Box
@@ -29,6 +31,7 @@ _SAME: Any = object()
 _PARTS = ("lights", "camera", "background", "domain")
 
 
+@explained_methods
 class Scene(Contents, Queries):
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
@@ -50,10 +53,11 @@ class Scene(Contents, Queries):
         background: Any = None,
         domain: Solid | None = None,
     ) -> None:
-        from .scene_parts import as_bodies, as_camera, as_domain
+        from .scene_parts import as_bodies, as_camera, as_domain, refuse_second
         from .shapes.background import as_background
         from .shapes.light import as_lights
 
+        refuse_second(lights)
         self._bodies = as_bodies(items)
         names: dict[str, int] = {}
         for i, body in enumerate(self._bodies):
@@ -66,7 +70,10 @@ class Scene(Contents, Queries):
         self._prepared: Prepared | None = None
         self._lock = lock()
 
-    if not TYPE_CHECKING:  # else checkers would let any name be set
+    if not TYPE_CHECKING:  # else checkers would let any name be asked for, and set
+
+        def __getattr__(self, name: str) -> Any:
+            raise no_attribute_of_scene(self, name)
 
         def __setattr__(self, name: str, value: Any) -> None:
             if not name.startswith("_") and (type(self) is Scene or hasattr(Scene, name)):
@@ -228,7 +235,8 @@ class Scene(Contents, Queries):
             `OrthographicCamera`, through whose position it goes, across the view.
         width, height: of the picture, in pixels. `samples` for each pixel smooth the edges.
 
-        Clear materials are pale blue, and white is nothing or void. The pattern of a Checker is not drawn.
+        Clear materials are pale blue, and white is nothing or void. The pattern of a Checker is not drawn. Warns where
+        no solid is cut at all.
         """
         from .image import Image
         from .render.section import section_pixels

@@ -10,10 +10,12 @@ import numpy as np
 from .scene_parts import as_index, named, numbered
 from .shapes.base import Solid
 from .shapes.body import Body
+from .shapes.calls import explained_methods
 from .shapes.labels import counted, first_numbers, one_ball
 from .shapes.validate import shown
 
 
+@explained_methods
 class Contents:
     """The parts of a scene, as they were said, and its bodies as a sequence by their numbers."""
 

@@ -28,12 +28,23 @@ def as_bodies(items: Any) -> tuple[Body, ...]:
     return tuple(_as_body(i, item) for i, item in enumerate(items))
 
 
+def refuse_second(lights: Any) -> None:
+    """TypeError for a second shape or body, which stands where lights do."""
+    if isinstance(lights, (Shape, Body)):
+        raise TypeError(f"Scene: items must be in one list, Scene([first, second]), got {what(lights)} as lights")
+
+
 def _as_body(index: int, item: Any) -> Body:
     if isinstance(item, Body):
         return item
     if isinstance(item, Shape):
         return Body(item)
-    raise TypeError(f"Scene: items[{index}] must be a shape or a Body, got {what(item)}")
+    hint = ""
+    if isinstance(item, tuple) and len(item) > 1 and isinstance(item[0], Shape):
+        hint = "; Body(shape, material, name) is one"
+    elif hasattr(item, "bodies") or isinstance(item, list):
+        hint = f"; {'a scene has these in .bodies: ' if hasattr(item, 'bodies') else ''}[*a, *b] is one list of two"
+    raise TypeError(f"Scene: items[{index}] must be a shape or a Body, got {what(item)}{hint}")
 
 
 def named(bodies: Sequence[Body], name: str) -> int:

@@ -107,7 +107,7 @@ class Queries:
         from .engine.queries import integrals, queries
 
         callback("line_integral", "progress", progress)
-        rays = queries.as_rays("line_integral", origins, directions)
+        rays = queries.rays_after_values(values, origins, directions)
         return integrals.line_integral(self.prepared, values, rays, t_min, t_max, otherwise, progress)
 
     @calm

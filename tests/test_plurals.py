@@ -13,10 +13,10 @@ BALL = co.Scene([co.Sphere(1)])
 
 
 def test_representations():
-    ray = ((0, 0, -3), (0, 0, 1))
-    assert repr(BALL.first_hit(*ray)) == "Hits(shape=(), 1 of 1 ray hit)"
-    assert repr(BALL.spans(*ray)) == "Spans(shape=(), 1 span)"
-    assert repr(BALL.crossings(*ray)) == "Crossings(shape=(), 2 crossings)"
+    rays = ([(0, 0, -3)], (0, 0, 1))
+    assert repr(BALL.first_hit(*rays)) == "Hits(shape=(1,), 1 of 1 ray hit)"
+    assert repr(BALL.spans(*rays)) == "Spans(shape=(1,), 1 span)"
+    assert repr(BALL.crossings(*rays)) == "Crossings(shape=(1,), 2 crossings)"
     assert repr(BALL.crossings((0, 0, -3), (0, 0, -1))) == "Crossings(shape=(), 0 crossings)"
 
 

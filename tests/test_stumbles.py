@@ -69,7 +69,7 @@ def test_colours_are_materials_in_scene_files(tmp_path, written, color):
 
 def test_a_name_under_materials_comes_before_the_colour():
     text = "materials: {gray: {mirror: {}}}\nbodies: [{shape: {Sphere: {}}, material: gray}]"
-    assert parsed(text, "scene.yaml").bodies[0].material == co.mirror()
+    assert parsed(text, "scene.yaml").bodies[0].material == co.mirror(name="gray")
 
 
 @pytest.mark.parametrize("written", ["grayy", "'#ff00'"])

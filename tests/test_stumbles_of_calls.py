@@ -19,8 +19,8 @@ RAYS = co.Rays([(0, 0, 5), (0.1, 0, 5)], (0, 0, -1))
 
 @pytest.mark.parametrize(("call", "told"), [
     (lambda: BALL.translate(1, 2, 3), r"translate\(\) takes 1 argument, got 3; .* brackets: translate\(\(1, 2, 3\)\)$"),
-    (lambda: BALL.scale(1, 2, 3), r"scale\(\) takes 1 argument, got 3; .*: scale\(\(1, 2, 3\)\)$"),
-    (lambda: BALL.rotate(30), r"rotate\(\) missing degrees; call it as rotate\(axis, degrees\)$"),
+    (lambda: BALL.scale(1, 2, 3), r"scale\(\) takes 1 argument without a name, got 3; .*: scale\(\(1, 2, 3\)\)$"),
+    (lambda: BALL.rotate(30), r"rotate\(\) missing degrees; call it as rotate\(axis, degrees, \*, about\)$"),
     (lambda: BALL.rotate("z", angle=30), r"has no argument 'angle' \(did you mean degrees\?\)"),
     (lambda: SCENE.render(size=(2, 2)), r"has no argument 'size' \(did you mean width and height\?\); call it as render\("),
     (lambda: SCENE.render(2, 2, widht=3), r"\(did you mean width\?\)"),

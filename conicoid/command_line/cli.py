@@ -1,4 +1,4 @@
-"""The command line: conicoid render, turntable, view, export, info, trace, import, bench, schema."""
+"""The command line: conicoid render, turntable, view, export, info, trace, lengths, measure, import, bench, schema."""
 
 from __future__ import annotations
 
@@ -7,9 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
+from .exit_codes import FOUND
+from .measuring import LENGTHS_EXAMPLES, MEASURE_EXAMPLES, lengths, measure
 from .parts import (
     STDOUT,
+    Command,
     Commands,
+    RayFile,
+    Results,
     SceneFile,
     Threads,
     check_folder,
@@ -17,7 +22,7 @@ from .parts import (
     name_of,
     only_with,
     prepare,
-    refuse_overwriting,
+    rays_for,
     refuse_stdin,
     refused_files,
     written,
@@ -34,7 +39,8 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Scene files, ray files and results are described in docs/files.md. Exit codes: 0 done, "
-    "2 a mistake in the input, 130 interrupted, 141 nobody reads the results, 1 anything else.",
+    "2 a mistake in the input, 3 a check that has found something, 130 interrupted, 141 nobody reads the results, "
+    "1 anything else.",
 )
 
 
@@ -65,13 +71,14 @@ def common(
         check_environment()
 
 
-app.command(epilog=RENDER_EXAMPLES)(render)
-app.command(epilog=TURNTABLE_EXAMPLES)(turntable)
+app.command(cls=Command, epilog=RENDER_EXAMPLES)(render)
+app.command(cls=Command, epilog=TURNTABLE_EXAMPLES)(turntable)
 
 
 @app.command(
+    cls=Command,
     epilog="Examples:\n\n  conicoid view scene.yaml\n\n  conicoid view --quadrics\n\n"
-    "The page follows the file as it changes. docs/viewer.md says what can be done on it."
+    "The page follows the file as it changes. docs/viewer.md says what can be done on it.",
 )
 def view(
     scene: Annotated[
@@ -101,7 +108,7 @@ def view(
         serve(session, port, browser, say)
 
 
-@app.command(epilog="Example:\n\n  conicoid export scene.yaml scene.html")
+@app.command(cls=Command, epilog="Example:\n\n  conicoid export scene.yaml scene.html")
 def export(
     scene: SceneFile,
     output: Annotated[Path, typer.Argument(metavar="PAGE", help="The page, .html.", show_default=False)],
@@ -121,9 +128,11 @@ def export(
 
 
 @app.command(
+    cls=Command,
     epilog="Examples:\n\n  conicoid info scene.yaml\n\n  conicoid info scene.yaml --check\n\n"
     "  conicoid info --system\n\n"
-    "Overlaps may be intended: the body listed first has them. docs/booleans.md says what the check finds."
+    "Overlaps may be intended: the body listed first has them. docs/booleans.md says what the check finds. "
+    "With --check the exit code is 3 where there are findings.",
 )
 def info(
     context: typer.Context,
@@ -170,38 +179,28 @@ def info(
             findings = find(loaded, rays, seed, bar)
         for line in (*report.findings(findings), *report.not_looked_for(loaded)):
             typer.echo(line)
+        if findings:
+            raise typer.Exit(FOUND)
 
 
 @app.command(
+    cls=Command,
     epilog="Examples:\n\n  conicoid trace scene.yaml rays.npy -o hits.npz\n\n"
     "  conicoid trace scene.yaml rays.csv -o spans.csv --spans\n\n"
-    "rays.npy has shape (N, 6): origin and direction. docs/files.md describes all files."
+    "rays.npy has shape (N, 6): origin and direction. docs/files.md describes all files.",
 )
 def trace(
     scene: SceneFile,
-    rays: Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)],
-    output: Annotated[
-        Path,
-        typer.Option(
-            "--output", "-o", help="The results, .npz or .csv; - is .csv on standard output.", show_default=False
-        ),
-    ],
+    rays: RayFile,
+    output: Results,
     spans: Annotated[bool, typer.Option("--spans", help="Every stretch inside a body, not the first hit.")] = False,
     threads: Threads = None,
 ) -> None:
     """Follow rays through a scene and write what they hit."""
     with user_mistakes():
-        from ..formats.ray_file import check_output, ray_notes, read_rays, write_hits, write_spans
+        from ..formats.ray_file import is_npz, write_hits, write_spans
 
-        refuse_stdin(rays, "rays")
-
-        if output != STDOUT:
-            check_output(output)
-        check_folder(output)
-        refuse_overwriting(output, scene, rays)
-        table = read_rays(rays)
-        for note in ray_notes(table):
-            say(note)
+        table = rays_for(rays, scene, output)
         loaded = load(scene, threads)
         from . import ray_tables
 
@@ -209,14 +208,20 @@ def trace(
             ray_tables.check(table)
         prepare(loaded)
         with compile_notes(), Bar("tracing", "ray") as bar:
-            arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar)
+            all_fields = output != STDOUT and is_npz(output)
+            arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar, all_fields)
         with written(output, ".csv") as file:
             (write_spans if spans else write_hits)(file, arrays)
         say(f"{name_of(output)}: {ray_tables.summary(arrays)}")
 
 
+app.command(cls=Command, epilog=LENGTHS_EXAMPLES)(lengths)
+app.command(cls=Command, epilog=MEASURE_EXAMPLES)(measure)
+
+
 @app.command(
     "import",
+    cls=Command,
     epilog="Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"
     "  conicoid import model.xml -o scene.yaml --no-void\n\ndocs/openmc.md says what becomes of what.",
 )
@@ -252,12 +257,13 @@ def import_(
 
 
 @app.command(
+    cls=Command,
     epilog="Examples:\n\n  conicoid bench\n\n  conicoid bench --rows camera-1000 --rows build\n\n"
     "  conicoid bench --accuracy --rows sphere --picture errors.png\n\n"
     "Rows: camera, random, picture, build, growth and more against peers; latency, import, command, compile, memory "
     "against what is asked of Conicoid itself, at most.\n\n"
     'The peers come with `pip install ".\\[bench]"` in the repository; docs/performance.md says how to read the table, '
-    "docs/exactness-measured.md that of accuracy."
+    "docs/exactness-measured.md that of accuracy.",
 )
 def bench(
     rows: Annotated[
@@ -306,7 +312,7 @@ def bench(
             show_table(shown.table, shown.about)
 
 
-@app.command(epilog="Example:\n\n  conicoid schema > scene.schema.json")
+@app.command(cls=Command, epilog="Example:\n\n  conicoid schema > scene.schema.json")
 def schema() -> None:
     """Print the JSON Schema of scene files, with which editors complete and check them."""
     import json

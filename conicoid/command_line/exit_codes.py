@@ -9,6 +9,8 @@ FAILED = 1
 """The machine's fault, not the input's: a full disk, too little memory, a package that is missing; or a bug."""
 MISTAKE = 2
 """The input's, or the command line's: a message says what is wrong, and nothing is written."""
+FOUND = 3
+"""A check has found something: what was asked for is done, and says that a person should look."""
 INTERRUPTED = 130
 """By Ctrl-C: 128 and the number of the signal, as shells have it."""
 CLOSED = 141

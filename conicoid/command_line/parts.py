@@ -6,22 +6,29 @@ import contextlib
 import sys
 import tempfile
 import time
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from .exit_codes import MISTAKE
 from .terminal import PATIENCE, Bar, compile_notes, say
 
 if TYPE_CHECKING:
+    from ..formats.ray_file import RayTable
     from ..scene import Scene
 
 
 class Commands(TyperGroup):
     """The commands; what they say of their arguments is never longer than a screen."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args and args[0] in _COMMANDS:
+            ctx.fail(f"No such command {args[0]!r}: conicoid {_COMMANDS[args[0]]} does that.")
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -34,8 +41,53 @@ class Commands(TyperGroup):
 
 
 _LONGEST = 600
+_COMMANDS = {
+    "check": "info SCENE --check", "volume": "measure", "volumes": "measure", "spans": "trace --spans",
+    "section": "render --section", "slice": "render --section", "show": "view", "convert": "import",
+    "version": "--version",
+}  # fmt: skip
+"""Commands that one may look for, and those that there are."""
+_OPTIONS = {
+    "--fov": ("--field-of-view",), "--size": ("--width", "--height"), "--resolution": ("--width", "--height"),
+    "--camera": ("--position", "--look-at"), "--eye": ("--position",), "--target": ("--look-at",),
+    "--spp": ("--samples",), "--out": ("--output",),
+}  # fmt: skip
+"""Options as they are called elsewhere, and here."""
+
+
+class Command(TyperCommand):
+    """A command that takes each option once: of two values the first would be lost without a word."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        try:
+            _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        except Exception as error:
+            name = getattr(error, "option_name", None)
+            if name in _OPTIONS and set(_OPTIONS[name]) <= set(self._names):
+                error.possibilities = list(_OPTIONS[name])  # type: ignore[attr-defined]
+            raise
+        for option in given:
+            if option.param_type_name == "option" and not option.multiple and given.count(option) > 1:
+                name = max(option.opts, key=len)
+                ctx.fail(f"{name} is given {_times(given.count(option))}: only the last would count")
+        return super().parse_args(ctx, args)
+
+    @property
+    def _names(self) -> list[str]:
+        return [name for option in self.params for name in option.opts]
+
+
+def _times(count: int) -> str:
+    return "twice" if count == 2 else f"{count} times"
+
+
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
+RayFile = Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)]
+Results = Annotated[
+    Path,
+    typer.Option("--output", "-o", help="The results, .npz or .csv; - is .csv on standard output.", show_default=False),
+]
 STDOUT = Path("-")
 """As the name of an output: standard output."""
 
@@ -125,6 +177,21 @@ def refuse_overwriting(output: Path, *read: Path) -> None:
             raise ValueError(f"{output}: is read for this and would be lost: choose another file for the results")
 
 
+def rays_for(rays: Path, scene: Path, output: Path) -> RayTable:
+    """The rays in a file, with what there is to say of them; an output that cannot be written is refused before."""
+    from ..formats.ray_file import check_output, ray_notes, read_rays
+
+    refuse_stdin(rays, "rays")
+    if output != STDOUT:
+        check_output(output)
+    check_folder(output)
+    refuse_overwriting(output, scene, rays)
+    table = read_rays(rays)
+    for note in ray_notes(table):
+        say(note)
+    return table
+
+
 def name_of(output: Path) -> str:
     """What messages call an output."""
     return "standard output" if output == STDOUT else str(output)
@@ -152,6 +219,16 @@ def _write_bytes(content: bytes) -> None:
         raise
     except OSError as error:
         raise OSError(error.errno, error.strerror, "standard output") from None
+
+
+@contextlib.contextmanager
+def said_warnings() -> Iterator[None]:
+    """Warnings as notes on stderr, a line each."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        yield
+    for warning in caught:
+        say(f"note: {warning.message}")
 
 
 def in_rays(bar: Bar, count: int) -> Any:

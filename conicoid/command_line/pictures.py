@@ -19,6 +19,7 @@ from .parts import (
     name_of,
     only_with,
     prepare,
+    said_warnings,
     written,
 )
 from .terminal import Bar, compile_notes, say, user_mistakes
@@ -121,11 +122,13 @@ def render(
         loaded = load(scene, threads)
         camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
         prepare(loaded)
-        with compile_notes(), Bar("rendering", "ray") as bar:
+        with compile_notes(), said_warnings(), Bar("rendering", "ray") as bar:
             image = loaded.section(*plane, width, height, samples) if plane else loaded.render(
                 width, height, samples, integrator, seed, depth=depth, camera=camera, axes=axes, labels=labels,
                 normals=normals, progress=in_rays(bar, width * height * samples),
             )  # fmt: skip
+        if plane is None and _sees_nothing(loaded, camera, width, height):
+            say("note: no body is in view" + ("" if fit else "; --fit takes a camera that sees all that is bounded"))
         with written(output, ".png") as file:
             image.save(file)
         say(f"{name_of(output)}: {width} x {height} pixels")
@@ -220,6 +223,16 @@ def _camera(
     if orthographic is not None:
         return OrthographicCamera(place, target, **more, height=orthographic)
     return Camera(place, target, **more)
+
+
+def _sees_nothing(scene: Scene, camera: AnyCamera | None, width: int, height: int) -> bool:
+    """Whether no ray through the centre of a pixel hits; few are asked where one of these does."""
+    seen_by = camera or scene.camera
+    if seen_by is None or not scene.bodies:
+        return False
+    few = max(1, max(width, height) // 64)
+    rays = seen_by.rays(width, height)
+    return not (scene.occluded(rays[::few, ::few]).any() or scene.occluded(rays).any())
 
 
 def _plane(context: typer.Context, text: str) -> tuple[str, float]:

@@ -22,31 +22,60 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 Progress = Callable[[int, int], Any]
 
 
-def first_hits(scene: Scene, table: RayTable, progress: Progress) -> Arrays:
-    """t, point, normal, uv, body, face, surface and entering of each ray, in the rays' leading shape."""
+def first_hits(scene: Scene, table: RayTable, progress: Progress, all_fields: bool = False) -> Arrays:
+    """t, point, normal, uv, body, face, surface and entering of each ray, in the rays' leading shape.
+
+    all_fields: what `hits.save` writes.
+    """
+    from ..formats.hits_file import ROWS, heads_of, rows_of
+
     rays, t_min, t_max = _flat(table)
-    pieces: dict[str, list[Any]] = {name: [] for name in HITS}
+    names = ROWS if all_fields else HITS
+    pieces: dict[str, list[Any]] = {name: [] for name in names}
     for piece in _pieces(len(rays), progress):
         hits = scene.first_hit(rays[piece], None, t_min[piece], t_max[piece])
-        for name in HITS:
-            pieces[name].append(getattr(hits, name))
-    shape = np.broadcast_shapes(table.origins.shape, table.directions.shape)[:-1]
-    joined = {name: np.concatenate(parts) for name, parts in pieces.items()}
-    return {name: array.reshape(shape + array.shape[1:]) for name, array in joined.items()}
+        rows = rows_of(hits.detached()) if all_fields else {name: getattr(hits, name) for name in names}
+        if "starts" in rows:
+            rows["starts"] = np.broadcast_to(rows["starts"], hits.shape)
+        for name, row in rows.items():
+            pieces[name].append(row)
+    shape = table.shape
+    joined = {name: np.concatenate(pieces.pop(name)) for name in names}
+    shaped = {name: row if name == "starts" else row.reshape(shape + row.shape[1:]) for name, row in joined.items()}
+    prepared = scene.prepared
+    return shaped | (heads_of(rays, prepared.key, prepared.labels.of_only(shaped["body"])) if all_fields else {})
 
 
-def spans(scene: Scene, table: RayTable, progress: Progress) -> Arrays:
-    """offsets (rays + 1), and the rows of all rays, flattened, one after the other."""
+def spans(scene: Scene, table: RayTable, progress: Progress, all_fields: bool = False) -> Arrays:
+    """offsets (rays + 1), and the rows of all rays, flattened, one after the other; or all that `spans.save` writes."""
     rays, t_min, t_max = _flat(table)
     counts: list[Any] = [np.zeros(1, np.int64)]
-    pieces: dict[str, list[Any]] = {name: [] for name in SPANS}
+    pieces: list[Any] = []
     for piece in _pieces(len(rays), progress):
         found = scene.spans(rays[piece], None, t_min[piece], t_max[piece])
         counts.append(np.diff(found.offsets))
-        for name in SPANS:
-            pieces[name].append(getattr(found, name))
-    joined = {name: np.concatenate(parts) for name, parts in pieces.items()}
+        pieces.append(found.detached() if all_fields else {name: getattr(found, name) for name in SPANS})
+    if all_fields:
+        from ..engine.answers.spans import Spans
+        from ..formats.lists_file import arrays_of_lists
+
+        return arrays_of_lists(pieces[0] if len(pieces) == 1 else Spans.concatenate(pieces))
+    joined = {name: np.concatenate([rows[name] for rows in pieces]) for name in SPANS}
     return {"offsets": np.cumsum(np.concatenate(counts))} | joined
+
+
+def lengths(scene: Scene, table: RayTable, by: Any, progress: Progress) -> Any:
+    """The length of each ray inside each body or material, in the rays' leading shape: (..., columns)."""
+    rays, t_min, t_max = _flat(table)
+    found = scene.lengths(rays, None, t_min, t_max, by=by, progress=progress)
+    return found.reshape((*table.shape, *found.shape[1:]))
+
+
+def line_integrals(scene: Scene, table: RayTable, values: Any, otherwise: Any, progress: Progress) -> Any:
+    """The line integral of each ray, in the rays' leading shape, (...) or (..., energies)."""
+    rays, t_min, t_max = _flat(table)
+    found = np.asarray(scene.line_integral(values, rays, None, t_min, t_max, otherwise=otherwise, progress=progress))
+    return found.reshape((*table.shape, *found.shape[1:]))
 
 
 def check(table: RayTable) -> None:

@@ -19,22 +19,33 @@ if TYPE_CHECKING:
 
 LISTED = 50
 """Lines of one kind; of more, only the number is told."""
+_WIDTHS = (16, 16, 22)
+"""Of the columns of names, materials and shapes, at least."""
 
 
 def listing(scene: Scene) -> list[str]:
     """A line for each body: its ids, name, material, shape and bounds; below a general quadric, which one it is."""
-    lines, number = [], 0
+    rows, number = [("id", "name", "material", "shape", "bounds")], 0
+    quadrics: dict[int, str] = {}
     for body in scene.bodies[:LISTED]:
         count = len(getattr(body.shape, "radii", ())) if type(body.shape).__name__ == "Spheres" else 1
         ids = f"{number}" if count == 1 else f"{number}-{number + count - 1}" if count else "none"
         number += count
         name, kind = printable(body.name or ""), type(body.shape).__name__
-        lines.append(f"{ids:>9}  {name:<16} {_material(body.material):<16} {kind:<22} {_box(*body.shape.bounds)}")
         if isinstance(body.shape, Quadric):
-            lines.append(f"{'':>9}  {body.shape.classification}")
+            quadrics[len(rows)] = str(body.shape.classification)
+        rows.append((ids, name, _material(body.material), kind, _box(*body.shape.bounds)))
+    if len(rows) == 1:
+        return ["no bodies"]
+    widths = [max([least, *(len(row[k]) for row in rows)]) for k, least in enumerate(_WIDTHS, 1)]
+    lines = []
+    for k, (ids, *cells, bounds) in enumerate(rows):
+        padded = (f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True))
+        lines.append(" ".join([f"{ids:>9} ", *padded, bounds]))
+        lines += [f"{'':>9}  {quadrics[k]}"] if k in quadrics else []
     if len(scene.bodies) > LISTED:
         lines.append(f"{'':>9}  and {counted(len(scene.bodies) - LISTED, 'more entry', 'more entries')}")
-    return [f"{'id':>9}  {'name':<16} {'material':<16} {'shape':<22} bounds", *lines] if lines else ["no bodies"]
+    return lines
 
 
 def totals(scene: Scene) -> list[str]:

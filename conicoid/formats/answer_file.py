@@ -16,11 +16,12 @@ from ..shapes.body import Body
 from ..shapes.disc import Disc
 from ..shapes.labels import Labels
 from ..shapes.sphere import Sphere
-from ..shapes.validate import listed
+from ..shapes.validate import listed, shown
 from .atomic import replacing
 from .errors import SceneFileError, printable
 from .npy import NotPlain
 from .npz import Archive
+from .ray_file import read_rays
 from .regular import open_regular
 from .scene_file import Parts, parsed, scene_data
 from .yaml_writer import json_text
@@ -37,8 +38,11 @@ def write_arrays(path: str | os.PathLike[str], arrays: Arrays) -> None:
         np.savez(file, **arrays)
 
 
-def read_arrays(path: str | os.PathLike[str], wanted: Collection[str], needed: Collection[str], what: str) -> Arrays:
-    """The wanted arrays, of which some must be there. Raises ValueError: not a file of `what`."""
+def read_arrays(
+    path: str | os.PathLike[str], wanted: Collection[str], needed: Collection[str], what: str,
+    flags: Collection[str] = (),
+) -> Arrays:  # fmt: skip
+    """The wanted arrays, of which some must be there; flags may be truth values. ValueError: not a file of `what`."""
     with open_regular(path) as file:
         try:
             archive = Archive(file, os.fstat(file.fileno()).st_size)
@@ -46,11 +50,27 @@ def read_arrays(path: str | os.PathLike[str], wanted: Collection[str], needed: C
             raise ValueError(f"is not a .npz file ({error})") from None
         missing = [name for name in needed if name not in archive.members]
         if missing:
-            raise ValueError(f"is not a file of {what}: it lacks {', '.join(missing[:5])}")
+            lacks = f"it lacks {', '.join(missing[:5])}"
+            raise ValueError(f"is not a file of {what}: {lacks}{_reader_of(archive.members, what)}")
         others = [printable(name) for name in archive.members if name not in wanted]
         if others:
-            raise ValueError(f"is not a file of {what}: it also holds {listed(others, 5)}")
-        return dict(archive.arrays(wanted))
+            told = f"it also holds {listed(others, 5)}{_reader_of(archive.members, what)}"
+            raise ValueError(f"is not a file of {what}: {told}")
+        return dict(archive.arrays(wanted, flags))
+
+
+_MARKS = {"crossings": ("offsets", "point"), "spans": ("offsets", "ends"), "hits": ("t", "local_point")}
+
+
+def _reader_of(members: Collection[str], what: str) -> str:
+    """What reads a file that holds such arrays, if it is known and not `what`, for a message."""
+    for kind, marks in _MARKS.items():
+        if set(marks) <= set(members):
+            return f"; co.{kind.capitalize()}.load reads it" if what != f"{kind}.save" else ""
+    if {"origins", "directions"} <= set(members):
+        intervals = "; rays have no intervals: numpy.load reads them, and first_hit(rays, t_min=...) takes them"
+        return intervals if what == "rays.save" else "; co.Rays.load reads it"
+    return "; numpy.load reads any .npz file"
 
 
 @contextlib.contextmanager
@@ -71,6 +91,13 @@ def write_rays_file(path: str | os.PathLike[str], rays: Rays) -> None:
 
 def read_rays_file(path: str | os.PathLike[str]) -> Rays:
     """Rays with the surfaces that they start on, if the file knows them. Raises ValueError, naming it, and OSError."""
+    suffix = os.path.splitext(path)[1].lower()
+    if suffix in (".npy", ".csv"):
+        table = read_rays(path)
+        with naming(path):
+            return Rays(table.origins, table.directions)
+    if suffix != ".npz":
+        raise ValueError(f"load: path of rays must end with .npz, .npy or .csv, got {shown(os.fspath(path))}")
     with naming(path):
         arrays = read_arrays(path, RAYS, RAYS[:2], "rays.save")
         if "starts" in arrays:

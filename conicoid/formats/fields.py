@@ -55,6 +55,9 @@ class Arguments(Kind):
     def read(self, node: Node, reader: Reader, where: str) -> Any:
         where = f"{where}: {self.make.__name__}" if where else self.make.__name__
         required = [name for name, field in self.fields.items() if field.required]
+        refused = getattr(self.make, "_refused_call", None)
+        if refused is not None and isinstance(node, Table) and (told := refused((), node.entries)):
+            return reader.report(node, where, told.partition(": ")[2])
         entries = reader.entries(node, where, self.fields, required)
         present = node.entries if isinstance(node, Table) else {}
         values = {

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..engine.answers.hits import Hits
+from ..engine.answers.rays import Rays
 from ..engine.arrays.found import Found
+from ..shapes.labels import Labels
 from .answer_file import (
     LABELS,
     RAYS,
@@ -32,20 +34,33 @@ _ALL = (*_FLOATS, *_INTS, *_FLAGS, *RAYS, "home", *LABELS)
 """The arrays of such a file. `home` holds the bytes of a scene's key."""
 
 
+ROWS = tuple(name for name in _ALL if name not in ("home", "starts_home", *LABELS))
+"""Those that have an item for each ray."""
+
+
 def write_hits_file(path: str | os.PathLike[str], hits: Hits) -> None:
     """Write hits, with or without their scene. The file appears whole or not at all; raises OSError."""
     kept = hits.detached()
-    arrays: dict[str, Any] = {name: getattr(kept, name) for name in (*_FLOATS, *_INTS) if name != "side"}
-    arrays |= {name: np.asarray(getattr(kept, name), np.uint8) for name in _FLAGS}
-    arrays["side"] = kept._faces[2].reshape(kept.rays.shape)
-    arrays |= arrays_of_rays(kept.rays) | {"home": bytes_array(kept._home)} | arrays_of_labels(kept._labels)
-    write_arrays(path, arrays)
+    write_arrays(path, rows_of(kept) | heads_of(kept.rays, kept._home, kept._labels))
+
+
+def rows_of(hits: Hits) -> dict[str, Any]:
+    """The arrays that have an item for each ray; `starts` is flat, and one item where all have the same."""
+    rays = arrays_of_rays(hits.rays)
+    arrays: dict[str, Any] = {name: getattr(hits, name) for name in (*_FLOATS, *_INTS, *_FLAGS) if name != "side"}
+    arrays["side"] = hits._faces[2].reshape(hits.rays.shape)
+    return arrays | {name: rays[name] for name in ROWS if name in rays}
+
+
+def heads_of(rays: Rays, home: bytes, labels: Labels) -> dict[str, Any]:
+    """The other arrays: whose surfaces rays start on, whose are hit, and what bodies are called."""
+    return {"starts_home": arrays_of_rays(rays)["starts_home"], "home": bytes_array(home)} | arrays_of_labels(labels)
 
 
 def read_hits_file(path: str | os.PathLike[str]) -> Hits:
     """Hits without their scene, as `hits.detached()`. Raises ValueError, naming the file, and OSError."""
     with naming(path):
-        return _hits(read_arrays(path, _ALL, _ALL, "hits.save"), path)
+        return _hits(read_arrays(path, _ALL, _ALL, "hits.save", _FLAGS), path)
 
 
 def _hits(arrays: dict[str, Any], path: str | os.PathLike[str]) -> Hits:

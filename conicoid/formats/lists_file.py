@@ -62,21 +62,24 @@ _OF = {"Spans": _SPANS, "Crossings": _CROSSINGS}
 
 def write_lists_file(path: str | os.PathLike[str], answer: Any) -> None:
     """Write spans or crossings, with or without their scene. The file appears whole or not at all; raises OSError."""
-    fields, kept = _OF[type(answer).__name__], answer.detached()
-    arrays: Arrays = {name: getattr(kept, name) for name in (*fields.floats, *fields.ints, "offsets")}
-    arrays |= {name: getattr(kept, name).astype(np.uint8) for name in fields.flags}
+    write_arrays(path, arrays_of_lists(answer.detached()))
+
+
+def arrays_of_lists(kept: Any) -> Arrays:
+    """All that is written of spans or crossings without their scene."""
+    fields = _OF[type(kept).__name__]
+    arrays: Arrays = {name: getattr(kept, name) for name in (*fields.floats, *fields.ints, "offsets", *fields.flags)}
     if fields.materials:
         arrays["ends"], arrays["body_count"] = kept._ends, np.array(kept._body_count)
         arrays["materials"] = bodies_array((of_solids, material, None) for material, of_solids in kept._distinct)
-    arrays |= arrays_of_rays(kept._rays) | {"home": bytes_array(kept._home)} | arrays_of_labels(kept._labels)
-    write_arrays(path, arrays)
+    return arrays | arrays_of_rays(kept._rays) | {"home": bytes_array(kept._home)} | arrays_of_labels(kept._labels)
 
 
 def read_lists_file(path: str | os.PathLike[str], kind: type[Lists]) -> Lists:
     """Spans or crossings without their scene. Raises ValueError, naming the file, and OSError."""
     fields = _OF[kind.__name__]
     with naming(path):
-        arrays = read_arrays(path, fields.names, fields.names, f"{kind.__name__.lower()}.save")
+        arrays = read_arrays(path, fields.names, fields.names, f"{kind.__name__.lower()}.save", fields.flags)
         state = _rows(arrays, fields) | {"_labels": labels_in(arrays, arrays["body"], path)}
         if fields.materials:
             state |= _of_scene(arrays, path)

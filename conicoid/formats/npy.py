@@ -18,6 +18,8 @@ from .errors import printable
 from .regular import check_memory
 
 MAGIC = b"\x93NUMPY"
+FLAGS = "|b1"
+"""The type of truth values, as files name it."""
 LONGEST_HEADER = 10_000
 MOST_AXES = 32
 PIECE = 1 << 20

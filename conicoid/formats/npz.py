@@ -8,9 +8,11 @@ import zlib
 from collections.abc import Collection
 from typing import IO, BinaryIO
 
+import numpy as np
+
 from ..shapes.vector import FloatArray
 from .errors import printable
-from .npy import Header, NotPlain, read_header, read_values
+from .npy import FLAGS, Header, NotPlain, read_header, read_values
 
 FREE_BYTES, TIMES = 256 << 20, 50
 """Compressed arrays may always take so much memory, and so many times the size of their file in addition."""
@@ -61,39 +63,43 @@ class Archive:
                 raise NotPlain(f"it holds {printable(name[:60])!r} twice")
             self.members[name] = info
 
-    def arrays(self, wanted: Collection[str]) -> dict[str, FloatArray]:
-        """Those of the wanted arrays that are there, as float64. Raises ValueError, naming the array."""
+    def arrays(self, wanted: Collection[str], flags: Collection[str] = ()) -> dict[str, FloatArray]:
+        """Those of the wanted arrays that are there, as float64. Raises ValueError, naming the array.
+
+        flags: those that may also be truth values, as NumPy writes them: bytes, 0 or 1.
+        """
         found = {}
         for name in wanted:
             if name in self.members:
                 try:
-                    found[name] = self._array(self.members[name])
+                    found[name] = self._array(self.members[name], name in flags)
                 except NotPlain as error:
                     raise ValueError(f"{name} is not an array of numbers ({error})") from None
                 except ValueError as error:
                     raise ValueError(f"{name} {error}") from None
         return found
 
-    def _array(self, info: zipfile.ZipInfo) -> FloatArray:
+    def _array(self, info: zipfile.ZipInfo, is_flag: bool) -> FloatArray:
         if info.flag_bits & 0x1:
             raise NotPlain("it is encrypted")
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise NotPlain("it is compressed in a way that NumPy does not write")
         try:
             with self.zip.open(info) as file:
-                return self._values(info, file)
+                return self._values(info, file, is_flag)
         except (NotPlain, _Refused):
             raise
         except _DAMAGE as error:
             raise NotPlain(_reason(error)) from None
 
-    def _values(self, info: zipfile.ZipInfo, file: IO[bytes]) -> FloatArray:
+    def _values(self, info: zipfile.ZipInfo, file: IO[bytes], is_flag: bool) -> FloatArray:
         header = read_header(file)
-        if header.kind is None:
+        kind = np.dtype(np.uint8) if is_flag and header.type_name == FLAGS else header.kind
+        if kind is None:
             raise _Refused(f"must hold numbers, got {header}")
         self._charge(info, header)
         try:
-            return read_values(file, header, header.kind, info.file_size)
+            return read_values(file, header, kind, info.file_size)
         except NotPlain:
             raise
         except ValueError as error:

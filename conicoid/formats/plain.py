@@ -12,7 +12,7 @@ import numpy as np
 
 from ..shapes import Shape
 from ..shapes.body import Body
-from ..shapes.material import Material
+from ..shapes.material import Material, spelled
 from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
 from ..shapes.properties import Properties
 from ..shapes.spheres import Spheres
@@ -49,7 +49,7 @@ class ShapeWriter:
         self.named: dict[str, Any] = {}
         self.names: dict[Identity, str] = {}
         self.materials: dict[str, Any] = {}
-        self.material_names = {material_key(material): name for material, name in (material_names or {}).items()}
+        self.material_names = {material.exactly: name for material, name in (material_names or {}).items()}
         self.taken = set(self.material_names.values())
         self.letters = (name for name in map(_lettered, count()) if name not in self.taken)
         uses: Counter[Identity] = Counter()
@@ -97,14 +97,21 @@ class ShapeWriter:
 
     def material(self, material: Any) -> str:
         """The name under which a material stands."""
-        key = material_key(material)
+        key = material.exactly
         if key not in self.material_names:
             self.material_names[key] = self._free_name(material)
             self.taken.add(self.material_names[key])
         name = self.material_names[key]
         if name not in self.materials:
-            self.materials[name] = {type(material).__name__: self.record(material)}
+            self.materials[name] = self._made_material(material, name)
         return name
+
+    def _made_material(self, material: Material, key: str) -> dict[str, Any]:
+        """The function that made it, with its arguments. The key is its name, unless they say another, or none."""
+        maker, given = spelled(material)
+        given.pop("name", None)
+        own = {} if material.name == key else {"name": material.name}
+        return {maker: {name: self.value(value) for name, value in (given | own).items()}}
 
     def _free_name(self, material: Material) -> str:
         """Its own; with a number where that is taken; without one, letters."""
@@ -130,12 +137,6 @@ class ShapeWriter:
         if isinstance(value, (list, tuple)):
             return [self.value(item) for item in value]
         return value
-
-
-def material_key(material: Material) -> str:
-    """All that a material says, to the bit: in equal words where it is the same."""
-    assert isinstance(material.properties, Properties)
-    return f"{material!r} {material.properties.written}"
 
 
 def _lettered(number: int) -> str:

@@ -24,7 +24,7 @@ from .regular import check_memory, open_regular
 COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
 ARRAYS = ("origins", "directions", "t_min", "t_max")
 STARTS = ("starts", "starts_home")
-BYTES_OF_A_RAY = 300
+BYTES_OF_A_RAY = 400
 """Its numbers and those of its hit, while they are put together."""
 Arrays = Mapping[str, np.ndarray[Any, Any]]
 
@@ -45,6 +45,11 @@ class RayTable:
     """Arrays of a .npz file that are none of these."""
     lines: Sequence[int] = ()
     """Of a .csv file, the line of each ray."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape of the rays."""
+        return np.broadcast_shapes(self.origins.shape, self.directions.shape)[:-1]
 
 
 def read_rays(path: str | os.PathLike[str]) -> RayTable:
@@ -134,7 +139,7 @@ def write_hits(path: str | os.PathLike[str], arrays: Arrays) -> None:
         **{name: arrays["uv"][..., i] for i, name in enumerate(("u", "v"))},
         **{name: arrays[name] for name in ("body", "face", "surface", "entering")},
     }
-    _write(path, arrays, columns)
+    write_table(path, arrays, columns)
 
 
 def write_spans(path: str | os.PathLike[str], arrays: Arrays) -> None:
@@ -142,7 +147,31 @@ def write_spans(path: str | os.PathLike[str], arrays: Arrays) -> None:
     counts = np.diff(arrays["offsets"])
     columns = {"ray": np.repeat(np.arange(len(counts)), counts)}
     columns |= {name: arrays[name] for name in ("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped")}
-    _write(path, arrays, columns)
+    write_table(path, arrays, columns)
+
+
+def write_values(
+    path: str | os.PathLike[str], name: str, values: Any, columns: Sequence[str], *, with_names: bool
+) -> None:
+    """Numbers for each ray, (...) or (..., columns): an array of that name in .npz, a line for each ray in .csv.
+
+    with_names: whether a .npz file also has an array of texts, `columns`.
+    """
+    rows = np.asarray(values).reshape(-1, max(1, len(columns)))
+    more = {"columns": np.array(columns, dtype=np.str_)} if with_names else {}
+    write_table(path, {name: values, **more}, {quoted(column): rows[:, k] for k, column in enumerate(columns)})
+
+
+def quoted(text: str) -> str:
+    """A text of a .csv file, between quotes where a reader of such files would see something else."""
+    line = printable(text)
+    plain = not any(letter in line for letter in ',"') and line == line.strip() and not line.startswith("#")
+    return line if plain else '"' + line.replace('"', '""') + '"'
+
+
+def is_npz(path: str | os.PathLike[str]) -> bool:
+    """Whether results go to a .npz file."""
+    return Path(path).suffix.lower() == ".npz"
 
 
 def check_output(path: str | os.PathLike[str]) -> None:
@@ -152,10 +181,11 @@ def check_output(path: str | os.PathLike[str]) -> None:
         raise ValueError(f"{file}: results are written as .npz or .csv")
 
 
-def _write(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -> None:
+def write_table(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -> None:
+    """Arrays to .npz, or columns to .csv. The file appears whole or not at all."""
     check_output(path)
     with replacing(path) as partial:
-        if partial.suffix.lower() == ".npz":
+        if is_npz(partial):
             np.savez(partial, **dict[str, Any](arrays))
             return
         with partial.open("w", encoding="utf-8", newline="\n") as file:
@@ -165,7 +195,14 @@ def _write(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -> Non
 def _lines(columns: Arrays) -> Iterator[str]:
     yield ",".join(columns) + "\n"
     flat = [np.asarray(column).reshape(-1) for column in columns.values()]
+    if not flat:
+        return
     plain = [column.astype(np.int8) if column.dtype == np.bool_ else column for column in flat]
     for begin in range(0, len(plain[0]), 65536):
         rows = zip(*(column[begin : begin + 65536].tolist() for column in plain), strict=True)
-        yield from (",".join(map(repr, row)) + "\n" for row in rows)
+        yield from (",".join(map(_cell, row)) + "\n" for row in rows)
+
+
+def _cell(value: Any) -> str:
+    """A number as it reads back exactly, or a text."""
+    return quoted(value) if isinstance(value, str) else repr(value)

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..shapes.base import Shape, Solid
 from ..shapes.body import Body
-from ..shapes.material import Material
+from ..shapes.material import Material, renamed
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
 from . import yaml_parser
@@ -143,7 +143,9 @@ class _SceneReader:
     def _read_materials(self, node: Node | None) -> None:
         kind = material_kind()
         for name, item in self._named(node, "materials").items():
-            self.reader.materials[name] = kind.read(item, self.reader, f'material "{shortened(name)}"')
+            made = kind.read(item, self.reader, f'material "{shortened(name)}"')
+            nameless = name and isinstance(made, Material) and not _says_name(item)
+            self.reader.materials[name] = renamed(made, name) if nameless else made
 
     def _bodies(self, node: Node | None, shapes: ShapeReader) -> tuple[Body, ...]:
         if node is None:
@@ -193,13 +195,19 @@ class _SceneReader:
         return None if _is_null(node) else MaterialKind().read(node, self.reader, where)
 
 
+def _says_name(material: Node) -> bool:
+    """Whether a material under a key has an argument `name`, if only null; else the key is its name."""
+    arguments = next(iter(material.entries.values()), None) if isinstance(material, Table) else None
+    return isinstance(arguments, Table) and "name" in arguments.entries
+
+
 def _is_null(node: Node) -> bool:
     """Whether null is written, and not just nothing."""
     return is_null(node) and not is_nothing(node)
 
 
-SUFFIXES = ("", ".yaml", ".yml", ".json")
-"""Of files that scenes are saved to; one without is YAML."""
+SUFFIXES = (".yaml", ".yml", ".json")
+"""Of files that scenes are saved to."""
 
 
 def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mapping[Material, str] | None = None) -> None:
@@ -213,9 +221,10 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
     written, ValueError for what a file cannot say, and for another suffix than .yaml, .yml or .json: a geometry.xml
     that a scene was imported from is not to become a scene file.
     """
-    suffix = os.path.splitext(path)[1].lower()
-    if suffix not in SUFFIXES:
-        raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json")
+    if not os.fspath(path).lower().endswith(SUFFIXES):
+        ending = os.path.splitext(path)[1]
+        hint = "" if len(ending) > 1 else f": {os.fspath(path).rstrip('.')}.yaml, say"
+        raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json{hint}")
     final = real_path(path)
     stem = re.sub(r"[^\w.-]", "_", final.stem)[:40]
     bulk: dict[str, FloatArray] = {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..shapes import REGISTRY, Shape, Sheet, Solid
+from ..shapes.region import Difference, Intersection
 from ..shapes.spheres import Spheres
 from .fields import Arguments, tagged
 from .kinds import Fixed, Number, Schema, Several
@@ -15,7 +16,7 @@ STEPS: dict[str, Schema] = {
     "translate": VECTOR.schema(),
     "rotate": {
         "type": "object",
-        "properties": {"axis": AXIS.schema(), "degrees": {"type": "number"}},
+        "properties": {"axis": AXIS.schema(), "degrees": {"type": "number"}, "about": VECTOR.schema()},
         "required": ["axis", "degrees"],
         "additionalProperties": False,
     },
@@ -92,7 +93,8 @@ def _arguments(cls: type[Shape]) -> Schema:
     kind = operand_field(cls)
     if kind is None:
         return Arguments(cls).schema()
-    return kind.schema() | ({"minItems": 1} if isinstance(kind, Several) else {})
+    clips = {"items": {"$ref": "#/$defs/shape"}} if issubclass(cls, Difference | Intersection) else {}  # sheets as well
+    return kind.schema() | ({"minItems": 1} if isinstance(kind, Several) else {}) | clips
 
 
 def _with_move(schema: Schema) -> Schema:

@@ -9,14 +9,19 @@ wheel                                   # a name under `shapes`
 from __future__ import annotations
 
 import dataclasses
+import functools
+import operator
 import re
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ..shapes import REGISTRY, Shape
+from ..shapes import REGISTRY, Shape, Sheet
+from ..shapes.about import about
+from ..shapes.elsewhere import CLASSES
 from ..shapes.motion import AXES, STILL, Motion
+from ..shapes.region import Difference, Intersection
 from ..shapes.spheres import Spheres
 from .data_files import beside, read_rows
 from .expansion import MAX_PARTS, PARTS, Allowance, Sizes
@@ -53,7 +58,7 @@ MOVES: dict[str, Kind] = {
 }
 
 
-ROTATION = ("axis", "degrees")
+ROTATION: dict[str, Kind] = {"axis": AXIS, "degrees": Number(), "about": VECTOR}
 
 
 class ShapeReader:
@@ -152,7 +157,7 @@ class ShapeReader:
         if key.text == "shape":
             return self.read(value, where)
         if key.text not in REGISTRY:
-            return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
+            return self._unknown(key, where)
         cls = REGISTRY[key.text]
         if issubclass(cls, Spheres):
             return self._spheres(value, f"{where}: Spheres")
@@ -160,7 +165,16 @@ class ShapeReader:
             return Arguments(cls).read(value, self.reader, where)
         where = f"{where}: {cls.__name__}"
         operands = self._operands(value, where, isinstance(field, Several))
-        return operands if operands is BAD else self.reader.made(value, where, lambda: cls(operands))  # type: ignore[call-arg]
+        return operands if operands is BAD else self.reader.made(value, where, lambda: combined(cls, operands))
+
+    def _unknown(self, key: Scalar, where: str) -> Bad:
+        """Report a name that no shape has: a motion, one that has another name here, or a typo."""
+        if key.text.lower() in ("translate", "rotate", "scale", "transform"):
+            found = f"unknown shape {key.text!r}: motions stand beside a shape, move: [{{{key.text.lower()}: ...}}]"
+            return self.reader.report(key, where, found)
+        if (meant := CLASSES.get(key.text, "")) in REGISTRY:
+            return self.reader.report(key, where, f"unknown shape {key.text!r} (did you mean {meant!r}?)")
+        return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
 
     def _operands(self, value: Node, where: str, several: bool) -> Any:
         if not several:
@@ -240,15 +254,35 @@ class ShapeReader:
         if verb not in verbs:
             return self.reader.unknown(key, where, "step", verb, verbs)
         where = f"{where}: {verb}"
-        arguments = self._rotation(value, where) if verb == "rotate" else (MOVES[verb].read(value, self.reader, where),)
-        return BAD if BAD in arguments else self.reader.made(value, where, lambda: getattr(motion, verb)(*arguments))
+        if verb == "rotate":
+            return self._rotated(motion, value, where)
+        argument = MOVES[verb].read(value, self.reader, where)
+        return BAD if argument is BAD else self.reader.made(value, where, lambda: getattr(motion, verb)(argument))
 
-    def _rotation(self, value: Node, where: str) -> tuple[Any, ...]:
-        entries = self.reader.entries(value, where, ROTATION, ROTATION)
+    def _rotated(self, motion: Motion, value: Node, where: str) -> Any:
+        entries = self.reader.entries(value, where, ROTATION, ("axis", "degrees"))
         given = value.entries if isinstance(value, Table) else {}
-        kinds = zip(ROTATION, (AXIS, Number()), strict=True)
-        found = [kind.read(given[name], self.reader, f"{where}: {name}") for name, kind in kinds if name in given]
-        return (BAD,) if isinstance(entries, Bad) else tuple(found)
+        found = {
+            name: kind.read(given[name], self.reader, f"{where}: {name}")
+            for name, kind in ROTATION.items()
+            if name in given
+        }
+        if isinstance(entries, Bad) or BAD in found.values():
+            return BAD
+        point, axis, degrees = found.get("about"), found["axis"], found["degrees"]
+        return self.reader.made(
+            value, where, lambda: about("rotate", motion, point, lambda still: still.rotate(axis, degrees))
+        )
+
+
+def combined(cls: Any, operands: Any) -> Any:
+    """A Boolean of shapes; with a sheet, what `sheet - solid` and `sheet & solid` are."""
+    sheets = [part for part in operands if isinstance(part, Sheet)] if isinstance(operands, tuple) else []
+    if len(sheets) == 1 and cls is Difference and operands[0] is sheets[0]:
+        return functools.reduce(operator.sub, operands)
+    if len(sheets) == 1 and cls is Intersection:
+        return functools.reduce(operator.and_, (part for part in operands if part is not sheets[0]), sheets[0])
+    return cls(operands)
 
 
 def _in_line(message: str, name: str, lines: Sequence[int]) -> str:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 _FEWEST = 10_000
-_LISTED = 50
+_LISTED, _NARROW = 50, 28
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,12 +105,12 @@ class SceneMeasures(Sequence[Measures]):
         printer.text(repr(self) if cycle else str(self))
 
     def __str__(self) -> str:
-        lines = [f"{'':<28}{'volume':>16}"]
-        for place, found in enumerate(self.by_material):
-            lines.append(_line(self._title(place), found))
+        rows = [(self._title(place), found) for place, found in enumerate(self.by_material)]
         for number, (name, found) in enumerate(zip(self.names[:_LISTED], self.bodies, strict=False)):
-            lines.append(_line(f"body {number}" + (f" {name!r}" if name else ""), found))
+            rows.append((f"body {number}" + (f" {name!r}" if name else ""), found))
+        width = max([_NARROW, *(len(title) + 1 for title, _ in rows)])
         more = len(self) - _LISTED
+        lines = [f"{'':<{width}}{'volume':>16}", *(_line(title, found, width) for title, found in rows)]
         return "\n".join(lines + ([f"and {more:,} more bodies"] if more > 0 else []))
 
     def _title(self, place: int) -> str:
@@ -122,14 +122,13 @@ class SceneMeasures(Sequence[Measures]):
         if not material.name:
             return f"material{of_body}"
         shared = sum(other is not None and other.name == material.name for other in self.materials) > 1
-        name = repr(material.name)
-        return f"material {name if len(name) <= 8 else name[:7] + '...'}{of_body}" if shared else f"material {name}"
+        return f"material {material.name!r}{of_body if shared else ''}"
 
 
-def _line(title: str, found: Measures) -> str:
+def _line(title: str, found: Measures, width: int) -> str:
     error = f"  ± {found.volume_error:.2g}" if found.volume_error > 0 else ""
     volume = "unbounded" if math.isnan(found.volume) else f"{found.volume:.9g}"
-    return f"{title if len(title) <= 27 else title[:24] + '...':<28}{volume:>16}{error}"
+    return f"{title:<{width}}{volume:>16}{error}"
 
 
 def measure_scene(scene: Scene, rays: int | None, seed: int, progress: Progress | None) -> SceneMeasures:

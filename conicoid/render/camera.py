@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from ..shapes.arrays import without_traces
+from ..shapes.calls import explained_methods
 from ..shapes.calm import calm
 from ..shapes.rounded import tan_degrees
 from ..shapes.row_vectors import dot_rows, lengths, product
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 UP = (0.0, 0.0, 1.0)
 
 
+@explained_methods
 @dataclass(frozen=True)
 class Camera:
     """A pinhole camera at `position` that looks at `look_at`; `field_of_view` is vertical, in degrees.
@@ -69,6 +71,7 @@ class Camera:
         return projected(self, points, width, height)
 
 
+@explained_methods
 @dataclass(frozen=True)
 class OrthographicCamera:
     """Parallel rays from a window `height` high about `position`, along the way to `look_at`.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,15 +48,27 @@ def section_pixels(
     groups = _groups(materials, entries)
     x, y = ((np.arange(steps * size) + 0.5) / steps for size in (width, height))
     film = np.empty((height, width, 3), np.float32)
-    before = None
+    before, is_empty = None, True
     for row in range(height):
         rows = y[row * steps : (row + 1) * steps]
         bodies = body_at(scene, _points(camera, x, rows, width, height), "section")
         film[row] = colors[entries[bodies]].reshape(steps, width, steps, 3).mean(axis=(0, 2))
-        seen = groups[bodies]
+        seen, is_empty = groups[bodies], is_empty and not (bodies >= 0).any()
         film[row][_meets(seen, before, steps)] *= _LINE
         before = seen[-1]
+    if is_empty and materials:
+        warnings.warn(_nothing_there(plane, at, extent), stacklevel=4)
     return film
+
+
+def _nothing_there(plane: Any, at: Any, extent: Box) -> str:
+    """What to tell of a picture that is white throughout."""
+    if isinstance(plane, OrthographicCamera):
+        return "section: no solid is cut in the window of this camera, so the picture is white"
+    low, high = (float(end[AXES.index(plane)]) for end in extent)
+    place = f"{plane} = {0 if at is None else at:g}"
+    reach = f"bodies reach from {plane} = {low:.6g} to {high:.6g}; sheets have no inside and do not show"
+    return f"section: no solid is cut by {place}, so the picture is white; {reach}"
 
 
 def _camera(plane: Any, at: Any, extent: Box, aspect: float) -> OrthographicCamera:
@@ -66,7 +79,8 @@ def _camera(plane: Any, at: Any, extent: Box, aspect: float) -> OrthographicCame
         return plane
     if not isinstance(plane, str) or plane not in AXES:
         given = shown(plane) if isinstance(plane, str) else what(plane)
-        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {given}")
+        hint = "; where it lies is the second, section('z', 0.5)"
+        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {given}{hint}")
     axis, (low, high) = AXES.index(plane), extent
     position = (low + high) / 2
     position[axis] = number("section", "at", 0.0 if at is None else at)

@@ -9,8 +9,9 @@ then work.
 from __future__ import annotations
 
 import dataclasses
+import functools
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, overload
@@ -18,18 +19,32 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, overload
 import numpy as np
 
 from . import exact as ex
+from .about import about as moved_about
 from .calls import explained
 from .calm import calm
 from .carried import restore, said
 from .cells import PolygonSheet, SurfaceSheet, Tree
-from .elsewhere import no_attribute
+from .elsewhere import no_attribute, no_operator
 from .motion import STILL, Motion
 from .planar import rounded_up
 from .rounded import above, above_if, is_finite
+from .validate import shown
 from .vector import Box, Vector
 
 if TYPE_CHECKING:
     from .region import ClippedSheet, Complement, Difference, Intersection, Painted, Union
+
+
+def _with_checked_motion(check: Callable[[Any], None]) -> Callable[[Any], None]:
+    """What checks the fields of a class, and before that the one that all classes have."""
+
+    @functools.wraps(check)
+    def checked(self: Any) -> None:
+        self._check_motion()
+        check(self)
+
+    return checked
+
 
 REGISTERED: dict[str, type[Shape]] = {}
 """Scene-file name -> class, for the shapes whose files have been imported; `shapes.REGISTRY` has all."""
@@ -46,8 +61,18 @@ class Shape(ABC):
         cls.abstract = abstract
         if cls.__repr__ is Shape.__repr__:
             setattr(cls, "__repr__", Shape.__repr__)  # noqa: B010 (a dataclass leaves one that is there)
+        if "__post_init__" in vars(cls):
+            setattr(cls, "__post_init__", _with_checked_motion(vars(cls)["__post_init__"]))  # noqa: B010 (as above)
         if not abstract:
             REGISTERED[cls.__name__] = cls
+
+    def __post_init__(self) -> None:
+        self._check_motion()
+
+    def _check_motion(self) -> None:
+        if not isinstance(self.motion, Motion):
+            expected = "left out: shape.translate(...), .rotate(...), .scale(...) and .transform(...) move it"
+            raise TypeError(f"{type(self).__name__}: motion must be {expected}; got {shown(self.motion)}")
 
     def __getstate__(self) -> dict[str, Any]:
         return said(self)
@@ -93,21 +118,23 @@ class Shape(ABC):
         return self._moved(self.motion.translate(offset))
 
     @explained
-    def rotate(self, axis: Any, degrees: float) -> Self:
-        """Turned about an axis through the world's origin.
+    def rotate(self, axis: Any, degrees: float, *, about: Any = None) -> Self:
+        """Turned about an axis through the world's origin, or through the point `about`.
 
         axis: three numbers, its direction, of any length; or "x", "y", "z", "-x", "-y", "-z".
         degrees: the angle, right-handed: counter-clockwise for one who sees the axis come towards him.
+        about: a point of the axis, three numbers: the shape is moved by -about, turned and moved back, exactly.
         """
-        return self._moved(self.motion.rotate(axis, degrees))
+        return self._moved(moved_about("rotate", self.motion, about, lambda motion: motion.rotate(axis, degrees)))
 
     @explained
-    def scale(self, factors: Any) -> Self:
-        """Scaled about the world's origin.
+    def scale(self, factors: Any, *, about: Any = None) -> Self:
+        """Scaled about the world's origin, or about the point `about`.
 
         factors: one number for all axes, or three; negative ones mirror, 0 is refused.
+        about: the point that stays where it is, three numbers.
         """
-        return self._moved(self.motion.scale(factors))
+        return self._moved(moved_about("scale", self.motion, about, lambda motion: motion.scale(factors)))
 
     @explained
     def transform(self, matrix: Any) -> Self:
@@ -143,8 +170,38 @@ class Shape(ABC):
         def __getattr__(self, name: str) -> Any:
             raise no_attribute(self, name)
 
+        def __add__(self, other: Any) -> Any:
+            return _no_operator(self, "+", other)
+
+        def __mul__(self, other: Any) -> Any:
+            return _no_operator(self, "*", other)
+
+        def __radd__(self, other: Any) -> Any:
+            return _no_operator(self, "+", other)
+
+        def __neg__(self) -> Any:
+            raise TypeError(
+                f"{type(self).__name__}: signs mean nothing here: a shape is its inside, ~shape the outside"
+            )
+
+        __rmul__, __pos__ = __mul__, __neg__
+
     is_sheet: ClassVar[bool]
     """True for open surfaces, which bound no volume."""
+
+
+def _no_operator(shape: Shape, operator: str, other: Any) -> Any:
+    """NotImplemented, unless there is something to tell."""
+    told = no_operator(shape, operator, other)
+    if told is None:
+        return NotImplemented
+    raise told
+
+
+def _refuse_body(shape: Shape, operator: str, other: Any) -> None:
+    """TypeError for what is no shape and can be told of: a body, or an offset."""
+    if not isinstance(other, Shape) and (told := no_operator(shape, operator, other)) is not None:
+        raise told
 
 
 class Primitive(Shape, abstract=True):
@@ -236,6 +293,7 @@ class Solid(Shape, abstract=True):
         return np.full(3, -np.inf), np.full(3, np.inf)
 
     def __or__(self, other: Solid) -> Union:
+        _refuse_body(self, "|", other)
         from .region import union
 
         return union(self, other)
@@ -247,11 +305,13 @@ class Solid(Shape, abstract=True):
     def __and__(self, other: Sheet) -> ClippedSheet: ...
 
     def __and__(self, other: Any) -> Intersection | ClippedSheet:
+        _refuse_body(self, "&", other)
         from .region import intersection
 
         return intersection(self, other)
 
     def __sub__(self, other: Solid) -> Difference:
+        _refuse_body(self, "-", other)
         from .region import difference
 
         return difference(self, other)

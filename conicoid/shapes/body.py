@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .base import Shape
-from .elsewhere import no_attribute
+from .calls import explained_methods
+from .elsewhere import no_attribute, no_operator
 from .material import as_material
 from .validate import shown, what
 
 
+@explained_methods
 @dataclass(frozen=True)
 class Body:
     """One entry of a scene.
@@ -30,11 +35,66 @@ class Body:
         if not isinstance(self.shape, Shape):
             raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {what(self.shape)}")
         if self.material is not None:
-            object.__setattr__(self, "material", as_material("Body", self.material))
+            object.__setattr__(self, "material", as_material("Body", self.material, _meant_as_name(self)))
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise ValueError(f"Body: name must be a non-empty text or None, got {shown(self.name)}")
 
-    if not TYPE_CHECKING:  # else checkers would let any attribute be asked for
+    def __eq__(self, other: object) -> bool:
+        """Whether it is a body of an equal shape, material and name."""
+        if isinstance(other, np.ndarray | np.generic):  # which would be False throughout
+            raise TypeError(
+                "Body: numbers and names are no bodies: compare hits.name == body.name, or hits.body == number"
+            )
+        if not isinstance(other, Body):
+            return NotImplemented
+        return (self.shape, self.material, self.name) == (other.shape, other.material, other.name)
+
+    __array_ufunc__ = None  # so that arrays ask the body
+
+    def translate(self, offset: Any) -> Body:
+        """The body, moved by `offset`, three numbers: its shape is."""
+        return dataclasses.replace(self, shape=self.shape.translate(offset))
+
+    def rotate(self, axis: Any, degrees: float, *, about: Any = None) -> Body:
+        """The body, turned by `degrees` about an `axis` through the origin or the point `about`, as a shape is."""
+        return dataclasses.replace(self, shape=self.shape.rotate(axis, degrees, about=about))
+
+    def scale(self, factors: Any, *, about: Any = None) -> Body:
+        """The body, scaled by `factors` about the origin or the point `about`, as a shape is."""
+        return dataclasses.replace(self, shape=self.shape.scale(factors, about=about))
+
+    def transform(self, matrix: Any) -> Body:
+        """The body, carried by an affine motion: a `matrix` (4, 4), as a shape is."""
+        return dataclasses.replace(self, shape=self.shape.transform(matrix))
+
+    if not TYPE_CHECKING:  # else checkers would let any attribute be asked for, and any operator be used
 
         def __getattr__(self, name: str) -> Any:
             raise no_attribute(self, name)
+
+        def __or__(self, other: Any) -> Any:
+            return _no_operator(self, "|", other)
+
+        def __and__(self, other: Any) -> Any:
+            return _no_operator(self, "&", other)
+
+        def __sub__(self, other: Any) -> Any:
+            return _no_operator(self, "-", other)
+
+        def __add__(self, other: Any) -> Any:
+            return _no_operator(self, "+", other)
+
+
+def _meant_as_name(body: Body) -> str:
+    """What to tell of a text that is no colour where a material is wanted."""
+    if not isinstance(body.material, str) or body.name is not None:
+        return ""
+    return f"; a name is the third, Body(shape, name={shown(body.material)})"
+
+
+def _no_operator(body: Body, operator: str, other: Any) -> Any:
+    """NotImplemented, unless there is something to tell."""
+    told = no_operator(body, operator, other)
+    if told is None:
+        return NotImplemented
+    raise told

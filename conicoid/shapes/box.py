@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from .base import PrimitiveSolid
 from .cells import UV, Cell, Face, flat
@@ -11,6 +15,11 @@ from .support import sum_up
 from .surface import PlaneSurface
 from .validate import vector
 from .vector import Vector, VectorLike
+
+_SIZES = (
+    "size", "sizes", "half_size", "half_sizes", "extent", "extents", "half_extents", "dimensions", "edge", "edges",
+)  # fmt: skip
+"""What a box is given by elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +41,17 @@ class Box(PrimitiveSolid):
                 raise ValueError(f"Box: high[{i}] must be > low[{i}] = {low[i]}, got {high[i]}")
         object.__setattr__(self, "low", low)
         object.__setattr__(self, "high", high)
+
+    @staticmethod
+    def _refused_call(args: Sequence[Any], keywords: Mapping[str, Any]) -> str:
+        """Why a call is not taken: a size, or one argument, which may be meant for a size or half of it."""
+        sized = [name for name in _SIZES if name in keywords]
+        is_alone = len(args) == 1 and "high" not in keywords and np.ndim(args[0]) > 0
+        if not is_alone and not sized:
+            return ""
+        found = f"{sized[0]} alone" if sized else "one argument alone"
+        size = "of size (x, y, z) about the origin it is Box((-x/2, -y/2, -z/2), (x/2, y/2, z/2))"
+        return f"Box: a box is given by two corners, Box(low, high), got {found}; {size}"
 
     def tree(self) -> Cell:
         faces = []

@@ -6,31 +6,47 @@ import functools
 import inspect
 from collections.abc import Callable, Collection, Mapping, Sequence
 from numbers import Number
-from typing import Any, ParamSpec, TypeVar
+from types import FunctionType
+from typing import Any, ParamSpec, TypeAlias, TypeVar
 
 from .suggestion import close_to
 from .validate import listed
 
 P = ParamSpec("P")
 R = TypeVar("R")
+Kind = TypeVar("Kind", bound=type)
+Refusal: TypeAlias = Callable[[Sequence[Any], Mapping[str, Any]], str]
 
 _MEANT = {
     "fov": "field_of_view", "fovy": "field_of_view", "n": "refractive_index", "ior": "refractive_index",
     "index": "refractive_index", "r": "radius", "angle": "degrees", "theta": "degrees", "size": "width and height",
-    "resolution": "width and height", "shape": "width and height", "spp": "samples", "eye": "position",
-    "target": "look_at", "center": "look_at", "objects": "items", "bodies": "items", "file": "path", "filename": "path",
+    "resolution": "width and height", "shape": "width and height", "spp": "samples", "samples": "rays",
+    "eye": "position", "look_from": "position", "lookfrom": "position", "target": "look_at", "center": "look_at|about",
+    "position": "center", "pos": "position|center", "pivot": "about", "origin": "center|about", "point": "about|points",
+    "height": "start and end", "length": "start and end", "distance": "t_max", "objects": "items", "shapes": "items",
+    "bodies": "items", "file": "path", "filename": "path", "color": "color|intensity|material",
+    "colour": "color|intensity|material",
 }  # fmt: skip
-"""What arguments are called elsewhere, and here."""
+"""What arguments are called elsewhere, and here: the first of these that a call takes."""
+_OF_BODIES = ("name", "material", "color", "colour")
+"""What a body is given, and neither its shape nor its scene."""
+_ALIKE = 0.7
+"""How much an argument's name has in common with the one that was meant, at least: name is not camera."""
 _HIDDEN = ("self", "cls", "motion")
 _POSITIONAL = inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
 _OPEN = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
 
 
-def explained(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, which tells in the words of the field where a call does not fit it."""
+def explained(function: Callable[P, R], refusal: Refusal | None = None) -> Callable[P, R]:
+    """The function, which tells in the words of the field where a call does not fit it.
+
+    refusal: of a class, says why a call that would fit is not taken; an empty text where it is.
+    """
 
     @functools.wraps(function)
     def called(*args: P.args, **keywords: P.kwargs) -> R:
+        if refusal is not None and (told_first := refusal(args[1:], keywords)):
+            raise TypeError(told_first)
         try:
             return function(*args, **keywords)
         except TypeError as error:
@@ -45,7 +61,18 @@ def explain(kind: type) -> None:
     """Make a class tell where a call does not fit its fields; once is enough."""
     made_by = vars(kind).get("__init__")
     if made_by is not None and not hasattr(made_by, "__wrapped__") and not issubclass(kind, BaseException):
-        setattr(kind, "__init__", explained(made_by))  # noqa: B010 (for types, a method is not to be set)
+        setattr(kind, "__init__", explained(made_by, getattr(kind, "_refused_call", None)))  # noqa: B010 (for types, a method is not to be set)
+
+
+def explained_methods(kind: Kind) -> Kind:
+    """A class whose public methods tell where a call does not fit them."""
+    for name, value in list(vars(kind).items()):
+        function = value.__func__ if isinstance(value, staticmethod | classmethod) else value
+        if name.startswith("_") or not isinstance(function, FunctionType) or hasattr(function, "__wrapped__"):
+            continue
+        told = explained(function)
+        setattr(kind, name, type(value)(told) if function is not value else told)
+    return kind
 
 
 def misfit(
@@ -60,10 +87,19 @@ def misfit(
         return None
     is_method = next(iter(names), "") in ("self", "cls")
     problems = _problems(names, args, keywords, is_method)
-    owner = function.__qualname__.removesuffix(".__init__")
+    owner = _owner(function, args, is_method)
     name = owner.rpartition(".")[2]
     text = f"{owner}() {'; '.join(problems)}; call it as {name}({_written(names)})"
     return TypeError(text + _vector_hint(name, names, args[is_method:])) if problems else None
+
+
+def _owner(function: Callable[..., Any], args: Sequence[Any], is_method: bool) -> str:
+    """What a message calls a function: a method with the class that it was asked of."""
+    owner = function.__qualname__.removesuffix(".__init__")
+    if not is_method or not args or owner == function.__qualname__.rpartition(".")[0]:
+        return owner
+    kind = args[0] if isinstance(args[0], type) else type(args[0])
+    return f"{kind.__name__}.{function.__name__}"
 
 
 def _problems(
@@ -78,18 +114,23 @@ def _problems(
     found = [f"missing {' and '.join(missing)}"] if missing else []
     if count > most:
         unnamed = " without a name" if len(names) > len(positional) else ""
-        found.append(f"takes {most or 'no'} argument{'' if most == 1 else 's'}{unnamed}, got {count}")
+        listed_in = next((name for name in ("parts", "operands") if name in names), "")
+        hint = f" (put {listed_in} in a list)" if listed_in else ""
+        found.append(f"takes {most or 'no'} argument{'' if most == 1 else 's'}{unnamed}, got {count}{hint}")
     found += [f"has no argument {name[:40]!r}{_suggested(name, names)}" for name in unknown[:4]]
     return found + [f"is given {name} twice" for name in twice]
 
 
 def _suggested(name: str, names: Collection[str]) -> str:
-    """The argument that may have been meant."""
+    """The argument that may have been meant, or what takes it."""
     shown = [other for other in names if other not in _HIDDEN]
-    meant = _MEANT.get(name.casefold(), "")
-    if not meant or not set(meant.split(" and ")) <= set(shown):
-        begun = [other for other in shown if len(name) > 2 and other.startswith(name)]
-        meant = close_to(name, shown) or "".join(begun[:1])
+    for meant in _MEANT.get(name.casefold(), "").split("|"):
+        if meant and set(meant.split(" and ")) <= set(shown):
+            return f" (did you mean {meant}?)"
+    if name in _OF_BODIES and ("motion" in names or "items" in names):
+        return ": a body has that, Body(shape, material, name)"
+    begun = [other for other in shown if len(name) > 2 and other.startswith(name)]
+    meant = close_to(name, shown, _ALIKE) or "".join(begun[:1])
     return f" (did you mean {meant}?)" if meant else ""
 
 

@@ -42,7 +42,7 @@ class Ellipsoid(EllipticSolid):
         radii = tuple(positive("Ellipsoid", f"radii[{i}]", r) for i, r in enumerate((x, y, z)))
         if self.coefficients is not None:
             given, radii = radii, self._from_coefficients()
-            if given not in (_DEFAULT_RADII, radii):
+            if self.radii is not _DEFAULT_RADII and given != radii:  # a motion gives both again
                 raise ValueError(f"Ellipsoid: radii must be left out where coefficients are given, got {given}")
         object.__setattr__(self, "radii", radii)
         object.__setattr__(self, "center", vector("Ellipsoid", "center", self.center))

@@ -1,6 +1,10 @@
-"""What is asked of a shape or a body, and has its place elsewhere."""
+"""What is asked of a shape, a body or a scene, and has another name or its place elsewhere."""
 
 from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
 
 OF_SCENES = (
     "render", "section", "view", "first_hit", "occluded", "spans", "crossings", "lengths", "line_integral", "contains",
@@ -8,13 +12,128 @@ OF_SCENES = (
 )  # fmt: skip
 """What a scene of the shape can be asked."""
 OF_MEASURES = ("volume", "area", "centroid", "inertia")
+FUNCTIONS = ("check", "measure", "export", "turntable")
+"""Functions of the package, not methods."""
+ELSEWHERE = {
+    "move": "translate", "moved": "translate", "translated": "translate", "rotated": "rotate", "scaled": "scale",
+    "apply_transform": "transform", "bbox": "bounds", "aabb": "bounds", "bounding_box": "bounds", "extent": "bounds",
+    "extents": "bounds",
+}  # fmt: skip
+"""Names that other systems have, and the ones here."""
+_COMBINED = {
+    "union": "|", "unite": "|", "add": "|", "intersection": "&", "intersect": "&", "difference": "-", "subtract": "-",
+    "cut": "-", "minus": "-",
+}  # fmt: skip
+_OF_BODIES = ("material", "color", "name")
+CLASSES = {
+    "Ball": "Sphere", "Cuboid": "Box", "Cube": "Box", "Block": "Box", "Tube": "Cylinder", "Pipe": "Cylinder",
+    "Ray": "Rays", "Hit": "Hits", "Span": "Spans", "Circle": "Disc", "Disk": "Disc", "Group": "Union",
+    "Prism": "Polyhedron", "Frustum": "Cone", "Light": "PointLight",
+}  # fmt: skip
+"""Classes as they are called elsewhere, and the ones here."""
+_TRACED = ("intersect", "intersects", "intersection", "trace", "cast", "raycast", "shoot", "hit")
+_LONGER = ("add", "append", "extend", "insert", "remove", "add_body", "add_shape")
+_MOTIONS = ("translate", "rotate", "scale", "transform", "move")
 
 
 def no_attribute(thing: object, name: str) -> AttributeError:
-    """The error for an attribute that there is not, which says where it is."""
-    kind, hint = type(thing).__name__, ""
+    """The error for an attribute that a shape or a body does not have, which says where it is."""
+    kind = type(thing).__name__
+    return _told(thing, name, _of_shapes(kind.lower(), name) or (_of_bodies(thing, name) if kind == "Body" else ""))
+
+
+def _of_shapes(it: str, name: str) -> str:
     if name in OF_SCENES:
-        hint = f": a scene has, co.Scene({kind.lower()}).{name}(...)"
+        return f"a scene has, co.Scene({it}).{name}(...)"
+    if name in OF_MEASURES:
+        return f"co.measure({it}).{name} is that"
+    if name in FUNCTIONS:
+        return f"it is a function, co.{name}({it})"
+    if name in ELSEWHERE:
+        return f"it is called {ELSEWHERE[name]}"
+    if name in ("rotate_x", "rotate_y", "rotate_z", "rotateX", "rotateY", "rotateZ"):
+        return f'axes are named, {it}.rotate("{name[-1].lower()}", degrees)'
+    if name in _COMBINED and it != "body":
+        return f"shapes combine with operators, {it} {_COMBINED[name]} other"
+    if name in _OF_BODIES and it != "body":
+        return f"a body has that, co.Body({it}, material, name)"
+    return ""
+
+
+def _of_bodies(body: Any, name: str) -> str:
+    """What the shape or the material of a body has."""
+    for part in ("shape", "material"):
+        found = vars(body).get(part)
+        if not name.startswith("_") and (hasattr(type(found), name) or name in getattr(found, "__dict__", ())):
+            return f"body.{part}.{name} is that"
+    if name in _COMBINED:
+        return f"shapes combine, co.Body(a.shape {_COMBINED[name]} b.shape, material)"
+    return ""
+
+
+def no_attribute_of_scene(scene: Any, name: str) -> AttributeError:
+    """The error for an attribute that a scene does not have."""
+    hint = ""
+    if name in FUNCTIONS:
+        hint = f"it is a function, co.{name}(scene)"
     elif name in OF_MEASURES:
-        hint = f": co.measure({kind.lower()}).{name} is that"
-    return AttributeError(f"{kind!r} object has no attribute {name[:80]!r}{hint}", name=name, obj=thing)
+        hint = f"co.measure(scene).by_material and co.measure(scene)[body] have {name}"
+    elif name in _TRACED:
+        hint = "rays are followed by first_hit, occluded, spans and crossings"
+    elif name in _LONGER:
+        hint = "scenes do not change: co.Scene([*scene.bodies, another]) and scene.replace(...) are new ones"
+    elif name in _MOTIONS:
+        hint = "shapes and bodies move, co.Scene([body.translate(offset) for body in scene.bodies])"
+    elif name in ("shapes", "objects", "items", "names"):
+        hint = "scene.bodies are the entries, each with shape, material and name"
+    elif any(name == body.name for body in vars(scene).get("_bodies", ())):
+        hint = f"a body is called so, scene[{name!r}]"
+    return _told(scene, name, hint)
+
+
+def no_attribute_of_package(name: str) -> str:
+    """What to tell of a name that the package does not have."""
+    if name in (*OF_SCENES, "rays", "bounds", "bodies"):
+        return f": a scene has it, scene.{name}"
+    if name in _TRACED:
+        return ": scenes are asked, scene.first_hit(origins, directions)"
+    if (motion := name.lower()) in _MOTIONS:
+        return f": shapes have it, shape.{ELSEWHERE.get(motion, motion)}(...)"
+    if name in ("Torus", "Mesh"):
+        return ": bodies are made of planes and quadrics, nothing else"
+    return f" (did you mean {CLASSES[name]}?)" if name in CLASSES else ""
+
+
+def _told(thing: object, name: str, hint: str) -> AttributeError:
+    kind = type(thing).__name__
+    text = f"{kind!r} object has no attribute {name[:80]!r}{': ' if hint else ''}{hint}"
+    return AttributeError(text, name=name, obj=thing)
+
+
+_OPERATORS = {"+": "|", "*": "&", "|": "|", "&": "&", "-": "-"}
+
+
+def no_operator(thing: object, operator: str, other: Any) -> TypeError | None:
+    """The error for an operator that a shape or a body does not have; None where others may know it."""
+    from .base import Shape
+    from .body import Body
+
+    kind = type(thing).__name__
+    if operator == "*" and isinstance(other, int | float):
+        return TypeError(f"{kind}: * {other} is no operation, {kind.lower()}.scale({other}) changes its size")
+    if operator == "+" and other == 0 and isinstance(other, int):
+        return TypeError(f"{kind}: sum() adds nothing up here, co.Union([...]) unites many")
+    if operator in "+-" and isinstance(other, tuple | list | np.ndarray) and _are_numbers(other):
+        return TypeError(f"{kind}: {operator} {other} is no operation, {kind.lower()}.translate(offset) moves it")
+    if not isinstance(other, Shape | Body):
+        return None
+    if isinstance(thing, Body) or isinstance(other, Body):
+        combined = f"a.shape {_OPERATORS[operator]} b.shape"
+        return TypeError(f"Body: bodies do not combine, shapes do: co.Body({combined}, material)")
+    return TypeError(
+        f"{kind}: {operator} is no operation of shapes; a | b is the union, a & b what both have in common"
+    )
+
+
+def _are_numbers(values: Any) -> bool:
+    return len(values) == 3 and all(isinstance(value, int | float | np.number) for value in values)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+import functools
+import inspect
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import FunctionType
 from typing import Any, Literal, TypeAlias, get_args
@@ -92,6 +95,50 @@ class Material:
         if not isinstance(self.fresnel, bool):
             raise ValueError(f"{name}: fresnel must be true or false, got {shown(self.fresnel)}")
 
+    def __repr__(self) -> str:
+        """The call that makes it, without what it leaves out."""
+        maker, given = spelled(self)
+        shown_fields = ", ".join(f"{name}={value!r}" for name, value in given.items())
+        return f"{maker}({shown_fields})"
+
+    @property
+    def exactly(self) -> str:
+        """All that it says, to the bit: in equal words where it is the same, however it was made."""
+        fields = [getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "properties"]
+        assert isinstance(self.properties, Properties)
+        return f"{fields!r} {self.properties.written}"
+
+
+def spelled(material: Material) -> tuple[str, dict[str, Any]]:
+    """The name of the function, or of the class, that made a material, and the arguments that were not its defaults."""
+    maker, own = vars(material).get("_made", ("Material", {}))
+    given = {}
+    for name, default in _defaults(maker).items():
+        value = own[name] if name in own else getattr(material, name)
+        if repr(value) != default:
+            given[name] = value
+    return maker, given
+
+
+@functools.cache
+def _defaults(maker: str) -> dict[str, str]:
+    """The arguments of what makes materials, and the reprs of their defaults."""
+    return {name: repr(one.default) for name, one in inspect.signature(MAKERS[maker]).parameters.items()}
+
+
+def renamed(material: Material, name: str) -> Material:
+    """The same under another name, made by the same function."""
+    return _made_by(dataclasses.replace(material, name=name), *vars(material).get("_made", ("Material", {})))
+
+
+def _made_by(material: Material, maker: str, own: Mapping[str, Any]) -> Material:
+    """A material that knows which function made it, and `own`, those of its arguments that are no fields.
+
+    It is said again by its repr and in scene files; equality does not ask for it.
+    """
+    object.__setattr__(material, "_made", (maker, dict(own)))
+    return material
+
 
 DEFAULT = Material()
 """The material of bodies that are given none: matte light grey."""
@@ -112,7 +159,8 @@ def matte(
     ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
     name, properties: the user's own, as in `Material`.
     """
-    return Material(color=color, ambient=ambient, diffuse=diffuse, name=name, properties=properties)
+    made = Material(color=color, ambient=ambient, diffuse=diffuse, name=name, properties=properties)
+    return _made_by(made, "matte", {})
 
 
 @explained
@@ -136,9 +184,10 @@ def phong(
     reflectivity: the share of light that it mirrors, in [0, 1]: one number, or a colour.
     name, properties: the user's own, as in `Material`.
     """
-    return Material(
+    made = Material(
         color, ambient, diffuse, specular, shininess, "phong", reflectivity, name=name, properties=properties
     )
+    return _made_by(made, "phong", {})
 
 
 @explained
@@ -162,9 +211,10 @@ def blinn_phong(
     reflectivity: the share of light that it mirrors, in [0, 1]: one number, or a colour.
     name, properties: the user's own, as in `Material`.
     """
-    return Material(
+    made = Material(
         color, ambient, diffuse, specular, shininess, "blinn_phong", reflectivity, name=name, properties=properties
     )
+    return _made_by(made, "blinn_phong", {})
 
 
 @explained
@@ -185,10 +235,11 @@ def lacquer(
     reflectivity: the share of light that it mirrors at normal incidence, in [0, 1]: one number, or a colour.
     name, properties: the user's own, as in `Material`.
     """
-    return Material(
+    made = Material(
         color, specular=specular, shininess=shininess, reflectivity=reflectivity, fresnel=True,
         name=name, properties=properties,
     )  # fmt: skip
+    return _made_by(made, "lacquer", {})
 
 
 @explained
@@ -201,7 +252,8 @@ def mirror(
     name, properties: the user's own, as in `Material`.
     """
     black = (0.0, 0.0, 0.0)
-    return Material(black, ambient=0.0, diffuse=0.0, reflectivity=reflectivity, name=name, properties=properties)
+    made = Material(black, ambient=0.0, diffuse=0.0, reflectivity=reflectivity, name=name, properties=properties)
+    return _made_by(made, "mirror", {})
 
 
 @explained
@@ -222,7 +274,7 @@ def glass(
     specular: how strong the highlights of lights are, in [0, 1]: one number, or a colour.
     name, properties: the user's own, as in `Material`.
     """
-    return Material(
+    made = Material(
         (0.0, 0.0, 0.0),
         ambient=0.0,
         diffuse=0.0,
@@ -234,6 +286,7 @@ def glass(
         name=name,
         properties=properties,
     )
+    return _made_by(made, "glass", {})
 
 
 @explained
@@ -255,20 +308,23 @@ def metal(
     share = number("metal", "reflectivity", reflectivity)
     r, g, b = linear_rgb(color, "metal", "color")
     tint = (share * r, share * g, share * b)
-    return Material(
+    made = Material(
         color, 0.4, 0.4, specular=color, shininess=shininess, reflectivity=tint, fresnel=True,
         name=name, properties=properties,
     )  # fmt: skip
+    return _made_by(made, "metal", {"reflectivity": share})
 
 
 CONSTRUCTORS = {f.__name__: f for f in (matte, phong, blinn_phong, lacquer, mirror, glass, metal)}
 """Name -> function, for scene files that name a look instead of listing the fields."""
-_MAKERS = (Material, *CONSTRUCTORS.values())
+MAKERS: dict[str, Callable[..., Material]] = {"Material": Material, **CONSTRUCTORS}
+_FUNCTIONS = tuple(MAKERS.values())
 
 
-def as_material(owner: str, value: Any) -> Material:
+def as_material(owner: str, value: Any, hint: str = "") -> Material:
     """`value` as a material: a Material, or the matte one of a colour or Checker.
 
+    hint: what else may have been meant by a text that is no colour.
     Raises TypeError for anything else, ValueError for what is no colour.
     """
     if isinstance(value, Material):
@@ -279,11 +335,15 @@ def as_material(owner: str, value: Any) -> Material:
         expected = f"materials are made by functions: co.{value}(...), without quotes"
         raise ValueError(f"{owner}: material must be a Material or a colour, got {value!r}; {expected}")
     if isinstance(value, (str, tuple, list, np.ndarray)):
-        return matte(checked_color(owner, "material", value))
+        try:
+            color = checked_color(owner, "material", value)
+        except ValueError as error:
+            raise ValueError(f"{error}{hint if isinstance(value, str) and not value.startswith('#') else ''}") from None
+        return matte(color)
     raise TypeError(f"{owner}: material must be a Material such as matte('red'), or a colour, got {no_material(value)}")
 
 
 def no_material(value: Any) -> str:
     """What stands in place of a material; of what makes one, how it is meant."""
-    hint = f"; call it: {value.__name__}(...)" if isinstance(value, type | FunctionType) and value in _MAKERS else ""
+    hint = f"; call it: {value.__name__}(...)" if isinstance(value, type | FunctionType) and value in _FUNCTIONS else ""
     return what(value) + hint

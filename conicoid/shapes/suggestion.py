@@ -10,12 +10,12 @@ _COMPARED = 5000
 """Names that one is compared with, which takes a fraction of a second."""
 
 
-def close_to(name: str, known: Collection[str]) -> str:
-    """The known name that is most like this one; empty where none is."""
+def close_to(name: str, known: Collection[str], least: float = 0.6) -> str:
+    """The known name that is most like this one; empty where none is, by `least` of all letters."""
     import difflib
 
     folded = {item.casefold(): item for item in known if len(item) <= 100}
-    close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=least)
     return folded[close[0]] if close else ""
 
 

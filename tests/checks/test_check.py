@@ -172,6 +172,6 @@ def test_the_command_line_says_the_same(tmp_path: Path):
         "bodies:\n  - {name: ball, shape: {Sphere: {radius: 1}}}\n  - {shape: {Box: {low: [0.5, -1, -1], high: [4, 1, 1]}}}\n"
     )
     result = CliRunner().invoke(app, ["info", str(path), "--check", "--rays", "3000"])
-    assert result.exit_code == 0
+    assert result.exit_code == 3
     assert "findings  1\noverlap: bodies 0 (ball) and 1 overlap" in result.stdout
     assert "findings" not in CliRunner().invoke(app, ["info", str(path)]).stdout

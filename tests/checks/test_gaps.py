@@ -155,7 +155,7 @@ def test_the_domain_is_kept(tmp_path):
     output = tmp_path / "imported.yaml"
     assert CliRunner().invoke(app, ["import", str(tmp_path / "geometry.xml"), "-o", str(output)]).exit_code == 0
     told = CliRunner().invoke(app, ["info", str(output), "--check", "--rays", "6000"])
-    assert told.exit_code == 0
+    assert told.exit_code == 3
     assert told.stdout.count("undefined: (") == 2
 
 

@@ -127,7 +127,7 @@ def test_paint_refers_to_materials_by_name(tmp_path):
     scene = co.Scene([co.Body(block, red), co.Body(co.Sphere().painted(tiles).translate((3, 0, 0)))])
     co.save(scene, tmp_path / "scene.yaml")
     text = (tmp_path / "scene.yaml").read_text()
-    assert text.count("Material:") == 2
+    assert text.count("lacquer:") == text.count("matte:") == 1
     assert text.count("operand:") == 3  # bore, block and ball
     assert co.load(tmp_path / "scene.yaml") == scene
     assert co.load(tmp_path / "scene.yaml").bodies[1].shape.material == tiles
@@ -145,7 +145,7 @@ bodies:
   - shape: {Painted: {operand: bore, material: {matte: {color: red}}}, move: [{scale: 2}]}
 """
     )
-    brass = co.metal("#d9a64a")
+    brass = co.metal("#d9a64a", name="brass")
     bore = co.Cylinder((0, 0, -2), (0, 0, 2), 0.5).painted(brass)
     expected = [co.Body(co.Box() - bore, brass), bore.painted(co.matte("red")).scale(2)]
     assert co.load(tmp_path / "scene.yaml") == co.Scene(expected)
@@ -236,10 +236,10 @@ bodies:
         [
             co.Body(
                 co.Ellipsoid((1, 2, 3), z_range=(-1, math.inf)).translate((0, 0, 1)).rotate((0, 0, 1), 30).scale(2),
-                co.phong((0.8, 0.1, 0.1)),
+                co.phong((0.8, 0.1, 0.1), name="no"),
                 "barrel",
             ),
-            co.Body(wheel, co.matte(co.Checker("white", scale=(2, 3), space=True))),
+            co.Body(wheel, co.matte(co.Checker("white", scale=(2, 3), space=True), name="tiles")),
             co.Body((wheel.translate((1, 0, 0)) | ~co.Box()).scale((1, 1, -1)), co.mirror()),
             co.Plane((0, 0, 1), 0) - bore,
         ],

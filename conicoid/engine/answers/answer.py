@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from ...shapes.calls import explained_methods
 from ...shapes.carried import restore
 from ...shapes.labels import Labels
 from .no_array import NoArray
@@ -27,6 +28,7 @@ class NoScene:
 NO_SCENE: Any = NoScene()
 
 
+@explained_methods
 class Answer(NoArray):
     """Hits, spans or crossings: read-only, and equal where all their fields are.
 

@@ -8,12 +8,14 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from ...shapes.calls import explained_methods
 from ...shapes.carried import read_only
 from ...shapes.labels import counted
 from ...shapes.validate import npz_path, shown
 from .rays import Rays, refuse_name
 
 
+@explained_methods
 class ByRay:
     """A sequence over flat rays (in C order). A number selects one ray's rows; a slice, numbers or a mask several rays.
 

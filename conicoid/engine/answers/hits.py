@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...shapes.arrays import without_traces
+from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
 from ...shapes.labels import counted
 from ...shapes.validate import DOMAIN, npz_path, outside_domain
@@ -23,6 +24,7 @@ from ..threads import run_chunks
 from .answer import NO_SCENE, Answer
 from .fields import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .rays import Rays, lines_of, points_array, refuse_name
+from .told import one_hit
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 _CHUNK = 16384
 
 
+@explained_methods
 class Hits(Answer):
     """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
 
@@ -282,5 +285,7 @@ class Hits(Answer):
         vars(picked).update(_home=self._home, _labels=self._labels)
 
     def __repr__(self) -> str:
+        if not self.rays.shape:
+            return f"Hits({one_hit(self)})"
         found = int((self._found.body >= 0).sum())
         return f"Hits(shape={self.rays.shape}, {found:,} of {counted(len(self._found.t), 'ray', 'rays')} hit)"

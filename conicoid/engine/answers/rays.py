@@ -10,8 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...shapes.arrays import real_array
+from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
 from ...shapes.validate import DOMAIN, npz_path, shown
+from ...shapes.validate import path as checked_path
 from ...shapes.vector import FloatArray
 from .no_array import NoArray
 from .parts import parts_of
@@ -50,6 +52,7 @@ def first_wrong(origins: FloatArray, directions: FloatArray) -> tuple[int, str] 
     return index, f"{_REASONS[reason]}, got {tuple(value.tolist())}"
 
 
+@explained_methods
 class Rays(NoArray):
     """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64, which broadcast.
 
@@ -164,13 +167,14 @@ class Rays(NoArray):
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Rays:
-        """The rays in the file at `path` that `save` wrote, or in one of arrays `origins` and `directions`.
+        """The rays in the file at `path` that `save` wrote, or in one that `conicoid trace` reads (docs/files.md).
 
+        Such are a .npz file with arrays `origins` and `directions`, a .npy file (..., 6), and a .csv file.
         Raises ValueError for what is no such file, naming it, and OSError where it cannot be read.
         """
         from ...formats.answer_file import read_rays_file
 
-        return read_rays_file(npz_path("load", "rays", path))
+        return read_rays_file(checked_path("load", path))
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -206,6 +210,8 @@ class Rays(NoArray):
         return Rays._spawned(np.array(o), np.array(d), np.ascontiguousarray(starts.ravel(), dtype=np.int32), self._home)
 
     def __repr__(self) -> str:
+        if not self.shape:
+            return f"Rays({', '.join(str(tuple(part.tolist())) for part in self)})"
         return f"Rays(shape={self.shape})"
 
 

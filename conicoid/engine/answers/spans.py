@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...shapes.arrays import without_traces
+from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
 from ...shapes.labels import counted
 from ...shapes.vector import FloatArray
@@ -20,6 +21,7 @@ from .answer import Answer
 from .by_ray import ByRay
 from .fields import normals_of, points_along
 from .rays import Rays, lines_of
+from .told import crossings_of_one, spans_of_one
 from .weights import BODY, Distinct, Weights, checked_by, weights_of
 
 if TYPE_CHECKING:
@@ -47,6 +49,7 @@ def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: 
     return errors
 
 
+@explained_methods
 class Spans(Answer, ByRay):
     """Stretches of rays inside solids. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
 
@@ -160,9 +163,12 @@ class Spans(Answer, ByRay):
         return total.reshape((count, *weights.shape))
 
     def __repr__(self) -> str:
+        if not self.shape:
+            return f"Spans(shape=(), {spans_of_one(self)})"
         return f"Spans(shape={self._rays.shape}, {counted(len(self.body), 'span', 'spans')})"
 
 
+@explained_methods
 class Crossings(Answer, ByRay):
     """Every crossing of rays with bodies. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t.
 
@@ -228,4 +234,6 @@ class Crossings(Answer, ByRay):
         return _errors(self._scene, self._rays, self.offsets, self.t, self.surface)
 
     def __repr__(self) -> str:
+        if not self.shape:
+            return f"Crossings(shape=(), {crossings_of_one(self)})"
         return f"Crossings(shape={self._rays.shape}, {counted(len(self.t), 'crossing', 'crossings')})"

@@ -44,12 +44,35 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
         )
     if directions is None and type(origins).__module__.startswith("conicoid."):
         raise TypeError(f"{query}: origins must be arrays or a Rays, got {what(origins)}")
+    if directions is None and isinstance(origins, list | tuple) and any(isinstance(ray, Rays) for ray in origins):
+        raise TypeError(f"{query}: rays of a list are joined by co.Rays.concatenate(rays), got {what(origins)}")
     if directions is None:
         raise TypeError(
             f"{query}: directions are missing: pass origins and directions, or a Rays "
             "(which unpacks to these two arrays: one of its rays is rays[i])"
         )
     return Rays(origins, directions)
+
+
+def rays_after_values(values: Any, origins: Any, directions: Any) -> Rays:
+    """The Rays of a line integral, whose values come first: what looks like another order is a TypeError."""
+    order = "line_integral: values come first, and then the rays: line_integral(values, rays)"
+    if isinstance(values, Rays | Answer):
+        raise TypeError(f"{order} or line_integral(values, origins, directions); got {what(values)} first")
+    try:
+        return as_rays("line_integral", origins, directions)
+    except ValueError as error:
+        if not _is_of_points(values) or _is_of_points(directions):
+            raise
+        raise ValueError(f"{error}; values come first: line_integral(values, origins, directions)") from None
+
+
+def _is_of_points(values: Any) -> bool:
+    """Whether something may be meant for origins or directions."""
+    try:
+        return bool(np.shape(values)[-1:] == (3,))
+    except ValueError:
+        return False
 
 
 def limits_of(query: str, rays: Rays, name: str, value: Any) -> FloatArray:

@@ -1,0 +1,219 @@
+"""The commands conicoid lengths and conicoid measure: what rays go through, and how large bodies are."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .parts import (
+    STDOUT,
+    RayFile,
+    Results,
+    SceneFile,
+    Threads,
+    check_folder,
+    load,
+    name_of,
+    only_with,
+    prepare,
+    rays_for,
+    refuse_overwriting,
+    written,
+)
+from .terminal import Bar, compile_notes, say, user_mistakes
+
+if TYPE_CHECKING:
+    from ..formats.ray_file import RayTable
+    from ..measures.scene_measures import SceneMeasures
+    from ..scene import Scene
+
+LENGTHS_EXAMPLES = (
+    "Examples:\n\n  conicoid lengths scene.yaml rays.npy -o lengths.npz\n\n"
+    "  conicoid lengths scene.yaml rays.npy -o lengths.csv --by material\n\n"
+    "  conicoid lengths scene.yaml rays.npy -o doses.csv --value water=0.2 --value lead=1.1 --otherwise 0\n\n"
+    "  conicoid lengths scene.yaml rays.npy -o mu.npz --property attenuation\n\n"
+    "With --value or --property the results are line integrals: the sum of value times length."
+)
+MEASURE_EXAMPLES = (
+    "Examples:\n\n  conicoid measure scene.yaml\n\n  conicoid measure scene.yaml -o volumes.csv\n\n"
+    "Closed forms where they are known, else the chords of random rays, with standard errors: docs/booleans.md."
+)
+
+
+def lengths(
+    context: typer.Context,
+    scene: SceneFile,
+    rays: RayFile,
+    output: Results,
+    by: Annotated[str, typer.Option(help="A column for each: body or material.")] = "body",
+    value: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--value", metavar="MATERIAL=NUMBER", help="The line integral of this; may be repeated.", show_default=False
+        ),
+    ] = None,
+    property_: Annotated[
+        str | None,
+        typer.Option("--property", metavar="NAME", help="The line integral of a property of the materials.",
+                     show_default=False),
+    ] = None,
+    otherwise: Annotated[
+        float | None, typer.Option(help="With --value or --property: of materials without one.", show_default=False)
+    ] = None,
+    threads: Threads = None,
+) -> None:  # fmt: skip
+    """Measure how far rays go inside each body, or material; or sum up a value along them."""
+    with user_mistakes():
+        from ..engine.answers.weights import checked_by
+
+        integral = bool(value) or property_ is not None
+        only_with(context, "--value or --property", integral, "otherwise")
+        only_with(context, "lengths, not with --value or --property", not integral, "by")
+        if value and property_ is not None:
+            raise ValueError("lengths: give either --value or --property")
+        by = checked_by("lengths", by)
+        values = _values(value) if value else property_
+        table = rays_for(rays, scene, output)
+        loaded = load(scene, threads)
+        from ..formats.ray_file import write_values
+        from . import ray_tables
+
+        with compile_notes():
+            ray_tables.check(table)
+        prepare(loaded)
+        with compile_notes(), Bar("measuring", "ray") as bar:
+            if integral:
+                found = _integrals(loaded, table, values, otherwise, bar)
+            else:
+                found = ray_tables.lengths(loaded, table, by, bar)
+        energies = found.shape[len(table.shape) :]
+        columns = _columns(loaded, by) if not integral else [f"line_integral_{k}" for k in range(*energies or (0,))]
+        columns = columns if energies else ["line_integral"]
+        name = "line_integrals" if integral else "lengths"
+        with written(output, ".csv") as file:
+            write_values(file, name, found, columns, with_names=not integral)
+        say(f"{name_of(output)}: {_summary(found, table.shape, len(columns), integral, by)}")
+
+
+def _integrals(scene: Scene, table: RayTable, values: Any, otherwise: float | None, bar: Bar) -> Any:
+    """Line integrals; what is wrong with the values is told in words of the command line."""
+    from . import ray_tables
+
+    try:
+        return ray_tables.line_integrals(scene, table, values, otherwise, bar)
+    except ValueError as error:
+        text = str(error).removeprefix("line_integral: values: ")
+        option = text.replace("otherwise=0 (or another value) stands for it", "--otherwise 0 would stand for it")
+        raise ValueError(f"lengths: {option}") from None
+
+
+def _values(texts: list[str]) -> dict[str, float]:
+    """MATERIAL=NUMBER as a mapping; names may hold = themselves."""
+    values: dict[str, float] = {}
+    for text in texts:
+        name, _, number = text.rpartition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = math.nan
+        if not name or not math.isfinite(value):
+            raise ValueError(f"lengths: --value must be MATERIAL=NUMBER, got {text[:80]!r}")
+        if name in values:
+            raise ValueError(f"lengths: --value is given twice for {name[:80]!r}")
+        values[name] = value
+    return values
+
+
+def _columns(scene: Scene, by: str) -> list[str]:
+    """What the columns of lengths are called: names of bodies or materials, or else their numbers."""
+    if by == "body":
+        names = [body.name for body in scene[:]]
+    else:
+        names = ["no material" if material is None else material.name for material in scene.materials]
+    counts = Counter(names)
+    return [
+        f"{by} {number}" if not name
+        else f"{by} {number} ({name})" if counts[name] > 1 or name.startswith(f"{by} ") else name
+        for number, name in enumerate(names)
+    ]  # fmt: skip
+
+
+def _summary(found: Any, rays: tuple[int, ...], columns: int, integral: bool, by: str) -> str:
+    """One line on what was found."""
+    from ..shapes.labels import counted
+
+    count = math.prod(rays)
+    of_rays = counted(count, "ray", "rays")
+    if integral:
+        return f"line integrals of {of_rays}"
+    inside = int((found.reshape(count, columns) > 0).any(axis=1).sum())
+    what = counted(columns, by, "bodies" if by == "body" else "materials")
+    return f"lengths of {of_rays} inside {what}; {inside:,} inside any"
+
+
+def measure(
+    context: typer.Context,
+    scene: SceneFile,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="A table of all measures, .csv; - is standard output.", show_default=False),
+    ] = None,
+    rays: Annotated[
+        int | None,
+        typer.Option(min=60, help="Rays for all bodies; combinations are followed in any case.",
+                     show_default="1000000, where no closed form is known"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random rays.")] = 0,
+    threads: Threads = None,
+) -> None:  # fmt: skip
+    """Volume, area, centroid and inertia of every body, and the volumes of materials."""
+    with user_mistakes():
+        if output is not None:
+            if output != STDOUT and output.suffix.lower() != ".csv":
+                raise ValueError(f"{output}: measures are written as .csv")
+            check_folder(output)
+            refuse_overwriting(output, scene)
+        loaded = load(scene, threads)
+        from ..measures.measure import measure as measured
+
+        with compile_notes(), Bar("measuring", "body") as bar:
+            found = measured(loaded, rays, seed, bar)
+        if output is None:
+            typer.echo(_printable(str(found)))
+            return
+        from ..formats.ray_file import write_table
+
+        with written(output, ".csv") as file:
+            write_table(file, {}, _table(found))
+        say(f"{name_of(output)}: {len(found):,} bodies")
+
+
+def _printable(text: str) -> str:
+    from ..formats.errors import printable
+
+    return "\n".join(printable(line) for line in text.split("\n"))
+
+
+def _table(found: SceneMeasures) -> dict[str, Any]:
+    """The columns of the file of measures: a line for each body."""
+    import numpy as np
+
+    names = ["" if name is None else name for name in found.names]
+    called = ["" if material is None or not material.name else material.name for material in found.materials]
+    table: dict[str, Any] = {
+        "body": np.arange(len(found)),
+        "name": np.array(names, object),
+        "material": np.array([called[place] for place in found.places], object),
+    }
+    for name in ("volume", "area"):
+        table[name] = np.array([getattr(body, name) for body in found])
+        table[f"{name}_error"] = np.array([getattr(body, f"{name}_error") for body in found])
+    centroids = np.array([body.centroid for body in found]).reshape(-1, 3)
+    inertias = np.array([body.inertia for body in found]).reshape(-1, 3, 3)
+    table |= {f"centroid_{axis}": centroids[:, k] for k, axis in enumerate("xyz")}
+    pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+    return table | {f"inertia_{'xyz'[i]}{'xyz'[j]}": inertias[:, i, j] for i, j in pairs}
