@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from types import FunctionType
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -278,9 +279,17 @@ def as_material(owner: str, value: Any) -> Material:
     if isinstance(value, str) and value in CONSTRUCTORS:
         expected = f"materials are made by functions: co.{value}(...), without quotes"
         raise ValueError(f"{owner}: material must be a Material or a colour, got {value!r}; {expected}")
-    if isinstance(value, (str, tuple, list, np.ndarray)):
+    if isinstance(value, str):
+        return _of_color(owner, value)
+    if isinstance(value, (tuple, list, np.ndarray)):
         return matte(checked_color(owner, "material", value))
     raise TypeError(f"{owner}: material must be a Material such as matte('red'), or a colour, got {no_material(value)}")
+
+
+@lru_cache(maxsize=256)
+def _of_color(owner: str, color: str) -> Material:
+    """The matte material of a colour's text."""
+    return matte(checked_color(owner, "material", color))
 
 
 def no_material(value: Any) -> str:
