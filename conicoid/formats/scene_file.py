@@ -20,7 +20,7 @@ from ..shapes.body import Body
 from ..shapes.material import Material
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
-from . import yaml_parser
+from . import scene_text, yaml_parser
 from .atomic import real_path, write_text
 from .collector import without_collector
 from .data_files import array_name, keep_array
@@ -32,7 +32,6 @@ from .nodes import Listing, Node, Scalar, Table, is_nothing, is_null, is_text, s
 from .plain import ShapeWriter, body_data
 from .plain_bodies import PlainBodies
 from .reading import BAD, Bad, Reader, TooManyProblems
-from .scene_text import read_text
 from .sections import BODY, SECTIONS, VERSION, BackgroundKind, CameraKind, light_kind, material_kind
 from .shape_nodes import ShapeReader
 from .yaml_parser import Unreadable, document
@@ -79,7 +78,7 @@ def read(path: str | os.PathLike[str], progress: Progress | None = None) -> Part
 
     Raises SceneFileError with every mistake found.
     """
-    text = read_text(path)
+    text = scene_text.read_text(path)
     if _XML.match(text):
         found = (
             "is XML; scene files are YAML or JSON, and `conicoid import`, or co.load_openmc, reads OpenMC's geometries"
@@ -243,6 +242,13 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
     if suffix not in SUFFIXES:
         raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json")
     final = real_path(path)
+    with without_collector():
+        _write(scene, path, final, material_names)
+
+
+def _write(
+    scene: SceneLike, path: str | os.PathLike[str], final: Path, material_names: Mapping[Material, str] | None
+) -> None:
     stem = re.sub(r"[^\w.-]", "_", final.stem)[:40]
     bulk: dict[str, FloatArray] = {}
 
@@ -262,6 +268,10 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
         found = f"a scene file holds at most {yaml_parser.MAX_NODES:,} values, this scene takes {count:,}"
         raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
     text = json_text(data) if Path(path).suffix.lower() == ".json" else dump(data)
+    size = len(text.encode())
+    if size > scene_text.MAX_BYTES:
+        found = f"a scene file has at most {scene_text.MAX_BYTES >> 20} MB, this scene takes {size >> 20} MB"
+        raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
     for name, table in bulk.items():
         keep_array(final.with_name(name), table)
     write_text(path, text)
@@ -269,9 +279,16 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
 
 def _values(data: Any) -> int:
     """How many values a scene file has, as its parser counts them."""
-    if isinstance(data, dict):
-        return 1 + len(data) + sum(map(_values, data.values()))
-    return 1 + sum(map(_values, data)) if isinstance(data, (list, tuple)) else 1
+    count, pending = 0, [data]
+    while pending:
+        value = pending.pop()
+        count += 1
+        if isinstance(value, dict):
+            count += len(value)
+            pending += value.values()
+        elif isinstance(value, (list, tuple)):
+            pending += value
+    return count
 
 
 def scene_data(
