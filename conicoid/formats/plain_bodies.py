@@ -214,6 +214,7 @@ def _number(node: Node) -> float:
 
 
 _vector = _list(_number, 3)
+_matrix = _list(_list(_number, 4), 4)
 
 
 def _text(node: Node) -> str:
@@ -231,6 +232,8 @@ def _followed(motion: Motion, step: Node) -> Motion:
         return motion.translate(_vector(value))
     if verb == "scale":
         return motion.scale(_number(value) if type(value) is Scalar else _vector(value))
+    if verb == "transform":
+        return motion.transform(_matrix(value))
     if verb != "rotate" or type(value) is not Table or value.entries.keys() != {"axis", "degrees"}:
         raise Unusual
     axis = value.entries["axis"]
