@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable
+from typing import Any
 
 from .formats import scene_file
 from .scene import Scene, as_scene
@@ -20,13 +21,16 @@ _TOLD = 12
 
 
 @calm
-def load(path: str | os.PathLike[str]) -> Scene:
+def load(path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None) -> Scene:
     """The scene in the YAML or JSON file at `path` (docs/files.md). Nothing in a file is executed.
+
+    progress: progress(done, count) is called now and then, with shares of the work.
 
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
     what was expected and what was found.
     """
-    parts = scene_file.read(checked_path("load", path))
+    callback("load", "progress", progress)
+    parts = scene_file.read(checked_path("load", path), progress)
     return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
 
 

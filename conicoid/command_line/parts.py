@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -81,6 +81,8 @@ def _times(count: int) -> str:
     return "twice" if count == 2 else f"{count} times"
 
 
+_READ = 0.5
+"""Bytes of a file for each step of reading it: its letters are gone through, and then its bodies."""
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
 RayFile = Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)]
@@ -109,8 +111,8 @@ def load(path: Path, threads: int | None) -> Scene:
     from ..files import load as read
 
     refuse_stdin(path, "scenes")
-    with refused_files():
-        scene = read(path)
+    with refused_files(), Bar("reading", "B", _READ) as bar:
+        scene = read(path, progress=_told(bar, lambda _: f"reading {path} ..."))
     if not scene.bodies:
         say(f"{path}: holds no bodies")
     if threads is not None:
@@ -122,19 +124,24 @@ def load(path: Path, threads: int | None) -> Scene:
 
 def prepare(scene: Scene) -> None:
     """Make a scene ready, with progress where that takes long."""
-    began, told = time.perf_counter(), False
+    from ..shapes.labels import counted
+
     with compile_notes(), Bar("preparing", "entry") as bar:
+        scene.prepare(_told(bar, lambda count: f"preparing {counted(count, 'entry', 'entries')} ..."))
 
-        def progress(done: int, count: int) -> None:
-            nonlocal told
-            bar(done, count)
-            if not told and time.perf_counter() - began > PATIENCE and not bar.console.is_terminal:
-                from ..shapes.labels import counted
 
-                say(f"preparing {counted(count, 'entry', 'entries')} ...")
-                told = True
+def _told(bar: Bar, said: Callable[[int], str]) -> Callable[[int, int], None]:
+    """Progress for a bar; where nobody watches that, one line after a second."""
+    began, told = time.perf_counter(), False
 
-        scene.prepare(progress)
+    def progress(done: int, count: int) -> None:
+        nonlocal told
+        bar(done, count)
+        if not told and not bar.console.is_terminal and time.perf_counter() - began > PATIENCE:
+            say(said(count))
+            told = True
+
+    return progress
 
 
 def only_with(context: typer.Context, other: str, given: bool, *names: str) -> None:

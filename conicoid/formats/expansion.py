@@ -7,10 +7,11 @@ file are counted before anything is made of them, and may be many only where the
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 
 from ..shapes import Shape
 from .fields import fields_of
-from .nodes import Listing, Node, Table
+from .kinds import Fixed, Flag, Integer, Kind, Maybe, Number, OneOf, Several, Text
 
 FREE_PARTS, PARTS_PER_VALUE, MAX_PARTS = 1 << 15, 4, 1_000_000
 STEP_PARTS, STEP_COMPOSED = 2, 4
@@ -19,45 +20,25 @@ PARTS = "parts and steps of motion, references written out,"
 
 
 class Allowance:
-    """How many parts all bodies of a file may have together, and how many steps its motions."""
+    """How many parts all bodies of a file may have together, and how many steps its motions.
 
-    def __init__(self, root: Node) -> None:
-        self.root = root
+    values: how many stand in the file, keys among them; what an alias stands for counts once.
+    """
+
+    def __init__(self, values: int) -> None:
         self.parts = self.steps = 0
-        self._most: int | None = None
+        self.most = most_parts(values)
 
     def take(self, parts: int = 0, steps: int = 0) -> bool:
         """Whether so many more parts, and steps to be composed, can be borne."""
         self.parts += parts
         self.steps += steps * STEP_COMPOSED
-        taken = max(self.parts, self.steps)
-        return taken <= FREE_PARTS or taken <= self.most
-
-    @property
-    def most(self) -> int:
-        if self._most is None:
-            self._most = most_parts(distinct_values(self.root))
-        return self._most
+        return max(self.parts, self.steps) <= self.most
 
 
 def most_parts(values: int) -> int:
     """How many parts a file of so many values may have."""
     return min(MAX_PARTS, max(FREE_PARTS, PARTS_PER_VALUE * values))
-
-
-def distinct_values(root: Node) -> int:
-    """How many values stand in a file, keys among them, each alias counted with what it stands for: once."""
-    seen, pending, keys = {id(root)}, [root], 0
-    while pending:
-        node = pending.pop()
-        if isinstance(node, Table):
-            keys += len(node.keys)
-        below = node.items if isinstance(node, Listing) else node.entries.values() if isinstance(node, Table) else ()
-        for item in below:
-            if id(item) not in seen:
-                seen.add(id(item))
-                pending.append(item)
-    return len(seen) + keys
 
 
 class Sizes:
@@ -68,6 +49,8 @@ class Sizes:
 
     def __call__(self, shape: Shape) -> int:
         """Primitives, Booleans and, `STEP_PARTS` each, steps of motion. No recursion."""
+        if not shape_fields(type(shape)):
+            return 1 + STEP_PARTS * len(shape.motion.steps)
         pending = [shape]
         while pending:
             top = pending[-1]
@@ -90,6 +73,21 @@ def expanded_parts(shapes: Iterable[Shape]) -> int:
 
 def parts_of(shape: Shape) -> list[Shape]:
     """The shapes that a shape's fields hold."""
-    held = [getattr(shape, name) for name in fields_of(type(shape))]
+    held = [getattr(shape, name) for name in shape_fields(type(shape))]
     flat = [item for value in held for item in (value if isinstance(value, tuple) else (value,))]
     return [item for item in flat if isinstance(item, Shape)]
+
+
+@cache
+def shape_fields(cls: type[Shape]) -> tuple[str, ...]:
+    """The fields of a class that may hold shapes: those that are not plainly numbers or texts."""
+    return tuple(name for name, field in fields_of(cls).items() if not _is_plain(field.kind))
+
+
+def _is_plain(kind: Kind) -> bool:
+    if isinstance(kind, OneOf):
+        return all(map(_is_plain, kind.items))
+    return _is_plain(kind.item) if isinstance(kind, (Several, Fixed, Maybe)) else isinstance(kind, _PLAIN)
+
+
+_PLAIN = (Number, Integer, Flag, Text)

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from .decimals import is_beyond_float64
 
@@ -24,7 +24,7 @@ class Scalar:
     column: int
     text: str
     plain: bool
-    size: int = 1
+    size: ClassVar[int] = 1
 
 
 @dataclass(slots=True, eq=False)
@@ -39,13 +39,18 @@ class Listing:
 
 @dataclass(slots=True, eq=False)
 class Table:
-    """A mapping with texts as keys, in the order of the file."""
+    """A mapping with texts as keys, in the order of the file. `heads` are the keys of its entries."""
 
     line: int
     column: int
     entries: dict[str, Node] = field(default_factory=dict)
-    keys: dict[str, Scalar] = field(default_factory=dict)
+    heads: list[Scalar] = field(default_factory=list)
     size: int = 1
+
+    @property
+    def keys(self) -> dict[str, Scalar]:
+        """The keys by their text; made anew when asked for, as few are."""
+        return {key.text: key for key in self.heads}
 
 
 Node: TypeAlias = Scalar | Listing | Table
@@ -58,6 +63,9 @@ _INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)")
+_MEANING = re.compile(
+    "|".join(f"(?:{one.pattern})" for one in (_NULL, _TRUE, _FALSE, _INTEGER, _FLOAT, _INFINITE, _NAN))
+)
 
 
 def is_null(node: Node) -> bool:
@@ -111,8 +119,7 @@ def is_text(node: Node) -> bool:
         return False
     if not node.plain:
         return True
-    meanings = (_NULL, _TRUE, _FALSE, _INTEGER, _FLOAT, _INFINITE, _NAN)
-    return not any(meaning.fullmatch(node.text) for meaning in meanings)
+    return _MEANING.fullmatch(node.text) is None
 
 
 def shortened(text: str, width: int = 60) -> str:

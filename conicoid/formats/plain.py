@@ -164,9 +164,9 @@ def parts_first(shapes: Iterable[Shape], uses: Counter[Identity]) -> Iterator[Sh
 
 def identity(shape: Shape) -> Identity:
     """What is the same for a shape and its moved copies: its class and the very objects it is made of."""
-    values = [getattr(shape, name) for name in fields_of(type(shape))]
     if not parts_of(shape):
         return type(shape), id(shape)
+    values = [getattr(shape, name) for name in fields_of(type(shape))]
     return type(shape), *(repr(value) if isinstance(value, str) else _ids(value) for value in values)
 
 

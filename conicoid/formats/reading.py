@@ -60,15 +60,12 @@ class Reader:
         if not isinstance(node, Table):
             listed = ", ".join(names)
             return self.expected(node, where, f"a mapping with {listed}" if len(listed) < 200 else "a mapping")
-        found = {}
-        good = True
-        for name, value in node.entries.items():
-            if name in names:
-                found[name] = value
-            else:
-                good = False
-                hint = self.did_you_mean(name, [other for other in names if other not in node.entries])
-                self.report(node.keys[name], where, f"unknown key {shortened(name)!r}{hint}")
+        found = {name: value for name, value in node.entries.items() if name in names}
+        good = len(found) == len(node.entries)
+        for key in () if good else node.heads:
+            if key.text not in found:
+                hint = self.did_you_mean(key.text, [other for other in names if other not in node.entries])
+                self.report(key, where, f"unknown key {shortened(key.text)!r}{hint}")
         if missing := [name for name in required if name not in node.entries]:
             good = False
             self.report(node, where, f"{' and '.join(missing)} must be given")
@@ -79,7 +76,7 @@ class Reader:
         if not isinstance(node, Table) or len(node.entries) != 1:
             return None
         ((name, value),) = node.entries.items()
-        return name, node.keys[name], value
+        return name, node.heads[0], value
 
     def made(self, node: Node, where: str, make: Callable[[], Value]) -> Value | Bad:
         """make(), with a ValueError or TypeError reported at the field that its text names."""

@@ -8,10 +8,10 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -20,8 +20,9 @@ from ..shapes.body import Body
 from ..shapes.material import Material, renamed
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
-from . import yaml_parser
+from . import scene_text, yaml_parser
 from .atomic import real_path, write_text
+from .collector import without_collector
 from .data_files import array_name, keep_array
 from .errors import Problem, SceneFileError
 from .expansion import PARTS, Allowance, expanded_parts, most_parts
@@ -29,11 +30,11 @@ from .fields import MaterialKind
 from .kinds import Integer, Text
 from .nodes import Listing, Node, Scalar, Table, is_nothing, is_null, is_text, shortened, shown
 from .plain import ShapeWriter, body_data
+from .plain_bodies import PlainBodies
 from .reading import BAD, Bad, Reader, TooManyProblems
-from .scene_text import read_text
 from .sections import BODY, SECTIONS, VERSION, BackgroundKind, CameraKind, light_kind, material_kind
 from .shape_nodes import ShapeReader
-from .yaml_parser import Unreadable, parse
+from .yaml_parser import Unreadable, document
 from .yaml_writer import dump, json_text
 
 
@@ -63,33 +64,51 @@ class SceneLike(Protocol):
     def domain(self) -> Any: ...
 
 
+_STEP = 500
+"""Bodies from one report of progress to the next."""
 _XML = re.compile(r"\s*<(?:\?xml|!--|geometry|model|materials)")
 
 
-def read(path: str | os.PathLike[str]) -> Parts:
-    """The parts of the scene in a file. Raises SceneFileError with every mistake found."""
-    text = read_text(path)
+Progress: TypeAlias = Callable[[int, int], Any]
+"""Is called with how much is done, and of how much."""
+
+
+def read(path: str | os.PathLike[str], progress: Progress | None = None) -> Parts:
+    """The parts of the scene in a file; progress(done, count) is called now and then, half of it for the letters.
+
+    Raises SceneFileError with every mistake found.
+    """
+    text = scene_text.read_text(path)
     if _XML.match(text):
         found = (
             "is XML; scene files are YAML or JSON, and `conicoid import`, or co.load_openmc, reads OpenMC's geometries"
         )
         raise SceneFileError(path, [Problem(0, 0, "", found)])
-    return parsed(text, path)
+    return parsed(text, path, progress)
 
 
-def parsed(text: str, path: str | os.PathLike[str]) -> Parts:
+def parsed(text: str, path: str | os.PathLike[str], progress: Progress | None = None) -> Parts:
     """The parts of the scene in a text, which `path` holds. Raises SceneFileError with every mistake found."""
+    with without_collector():
+        return _parsed(text, path, progress)
+
+
+def _parsed(text: str, path: str | os.PathLike[str], progress: Progress | None) -> Parts:
+    size = len(text)
     try:
-        root, problems = parse(text)
+        found = document(text, progress and (lambda done: progress(done, 2 * size)))
     except Unreadable as error:
         raise SceneFileError(path, [error.problem]) from None
+    root = found.root
     if root is None or is_null(root):
-        raise SceneFileError(path, [*problems, Problem(0, 0, "", "is empty, a scene file has at least `bodies`")])
+        raise SceneFileError(path, [*found.problems, Problem(0, 0, "", "is empty, a scene file has at least `bodies`")])
     reader = Reader(Path(path).resolve().parent)
-    reader.problems.extend(problems)
+    reader.problems.extend(found.problems)
     parts = Parts(())
     with contextlib.suppress(TooManyProblems):
-        parts = _SceneReader(reader).read(root)
+        scene = _SceneReader(reader, found.distinct)
+        scene.progress = progress and (lambda done, count: progress(size + size * done // count, 2 * size))
+        parts = scene.read(root)
     if reader.problems:
         raise SceneFileError(path, reader.problems)
     return parts
@@ -98,8 +117,12 @@ def parsed(text: str, path: str | os.PathLike[str]) -> Parts:
 class _SceneReader:
     """Reads the sections of one file; on mistakes it goes on, and what it returns is not used."""
 
-    def __init__(self, reader: Reader) -> None:
+    progress: Progress | None = None
+    """Of the bodies."""
+
+    def __init__(self, reader: Reader, values: int) -> None:
         self.reader = reader
+        self.values = values
         self.body_names: dict[str, int] = {}
         self.unnamed: dict[int, Body] = {}
 
@@ -116,7 +139,7 @@ class _SceneReader:
             BackgroundKind().read(given["background"], self.reader, "background") if "background" in given else None
         )
         self._read_materials(given.get("materials"))
-        shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"), Allowance(root))
+        shapes = ShapeReader(self.reader, self._named(given.get("shapes"), "shapes"), Allowance(self.values))
         shapes.read_named()
         bodies = self._bodies(root.entries.get("bodies"), shapes)
         domain = shapes.read(given["domain"], "domain", Solid) if "domain" in given else None
@@ -155,10 +178,12 @@ class _SceneReader:
             found = f"must be a list of bodies, each with a shape, got {shown(node)}{none}"
             self.reader.report(node, "bodies", found)
             return ()
-        bodies = []
+        bodies, plain = [], PlainBodies(shapes, self.reader.materials, self.body_names)
         for i, item in enumerate(node.items):
             where = f"bodies[{i}]"
-            body = self.unnamed.get(id(item)) or self._body(item, where, shapes)
+            if self.progress is not None and i % _STEP == 0:
+                self.progress(i, len(node.items))
+            body = self.unnamed.get(id(item)) or plain.read(item) or self._body(item, where, shapes)
             if isinstance(body, Body):
                 shapes.charge_body(item, where, body.shape)
                 bodies.append(body)
@@ -226,6 +251,13 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
         hint = "" if len(ending) > 1 else f": {os.fspath(path).rstrip('.')}.yaml, say"
         raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json{hint}")
     final = real_path(path)
+    with without_collector():
+        _write(scene, path, final, material_names)
+
+
+def _write(
+    scene: SceneLike, path: str | os.PathLike[str], final: Path, material_names: Mapping[Material, str] | None
+) -> None:
     stem = re.sub(r"[^\w.-]", "_", final.stem)[:40]
     bulk: dict[str, FloatArray] = {}
 
@@ -245,6 +277,10 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
         found = f"a scene file holds at most {yaml_parser.MAX_NODES:,} values, this scene takes {count:,}"
         raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
     text = json_text(data) if Path(path).suffix.lower() == ".json" else dump(data)
+    size = len(text.encode())
+    if size > scene_text.MAX_BYTES:
+        found = f"a scene file has at most {scene_text.MAX_BYTES >> 20} MB, this scene takes {size >> 20} MB"
+        raise ValueError(f"{final}: {found}: write bodies apart, or balls as one Spheres")
     for name, table in bulk.items():
         keep_array(final.with_name(name), table)
     write_text(path, text)
@@ -252,9 +288,16 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
 
 def _values(data: Any) -> int:
     """How many values a scene file has, as its parser counts them."""
-    if isinstance(data, dict):
-        return 1 + len(data) + sum(map(_values, data.values()))
-    return 1 + sum(map(_values, data)) if isinstance(data, (list, tuple)) else 1
+    count, pending = 0, [data]
+    while pending:
+        value = pending.pop()
+        count += 1
+        if isinstance(value, dict):
+            count += len(value)
+            pending += value.values()
+        elif isinstance(value, (list, tuple)):
+            pending += value
+    return count
 
 
 def scene_data(

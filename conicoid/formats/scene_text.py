@@ -9,7 +9,7 @@ from pathlib import Path
 from .errors import Problem, SceneFileError
 from .regular import open_regular
 
-MAX_BYTES = 32 << 20
+MAX_BYTES = 64 << 20
 
 
 def read_text(path: str | os.PathLike[str]) -> str:

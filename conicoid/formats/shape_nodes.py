@@ -8,7 +8,6 @@ wheel                                   # a name under `shapes`
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import operator
 import re
@@ -144,13 +143,13 @@ class ShapeReader:
         if not isinstance(node, Table):
             example = "a shape, a mapping such as {Sphere: {radius: 1}}, or the name of one under `shapes`"
             return self.reader.expected(node, where, example)
-        heads = [key for key in node.entries if key != "move"]
+        heads = [key for key in node.heads if key.text != "move"]
         if len(heads) != 1:
-            found = f"{len(heads)}: {', '.join(heads[:4])}" if heads else "none"
+            found = f"{len(heads)}: {', '.join(key.text for key in heads[:4])}" if heads else "none"
             return self.reader.report(
                 node, where, f"must have one shape as its key (and `move` beside it), got {found}"
             )
-        shape = self._head(node.keys[heads[0]], node.entries[heads[0]], where)
+        shape = self._head(heads[0], node.entries[heads[0].text], where)
         return self.moved(shape, node.entries.get("move"), where)
 
     def _head(self, key: Scalar, value: Node, where: str) -> Any:
@@ -296,9 +295,7 @@ def _in_line(message: str, name: str, lines: Sequence[int]) -> str:
 
 def moved_by(shape: Shape, motion: Motion) -> Shape:
     """The shape after all steps of a motion, checked once."""
-    whole = shape.motion.then(motion)
-    whole.check(type(shape).__name__)
-    return dataclasses.replace(shape, motion=whole)
+    return shape._moved(shape.motion.then(motion))
 
 
 def operand_field(cls: type[Shape]) -> Kind | None:

@@ -7,7 +7,8 @@ and the number of values that aliases expand to, are limited; the tree is built 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import yaml  # type: ignore[import-untyped]
@@ -16,7 +17,10 @@ from .errors import Problem
 from .nodes import Listing, Node, Scalar, Table, shortened
 
 MAX_DEPTH = 250
-MAX_NODES = 1_000_000
+MAX_NODES, MAX_EXPANDED = 4_000_000, 1_000_000
+"""Values of a file, with aliases written out, and how many of them these may add."""
+_STEP = 10_000
+"""Events from one report of progress to the next."""
 
 
 class Unreadable(Exception):
@@ -27,15 +31,34 @@ class Unreadable(Exception):
         super().__init__(message)
 
 
+@dataclass
+class Document:
+    """The one document of a text: None if there is none, and its repeated keys."""
+
+    root: Node | None = None
+    problems: list[Problem] = field(default_factory=list)
+    distinct: int = 0
+    """Values that stand in it, keys among them: an alias is none."""
+
+
 def parse(text: str) -> tuple[Node | None, list[Problem]]:
-    """The one document of `text` (None if there is none) and its repeated keys.
+    """The root of the one document of `text`, None if there is none, and its repeated keys."""
+    found = document(text)
+    return found.root, found.problems
+
+
+def document(text: str, progress: Callable[[int], Any] | None = None) -> Document:
+    """The one document of `text`; progress(characters) is called now and then.
 
     Raises `Unreadable` for what is not YAML and for what passes the limits.
     """
     _check_directives(text)
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        return _Builder().build(yaml.parse(_joined_surrogates(text), Loader=loader))
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)(_joined_surrogates(text))
+        try:
+            return _built(loader.get_event, progress)
+        finally:
+            loader.dispose()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (0, 0)
@@ -54,105 +77,105 @@ def place(text: str, position: int) -> tuple[int, int]:
     return text.count("\n", 0, position) + 1, position - (text.rfind("\n", 0, position) + 1) + 1
 
 
-class _Builder:
-    """Builds nodes from events with a stack of its own, so that depth costs no recursion."""
+def _built(next_event: Callable[[], Any], progress: Callable[[int], Any] | None) -> Document:
+    """Nodes from events, with a stack of its own, so that depth costs no recursion.
 
-    def __init__(self) -> None:
-        self.stack: list[Listing | Table] = []
-        self.pending: list[Scalar | None] = []  # the key that waits for its value, per open collection
-        self.names: list[str | None] = []  # the anchor of each open collection
-        self.anchors: dict[str, Node] = {}
-        self.open_anchors: set[str] = set()
-        self.problems: list[Problem] = []
-        self.root: Node | None = None
-        self.count = 0
-
-    def build(self, events: Iterator[Any]) -> tuple[Node | None, list[Problem]]:
-        documents = 0
-        for event in events:
-            line, column = event.start_mark.line + 1, event.start_mark.column + 1
-            if isinstance(event, yaml.ScalarEvent):
+    One function, as each of its lines is run for each of millions of events.
+    """
+    made = Document()
+    stack: list[tuple[Listing | Table, str | None]] = []  # the open collections, and their anchors
+    open_anchors: set[str] = set()
+    pending: list[Scalar | None] = []  # the key that waits for its value, per open collection
+    anchors: dict[str, Node] = {}
+    twice: dict[int, dict[str, Scalar]] = {}  # the keys of open collections in which one is repeated
+    words: dict[str, str] = {}  # one text for all keys that are equal, and below one number for all nodes of a line
+    count = documents = events = 0
+    line = 0
+    node: Node
+    scalar, alias, ended = yaml.ScalarEvent, yaml.AliasEvent, yaml.StreamEndEvent
+    starts, ends = (yaml.MappingStartEvent, yaml.SequenceStartEvent), (yaml.MappingEndEvent, yaml.SequenceEndEvent)
+    while (kind := type(event := next_event())) is not ended:
+        events += 1
+        if progress is not None and events % _STEP == 0:
+            progress(event.start_mark.index)
+        mark = event.start_mark
+        line, column = (line if mark.line + 1 == line else mark.line + 1), mark.column + 1
+        if kind is scalar:
+            if event.tag is not None:
                 _refuse_tag(event, line, column)
-                node = Scalar(line, column, event.value, plain=event.implicit[0])
-                self._anchor(event.anchor, node)
-                self._add(node)
-            elif isinstance(event, yaml.CollectionStartEvent):
+            node = Scalar(line, column, event.value, event.implicit[0])
+            if event.anchor:
+                anchors[event.anchor] = node
+            made.distinct += 1
+        elif kind in starts:
+            if event.tag is not None:
                 _refuse_tag(event, line, column)
-                self._open(event, line, column)
-            elif isinstance(event, yaml.CollectionEndEvent):
-                self._close()
-            elif isinstance(event, yaml.AliasEvent):
-                self._add(self._alias(event.anchor, line, column), line, column)
-            elif isinstance(event, yaml.DocumentStartEvent):
-                documents += 1
-                if documents > 1:
-                    raise Unreadable(line, column, "a scene file holds one document, found a second one")
-        return self.root, self.problems
-
-    def _open(self, event: Any, line: int, column: int) -> None:
-        if len(self.stack) >= MAX_DEPTH:
-            raise Unreadable(line, column, f"nested deeper than {MAX_DEPTH} levels")
-        node = Table(line, column) if isinstance(event, yaml.MappingStartEvent) else Listing(line, column)
-        if event.anchor:
-            self.open_anchors.add(event.anchor)
-        self.stack.append(node)
-        self.pending.append(None)
-        self.names.append(event.anchor)
-
-    def _close(self) -> None:
-        node = self.stack.pop()
-        self.pending.pop()
-        anchor = self.names.pop()
-        self.open_anchors.discard(anchor or "")
-        self._anchor(anchor, node)
-        self.count -= node.size - 1  # its parts were counted one by one
-        self._add(node)
-
-    def _alias(self, anchor: str, line: int, column: int) -> Node:
-        name = shortened(anchor)
-        if anchor in self.open_anchors:
-            raise Unreadable(line, column, f"alias *{name} lies inside what it stands for")
-        if anchor not in self.anchors:
-            raise Unreadable(line, column, f"alias *{name} has no anchor &{name} before it")
-        return self.anchors[anchor]
-
-    def _anchor(self, anchor: str | None, node: Node) -> None:
-        if anchor:
-            self.anchors[anchor] = node
-
-    def _add(self, node: Node, line: int = 0, column: int = 0) -> None:
-        """Put a finished node where it belongs and count it, with all that it stands for."""
-        self.count += node.size
-        if self.count > MAX_NODES:
-            place_ = (line or node.line, column or node.column)
-            raise Unreadable(
-                *place_, f"more than {MAX_NODES:,} values, aliases expanded (bulk data belongs in a .npy file)"
-            )
-        if not self.stack:
-            self.root = node
-            return
-        parent = self.stack[-1]
-        parent.size += node.size
-        if isinstance(parent, Listing):
-            parent.items.append(node)
-        elif (key := self.pending[-1]) is None:
-            if not isinstance(node, Scalar):
-                raise Unreadable(
-                    line or node.line, column or node.column, "a key must be a word, found a list or mapping"
-                )
-            self.pending[-1] = node
+            if len(stack) >= MAX_DEPTH:
+                raise Unreadable(line, column, f"nested deeper than {MAX_DEPTH} levels")
+            opened = Table(line, column) if kind is starts[0] else Listing(line, column)
+            stack.append((opened, event.anchor))
+            if event.anchor:
+                open_anchors.add(event.anchor)
+            pending.append(None)
+            made.distinct += 1
+            continue
+        elif kind in ends:
+            node, anchor = stack.pop()
+            pending.pop()
+            if anchor:
+                open_anchors.discard(anchor)
+                anchors[anchor] = node
+            twice.pop(id(node), None)
+            line, column = node.line, node.column
+            count -= node.size - 1  # its parts were counted one by one
+        elif kind is alias:
+            node = _aliased(event.anchor, anchors, open_anchors, line, column)
         else:
-            self.pending[-1] = None
-            self._enter(parent, key, node)
-
-    def _enter(self, parent: Table, key: Scalar, node: Node) -> None:
-        if key.text in parent.entries:
-            first = parent.keys[key.text].line
+            documents += kind is yaml.DocumentStartEvent
+            if documents > 1:
+                raise Unreadable(line, column, "a scene file holds one document, found a second one")
+            continue
+        # The node is finished: count it, with all that it stands for, and put it where it belongs
+        count += node.size
+        if count > MAX_NODES or count - made.distinct > MAX_EXPANDED:
+            most = f"{MAX_NODES:,} values" if count > MAX_NODES else f"{MAX_EXPANDED:,} values, aliases expanded"
+            raise Unreadable(line, column, f"more than {most} (bulk data belongs in a .npy file)")
+        if not stack:
+            made.root = node
+            continue
+        parent = stack[-1][0]
+        parent.size += node.size
+        if type(parent) is Listing:
+            parent.items.append(node)
+        elif (key := pending[-1]) is None:
+            if type(node) is not Scalar:
+                raise Unreadable(line, column, "a key must be a word, found a list or mapping")
+            node.text = words.setdefault(node.text, node.text)
+            pending[-1] = node
+        else:
+            pending[-1] = None
+            assert isinstance(parent, Table)
+            if key.text not in parent.entries:
+                parent.entries[key.text] = node
+                parent.heads.append(key)
+                if id(parent) in twice:
+                    twice[id(parent)][key.text] = key
+                continue
+            if id(parent) not in twice:
+                twice[id(parent)] = parent.keys
+            first = twice[id(parent)][key.text].line
             message = f"key {shortened(key.text)!r} is given twice (first in line {first})"
-            self.problems.append(Problem(key.line, key.column, "", message))
-            return
-        parent.entries[key.text] = node
-        parent.keys[key.text] = key
+            made.problems.append(Problem(key.line, key.column, "", message))
+    return made
+
+
+def _aliased(anchor: str, anchors: dict[str, Node], open_anchors: set[str], line: int, column: int) -> Node:
+    """What an alias stands for."""
+    if anchor in open_anchors:
+        raise Unreadable(line, column, f"alias *{shortened(anchor)} lies inside what it stands for")
+    if anchor not in anchors:
+        raise Unreadable(line, column, f"alias *{shortened(anchor)} has no anchor &{shortened(anchor)} before it")
+    return anchors[anchor]
 
 
 def _refuse_tag(event: Any, line: int, column: int) -> None:

@@ -9,7 +9,8 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -34,11 +35,24 @@ def dump(data: dict[str, Any]) -> str:
 
 
 def json_text(data: dict[str, Any]) -> str:
-    """The document as JSON, for which infinities do not exist."""
+    """The document as JSON, for which infinities do not exist: each body, and each of what has a name, on its line."""
     try:
-        return json.dumps(data, indent=1, allow_nan=False).replace("\x7f", "\\u007f") + "\n"
+        sections = ",\n".join(f" {_json(key)}: {_json_section(value)}" for key, value in data.items())
     except ValueError:
         raise ValueError("JSON has no infinite numbers: save this scene as .yaml") from None
+    return f"{{\n{sections}\n}}\n".replace("\x7f", "\\u007f")
+
+
+def _json_section(value: Any) -> str:
+    if not isinstance(value, (list, dict)) or not value or not _is_section(value):
+        return _json(value)
+    if isinstance(value, dict):
+        return "{\n" + ",\n".join(f"  {_json(key)}: {_json(item)}" for key, item in value.items()) + "\n }"
+    return "[\n" + ",\n".join(f"  {_json(item)}" for item in value) + "\n ]"
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, allow_nan=False)
 
 
 def _entry(key: str, value: Any, indent: str, top: bool = False) -> Iterator[str]:
@@ -59,11 +73,12 @@ def _is_section(value: Any) -> bool:
 def _block(value: Any, indent: str) -> Iterator[str]:
     if isinstance(value, dict):
         for key, item in value.items():
-            yield from _entry(word(key), item, indent)
+            yield from _entry(_key(key), item, indent)
         return
     for item in value:
-        inline = inlined(item, WIDTH - len(indent) - 2)
-        if inline is not None and not (isinstance(item, dict) and "name" in item):
+        named = isinstance(item, dict) and "name" in item
+        inline = None if named else inlined(item, WIDTH - len(indent) - 2)
+        if inline is not None:
             yield f"{indent}- {inline}"
             continue
         first, *rest = _block(item, indent + "  ")
@@ -72,19 +87,21 @@ def _block(value: Any, indent: str) -> Iterator[str]:
 
 
 def inlined(value: Any, room: int) -> str | None:
-    """The value on one line, or None if it takes more than `room` characters."""
+    """The value on one line, or None for a list or mapping that takes more than `room` characters."""
     if isinstance(value, dict):
-        return _joined("{", "}", (((f"{word(key)}: ", item)) for key, item in value.items()), room)
+        keys = [f"{_key(key)}: " for key in value]
+        return _joined("{", "}", keys, list(value.values()), room)
     if isinstance(value, (list, tuple)):
-        return _joined("[", "]", ((("", item)) for item in value), room)
-    text = scalar(value)
-    return text if len(text) <= room or not isinstance(value, (list, dict)) else None
+        return _joined("[", "]", [""] * len(value), value, room)
+    return scalar(value)
 
 
-def _joined(opening: str, closing: str, parts: Iterator[tuple[str, Any]], room: int) -> str | None:
+def _joined(opening: str, closing: str, keys: Sequence[str], items: Sequence[Any], room: int) -> str | None:
     room -= 2
+    if 3 * len(items) > room + 4:  # each takes a character and what parts it from the next
+        return None
     texts: list[str] = []
-    for key, item in parts:
+    for key, item in zip(keys, items, strict=True):
         text = inlined(item, room - len(key))
         room -= len(key) + len(text or "") + 2
         if text is None or room < -2:
@@ -95,6 +112,8 @@ def _joined(opening: str, closing: str, parts: Iterator[tuple[str, Any]], room: 
 
 def scalar(value: Any) -> str:
     """One word: null, a truth value, a number or a text."""
+    if type(value) is float:
+        return number(value)
     if value is None:
         return "null"
     if isinstance(value, (bool, np.bool_)):
@@ -127,6 +146,10 @@ def word(text: str) -> str:
     if any("\ud800" <= character <= "\udfff" for character in text):
         raise ValueError(f"a scene file cannot hold the text {text!r}: it is not Unicode")
     return '"' + "".join(_ESCAPES.get(c) or (c if c.isprintable() else _escaped(c)) for c in text) + '"'
+
+
+_key = lru_cache(maxsize=256)(word)
+"""Of the names of classes and fields, which stand in a file over and over."""
 
 
 def _escaped(character: str) -> str:

@@ -7,6 +7,7 @@ import functools
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from types import FunctionType
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -334,13 +335,20 @@ def as_material(owner: str, value: Any, hint: str = "") -> Material:
     if isinstance(value, str) and value in CONSTRUCTORS:
         expected = f"materials are made by functions: co.{value}(...), without quotes"
         raise ValueError(f"{owner}: material must be a Material or a colour, got {value!r}; {expected}")
-    if isinstance(value, (str, tuple, list, np.ndarray)):
-        try:
-            color = checked_color(owner, "material", value)
-        except ValueError as error:
-            raise ValueError(f"{error}{hint if isinstance(value, str) and not value.startswith('#') else ''}") from None
-        return matte(color)
+    if isinstance(value, str):
+        return _of_color(owner, value, hint)
+    if isinstance(value, (tuple, list, np.ndarray)):
+        return matte(checked_color(owner, "material", value))
     raise TypeError(f"{owner}: material must be a Material such as matte('red'), or a colour, got {no_material(value)}")
+
+
+@lru_cache(maxsize=256)
+def _of_color(owner: str, color: str, hint: str) -> Material:
+    """The matte material of a colour's text."""
+    try:
+        return matte(checked_color(owner, "material", color))
+    except ValueError as error:
+        raise ValueError(f"{error}{hint if not color.startswith('#') else ''}") from None
 
 
 def no_material(value: Any) -> str:

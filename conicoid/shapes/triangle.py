@@ -13,6 +13,8 @@ from .support import points_support
 from .validate import vector
 from .vector import Vector, VectorLike
 
+_CLEAR = 2.0**-45
+
 
 @dataclass(frozen=True)
 class Triangle(PrimitiveSheet):
@@ -29,8 +31,17 @@ class Triangle(PrimitiveSheet):
     def __post_init__(self) -> None:
         for name in ("a", "b", "c"):
             object.__setattr__(self, name, vector("Triangle", name, getattr(self, name)))
-        if not any(ex.cross(*self._edges())):
+        if not self._is_clear() and not any(ex.cross(*self._edges())):
             raise ValueError(f"Triangle: a, b, c must not lie on a line, got {self.a}, {self.b}, {self.c}")
+
+    def _is_clear(self) -> bool:
+        """Whether floats show that the corners are not on a line.
+
+        Products of rounded differences are off by less than 2^-51 of themselves, and nothing underflows in the domain.
+        """
+        (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.a, self.b, self.c
+        x, y, z, u, v, w = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+        return any(abs(p - q) > _CLEAR * (abs(p) + abs(q)) for p, q in ((y * w, z * v), (z * u, x * w), (x * v, y * u)))
 
     def _edges(self) -> tuple[ex.Row, ex.Row]:
         a, b, c = (ex.exact_row(point) for point in (self.a, self.b, self.c))

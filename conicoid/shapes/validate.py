@@ -75,6 +75,8 @@ def is_complex(value: Any) -> bool:
 
 def number(owner: str, field: str, value: Any, *, finite: bool = True) -> float:
     """`value` as a float; NaN is refused, infinity too unless `finite` is False."""
+    if type(value) is float and (SMALLEST <= value <= LARGEST or -LARGEST <= value <= -SMALLEST):
+        return value
     if type(value) not in (float, int) and not _is_number(value):
         raise ValueError(f"{owner}: {field} must be a number, got {shown(value)}")
     try:
@@ -134,9 +136,28 @@ def flag(owner: str, field: str, value: Any) -> bool:
 
 def vector(owner: str, field: str, value: Any, *, nonzero: bool = False) -> Vector:
     """`value` as three finite floats; all zero is refused if `nonzero`."""
+    plain = _plain_vector(value)
+    if plain is not None and not (nonzero and plain == (0.0, 0.0, 0.0)):
+        return plain
     x, y, z = numbers(owner, field, value, 3)
     if nonzero and x == y == z == 0:
         raise ValueError(f"{owner}: {field} must not be zero, got {(x, y, z)}")
+    return x, y, z
+
+
+def _plain_vector(value: Any) -> Vector | None:
+    """Three floats of the domain, as nearly all vectors are; None for `numbers` to look closer."""
+    kind = type(value)
+    if kind is np.ndarray and value.dtype == np.float64 and value.shape == (3,):
+        value = value.tolist()
+    elif (kind is not tuple and kind is not list) or len(value) != 3:
+        return None
+    x, y, z = value
+    if not (type(x) is type(y) is type(z) is float):
+        return None
+    for number_ in (x, y, z):
+        if not (SMALLEST <= number_ <= LARGEST or -LARGEST <= number_ <= -SMALLEST or number_ == 0):
+            return None
     return x, y, z
 
 

@@ -27,7 +27,7 @@ HOSTILE = {
     "a staircase": (b"".join(b" " * i + b"a:\n" for i in range(5000)), "nested deeper than 250 levels"),
     "30 MB of spaces": (b" " * (30 * MB), "is empty"),
     "30 MB of comments": (b"#\n" * (15 * MB), "is empty"),
-    "10 MB of empty lists": (b"[" + b"[]," * (10 * MB // 3), "more than 1,000,000 values"),
+    "14 MB of empty lists": (b"[" + b"[]," * (14 * MB // 3), "more than 4,000,000 values"),
     "a long word": (b"a" * (30 * MB), "must be a mapping"),
     "a long number": (b"bodies: [{shape: {Sphere: {radius: " + b"1" * (20 * MB) + b"}}}]", "must be a number"),
     "a long name": (b"bodies: [{name: " + b"n" * (20 * MB) + b"}]", "shape must be given"),

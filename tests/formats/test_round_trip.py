@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.formats import yaml_parser
+from conicoid.formats import scene_text, yaml_parser
 from conicoid.formats.scene_file import Parts, read, write
 from conicoid.shapes import Shape
 
@@ -262,3 +262,20 @@ def test_what_could_not_be_loaded_is_not_saved(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r"large\.yaml: a scene file holds at most 100 values, this scene takes \d+"):
         co.save(large, tmp_path / "large.yaml")
     assert not (tmp_path / "large.yaml").exists()
+    monkeypatch.undo()
+    monkeypatch.setattr(scene_text, "MAX_BYTES", 1 << 20)
+    long = co.Scene([co.Body(co.Sphere(), name="é" * (1 << 19))])
+    for name in ("long.yaml", "long.json"):
+        with pytest.raises(ValueError, match=r"long\.\w+: a scene file has at most 1 MB, this scene takes \d MB"):
+            co.save(long, tmp_path / name)
+        assert not (tmp_path / name).exists()
+
+
+def test_json_has_a_line_for_each_body(tmp_path):
+    scene = co.Scene([co.Body(co.Sphere(k + 1), "red", f"body {k}") for k in range(3)], [co.AmbientLight()])
+    co.save(scene, tmp_path / "scene.json")
+    text = (tmp_path / "scene.json").read_text()
+    assert co.load(tmp_path / "scene.json") == scene
+    assert [body["name"] for body in json.loads(text)["bodies"]] == ["body 0", "body 1", "body 2"]
+    lines = [line for line in text.splitlines() if '"name"' in line]
+    assert [json.loads(line.rstrip(","))["name"] for line in lines] == ["body 0", "body 1", "body 2"]

@@ -1,0 +1,241 @@
+"""Bodies as they stand in nearly all files, read at once. What is unusual in any way is left to the reader that tells.
+
+A `Quick` reads a node of one kind; it raises `Unusual` where the node is not plainly of that kind, and may raise what
+the classes of shapes raise. Nothing is reported here, and nothing is counted before all of a body is read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, TypeAlias
+
+from ..shapes import REGISTRY, Shape
+from ..shapes.body import Body
+from ..shapes.material import Material, as_material
+from ..shapes.motion import AXES, STILL, Motion
+from ..shapes.spheres import Spheres
+from .fields import fields_of
+from .kinds import Fixed, Kind, Maybe, Number, Several
+from .nodes import Listing, Node, Scalar, Table, is_text
+from .reading import Bad
+from .shape_nodes import MAX_STEPS, ShapeReader, moved_by, operand_field
+
+Quick: TypeAlias = Callable[[Node], Any]
+
+_NUMBER = re.compile(r"-?(?:[0-9]{1,17}(?:\.[0-9]{0,20})?|0?\.[0-9]{1,20})(?:[eE][-+]?[0-9]{1,2})?")
+"""Decimals that float64 holds, none of them too large or too small."""
+_DEEPEST = 20
+
+
+class Unusual(Exception):
+    """What is not read here."""
+
+
+@dataclass
+class PlainBodies:
+    """Reads bodies of one file, with what the reader of its shapes knows."""
+
+    shapes: ShapeReader
+    materials: dict[str, Any]
+    names: dict[str, int]
+    """Those of the bodies so far, with their lines."""
+    steps: int = 0
+    """Of the motions of the body that is being read."""
+    colors: dict[str, Material] = field(default_factory=dict)
+
+    def read(self, node: Node) -> Body | None:
+        """The body at a node; None for one that is to be read word by word."""
+        self.steps = 0
+        try:
+            return self._body(node)
+        except (Unusual, ValueError, TypeError, ArithmeticError):
+            return None
+
+    def _body(self, node: Node) -> Body:
+        if type(node) is not Table:
+            raise Unusual
+        name: str | None = None
+        shape: Shape | None = None
+        material: Material | None = None
+        for key, value in node.entries.items():
+            if key == "shape":
+                shape = self._shape(value, 0)
+            elif key == "name":
+                name = _text(value)
+            elif key == "material":
+                material = self._material(value)
+            elif key != "move":
+                raise Unusual
+        if shape is None or name in self.names:
+            raise Unusual
+        if "move" in node.entries:
+            shape = self._moved(shape, node.entries["move"])
+        body = Body(shape, material, name)
+        if not self.shapes.allowance.take(steps=self.steps):
+            self.shapes.allowance.take(steps=-self.steps)
+            raise Unusual
+        if name is not None:
+            self.names[name] = node.entries["name"].line
+        return body
+
+    def _material(self, node: Node) -> Material:
+        """A material by its name, or a colour."""
+        name = _text(node)
+        found = self.materials.get(name) or self.colors.get(name)
+        if isinstance(found, Material):
+            return found
+        if name in self.materials:
+            raise Unusual
+        made = self.colors[name] = as_material("matte", name)
+        return made
+
+    def _shape(self, node: Node, depth: int) -> Shape:
+        known = self.shapes.read_nodes.get(id(node))
+        if known is not None:
+            if isinstance(known, Bad):
+                raise Unusual
+            shape: Shape = known
+            return shape
+        if type(node) is Scalar:
+            return self._named(node)
+        if type(node) is not Table or len(node.entries) - ("move" in node.entries) != 1 or depth > _DEEPEST:
+            raise Unusual
+        head = next(name for name in node.entries if name != "move")
+        value = node.entries[head]
+        if head == "shape":
+            shape = self._shape(value, depth + 1)
+        else:
+            made_by = _made_by(head)
+            if made_by is None:
+                raise Unusual
+            shape = self._primitive(made_by, value) if made_by.fields else self._boolean(made_by, value, depth)
+        if "move" in node.entries:
+            shape = self._moved(shape, node.entries["move"])
+        self.shapes.read_nodes[id(node)] = shape
+        return shape
+
+    def _named(self, node: Node) -> Shape:
+        found = self.shapes.built.get(_text(node))
+        if found is None or isinstance(found, Bad):
+            raise Unusual
+        return found
+
+    def _primitive(self, made_by: _MadeBy, node: Node) -> Shape:
+        if type(node) is not Table:
+            raise Unusual
+        fields, values = made_by.fields, {}
+        for name, value in node.entries.items():
+            if name not in fields:
+                raise Unusual
+            values[name] = fields[name](value)
+        for name in made_by.required:
+            if name not in values:
+                raise Unusual
+        return made_by.make(**values)
+
+    def _boolean(self, made_by: _MadeBy, node: Node, depth: int) -> Shape:
+        if not made_by.several:
+            return made_by.make(self._shape(node, depth + 1))
+        if type(node) is not Listing or not node.items:
+            raise Unusual
+        return made_by.make(tuple([self._shape(item, depth + 1) for item in node.items]))
+
+    def _moved(self, shape: Shape, node: Node) -> Shape:
+        if type(node) is not Listing or len(node.items) > MAX_STEPS:
+            raise Unusual
+        motion = self.shapes.motions.get(id(node))
+        if motion is None:
+            motion = STILL
+            for step in node.items:
+                motion = _followed(motion, step)
+            self.shapes.motions[id(node)] = motion
+        if isinstance(motion, Bad):
+            raise Unusual
+        self.steps += len(shape.motion.steps) + len(motion.steps)
+        return moved_by(shape, motion)
+
+
+@dataclass(frozen=True)
+class _MadeBy:
+    """How a class is made: from fields by name, or, where there are none, from one operand or several."""
+
+    make: Callable[..., Shape]
+    fields: dict[str, Quick]
+    required: tuple[str, ...]
+    several: bool = False
+
+
+@cache
+def _made_by(name: str) -> _MadeBy | None:
+    """None for what is not a class, and for bulk shapes."""
+    cls = REGISTRY.get(name)
+    if cls is None or issubclass(cls, Spheres):
+        return None
+    operand = operand_field(cls)
+    if operand is not None:
+        return _MadeBy(cls, {}, (), isinstance(operand, Several))
+    fields = fields_of(cls)
+    return _MadeBy(
+        cls,
+        {name: _quick(field.kind) for name, field in fields.items()},
+        tuple(name for name, field in fields.items() if field.required),
+    )
+
+
+def _quick(kind: Kind) -> Quick:
+    """What reads the plainest nodes of a kind."""
+    if type(kind) is Number:
+        return _number
+    if type(kind) is Fixed or type(kind) is Several:
+        return _list(_quick(kind.item), kind.count if isinstance(kind, Fixed) else None)
+    return _quick(kind.item) if type(kind) is Maybe else _unusual
+
+
+def _unusual(_: Node) -> Any:
+    raise Unusual
+
+
+def _list(item: Quick, count: int | None) -> Quick:
+    def read(node: Node) -> tuple[Any, ...]:
+        if type(node) is not Listing or (count is not None and len(node.items) != count):
+            raise Unusual
+        return tuple([item(each) for each in node.items])
+
+    return read
+
+
+def _number(node: Node) -> float:
+    if type(node) is not Scalar or not node.plain or not _NUMBER.fullmatch(node.text):
+        raise Unusual
+    return float(node.text)
+
+
+_vector = _list(_number, 3)
+_matrix = _list(_list(_number, 4), 4)
+
+
+def _text(node: Node) -> str:
+    if type(node) is not Scalar or not is_text(node) or not node.text:
+        raise Unusual
+    return node.text
+
+
+def _followed(motion: Motion, step: Node) -> Motion:
+    """The motion followed by one more step."""
+    if type(step) is not Table or len(step.entries) != 1:
+        raise Unusual
+    ((verb, value),) = step.entries.items()
+    if verb == "translate":
+        return motion.translate(_vector(value))
+    if verb == "scale":
+        return motion.scale(_number(value) if type(value) is Scalar else _vector(value))
+    if verb == "transform":
+        return motion.transform(_matrix(value))
+    if verb != "rotate" or type(value) is not Table or value.entries.keys() != {"axis", "degrees"}:
+        raise Unusual
+    axis = value.entries["axis"]
+    direction = axis.text if type(axis) is Scalar and axis.text in AXES and is_text(axis) else _vector(axis)
+    return motion.rotate(direction, _number(value.entries["degrees"]))
