@@ -236,7 +236,7 @@ def _is_number(table: Longs, row: int) -> bool:
     for k in range(wide.LIMBS):
         if not 0 <= table[row, k] < 1 << wide.BITS:
             return False
-    return abs(table[row, wide.EXPONENT]) < 1 << 24 and table[row, wide.OFF] < 1 << 30
+    return -(1 << 24) < table[row, wide.EXPONENT] < 1 << 24 and table[row, wide.OFF] < 1 << 30
 
 
 @kernel(
