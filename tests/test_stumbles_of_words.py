@@ -265,3 +265,15 @@ def test_a_turn_about_a_point_in_a_scene_file(tmp_path):
 def test_scene_files_tell_what_is_meant(shape, told):
     with pytest.raises(co.SceneFileError, match=told):
         parsed(f"bodies: [{{shape: {shape}}}]", "x.yaml")
+
+
+@pytest.mark.parametrize(("body", "told"), [
+    ("{shape: {Sphere: {material: red}}}", r"Sphere: unknown key 'material' \(a body has it, beside its shape\)$"),
+    ("{shape: {Sphere: {name: ball}}}", r"Sphere: unknown key 'name' \(a body has it, beside its shape\)$"),
+    ("{shape: {Box: {colour: red}}}", r"Box: unknown key 'colour' \(a body has a material, beside its shape\)$"),
+    ("{shape: {Sphere: {}}, colour: red}", r"unknown key 'colour' \(its material may be a colour\)$"),
+    ("{shape: {Sphere: {radios: 1}}}", r"Sphere: unknown key 'radios' \(did you mean 'radius'\?\)$"),
+])  # fmt: skip
+def test_keys_of_a_body_have_their_place(body, told):
+    with pytest.raises(co.SceneFileError, match=told):
+        parsed(f"bodies: [{body}]", "x.yaml")

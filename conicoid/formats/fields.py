@@ -23,8 +23,13 @@ from ..shapes.material import CONSTRUCTORS, Material, matte
 from ..shapes.vector import Matrix4
 from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text, comment_hint
 from .nodes import Listing, Node, Scalar, Table, is_text, shortened, shown
-from .reading import BAD, Reader
+from .reading import BAD, NOWHERE, Reader
 
+_BESIDE_SHAPES = {
+    **dict.fromkeys(("material", "name"), "a body has it, beside its shape"),
+    **dict.fromkeys(("color", "colour"), "a body has a material, beside its shape"),
+}
+"""What is no field of a shape."""
 REQUIRED = inspect.Parameter.empty
 NUMBERS = OneOf((Number(), Several(OneOf((Number(), Several(Number()))))))
 
@@ -58,7 +63,8 @@ class Arguments(Kind):
         refused = getattr(self.make, "_refused_call", None)
         if refused is not None and isinstance(node, Table) and (told := refused((), node.entries)):
             return reader.report(node, where, told.partition(": ")[2])
-        entries = reader.entries(node, where, self.fields, required)
+        is_shape = isinstance(self.make, type) and issubclass(self.make, Shape)
+        entries = reader.entries(node, where, self.fields, required, _BESIDE_SHAPES if is_shape else NOWHERE)
         present = node.entries if isinstance(node, Table) else {}
         values = {
             name: field.kind.read(present[name], reader, f"{where}: {name}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -11,6 +11,7 @@ from .errors import MOST, Problem, Suggestions
 from .nodes import Node, Scalar, Table, is_null, shortened, shown
 
 Value = TypeVar("Value")
+NOWHERE: Mapping[str, str] = {}
 
 
 class Bad:
@@ -51,9 +52,13 @@ class Reader:
         return self.report(node, where, f"unknown {what} {shortened(name)!r}{self.did_you_mean(name, known)}")
 
     def entries(
-        self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = ()
-    ) -> dict[str, Node] | Bad:
-        """The known entries of a mapping (an empty one may be left out); others, and missing ones, are reported."""
+        self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = (),
+        elsewhere: Mapping[str, str] = NOWHERE,
+    ) -> dict[str, Node] | Bad:  # fmt: skip
+        """The known entries of a mapping (an empty one may be left out); others, and missing ones, are reported.
+
+        elsewhere: where the place of some others is.
+        """
         if is_null(node):
             node = Table(node.line, node.column)
         names = list(known)
@@ -64,7 +69,9 @@ class Reader:
         good = len(found) == len(node.entries)
         for key in () if good else node.heads:
             if key.text not in found:
-                hint = self.did_you_mean(key.text, [other for other in names if other not in node.entries])
+                left = [other for other in names if other not in node.entries]
+                moved = elsewhere.get(key.text)
+                hint = f" ({moved})" if moved else self.did_you_mean(key.text, left)
                 self.report(key, where, f"unknown key {shortened(key.text)!r}{hint}")
         if missing := [name for name in required if name not in node.entries]:
             good = False

@@ -195,7 +195,7 @@ class _SceneReader:
         name = node.entries.get("name") if isinstance(node, Table) else None
         if isinstance(name, Scalar) and is_text(name):
             where = f'body "{shortened(name.text)}"'
-        self.reader.entries(node, where, BODY, ("shape",))
+        self.reader.entries(node, where, BODY, ("shape",), _IN_BODIES)
         if not isinstance(node, Table) or "shape" not in node.entries:
             return BAD
         entries = node.entries
@@ -231,6 +231,8 @@ def _is_null(node: Node) -> bool:
     return is_null(node) and not is_nothing(node)
 
 
+_IN_BODIES = dict.fromkeys(("color", "colour"), "its material may be a colour")
+"""What is no entry of a body."""
 SUFFIXES = (".yaml", ".yml", ".json")
 """Of files that scenes are saved to."""
 
