@@ -165,7 +165,7 @@ def test_mistakes_in_rays(scene, tmp_path, rays, output, phrase):
     ("error", "code", "said"), [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "memory")]
 )
 def test_other_exit_codes(scene, monkeypatch, error, code, said):
-    def fail(path: object) -> None:
+    def fail(path: object, **_: object) -> None:
         raise error
 
     monkeypatch.setattr("conicoid.files.load", fail)
@@ -175,7 +175,7 @@ def test_other_exit_codes(scene, monkeypatch, error, code, said):
 
 
 def test_bugs_are_not_hidden(scene, monkeypatch):
-    def fail(path: object) -> None:
+    def fail(path: object, **_: object) -> None:
         raise RuntimeError("a bug")
 
     monkeypatch.setattr("conicoid.files.load", fail)

@@ -7,7 +7,7 @@ import pytest
 
 import conicoid as co
 from conicoid.engine import lowering
-from conicoid.engine.lowering import parts
+from conicoid.engine.lowering import parts, recorded
 from conicoid.engine.prepared import Prepared
 
 RAYS = (np.random.default_rng(3).normal(size=(400, 3)) * 4, np.random.default_rng(4).normal(size=(400, 3)))
@@ -42,15 +42,16 @@ def _same(a: co.Scene, b: co.Scene) -> None:
 
 @pytest.fixture
 def worked_out(monkeypatch):
-    """The shapes that are lowered, one after the other."""
+    """The shapes that are lowered, one after the other: nothing has been recorded, of which others could be lowered."""
+    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
     seen: list[co.Shape] = []
-    work = parts._part
+    work = parts.worked_out
 
     def noted(shape):
         seen.append(shape)
         return work(shape)
 
-    monkeypatch.setattr(parts, "_part", noted)
+    monkeypatch.setattr(parts, "worked_out", noted)
     return seen
 
 
@@ -135,7 +136,7 @@ def test_refusals(arguments, error, message):
         co.Scene(_things()).replace(*arguments)
 
 
-def test_preparing_tells_of_its_progress():
+def test_preparing_tells_of_its_progress(worked_out):
     told: list[tuple[int, int]] = []
     scene = co.Scene(_things())
     scene.prepare(lambda done, count: told.append((done, count)))

@@ -137,7 +137,7 @@ def _told(bar: Bar, said: Callable[[int], str]) -> Callable[[int, int], None]:
     def progress(done: int, count: int) -> None:
         nonlocal told
         bar(done, count)
-        if not told and not bar.console.is_terminal and time.perf_counter() - began > PATIENCE:
+        if not told and time.perf_counter() - began > PATIENCE and not bar.console.is_terminal:
             say(said(count))
             told = True
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 import time
 import tracemalloc
@@ -14,7 +15,6 @@ import conicoid as co
 from conicoid.formats import errors
 from conicoid.formats.errors import SceneFileError
 from conicoid.formats.scene_file import read
-from conicoid.shapes import suggestion
 
 MB = 1 << 20
 SECONDS = 20  # far more than any of them takes, for slow machines
@@ -261,9 +261,9 @@ def test_long_files_may_have_many_parts(tmp_path):
 def test_typos_cost_nothing(tmp_path, monkeypatch):
     """A thousand unknown names and twenty thousand known ones: counted in comparisons, not in seconds."""
     compared = []
-    plain = suggestion.difflib.get_close_matches
+    plain = difflib.get_close_matches
     monkeypatch.setattr(
-        suggestion.difflib,
+        difflib,
         "get_close_matches",
         lambda word, names, **how: compared.append(len(names)) or plain(word, names, **how),
     )

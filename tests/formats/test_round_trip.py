@@ -277,5 +277,5 @@ def test_json_has_a_line_for_each_body(tmp_path):
     text = (tmp_path / "scene.json").read_text()
     assert co.load(tmp_path / "scene.json") == scene
     assert [body["name"] for body in json.loads(text)["bodies"]] == ["body 0", "body 1", "body 2"]
-    lines = [line for line in text.splitlines() if '"name"' in line]
+    lines = [line for line in text.splitlines() if '"body ' in line]
     assert [json.loads(line.rstrip(","))["name"] for line in lines] == ["body 0", "body 1", "body 2"]

@@ -33,6 +33,10 @@ OF_ANY_LENGTH = {
     "frames": "looked up by `body_frame`, made with it",
     "spheres": "what rounding took from records: of those beyond its end, nothing",
     "boxes": "of entries: looked up by `tree_order`, made with them",
+    **dict.fromkeys(
+        ("code", "numbers", "constants", "series", "inputs", "given", "wide_out"),
+        "of a tape: what its code looks up in them is tested before it is played (`tapes.tape._fits`, `_is_number`)",
+    ),
     "counts": "a table that is counted through, as large as it is",
 }
 """Tables whose length no other argument says, and why no row beyond their end is read."""

@@ -9,24 +9,20 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ...shapes.base import PrimitiveSolid, Shape, Solid
+from ...shapes.base import PrimitiveSolid, Shape
 from ...shapes.cells import Cell, Not, Tree
-from ...shapes.ellipsoid import Ellipsoid
 from ...shapes.material import Material
-from ...shapes.region import Boolean, Complement, Difference, Painted, Union
-from ...shapes.sphere import Sphere
+from ...shapes.region import Boolean, Painted
 from ...shapes.steps import Step
 from ..tables import CELL, REGION, Floats
 from .assembly import UNBOUNDED, Assembly, Slot
-from .pattern import BOX_NUMBERS, FRAME_NUMBERS, UV_NUMBERS, Pattern
-from .trees import EMPTY, cells, combined, widened
-
-_ROUND = (Sphere, Ellipsoid)
-"""Kinds whose outside no box bounds, if nothing cuts them."""
+from .bounds import box_columns
+from .pattern import BOX_NUMBERS, UV_NUMBERS, Pattern
+from .trees import cells, combined, widened
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,11 +138,6 @@ class Composition:
         return rows
 
 
-def box_columns(rows: Floats) -> Floats:
-    """The boxes in rows of primitives without polygons, which end with box and frame."""
-    return rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
-
-
 def _placed(tree: Tree, part: int, first_face: int, pattern: Pattern) -> Tree:
     """The tree of a form as one part of a body."""
     if isinstance(tree, Cell):
@@ -178,72 +169,3 @@ def _folded(key: Sequence[Hashable], leaves: Sequence[Any]) -> Tree:
         del results[-count:]
         results.append(combined(kind, parts))
     return results[0]
-
-
-class _Bounded(NamedTuple):
-    """A part of a plan: boxes, or None for all of space; is there nothing that would bound its outside?"""
-
-    boxes: Floats | None
-    hole: bool
-
-
-def plain_boxes(key: Sequence[Hashable], leaves: Sequence[Shape], boxes: Sequence[Floats]) -> Floats | None:
-    """Boxes of bodies by those of their parts, (n, 6) each; None where planes of one part may narrow another.
-
-    The same as `shapes.region.region_bounds`: unions surround, and of an intersection only one part has a bound, all
-    others being complements of what has none outside.
-    """
-    results: list[_Bounded] = []
-    rest = [
-        _Bounded(box, _bounds_nothing_outside(shape)) for shape, box in zip(leaves, boxes, strict=True)  # type: ignore[arg-type]
-    ]  # fmt: skip
-    for entry in reversed(key):
-        if not isinstance(entry, tuple):
-            results.append(rest.pop())
-            continue
-        kind, count = entry
-        parts = results[-count:][::-1]
-        del results[-count:]
-        made = _bounded(kind, parts)
-        if made is None:
-            return None
-        results.append(made)
-    found = results[0].boxes
-    if found is None:
-        return np.tile(np.array(UNBOUNDED), (len(boxes[0]), 1))
-    return np.where(np.asarray((found[:, :3] > found[:, 3:]).any(axis=1))[:, None], EMPTY, found)
-
-
-def _bounded(kind: Hashable, parts: Sequence[_Bounded]) -> _Bounded | None:
-    """`plain_boxes` of one node."""
-    if kind is Complement:
-        return _Bounded(None, False) if parts[0].hole else None
-    if kind is Painted or len(parts) == 1:
-        return parts[0]
-    if kind is Union:
-        every = [part.boxes for part in parts]
-        known = [boxes for boxes in every if boxes is not None]
-        return _Bounded(_around(known) if len(known) == len(every) else None, all(part.hole for part in parts))
-    if kind is Difference:
-        return _Bounded(parts[0].boxes, False) if all(part.hole for part in parts[1:]) else None
-    bounded = [part for part in parts if part.boxes is not None]
-    return _Bounded(bounded[0].boxes if bounded else None, False) if len(bounded) < 2 else None
-
-
-def _bounds_nothing_outside(solid: PrimitiveSolid) -> bool:
-    """Is the outside of a solid without a plane or a quadric that would bound it?"""
-    if type(solid).outside_bounds_under is not Solid.outside_bounds_under:
-        return False
-    tree = solid.tree()
-    return isinstance(tree, Cell) and (len(tree.faces) > 1 or isinstance(solid, _ROUND))
-
-
-def _around(boxes: Sequence[Floats]) -> Floats:
-    """Boxes around boxes, row by row; empty ones do not count."""
-    low = np.full((len(boxes[0]), 3), np.inf)
-    high = -low
-    for box in boxes:
-        held = np.asarray((box[:, :3] <= box[:, 3:]).all(axis=1))[:, None]
-        low = np.where(held, np.minimum(low, box[:, :3]), low)
-        high = np.where(held, np.maximum(high, box[:, 3:]), high)
-    return np.concatenate([low, high], axis=1)

@@ -73,19 +73,23 @@ class Collected:
 
     def collect(self, bodies: Sequence[Body], progress: Callable[[int, int], Any] | None) -> None:
         """Take in all bodies of a scene; progress(done, count) is called now and then."""
+        done = 0
         for body in bodies:
             before = self.contents.body_count
             if isinstance(body.shape, Spheres):
                 self._add_spheres(body.shape)
+                done += 1
+                if progress is not None:
+                    progress(done, len(bodies))
             else:
                 self.contents.body_count += 1
                 if "part" in body.shape.kept or not self._together.add(body.shape, before):
                     self._alone.append((body.shape, before))
             self.items.append(self.contents.body_count - before)
         found, left = self._together.lowered()
+        if progress is not None and len(bodies) - len(self._alone) - len(left) > done:
+            progress(len(bodies) - len(self._alone) - len(left), len(bodies))
         done = len(bodies) - len(self._alone) - len(left)
-        if progress is not None and done:
-            progress(done, len(bodies))
         self.contents.groups.extend(Group(pattern, numbers, rows) for pattern, numbers, rows in found)
         self.paints.update(self._together.paints)
         for more, (shape, number) in enumerate([*self._alone, *left], start=1):

@@ -51,9 +51,9 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     kind, index = tables.entry_kind, tables.entry_index
     own = np.flatnonzero(kind == CELL)
     cell_entry[index[own]] = own
-    for program, entry in _programs(tables):
-        first, last = tables.program_leaf[program : program + 2]
-        cell_entry[tables.leaf_cell[first:last]] = entry
+    leaf_entry = np.repeat(_entries_of_programs(tables), np.diff(tables.program_leaf))
+    held = leaf_entry >= 0
+    cell_entry[tables.leaf_cell[held]] = leaf_entry[held]
     uses.add(tables.cell_quadric, np.arange(cells), cell_entry)
     planes = np.repeat(np.arange(cells), np.diff(tables.cell_first))
     uses.add(tables.plane_surface, planes, cell_entry[planes])
@@ -85,16 +85,14 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     )
 
 
-def _programs(tables: Tables) -> list[tuple[int, int]]:
-    """(program, the entry that it belongs to)."""
-    found = []
-    for entry in np.flatnonzero(tables.entry_kind >= REGION).tolist():
-        kind, index = tables.entry_kind[entry], int(tables.entry_index[entry])
-        clip = {SHEET: tables.sheet_program, POLYGON: tables.polygon_program}.get(int(kind))
-        program = index if clip is None else int(clip[index])
-        if program >= 0:
-            found.append((program, entry))
-    return found
+def _entries_of_programs(tables: Tables) -> Whole:
+    """The entry that each program belongs to; -1 for none."""
+    entries = np.full(len(tables.program_leaf) - 1, -1)
+    for kind, clip in ((REGION, None), (SHEET, tables.sheet_program), (POLYGON, tables.polygon_program)):
+        own = np.flatnonzero(tables.entry_kind == kind)
+        program = tables.entry_index[own] if clip is None else clip[tables.entry_index[own]]
+        entries[program[program >= 0]] = own[program >= 0]
+    return entries
 
 
 def _anchors(tables: Tables, surface: Whole) -> Floats:

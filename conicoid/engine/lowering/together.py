@@ -13,7 +13,8 @@ from ...shapes.material import Material
 from ...shapes.motion import STILL, Motion
 from ...shapes.region import Boolean, region_bounds
 from ..tables import Floats, Ints
-from .composed import Composition, Form, Plan, box_columns, plain_boxes, plan_of
+from .bounds import box_columns, boxes_of
+from .composed import Composition, Form, Plan, plan_of
 from .pattern import Pattern
 from .recorded import Primitives
 
@@ -130,9 +131,13 @@ class Together:
             chosen = kept[which.reshape(-1) == kind]
             made = Composition.of(like.plan.key, [rows.forms[form] for form in forms.tolist()])
             parts = [rows.of(places[chosen, part]) for part in range(count)]
-            boxes = plain_boxes(like.plan.key, [leaf for leaf, _ in like.plan.leaves], list(map(box_columns, parts)))
-            if boxes is None:
-                boxes = _narrowed([like.shapes[i] for i in chosen.tolist()], list(map(box_columns, parts)))
+            first = plan_of(like.shapes[int(chosen[0])])  # its leaves stand for those of all: they have the same forms
+            leaves = [leaf for leaf, _ in first.leaves] if first else []
+            boxes, known_boxes = boxes_of(like.plan.key, leaves, parts)
+            others = np.flatnonzero(~known_boxes)
+            if len(others):
+                shapes = [like.shapes[i] for i in chosen[others].tolist()]
+                boxes[others] = _narrowed(shapes, [box_columns(part[others]) for part in parts])
             bodies = np.array(like.numbers, np.int32)[chosen]
             results.append((made.pattern, bodies, made.rows(parts, boxes, frames[chosen])))
             for i in chosen.tolist() if like.plan.painted else ():
