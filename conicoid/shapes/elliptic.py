@@ -11,8 +11,10 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, TypeAlias
 
+from . import exact as ex
 from .base import PrimitiveSolid
 from .cells import PLAIN_UV, Cell, Face, around_z, flat
+from .rounded import is_finite
 from .support import elliptic_support, inverse_root
 from .surface import PlaneSurface, QuadricSurface
 from .vector import Interval, Vector
@@ -92,7 +94,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         """The planes of the range, without those that the surface does not reach."""
         caps = []
         for number, z, sense in ((1, self.z_range[0], -1.0), (2, self.z_range[1], 1.0)) if self.z_range else ():
-            if math.isfinite(z) and not self._beyond(z, sense):
+            if is_finite(z) and not self._beyond(z, sense):
                 plane = PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z))
                 caps.append(Face(plane, number, self._cap_uv(z)))
         return caps
@@ -100,7 +102,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     def _beyond(self, z: float, sense: float) -> bool:
         """Whether z lies on the outer side of an end of the surface: g concave, g <= 0 and falling outward."""
         _, g1, g2 = self.profile
-        return g2 <= 0 and self._g(z) <= 0 and sense * (g1 + 2 * Fraction(g2) * Fraction(z)) < 0
+        return bool(g2 <= 0 and self._g(z) <= 0 and sense * (g1 + 2 * ex.rational(g2) * ex.rational(z)) < 0)
 
     def _cap_uv(self, z: float) -> Any:
         square = self._g(z)
@@ -109,9 +111,9 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         (x, y), root = self.widths, math.sqrt(square)
         return flat((x * root, 0.0, 0.0), (0.0, y * root, 0.0))
 
-    def _g(self, z: float | Fraction) -> Fraction:
-        g0, g1, g2 = (Fraction(g) for g in self.profile)
-        height = Fraction(z)
+    def _g(self, z: float | Fraction) -> Any:
+        g0, g1, g2 = (ex.rational(g) for g in self.profile)
+        height = ex.rational(z)
         return g0 + height * (g1 + height * g2)
 
     def support(self, direction: Vector) -> float:

@@ -231,7 +231,9 @@ def fraction(value: Writable) -> Fraction:
 
 def rational(value: Any) -> Any:
     """A float as a fraction, to be divided without rounding; in a formula that is being recorded, as it is there."""
-    return value.exact() if isinstance(value, Symbol) else Fraction(value)
+    if isinstance(value, Symbol):
+        return value.exact()
+    return value if isinstance(value, Fraction) else Fraction(value)
 
 
 def rounded(value: Any) -> float:

@@ -1,0 +1,189 @@
+"""What comes before the first ray: preparing bodies of each kind, and whole processes from a scene file to a picture.
+
+    python benchmarks/preparing.py [--many 100000]
+
+Preparing is timed in a process of its own for each kind, processor time on one core, first with nothing recorded (which
+the first scene of a process pays for), then as often as it takes; making the objects apart. Pictures have 1,000 x 1,000
+pixels; POV-Ray, where it is installed, draws the same bodies. Its table is Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+RUNS = 3
+
+
+def point(rng: Any) -> Any:
+    return tuple(rng.uniform(-5, 5, 3).tolist())
+
+
+def size(rng: Any) -> float:
+    return float(rng.uniform(0.1, 1.0))
+
+
+def placed(shape: Any, rng: Any) -> Any:
+    """Turned about any axis, and moved."""
+    return shape.rotate(point(rng), float(rng.uniform(-180, 180))).translate(point(rng))
+
+
+def box(rng: Any) -> Any:
+    import conicoid as co
+
+    low = np.array(point(rng))
+    return co.Box(low.tolist(), (low + [size(rng), size(rng), size(rng)]).tolist())
+
+
+def drilled(rng: Any) -> Any:
+    """A box with a ball cut from it and three bores: five leaves."""
+    import conicoid as co
+
+    solid = co.Box((-1, -1, -1), (1, 1, 1)) - co.Sphere(size(rng), (1, 1, 1))
+    for axis in np.eye(3):
+        solid = solid - co.Cylinder((-2 * axis).tolist(), (2 * axis).tolist(), 0.3 * size(rng))
+    return placed(solid, rng)
+
+
+def bored(rng: Any) -> Any:
+    """What is left of a ball in a box after three bores, scaled and moved, as in `conicoid bench`: five leaves."""
+    from conicoid.bench.scenes import Balls, bored_blocks
+
+    each = Balls(rng.uniform(-5, 5, (1, 3)), rng.uniform(0.1, 1, 1))
+    return bored_blocks(each)[0]
+
+
+def lens(rng: Any) -> Any:
+    """What two balls have in common, turned."""
+    import conicoid as co
+
+    return placed(co.Sphere(2, (0, 0, -1.5)) & co.Sphere(2 + size(rng), (0, 0, 1.5)), rng)
+
+
+def kinds() -> dict[str, Any]:
+    import conicoid as co
+
+    return {
+        "`Sphere`": lambda r: co.Sphere(size(r), point(r)),
+        "`Sphere`, turned": lambda r: placed(co.Sphere(size(r), point(r)), r),
+        "`Box`": box,
+        "`Box`, turned": lambda r: placed(box(r), r),
+        "`Triangle`": lambda r: co.Triangle(point(r), point(r), point(r)),
+        "oblique `Cylinder`": lambda r: co.Cylinder(point(r), point(r), size(r)),
+        "oblique `Cone`": lambda r: co.Cone(point(r), point(r), size(r), size(r)),
+        "`Ellipsoid`, turned": lambda r: placed(co.Ellipsoid((size(r), size(r), size(r))), r),
+        "box - ball - 3 cylinders, turned": drilled,
+        "(ball & box) - 3 cylinders, scaled": bored,
+        "ball & ball, turned": lens,
+    }
+
+
+def one_kind(name: str, count: int) -> dict[str, float]:
+    """Microseconds for each body: made, prepared the first time, prepared again (other bodies of the kind)."""
+    import conicoid as co
+
+    make, rng = kinds()[name], np.random.default_rng(1)
+    co.Scene([co.Sphere()]).prepare()  # what any scene needs is imported
+    made, prepared = [], []
+    for _ in range(1 + RUNS):
+        begin = time.process_time()
+        shapes = [make(rng) for _ in range(count)]
+        made.append(time.process_time() - begin)
+        scene = co.Scene(shapes)
+        begin = time.process_time()
+        scene.prepare()
+        prepared.append(time.process_time() - begin)
+    micro = 1e6 / count
+    return {"made": min(made) * micro, "first": prepared[0] * micro, "again": min(prepared[1:]) * micro}
+
+
+def in_a_process(*arguments: str) -> Any:
+    done = subprocess.run([sys.executable, __file__, *arguments], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def whole_processes(folder: Path) -> None:
+    """Scene files to pictures, beside POV-Ray."""
+    import conicoid as co
+    from conicoid.bench import scenes
+    from conicoid.bench.peer import Absent
+    from conicoid.bench.povray import PEER, write_scene
+
+    shapes = {"spheres": scenes.spheres, "quadrics": scenes.cut_balls, "csg": scenes.bored_blocks}
+    try:
+        version, there = PEER.find(), True
+    except Absent as absent:
+        version, there = f"POV-Ray: {absent}", False
+    print(
+        f"\n| a picture of | bodies | `conicoid render` | POV-Ray | ratio |\n|---|---|---|---|---|\n<!-- {version} -->"
+    )
+    for kind, make in shapes.items():
+        for count in (1_000, 10_000):
+            balls = scenes.balls(count)
+            camera = co.Camera((0, 0, -3), (0, 0, 0), field_of_view=53.13010235415598)
+            scene, pov = folder / f"{kind}{count}.yaml", folder / f"{kind}{count}.pov"
+            co.save(co.Scene(make(balls), co.PointLight((3, 4, -5)), camera), scene)
+            write_scene(pov, kind, balls)
+            size_ = ["--width", "1000", "--height", "1000", "--samples", "1"]
+            ours = [sys.executable, "-m", "conicoid", "render", str(scene), "-o", str(folder / "a.png"), *size_]
+            theirs = ["povray", f"+I{pov}", "+W1000", "+H1000", "-A", "-D", f"+O{folder / 'b.png'}"]
+            mine, its = [], []
+            for _ in range(RUNS):  # in turns
+                mine.append(seconds(ours))
+                its.append(seconds(theirs) if there else float("nan"))
+            a, b = statistics.median(mine), statistics.median(its)
+            print(f"| {kind} | {count:,} | {a:.2f} s | {b:.2f} s | {b / a:.2f} × |")
+
+
+def seconds(command: list[str]) -> float:
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    begin = time.perf_counter()
+    subprocess.run(command, capture_output=True, check=True, env=own)
+    return time.perf_counter() - begin
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--many", type=int, default=100_000, help="bodies of the largest scenes of primitives")
+    parser.add_argument("--pictures", action="store_true", help="whole processes alone")
+    parser.add_argument("--one", nargs=2, metavar=("KIND", "COUNT"), help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.pictures:
+        with tempfile.TemporaryDirectory() as folder:
+            whole_processes(Path(folder))
+        return
+    if arguments.one:
+        print(json.dumps(one_kind(arguments.one[0], int(arguments.one[1]))))
+        return
+    print(
+        f"{date.today()}, {platform.processor() or platform.machine()}, Python {platform.python_version()}, µs a body\n"
+    )
+    print("| a body | made | 1,000 at first | 1,000 | 10,000 | many |\n|---|---|---|---|---|---|")
+    for name in kinds():
+        small = in_a_process("--one", name, "1000")
+        boolean = "3 cylinders" in name or "&" in name
+        large = in_a_process("--one", name, "10000") if "turned" not in name or "&" not in name else None
+        many = None if boolean else in_a_process("--one", name, str(arguments.many))
+        cells = [f"{each['again']:.1f}" if each else "" for each in (large, many)]
+        print(
+            f"| {name} | {small['made']:.1f} | {small['first']:.1f} | {small['again']:.1f} | {' | '.join(cells)} |",
+            flush=True,
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        whole_processes(Path(folder))
+
+
+if __name__ == "__main__":
+    main()
