@@ -1,119 +1,64 @@
 """Formulas recorded while they are worked out, to be worked out again for many other bodies (`engine.tapes`).
 
 `Plain` and `Wide` are a float and a number of 3000 bits that remember by which operation they came about. What is made
-of them is recorded on a `Tape`; what is made of other numbers alone is a constant of it. A test of a value is recorded
-with its outcome, as the line of operations goes on from there for bodies where it turns out alike. Whatever else looks
-at a value (`float`, `math.frexp`, a dictionary) gets a TypeError, and there is no tape of that formula.
+of them is recorded on a `recorder.Tape`; what is made of other numbers alone is a constant of it. A test of a value is
+recorded with its outcome, as the line of operations goes on from there for bodies where it turns out alike. Whatever
+else looks at a value (`float`, `math.frexp`, a dictionary) gets a TypeError, and there is no tape of that formula.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from . import number
 from .number import Number, Symbol, exact
 
+if TYPE_CHECKING:
+    from .recorder import Tape
+
 NEGATIVE, ZERO, POSITIVE, NO_NUMBER = 1, 2, 4, 8
 """Signs, of which a test names the ones that are expected."""
-
-
-class Tape:
-    """Operations in the order in which they were asked for, and what they need."""
-
-    def __init__(self) -> None:
-        self.code: list[tuple[str, int, int, int, int]] = []  # operation, register written, operands
-        self.numbers: dict[bytes, tuple[int, float]] = {}  # floats that are constants, by their bits
-        self.constants: dict[tuple[int, int, int], tuple[int, Number]] = {}
-        self.written: list[int] = []
-        self.wides = self.plains = self.wide_outputs = self.inputs = 0
-        self._made: dict[tuple[str, int, int, int], Any] = {}  # what an operation gave: it is not done twice
-        self._tested: set[tuple[str, int, int]] = set()
-
-    @property
-    def zero(self) -> Plain:
-        return self._float(0.0)
-
-    def plain(self, which: str, value: float, a: int = 0, b: int = 0, c: int = 0) -> Plain:
-        """What an operation gives, a float."""
-        made: Plain | None = self._made.get((which, a, b, c))
-        if made is None:
-            made = self._made[which, a, b, c] = Plain(self, self.plains, value)
-            self.code.append((which, self.plains, a, b, c))
-            self.plains += 1
-        return made
-
-    def wide(self, which: str, value: Number, a: int = 0, b: int = 0) -> Wide:
-        """What an operation gives, a number."""
-        made: Wide | None = self._made.get((which, a, b, 0))
-        if made is None:
-            made = self._made[which, a, b, 0] = Wide(self, self.wides, value)
-            self.code.append((which, self.wides, a, b, 0))
-            self.wides += 1
-        return made
-
-    def made(self, which: str, register: int) -> Any:
-        """What an operation has given, if it was done."""
-        return self._made.get((which, register, 0, 0))
-
-    def input(self, value: float) -> Plain:
-        """The next of a body's numbers, which the tape begins with."""
-        self.inputs += 1
-        return self.plain("input", value, self.inputs - 1)
-
-    def sine_cosine(self, angle: int, sine: Number, cosine: Number) -> tuple[Wide, Wide]:
-        """What the operation gives that fills two registers."""
-        made = self.wide("sine and cosine", sine, angle)
-        other = self._made.get(("cosine", angle, 0, 0))
-        if other is None:
-            other = self._made["cosine", angle, 0, 0] = Wide(self, self.wides, cosine)
-            self.wides += 1
-        return made, other
-
-    def given(self, value: Number, column: int) -> Wide:
-        """A number of many digits that a body comes with."""
-        return self.wide("given", value, column)
-
-    def test(self, which: str, register: int, sign: int, expected: int) -> bool:
-        """Record that the sign is among those expected, or that it is not; which of the two holds now."""
-        holds = bool(sign & expected)
-        found = expected if holds else 15 - expected
-        if (which, register, found) not in self._tested:
-            self._tested.add((which, register, found))
-            self.code.append((which, 0, register, found, 0))
-        return holds
-
-    def write(self, value: Any) -> None:
-        """The next output: a float, or one that was recorded."""
-        self.written.append(self._float(value).register)
-
-    def write_wide(self, value: Any) -> None:
-        """The next output among the numbers of many digits."""
-        self.code.append(("write wide", self.wide_outputs, self._number(exact(value)).register, 0, 0))
-        self.wide_outputs += 1
-
-    def _float(self, value: Any) -> Plain:
-        if isinstance(value, Plain):
-            return value
-        if isinstance(value, Symbol):
-            raise TypeError("a number of many digits where a float is needed")
-        value = float(value)
-        row, _ = self.numbers.setdefault(value.hex().encode(), (len(self.numbers), value))
-        return self.plain("number", value, row)
-
-    def _number(self, value: Number) -> Wide:
-        if isinstance(value, Wide):
-            return value
-        key = value.mantissa, value.exponent, value.off
-        row, _ = self.constants.setdefault(key, (len(self.constants), value))
-        return self.wide("constant", value, row)
 
 
 def _sign(x: float) -> int:
     return POSITIVE if x > 0 else NEGATIVE if x < 0 else ZERO if x == 0 else NO_NUMBER
 
 
-class Plain(Symbol):
+class _Compared:
+    """What both kinds have in common: to compare them is to test the sign of a difference."""
+
+    __slots__ = ()
+
+    def _is(self, expected: int) -> bool:
+        """Is its sign among those expected? That is recorded."""
+        raise NotImplementedError
+
+    def __bool__(self) -> bool:
+        return not self._is(ZERO)
+
+    def __eq__(self, other: object) -> bool:
+        return _compared(self, other, ZERO)
+
+    def __ne__(self, other: object) -> bool:
+        return not _compared(self, other, ZERO)
+
+    def __lt__(self, other: Any) -> bool:
+        return _compared(self, other, NEGATIVE)
+
+    def __gt__(self, other: Any) -> bool:
+        return _compared(self, other, POSITIVE)
+
+    def __le__(self, other: Any) -> bool:
+        return _compared(self, other, NEGATIVE | ZERO)
+
+    def __ge__(self, other: Any) -> bool:
+        return _compared(self, other, POSITIVE | ZERO)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class Plain(_Compared, Symbol):
     """A float64 of a formula that is being recorded. No `float`, so that nothing can take it for a constant."""
 
     __slots__ = ("register", "tape", "value")
@@ -122,7 +67,7 @@ class Plain(Symbol):
         self.tape, self.register, self.value = tape, register, value
 
     def _both(self, which: str, value: float, a: Any, b: Any) -> Plain:
-        return self.tape.plain(which, value, self.tape._float(a).register, self.tape._float(b).register)
+        return self.tape.plain(which, value, self.tape.plain_of(a).register, self.tape.plain_of(b).register)
 
     def __add__(self, other: Any) -> Any:
         return (
@@ -177,29 +122,6 @@ class Plain(Symbol):
     def _is(self, expected: int) -> bool:
         return self.tape.test("plain sign", self.register, _sign(self.value), expected)
 
-    def __bool__(self) -> bool:
-        return not self._is(ZERO)
-
-    def __eq__(self, other: object) -> bool:
-        return _compared(self, other, ZERO)
-
-    def __ne__(self, other: object) -> bool:
-        return not _compared(self, other, ZERO)
-
-    def __lt__(self, other: Any) -> bool:
-        return _compared(self, other, NEGATIVE)
-
-    def __gt__(self, other: Any) -> bool:
-        return _compared(self, other, POSITIVE)
-
-    def __le__(self, other: Any) -> bool:
-        return _compared(self, other, NEGATIVE | ZERO)
-
-    def __ge__(self, other: Any) -> bool:
-        return _compared(self, other, POSITIVE | ZERO)
-
-    __hash__ = None  # type: ignore[assignment]
-
     def exact(self) -> Wide:
         """The same as a number of many digits."""
         return self.tape.wide("widen", exact(self.value), self.register)
@@ -240,7 +162,7 @@ class Plain(Symbol):
 
     def choose(self, then: Any, otherwise: Any) -> Any:
         """The first of two where this is 2 or more, else the second."""
-        first, second = self.tape._float(then).register, self.tape._float(otherwise).register
+        first, second = self.tape.plain_of(then).register, self.tape.plain_of(otherwise).register
         return self.tape.plain("several", _value(then if self.value >= 2 else otherwise), first, second, self.register)
 
     def power(self) -> Any:
@@ -278,7 +200,7 @@ def _compared(a: Any, b: Any, expected: int) -> bool:
     )
 
 
-class Wide(Number, Symbol):
+class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
     """A number of 3000 bits of a formula that is being recorded."""
 
     __slots__ = ("divisor", "less", "register", "tape", "value", "whole")
@@ -296,7 +218,7 @@ class Wide(Number, Symbol):
     mantissa = exponent = off = _unseen
 
     def _both(self, which: str, value: Number, a: Number, b: Number) -> Wide:
-        return self.tape.wide(which, value, self.tape._number(a).register, self.tape._number(b).register)
+        return self.tape.wide(which, value, self.tape.wide_of(a).register, self.tape.wide_of(b).register)
 
     def __add__(self, other: Any) -> Number:
         other = exact(other)
@@ -378,29 +300,6 @@ class Wide(Number, Symbol):
         value = self.value
         sign = ZERO if not value else POSITIVE if value.mantissa > 0 else NEGATIVE
         return self.tape.test("sign", self.register, sign, expected)
-
-    def __bool__(self) -> bool:
-        return not self._is(ZERO)
-
-    def __eq__(self, other: object) -> bool:
-        return _compared(self, other, ZERO)
-
-    def __ne__(self, other: object) -> bool:
-        return not _compared(self, other, ZERO)
-
-    def __lt__(self, other: Any) -> bool:
-        return _compared(self, other, NEGATIVE)
-
-    def __gt__(self, other: Any) -> bool:
-        return _compared(self, other, POSITIVE)
-
-    def __le__(self, other: Any) -> bool:
-        return _compared(self, other, NEGATIVE | ZERO)
-
-    def __ge__(self, other: Any) -> bool:
-        return _compared(self, other, POSITIVE | ZERO)
-
-    __hash__ = None  # type: ignore[assignment]
 
     def __float__(self) -> NoReturn:
         raise TypeError("a number that is being recorded has no float: number.rounded")

@@ -21,7 +21,8 @@ from ...forks import lock
 from ...shapes import exact as ex
 from ...shapes.base import Primitive, Shape
 from ...shapes.motion import STILL, Affine, Motion, Step, Translate
-from ...shapes.traced import Tape
+from ...shapes.recorder import Tape
+from ...shapes.traced import Plain
 from ..tables import Floats, Ints
 from ..tapes.play import Played, Recording
 from ..tapes.wide import WIDTH
@@ -88,13 +89,13 @@ def _take(value: Any, form: list[Hashable], numbers: list[float]) -> bool:
         numbers.append(value)
     elif kind is tuple:
         form.append(len(value))
-        for each in value:
+        for place, each in enumerate(value):
             if type(each) is float:
                 numbers.append(each)
-            elif not _take(each, form, numbers):
+                continue
+            form.append((place,))
+            if not _take(each, form, numbers):
                 return False
-            else:
-                form.append("nested")
     elif value is None or kind is str or kind is bool:
         form.append(value)
     else:
@@ -162,7 +163,7 @@ _RECORDINGS = Recordings()
 
 @dataclass
 class Motions:
-    """The motions of many shapes, each once: their products, inverses and factors in numbers of 309 bits and more."""
+    """The motions of many shapes, each once: their products, inverses and factors in numbers of 253 bits and more."""
 
     known: dict[tuple[Step, ...], int] = field(default_factory=dict)
 
@@ -171,7 +172,7 @@ class Motions:
         return self.known.setdefault(steps, len(self.known))
 
     def work_out(self) -> tuple[Longs, list[bool | None], Floats]:
-        """(motions, 25, 16) wide numbers; of each motion, whether it is a similarity, and None where it is not known.
+        """(motions, 25, WIDTH) wide numbers; of each, whether it is a similarity, and None where that is not known.
 
         And (motions, 12), the rows of the inverse, rounded.
         """
@@ -300,6 +301,9 @@ class Primitives:
         def record(which: int, tape: Tape) -> Form:
             index = int(chosen[which])
             part = _record(like.shapes[index], like.steps[index], tape, moved, similar)
+            alone = worked_out(dataclasses.replace(like.shapes[index], motion=Motion(like.steps[index])))
+            if part.pattern != alone.pattern or list(map(_bits, part.row)) != list(map(_bits, alone.row)):
+                raise TypeError("it is not the same where it is recorded")
             for number in part.row:
                 tape.write(number)
             return FORMS.of(part.pattern, part.tree)
@@ -310,6 +314,11 @@ class Primitives:
         found, left = _RECORDINGS.play((key, similar), record, inputs, given, rows)
         places = np.array(like.places, np.int32)[chosen]
         return [(form, places[which], played.floats) for form, which, played in found], chosen[left].tolist()
+
+
+def _bits(number: Any) -> str:
+    """A float, recorded or not, to the last bit."""
+    return float(number.value if isinstance(number, Plain) else number).hex()
 
 
 def _by_motion(key: Hashable, like: Like, similar: list[bool | None]) -> list[tuple[bool | None, Longs]]:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ...shapes import number
 from ...shapes.number import Number
-from ...shapes.traced import Tape
+from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Signs
 from .tape import ELSEWHERE, HELD, OPEN, OPERATIONS, play
 from .wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
@@ -18,7 +18,7 @@ from .wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
 Longs = npt.NDArray[np.int64]
 _AT_ONCE = 4096
 _TERMS = 18
-"""Of the series of a sine below pi / 256."""
+"""Of the series of a sine below pi / 256, see `roots.sine_cosine`."""
 
 
 def wide_row(value: Number) -> Longs:
@@ -44,7 +44,7 @@ def wide_row(value: Number) -> Longs:
 
 @lru_cache(maxsize=1)
 def _series() -> Longs:
-    """What `wide.sine_cosine` needs: pi / 180, and the coefficients of the sine from the last one to the first."""
+    """What `roots.sine_cosine` needs: pi / 180, and the coefficients of the sine from the last one to the first."""
     coefficients, factor = [], number.ONE
     for k in range(_TERMS):
         coefficients.append(factor)

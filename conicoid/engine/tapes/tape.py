@@ -14,6 +14,8 @@ from ...compiler.jit import allocator, helper, kernel
 from ..numbers.bits import exponent_of, next_above, power_of_two
 from ..tables import Floats, Ints, Longs, Signs
 from . import wide
+from .roots import sine_cosine, square_root
+from .rounding import rounded
 from .wide import COUNT, SCRATCH, SIGN, WIDTH
 
 OPERATIONS = (
@@ -54,7 +56,7 @@ def _wide_step(step: tuple[int, int, int, int], w: Longs, t: Longs, free: int) -
     elif which == DIVIDE:
         return wide.divide(w, d, a, b, t)
     elif which == ROOT:
-        return wide.square_root(w, d, a, free, t)
+        return square_root(w, d, a, free, t)
     else:
         wide.copy(w, d, a)
         w[d, SIGN] = -w[a, SIGN] if which == NEGATE else 1
@@ -155,9 +157,9 @@ def _played(
             for column in range(WIDTH):
                 w[d, column] = given[row, a, column]
         elif which == SINE_COSINE:
-            known = wide.sine_cosine(w, d, f[a], series, free, t)
+            known = sine_cosine(w, d, f[a], series, free, t)
         elif which == ROUND:
-            f[d], known = wide.rounded(w, a, free, t)
+            f[d], known = rounded(w, a, free, t)
         elif which == SIGN_IS:
             known = wide.is_sure(w, a)
             if known and _sign(float(w[a, SIGN]) if w[a, COUNT] > 0 else 0.0) & b == 0:

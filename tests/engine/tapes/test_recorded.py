@@ -193,3 +193,15 @@ def test_threads_may_record_at_once(monkeypatch):
     with ThreadPoolExecutor(4) as pool:
         first, *others = pool.map(rows, range(4))
     assert all(other == first for other in others)
+
+
+def test_a_shape_that_goes_by_the_types_of_its_numbers_is_not_recorded(monkeypatch):
+    """It would take another way for a recorded number; what is recorded is compared with what it becomes alone."""
+    tree = co.Sphere.tree
+
+    def by_type(self):
+        return tree(self if isinstance(self.radius, float) else co.Sphere(7.0))
+
+    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    monkeypatch.setattr(co.Sphere, "tree", by_type)
+    assert together([co.Sphere(2.0, (k, 0, 0)) for k in range(20)], 20) == {}

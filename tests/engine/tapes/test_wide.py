@@ -14,7 +14,7 @@ from conicoid.engine.tapes.tape import ELSEWHERE, HELD, OPEN
 from conicoid.engine.tapes.wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
 from conicoid.shapes import number
 from conicoid.shapes.number import Number, exact, fraction
-from conicoid.shapes.traced import Tape
+from conicoid.shapes.recorder import Tape
 
 NOTHING = np.zeros((1, 0, WIDTH), np.int64)
 

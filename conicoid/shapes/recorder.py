@@ -1,0 +1,101 @@
+"""The tape that a formula is recorded on while it is worked out by the numbers of `traced`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .number import Number, Symbol, exact
+from .traced import Plain, Wide
+
+
+class Tape:
+    """Operations in the order in which they were asked for, and what they need."""
+
+    def __init__(self) -> None:
+        self.code: list[tuple[str, int, int, int, int]] = []  # operation, register written, operands
+        self.numbers: dict[bytes, tuple[int, float]] = {}  # floats that are constants, by their bits
+        self.constants: dict[tuple[int, int, int], tuple[int, Number]] = {}
+        self.written: list[int] = []
+        self.wides = self.plains = self.wide_outputs = self.inputs = 0
+        self._made: dict[tuple[str, int, int, int], Any] = {}  # what an operation gave: it is not done twice
+        self._tested: set[tuple[str, int, int]] = set()
+
+    @property
+    def zero(self) -> Plain:
+        return self.plain_of(0.0)
+
+    def plain(self, which: str, value: float, a: int = 0, b: int = 0, c: int = 0) -> Plain:
+        """What an operation gives, a float."""
+        made: Plain | None = self._made.get((which, a, b, c))
+        if made is None:
+            made = self._made[which, a, b, c] = Plain(self, self.plains, value)
+            self.code.append((which, self.plains, a, b, c))
+            self.plains += 1
+        return made
+
+    def wide(self, which: str, value: Number, a: int = 0, b: int = 0) -> Wide:
+        """What an operation gives, a number."""
+        made: Wide | None = self._made.get((which, a, b, 0))
+        if made is None:
+            made = self._made[which, a, b, 0] = Wide(self, self.wides, value)
+            self.code.append((which, self.wides, a, b, 0))
+            self.wides += 1
+        return made
+
+    def made(self, which: str, register: int) -> Any:
+        """What an operation has given, if it was done."""
+        return self._made.get((which, register, 0, 0))
+
+    def input(self, value: float) -> Plain:
+        """The next of a body's numbers, which the tape begins with."""
+        self.inputs += 1
+        return self.plain("input", value, self.inputs - 1)
+
+    def sine_cosine(self, angle: int, sine: Number, cosine: Number) -> tuple[Wide, Wide]:
+        """What the operation gives that fills two registers."""
+        made = self.wide("sine and cosine", sine, angle)
+        other = self._made.get(("cosine", angle, 0, 0))
+        if other is None:
+            other = self._made["cosine", angle, 0, 0] = Wide(self, self.wides, cosine)
+            self.wides += 1
+        return made, other
+
+    def given(self, value: Number, column: int) -> Wide:
+        """A number of many digits that a body comes with."""
+        return self.wide("given", value, column)
+
+    def test(self, which: str, register: int, sign: int, expected: int) -> bool:
+        """Record that the sign is among those expected, or that it is not; which of the two holds now."""
+        holds = bool(sign & expected)
+        found = expected if holds else 15 - expected
+        if (which, register, found) not in self._tested:
+            self._tested.add((which, register, found))
+            self.code.append((which, 0, register, found, 0))
+        return holds
+
+    def write(self, value: Any) -> None:
+        """The next output: a float, or one that was recorded."""
+        self.written.append(self.plain_of(value).register)
+
+    def write_wide(self, value: Any) -> None:
+        """The next output among the numbers of many digits."""
+        self.code.append(("write wide", self.wide_outputs, self.wide_of(exact(value)).register, 0, 0))
+        self.wide_outputs += 1
+
+    def plain_of(self, value: Any) -> Plain:
+        """A float, as one of the tape's own."""
+        if isinstance(value, Plain):
+            return value
+        if isinstance(value, Symbol):
+            raise TypeError("a number of many digits where a float is needed")
+        value = float(value)
+        row, _ = self.numbers.setdefault(value.hex().encode(), (len(self.numbers), value))
+        return self.plain("number", value, row)
+
+    def wide_of(self, value: Number) -> Wide:
+        """A number of many digits, as one of the tape's own."""
+        if isinstance(value, Wide):
+            return value
+        key = value.mantissa, value.exponent, value.off
+        row, _ = self.constants.setdefault(key, (len(self.constants), value))
+        return self.wide("constant", value, row)
