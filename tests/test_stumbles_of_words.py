@@ -153,7 +153,7 @@ def test_a_name_in_place_of_a_material_is_told_of(name):
 @pytest.mark.parametrize(("ask", "told"), [
     (lambda: SCENE.check(), r"'Scene' object has no attribute 'check': it is a function, co.check\(scene\)$"),
     (lambda: SCENE.measure, r"co.measure\(scene\)$"), (lambda: SCENE.volume, r"co.measure\(scene\).by_material"),
-    (lambda: SCENE.intersect, "first_hit"), (lambda: SCENE.add, r"co.Scene\(\[\*scene.bodies, another\]\)"),
+    (lambda: SCENE.intersect, "first_hit"), (lambda: SCENE.add, r"co.Scene\(\[\*scene.bodies, another\], scene.lights, scene.camera, scene.background, scene.domain\)"),
     (lambda: SCENE.rotate, r"body.translate\(offset\) for body in scene.bodies"),
     (lambda: SCENE.ball, r"a body is called so, scene\['ball'\]$"), (lambda: SCENE.objects, r"scene.bodies are"),
     (lambda: SCENE.nonsense, r"^'Scene' object has no attribute 'nonsense'$"),

@@ -81,7 +81,8 @@ def no_attribute_of_scene(scene: Any, name: str) -> AttributeError:
     elif name in _TRACED:
         hint = "rays are followed by first_hit, occluded, spans and crossings"
     elif name in _LONGER:
-        hint = "scenes do not change: co.Scene([*scene.bodies, another]) and scene.replace(...) are new ones"
+        rest = "scene.lights, scene.camera, scene.background, scene.domain"
+        hint = f"scenes do not change: co.Scene([*scene.bodies, another], {rest}) and scene.replace(...) are new ones"
     elif name in _MOTIONS:
         hint = "shapes and bodies move, co.Scene([body.translate(offset) for body in scene.bodies])"
     elif name in ("shapes", "objects", "items", "names"):
