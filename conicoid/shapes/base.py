@@ -11,23 +11,21 @@ from __future__ import annotations
 import dataclasses
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, overload
 
 import numpy as np
 
-from . import exact as ex
 from .about import about as moved_about
 from .calls import explained
 from .calm import calm
 from .carried import restore, said
 from .cells import PolygonSheet, SurfaceSheet, Tree
 from .elsewhere import no_attribute, no_operator
+from .ends import support_ends
 from .motion import STILL, Motion
-from .planar import rounded_up
-from .rounded import above, above_if, is_finite
 from .validate import shown
 from .vector import Box, Vector
 
@@ -217,68 +215,8 @@ class Primitive(Shape, abstract=True):
         return np.array(ends[:3]), np.array(ends[3:])
 
     def ends(self, motion: Motion) -> list[float]:
-        """(low x, y, z, high x, y, z) of the shape where a motion puts its own frame.
-
-        Support of the moved shape along each axis: h(Lᵀ e) + t·e, rounded outward.
-        Where row e of L has one entry k alone, h(Lᵀ e) = |k| h(±e'), so only h itself and the end are rounded: what is
-        0 on paper is 0. So it is in other rows where h is 0 in floats, as `support` raises every sum of several terms.
-        """
-        simple = motion.is_identity or motion.shift is not None
-        low: list[float] = []
-        high: list[float] = []
-        for i, (*row, shift) in enumerate(motion.rows):
-            along = [k for k in range(3) if row[k]]
-            for sign, ends in ((1.0, high), (-1.0, low)):
-                if len(along) == 1 and not simple:
-                    (k,) = along
-                    size = sign if row[k] > 0 else -sign
-                    ends.append(_stretched(self.support(_direction([size] * 3, along)), motion, i, k, sign))
-                    continue
-                reach = self.support(_direction(row if sign > 0 else [-x for x in row], along))
-                if not shift and reach == 0 and _is_nothing(motion, i):
-                    ends.append(0.0)
-                else:
-                    ends.append(_outward(reach, shift if sign > 0 else -shift, simple))
-        return [*(0.0 - end for end in low), *high]
-
-
-_SAFE = 1e-150
-"""Products with a number of the domain do not underflow."""
-
-
-def _direction(row: Sequence[float], along: Sequence[int]) -> Vector:
-    """A row whose entries are 0 but for those that are known not to be."""
-    x, y, z = (row[k] if k in along else 0.0 for k in range(3))
-    return x, y, z
-
-
-def _is_nothing(motion: Motion, row: int) -> bool:
-    """Whether a row shifts by nothing on paper, and no product with it that is not 0 is 0 in floats."""
-    if motion.shift is not None:
-        return True
-    rows, shift = motion.affine
-    return not shift[row] and all(abs(entry) > _SAFE for entry in rows[row] if entry)
-
-
-def _stretched(reach: float, motion: Motion, row: int, column: int, sign: float) -> float:
-    """The least float64 not below |k| reach + sign·shift, k being the one entry of the motion's row."""
-    if not is_finite(reach):
-        return reach
-    rows, shift = motion.affine
-    return rounded_up(ex.cancelling_sum((abs(rows[row][column]) * ex.exact(reach), sign * shift[row])))
-
-
-def _outward(reach: float, shift: float, exact: bool) -> float:
-    """An upper bound of reach + shift; the nearest one if there is only a translation, whose floats are exact."""
-    total = reach + shift
-    if not is_finite(total):
-        return total
-    if not exact:
-        return above(total + 4 * 2.0**-53 * (abs(reach) + abs(shift)))
-    # Knuth's TwoSum: what the sum has lost
-    part = total - reach
-    lost = (reach - (total - part)) + (shift - part)
-    return above_if(total, lost)
+        """(low x, y, z, high x, y, z) of the shape where a motion puts its own frame."""
+        return support_ends(self.support, motion)
 
 
 class Solid(Shape, abstract=True):

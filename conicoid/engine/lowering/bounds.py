@@ -23,6 +23,7 @@ from ...shapes.sphere import Sphere
 from ..tables import Floats
 from .assembly import UNBOUNDED
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS
+from .plan import folded
 from .trees import EMPTY
 
 Mask = npt.NDArray[np.bool_]
@@ -61,20 +62,12 @@ class _Bounded:
 
 def boxes_of(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[Floats]) -> tuple[Floats, Mask]:
     """Boxes (n, 6) of bodies with a row for each of their primitives, and for which of them they are known."""
-    results: list[_Bounded] = []
-    rest = [_of_primitive(shape, of_part) for shape, of_part in zip(leaves, rows, strict=True)]
-    for entry in reversed(key):
-        if not isinstance(entry, tuple):
-            results.append(rest.pop())
-            continue
-        kind, count = entry
-        parts = results[-count:][::-1]
-        del results[-count:]
-        results.append(_combined(kind, parts))
-    found = results[0].boxes
+    primitives = [_of_primitive(shape, of_part) for shape, of_part in zip(leaves, rows, strict=True)]
+    whole: _Bounded = folded(key, primitives, _combined)
+    found = whole.boxes
     if found is None:
-        return np.tile(np.array(UNBOUNDED), (len(rows[0]), 1)), results[0].known
-    return np.where(np.asarray((found[:, :3] > found[:, 3:]).any(axis=1))[:, None], EMPTY, found), results[0].known
+        return np.tile(np.array(UNBOUNDED), (len(rows[0]), 1)), whole.known
+    return np.where(np.asarray((found[:, :3] > found[:, 3:]).any(axis=1))[:, None], EMPTY, found), whole.known
 
 
 def _of_primitive(shape: Shape, rows: Floats) -> _Bounded:

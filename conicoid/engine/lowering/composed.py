@@ -9,19 +9,15 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from ...shapes.base import PrimitiveSolid, Shape
 from ...shapes.cells import Cell, Not, Tree
-from ...shapes.material import Material
-from ...shapes.region import Boolean, Painted
-from ...shapes.steps import Step
 from ..tables import CELL, REGION, Floats
 from .assembly import UNBOUNDED, Assembly, Slot
 from .bounds import box_columns
 from .pattern import BOX_NUMBERS, UV_NUMBERS, Pattern
+from .plan import folded
 from .trees import cells, combined, widened
 
 
@@ -47,42 +43,6 @@ class Forms:
 FORMS = Forms()
 
 
-@dataclass(slots=True)
-class Plan:
-    """How a Boolean body is built, and its primitives from left to right with the steps that move each."""
-
-    key: tuple[Hashable, ...]
-    leaves: list[tuple[Shape, tuple[Step, ...]]]
-    painted: list[tuple[int, int, Material]]  # first and last leaf, from the innermost paint outward
-
-
-def plan_of(solid: Boolean) -> Plan | None:
-    """The plan of a solid; None where there is more in it than primitives and Boolean nodes."""
-    key: list[Hashable] = []
-    leaves: list[tuple[Shape, tuple[Step, ...]]] = []
-    painted: list[tuple[int, int, Material]] = []
-    pending: list[tuple[Any, tuple[Step, ...], int]] = [(solid, (), -1)]
-    while pending:
-        node, steps, first = pending.pop()
-        if first >= 0:
-            painted.append((first, len(leaves), node.material))
-            continue
-        mine = node.motion.steps
-        inner = mine + steps if mine else steps
-        if isinstance(node, Boolean):
-            operands = node.operands
-            key.append((type(node), len(operands)))
-            if isinstance(node, Painted):
-                pending.append((node, steps, len(leaves)))
-            pending.extend((part, inner, -1) for part in reversed(operands))
-        elif isinstance(node, PrimitiveSolid):
-            key.append(type(node))
-            leaves.append((node, inner))
-        else:
-            return None
-    return Plan(tuple(key), leaves, painted)
-
-
 @dataclass
 class Composition:
     """The pattern of bodies of one plan and these forms, and where the columns of their rows come from."""
@@ -104,7 +64,7 @@ class Composition:
             trees.append(_placed(form.tree, part, count, form.pattern))
             faces.append(count)
             count += len(form.pattern.angular)
-        tree = _folded(key, trees)
+        tree = folded(key, trees, combined)
         held = {id(cell): part for part, of in enumerate(trees) for cell in cells(of)}
         assembly = Assembly()
         if isinstance(tree, Cell):
@@ -154,18 +114,3 @@ def _placed(tree: Tree, part: int, first_face: int, pattern: Pattern) -> Tree:
     if isinstance(tree, Not):
         return Not(_placed(tree.part, part, first_face, pattern))
     return type(tree)(tuple(_placed(each, part, first_face, pattern) for each in tree.parts))
-
-
-def _folded(key: Sequence[Hashable], leaves: Sequence[Any]) -> Tree:
-    """The tree of a plan, whose nodes come before their operands, from those of its leaves."""
-    results: list[Any] = []
-    rest = list(leaves)
-    for entry in reversed(key):
-        if not isinstance(entry, tuple):
-            results.append(rest.pop())
-            continue
-        kind, count = entry
-        parts = results[-count:][::-1]
-        del results[-count:]
-        results.append(combined(kind, parts))
-    return results[0]

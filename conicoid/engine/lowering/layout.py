@@ -7,14 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
+from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Longs, Signs, Tables
 from .limits import with_limits
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, SIZES, UV_NUMBERS, Group
 from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, finished
-
-Longs = npt.NDArray[np.int64]
 
 
 @dataclass

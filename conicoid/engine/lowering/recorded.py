@@ -15,7 +15,6 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from ...forks import lock
 from ...shapes import exact as ex
@@ -23,14 +22,13 @@ from ...shapes.base import Primitive, Shape
 from ...shapes.motion import STILL, Affine, Motion, Step, Translate
 from ...shapes.recorder import Tape
 from ...shapes.traced import Plain
-from ..tables import Floats, Ints
+from ..tables import Floats, Ints, Longs
 from ..tapes.play import Played, Recording
 from ..tapes.wide import WIDTH
 from .composed import FORMS, Form
 from .parts import Part, worked_out
 from .pattern import FRAME_NUMBERS
 
-Longs = npt.NDArray[np.int64]
 FEWEST = 8
 """Shapes of one kind that are worth a new recording, which takes as long as some of them alone."""
 _NO_NUMBERS = np.zeros((1, 0, WIDTH), np.int64)

@@ -14,8 +14,9 @@ from ...shapes.motion import STILL, Motion
 from ...shapes.region import Boolean, region_bounds
 from ..tables import Floats, Ints
 from .bounds import box_columns, boxes_of
-from .composed import Composition, Form, Plan, plan_of
+from .composed import Composition, Form
 from .pattern import Pattern
+from .plan import Plan, plan_of
 from .recorded import Primitives
 
 Found = tuple[Pattern, Ints, Floats]
@@ -24,14 +25,13 @@ _IN_PLACE = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
 
 @dataclass
 class _Planned:
-    """Boolean bodies of one plan: their shapes and numbers, the places of their first leaves, where to find frames."""
+    """Boolean bodies that are built alike: shapes, plans and numbers, the places of their first leaves, frames."""
 
-    plan: Plan
     shapes: list[Boolean] = field(default_factory=list)
+    plans: list[Plan] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
     first: list[int] = field(default_factory=list)
     frames: list[int] = field(default_factory=list)
-    painted: list[list[tuple[int, int, Material]]] = field(default_factory=list)
 
 
 @dataclass
@@ -82,15 +82,15 @@ class Together:
             if not self._primitives.add(leaf, steps, len(self._owners)):
                 return False  # the parts that were taken in already belong to nobody
             self._owners.append(-1)
-        like = self._plans.setdefault(plan.key, _Planned(plan))
+        like = self._plans.setdefault(plan.key, _Planned())
         like.shapes.append(shape)
+        like.plans.append(plan)
         like.numbers.append(number)
         like.first.append(first)
         steps = shape.motion.steps
         like.frames.append(
             self._primitives.frame(steps) if len(steps) > 1 or (steps and shape.motion.shift is None) else -1
         )
-        like.painted.append(plan.painted)
         return True
 
     def lowered(self) -> tuple[list[Found], list[tuple[Shape, int]]]:
@@ -113,7 +113,7 @@ class Together:
 
     def _composed(self, like: _Planned, rows: _Rows) -> tuple[list[Found], list[tuple[Shape, int]]]:
         """Bodies of one plan; those that are left."""
-        count = len(like.plan.leaves)
+        key, count = like.plans[0].key, len(like.plans[0].leaves)
         places = np.array(like.first, np.int32)[:, None] + np.arange(count, dtype=np.int32)
         frames = np.array(
             [_frame(shape, row, self._primitives.frames) for shape, row in zip(like.shapes, like.frames, strict=True)]
@@ -129,19 +129,18 @@ class Together:
         kinds, which = np.unique(form_of[rows.table[places[kept]]], axis=0, return_inverse=True)
         for kind, forms in enumerate(kinds):
             chosen = kept[which.reshape(-1) == kind]
-            made = Composition.of(like.plan.key, [rows.forms[form] for form in forms.tolist()])
+            made = Composition.of(key, [rows.forms[form] for form in forms.tolist()])
             parts = [rows.of(places[chosen, part]) for part in range(count)]
-            first = plan_of(like.shapes[int(chosen[0])])  # its leaves stand for those of all: they have the same forms
-            leaves = [leaf for leaf, _ in first.leaves] if first else []
-            boxes, known_boxes = boxes_of(like.plan.key, leaves, parts)
+            leaves = [leaf for leaf, _ in like.plans[int(chosen[0])].leaves]  # those of the others have the same forms
+            boxes, known_boxes = boxes_of(key, leaves, parts)
             others = np.flatnonzero(~known_boxes)
             if len(others):
-                shapes = [like.shapes[i] for i in chosen[others].tolist()]
-                boxes[others] = _narrowed(shapes, [box_columns(part[others]) for part in parts])
+                narrowed = [(like.shapes[i], like.plans[i]) for i in chosen[others].tolist()]
+                boxes[others] = _narrowed(narrowed, [box_columns(part[others]) for part in parts])
             bodies = np.array(like.numbers, np.int32)[chosen]
             results.append((made.pattern, bodies, made.rows(parts, boxes, frames[chosen])))
-            for i in chosen.tolist() if like.plan.painted else ():
-                self._paint(like.numbers[i], like.painted[i], made)
+            for i in chosen.tolist() if like.plans[0].painted else ():
+                self._paint(like.numbers[i], like.plans[i].painted, made)
         return results, left
 
     def _paint(self, number: int, painted: list[tuple[int, int, Material]], made: Composition) -> None:
@@ -153,12 +152,10 @@ class Together:
                 paints.setdefault(face, material)
 
 
-def _narrowed(shapes: Sequence[Boolean], parts: Sequence[Floats]) -> Floats:
+def _narrowed(bodies: Sequence[tuple[Boolean, Plan]], parts: Sequence[Floats]) -> Floats:
     """Bounds of bodies whose parts may narrow one another, from the boxes of their parts."""
-    found = np.empty((len(shapes), 6))
-    for row, shape in enumerate(shapes):
-        plan = plan_of(shape)
-        assert plan is not None, "it is composed"
+    found = np.empty((len(bodies), 6))
+    for row, (shape, plan) in enumerate(bodies):
         known = {
             (id(leaf), steps): (boxes[row, :3], boxes[row, 3:])
             for (leaf, steps), boxes in zip(plan.leaves, parts, strict=True)

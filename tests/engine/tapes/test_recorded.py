@@ -10,8 +10,8 @@ import pytest
 
 import conicoid as co
 from conicoid.engine.lowering import recorded
-from conicoid.engine.lowering.composed import plan_of
 from conicoid.engine.lowering.parts import worked_out
+from conicoid.engine.lowering.plan import plan_of
 from conicoid.engine.lowering.together import Together
 
 
