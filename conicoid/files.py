@@ -52,7 +52,7 @@ def load_openmc(
     path: str | os.PathLike[str],
     *,
     void: bool = True,
-    max_bodies: int = 50_000,
+    max_bodies: int = 500_000,
     progress: Callable[[int, int], None] | None = None,
 ) -> Scene:
     """The scene of an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.

@@ -15,6 +15,7 @@ from .shapes.body import Body
 from .shapes.calls import explained_methods
 from .shapes.calm import calm
 from .shapes.elsewhere import no_attribute_of_scene
+from .shapes.repeated import Repeated
 from .shapes.validate import callback, flag, positive, shown, what
 from .shapes.validate import path as checked_path
 from .shapes.vector import Box
@@ -60,7 +61,7 @@ class Scene(Contents, Queries):
         refuse_second(lights)
         self._bodies = as_bodies(items)
         names: dict[str, int] = {}
-        for i, body in enumerate(self._bodies):
+        for i, body in enumerate(() if isinstance(self._bodies, Repeated) else self._bodies):
             if body.name is not None and names.setdefault(body.name, i) != i:
                 raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {shown(body.name)}")
         self._lights = as_lights(lights)
@@ -121,8 +122,9 @@ class Scene(Contents, Queries):
     def extent(self) -> Box:
         """(low, high) around what is bounded, for cameras; axes without an end are cut to the size of the rest."""
         from .render.fit import extent
+        from .scene_parts import boxes_of
 
-        return extent(body.shape.bounds for body in self._bodies)
+        return extent(boxes_of(self._bodies))
 
     def fitting_camera(self, aspect: float = 4 / 3) -> Camera:
         """The camera of pictures `aspect` times as wide as high, where the scene has none: all bodies are in view."""
@@ -141,9 +143,10 @@ class Scene(Contents, Queries):
     @calm
     def bounds(self) -> Box:
         """(low, high) around all bodies; ±inf where unbounded, (inf, -inf) for an empty scene."""
+        from .scene_parts import boxes_of
         from .shapes.boxes import around
 
-        return around([body.shape.bounds for body in self._bodies])
+        return around(boxes_of(self._bodies))
 
     @property
     @calm

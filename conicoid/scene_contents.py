@@ -7,11 +7,12 @@ from typing import Any, overload
 
 import numpy as np
 
-from .scene_parts import as_index, named, numbered
+from .scene_parts import Bodies, as_index, named, numbered
 from .shapes.base import Solid
 from .shapes.body import Body
 from .shapes.calls import explained_methods
 from .shapes.labels import counted, first_numbers, one_ball
+from .shapes.repeated import Repeated
 from .shapes.validate import shown
 
 
@@ -19,7 +20,7 @@ from .shapes.validate import shown
 class Contents:
     """The parts of a scene, as they were said, and its bodies as a sequence by their numbers."""
 
-    _bodies: tuple[Body, ...]
+    _bodies: Bodies
     _lights: tuple[Any, ...]
     _camera: Any
     _background: Any
@@ -27,8 +28,11 @@ class Contents:
     _notes: tuple[str, ...] = ()
 
     @property
-    def bodies(self) -> tuple[Body, ...]:
-        """The entries as listed. A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here."""
+    def bodies(self) -> Bodies:
+        """The entries as listed; those of an imported model are made one by one as they are asked for.
+
+        A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here.
+        """
         return self._bodies
 
     @property
@@ -132,4 +136,6 @@ class Contents:
 
         Those are different that differ in anything: two of one name, say, in their colour.
         """
+        if isinstance(self._bodies, Repeated):
+            return self._bodies.distinct_materials
         return tuple(dict.fromkeys(body.material for body in self._bodies))

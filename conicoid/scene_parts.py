@@ -5,27 +5,41 @@ from __future__ import annotations
 import dataclasses
 import operator
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
+from .shapes.repeated import Repeated
 from .shapes.spheres import Spheres
 from .shapes.suggestion import known_names
 from .shapes.validate import shown, what
+from .shapes.vector import Box
+
+_SUGGESTED = 1000
+"""Bodies of many whose names are looked at for what may have been meant."""
+
+Bodies: TypeAlias = tuple[Body, ...] | Repeated
 
 
-def as_bodies(items: Any) -> tuple[Body, ...]:
+def as_bodies(items: Any) -> Bodies:
     """Shapes and bodies as bodies; one alone stands for a list of it.
 
     Raises TypeError for anything else, with its index.
     """
+    if isinstance(items, Repeated):
+        return items
     if isinstance(items, (Shape, Body)):
         items = (items,)
     if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable):
         raise TypeError(f"Scene: items must be a list of shapes and Bodies, or one of them, got {what(items)}")
     return tuple(_as_body(i, item) for i, item in enumerate(items))
+
+
+def boxes_of(bodies: Bodies) -> list[Box]:
+    """Boxes around bodies: one around each, or around all that are one another moved."""
+    return bodies.boxes if isinstance(bodies, Repeated) else [body.shape.bounds for body in bodies]
 
 
 def refuse_second(lights: Any) -> None:
@@ -49,6 +63,11 @@ def _as_body(index: int, item: Any) -> Body:
 
 def named(bodies: Sequence[Body], name: str) -> int:
     """The entry of a name; a KeyError that lists the names where there is none."""
+    if isinstance(bodies, Repeated):
+        number = bodies.number(name)
+        if number is not None:
+            return number
+        bodies = bodies[:_SUGGESTED]
     for entry, body in enumerate(bodies):
         if body.name == name:
             return entry
@@ -79,9 +98,7 @@ def numbered(firsts: Any, number: Any, called: str = "body: number") -> tuple[in
     return entry, index - int(firsts[entry])
 
 
-def exchanged(
-    bodies: tuple[Body, ...], firsts: Any, which: Any, item: Any, labels: Mapping[str, Any]
-) -> tuple[Body, ...]:
+def exchanged(bodies: Bodies, firsts: Any, which: Any, item: Any, labels: Mapping[str, Any]) -> tuple[Body, ...]:
     """Bodies with one entry changed: the one of a name, or of a body's number. `labels`: a material, a name."""
     if not isinstance(item, (Shape, Body)) and not (item is None and labels):
         hint = "" if item is None or labels else "; material= and name= change these alone"

@@ -236,7 +236,7 @@ def import_(
         ),
     ],
     void: Annotated[bool, typer.Option(help="Keep cells without material, as invisible bodies.")] = True,
-    max_bodies: Annotated[int, typer.Option(min=1, help="Refuse what expands into more bodies.")] = 50_000,
+    max_bodies: Annotated[int, typer.Option(min=1, help="Refuse what expands into more bodies.")] = 500_000,
 ) -> None:
     """Turn an OpenMC geometry into a scene; cells are coloured by material, and the legend is printed."""
     with user_mistakes():

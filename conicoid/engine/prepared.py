@@ -11,6 +11,7 @@ import numpy as np
 from ..exact.forms import Form
 from ..shapes.body import Body
 from ..shapes.labels import NOBODY, Labels
+from ..shapes.repeated_labels import labels_of
 from .lowering import Lowered
 from .surface.decide import Rest
 from .tables import Geometry
@@ -33,11 +34,11 @@ class Prepared:
         """Build the trees of a lowered scene; `bodies` give the names and materials."""
         geometry, rest = with_trees(lowered), lowered.rest
         flat = Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())
-        return cls(lowered.sharing(geometry), geometry, flat, labels=Labels.of(bodies))
+        return cls(lowered.sharing(geometry), geometry, flat, labels=labels_of(bodies))
 
     def labelled(self, bodies: Sequence[Body]) -> Prepared:
         """The same shapes with the names and materials of other bodies."""
-        return replace(self, labels=Labels.of(bodies))
+        return replace(self, labels=labels_of(bodies))
 
     @cached_property
     def key(self) -> bytes:

@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from ...shapes.base import Shape
 from ...shapes.body import Body
 from ...shapes.material import Material
+from ...shapes.repeated import Repeated
 from ..tables import Floats, Geometry, Ints, Longs, Tables, shared
-from .contents import Collected, Exact
+from .contents import Collected, Exact, Shapes
 from .layout import Layout
 from .surfaces import Remainders, SurfaceArrays
 
@@ -68,9 +70,7 @@ def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = N
     layout = Layout(collected.contents)
     counts = np.array(collected.items, np.int32)
     starts = (np.cumsum(counts) - counts).astype(np.int32)
-    exact = Exact(
-        [body.shape for body in bodies], *(_at(places, starts) for places in (layout.surfaces, layout.polygons))
-    )
+    exact = Exact(_shapes(bodies), *(_at(places, starts) for places in (layout.surfaces, layout.polygons)))
     surfaces: SurfaceArrays = layout.surface_columns(exact)
     tables, boxes = layout.tables(surfaces)
     first_face = layout.faces.first
@@ -85,6 +85,21 @@ def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = N
         dataclasses.replace(surfaces.rest, vertices=layout.lost_of_corners()),
         ExactTables(exact, surfaces.single),
     )
+
+
+class _Shapes:
+    """The shapes of bodies that are made when they are asked for."""
+
+    def __init__(self, bodies: Repeated) -> None:
+        self._bodies = bodies
+
+    def __getitem__(self, number: int) -> Shape:
+        return self._bodies.shape(number)
+
+
+def _shapes(bodies: Sequence[Body]) -> Shapes:
+    """The shape of each body."""
+    return _Shapes(bodies) if isinstance(bodies, Repeated) else [body.shape for body in bodies]
 
 
 def _at(places: Any, bodies: Ints) -> Any:

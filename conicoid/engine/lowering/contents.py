@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -12,16 +12,24 @@ from ...shapes.base import Shape
 from ...shapes.body import Body
 from ...shapes.material import Material
 from ...shapes.motion import STILL
+from ...shapes.repeated import Repeated
 from ...shapes.spheres import Spheres
 from ...shapes.surface import Key, Surface
 from ...shapes.vector import FloatArray
 from ..tables import Floats, Ints
 from .layout import Balls, Contents
+from .moved import moved_rows
 from .parts import part_of, stretched_balls
 from .pattern import Group, Pattern
 from .together import Together
 
 _CHUNK = 1 << 13
+
+
+class Shapes(Protocol):
+    """Shapes by the numbers of their entries."""
+
+    def __getitem__(self, number: int, /) -> Shape: ...
 
 
 class Exact:
@@ -31,7 +39,7 @@ class Exact:
     are worked out at the first question and kept with the shape.
     """
 
-    def __init__(self, shapes: Sequence[Shape], first: Ints, first_outline: Ints) -> None:
+    def __init__(self, shapes: Shapes, first: Ints, first_outline: Ints) -> None:
         self._shapes, self._first, self._first_outline = shapes, first, first_outline
 
     def __getitem__(self, index: int) -> Surface:
@@ -65,7 +73,7 @@ class Collected:
 
     def __init__(self) -> None:
         self.contents = Contents(0)
-        self.items: list[int] = []  # how many bodies each entry of the scene has
+        self.items: Sequence[int] | Ints = []  # how many bodies each entry of the scene has
         self.paints: dict[int, dict[int, Material]] = {}  # body -> its faces with materials of their own
         self._together = Together()
         self._alone: list[tuple[Shape, int]] = []
@@ -73,31 +81,63 @@ class Collected:
 
     def collect(self, bodies: Sequence[Body], progress: Callable[[int, int], Any] | None) -> None:
         """Take in all bodies of a scene; progress(done, count) is called now and then."""
-        done = 0
+        count = len(bodies)
+
+        def told(done: int) -> None:
+            if progress is not None:
+                progress(done, count)
+
+        if isinstance(bodies, Repeated):
+            done = self._take_moved(bodies, told)
+        else:
+            done = self._take(bodies, told)
+        found, left = self._together.lowered()
+        alone = [*self._alone, *left]
+        if count - len(alone) > done:
+            told(count - len(alone))
+        self.contents.groups.extend(Group(pattern, numbers, rows) for pattern, numbers, rows in found)
+        self.paints.update(self._together.paints)
+        for more, (shape, number) in enumerate(alone, start=1):
+            self._add(shape, number)
+            told(count - len(alone) + more)
+        for pattern, (numbers, rows) in self._like.items():
+            self.contents.groups.append(Group(pattern, np.array(numbers, np.int32), np.array(rows)))
+
+    def _take(self, bodies: Sequence[Body], told: Callable[[int], None]) -> int:
+        """Sort bodies by how they are to be lowered; returns how many are done."""
+        done, items = 0, []
         for body in bodies:
             before = self.contents.body_count
             if isinstance(body.shape, Spheres):
                 self._add_spheres(body.shape)
                 done += 1
-                if progress is not None:
-                    progress(done, len(bodies))
+                told(done)
             else:
                 self.contents.body_count += 1
-                if "part" in body.shape.kept or not self._together.add(body.shape, before):
-                    self._alone.append((body.shape, before))
-            self.items.append(self.contents.body_count - before)
-        found, left = self._together.lowered()
-        if progress is not None and len(bodies) - len(self._alone) - len(left) > done:
-            progress(len(bodies) - len(self._alone) - len(left), len(bodies))
-        done = len(bodies) - len(self._alone) - len(left)
-        self.contents.groups.extend(Group(pattern, numbers, rows) for pattern, numbers, rows in found)
-        self.paints.update(self._together.paints)
-        for more, (shape, number) in enumerate([*self._alone, *left], start=1):
-            self._add(shape, number)
-            if progress is not None:
-                progress(done + more, len(bodies))
-        for pattern, (numbers, rows) in self._like.items():
-            self.contents.groups.append(Group(pattern, np.array(numbers, np.int32), np.array(rows)))
+                self._add_one(body.shape, before)
+            items.append(self.contents.body_count - before)
+        self.items = items
+        return done
+
+    def _add_one(self, shape: Shape, number: int) -> None:
+        """A body that is lowered together with others, or alone."""
+        if "part" in shape.kept or not self._together.add(shape, number):
+            self._alone.append((shape, number))
+
+    def _take_moved(self, bodies: Repeated, told: Callable[[int], None]) -> int:
+        """`_take` for bodies that are one another moved."""
+        self.contents.body_count, done = len(bodies), 0
+        self.items = np.ones(len(bodies), np.int32)
+        for kind, numbers in enumerate(bodies.members):
+            found = moved_rows(bodies, kind, numbers)
+            if found is None:
+                for number in numbers.tolist():
+                    self._add_one(bodies.shape(number), number)
+                continue
+            self.contents.groups.append(Group(found[0], numbers, found[1]))
+            done += len(numbers)
+            told(done)
+        return done
 
     def _add(self, shape: Shape, place: int) -> None:
         """A body that is lowered alone."""

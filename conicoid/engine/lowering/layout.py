@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from ...shapes.surface import Key, Surface
 from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Longs, Signs, Tables
 from .limits import with_limits
+from .moved import MovedRows
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, SIZES, UV_NUMBERS, Group
 from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, finished
 
@@ -55,6 +59,91 @@ class _Places:
         return self.first[group.bodies][:, None] + np.arange(each)
 
 
+@dataclass
+class _Given:
+    """The surfaces of all bodies as they came, and of each one that it is surely the same as: its lead."""
+
+    kinds: Signs
+    lead: Longs
+    leads: Longs  # those that lead, rising
+    is_lead: npt.NDArray[np.bool_]
+    rank: Longs  # of one that leads, its number among these
+    row: Longs  # its number among those of its kind
+
+    @classmethod
+    def of(cls, groups: Sequence[Group], places: _Places) -> _Given:
+        """Those of the bodies of all groups."""
+        kinds, lead = np.empty(places.count, np.int8), np.arange(places.count)
+        for group in groups:
+            at = places.rows(group, len(group.pattern.kinds))
+            kinds[at] = group.pattern.kinds
+            if isinstance(group.rows, MovedRows):
+                for number, (_, column, _) in enumerate(group.pattern.records):
+                    if column in group.rows.leads:
+                        lead[at[:, number]] = at[group.rows.leads[column], number]
+        for same in _of_one_form(groups, places):
+            numbers, anchors = (np.concatenate(part) for part in zip(*same, strict=True))
+            _, first, index = np.unique(anchors.view("V24").ravel(), return_index=True, return_inverse=True)
+            least = np.full(len(first), places.count)
+            np.minimum.at(least, index, numbers)
+            lead[numbers] = least[index]
+        is_lead = lead == np.arange(places.count)
+        row = np.empty(places.count, np.int64)
+        for kind in SIZES:
+            own = is_lead & (kinds == kind)
+            row[own] = np.arange(own.sum())
+        return cls(kinds, lead, np.flatnonzero(is_lead), is_lead, np.cumsum(is_lead) - 1, row)
+
+    def count(self, kind: int) -> int:
+        """How many of a kind lead."""
+        return int((self.kinds[self.leads] == kind).sum())
+
+    def all_of(self, surfaces: SurfaceArrays) -> SurfaceArrays:
+        """What is known of those that lead, for all."""
+        if len(self.leads) == len(self.lead):
+            return surfaces
+        rank, count = self.rank[self.lead], len(self.leads)
+        ids = np.concatenate([surfaces.ids[:count][rank], surfaces.ids[count:]])
+        senses = np.concatenate([surfaces.senses[:count][rank], surfaces.senses[count:]])
+        return dataclasses.replace(surfaces, ids=ids, senses=senses, single=self.leads[surfaces.single])
+
+
+def _of_one_form(groups: Sequence[Group], places: _Places) -> list[list[tuple[Longs, Floats]]]:
+    """Numbers and anchors of curved surfaces that are one if their anchors are."""
+    found: dict[Hashable, list[tuple[Longs, Floats]]] = {}
+    for group in groups:
+        if isinstance(group.rows, MovedRows):
+            first = places.first[group.bodies]
+            for number, (_, column, _) in enumerate(group.pattern.records):
+                form = group.rows.forms.get(column)
+                if form is not None:
+                    anchors = np.ascontiguousarray(group.rows[:, column : column + 3]) + 0.0
+                    found.setdefault(form, []).append((first + number, anchors))
+    return list(found.values())
+
+
+@dataclass
+class _Leading:
+    """Exact surfaces by their numbers among those that lead."""
+
+    exact: ExactSurfaces
+    leads: Longs
+
+    def __getitem__(self, index: int) -> Surface:
+        return self.exact[int(self.leads[index])]
+
+    def name(self, index: int) -> tuple[Key, int]:
+        """The exact name of a surface, and its sense."""
+        return self.exact.name(int(self.leads[index]))
+
+
+def _columns_of(group: Group, which: Longs | None, first: int, last: int) -> Floats:
+    """Some columns of some of a group's bodies; of all, for None."""
+    if which is None:
+        return group.rows[:, first:last]
+    return group.rows.of(which, first, last) if isinstance(group.rows, MovedRows) else group.rows[which, first:last]
+
+
 class Layout:
     """The columns of `Tables` but for the tree, from the contents of a scene."""
 
@@ -66,7 +155,6 @@ class Layout:
             return _Places.of(contents, [counts(pattern) for pattern in patterns])
 
         self.surfaces = places(lambda p: len(p.kinds))
-        self.of_kind = {kind: places(lambda p, k=kind: int((p.kinds == k).sum())) for kind in SIZES}
         self.cells, self.planes = places(lambda p: len(p.cells)), places(lambda p: len(p.planes))
         self.programs, self.leaves = places(lambda p: len(p.programs)), places(lambda p: len(p.leaves))
         self.gates, self.sheets = places(lambda p: len(p.gates)), places(lambda p: len(p.sheets))
@@ -76,26 +164,27 @@ class Layout:
 
     def surface_columns(self, exact: ExactSurfaces) -> SurfaceArrays:
         """The table of surfaces, each once. `exact` gives the surfaces before they were rounded."""
-        kinds = np.empty(self.surfaces.count, np.int8)
-        senses = np.ones(self.surfaces.count, np.int8)
-        records = {kind: np.empty((self.of_kind[kind].count, size)) for kind, size in SIZES.items()}
-        lost = {kind: np.empty((self.of_kind[kind].count, size)) for kind, size in SIZES.items()}
+        given = _Given.of(self.contents.groups, self.surfaces)
+        records = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
+        lost = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
+        senses = np.ones(len(given.leads), np.int8)
         for group in self.contents.groups:
-            pattern = group.pattern
-            at = self.surfaces.rows(group, len(pattern.kinds))
-            kinds[at] = pattern.kinds
-            seen = dict.fromkeys(SIZES, 0)
-            for number, (kind, column, sense) in enumerate(pattern.records):
-                size = SIZES[kind]
-                rows = self.of_kind[kind].first[group.bodies] + seen[kind]
-                records[kind][rows] = group.rows[:, column : column + size]
-                lost[kind][rows] = group.rows[:, column + size : column + 2 * size]
-                senses[at[:, number]] = group.rows[:, sense]
-                seen[kind] += 1
+            at = self.surfaces.rows(group, len(group.pattern.kinds))
+            for number, (kind, column, sense) in enumerate(group.pattern.records):
+                lead = given.is_lead[at[:, number]]
+                which = np.flatnonzero(lead) if not lead.all() else None
+                numbers = _columns_of(group, which, column, sense + 1)
+                size, mine = SIZES[kind], at[:, number] if which is None else at[which, number]
+                records[kind][given.row[mine]] = numbers[:, :size]
+                lost[kind][given.row[mine]] = numbers[:, size : 2 * size]
+                senses[given.rank[mine]] = numbers[:, 2 * size]
         rest = Remainders(lost[PLANE], lost[SPHERE], lost[QUADRIC])
         balls = [balls.spheres for balls in self.contents.balls]
-        surfaces = Surfaces(kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], rest, balls, exact)
-        return finished(surfaces)
+        kinds = given.kinds[given.leads]
+        known = Surfaces(
+            kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], rest, balls, _Leading(exact, given.leads)
+        )
+        return given.all_of(finished(known))
 
     def tables(self, surfaces: SurfaceArrays) -> tuple[Tables, Floats]:
         """The finished arrays (without a tree), and the entries' boxes (n, 6)."""

@@ -21,7 +21,7 @@ from .surfaces import Remainders
 
 Whole = npt.NDArray[Any]
 
-_CHUNK = 1 << 14
+_CHUNK, _USES = 1 << 14, 1 << 17
 _LEAST = 1e-100
 """Times the square of a direction's least component that is still a number."""
 _WIDE, _WIDEST = 2.0**10, 2.0**20
@@ -65,15 +65,12 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
         uses.add(column[index[own]], base + index[own], own)
     surface, owner, users = (np.concatenate(part) for part in (uses.surfaces, uses.owners, uses.entries))
     size = _size(tables, boxes) if len(surface) else 1.0
-    reach, bounded = _reaches(tables, boxes, surface, users, size)
-    kappa = _kappas(tables, rest, surface, reach)
-    around = np.where(bounded, np.abs(np.where(bounded[:, None], boxes[users], 0.0)).sum(axis=1), _WIDE * size)
-    limits = _owners(
-        tables.surface_kind[surface] == 0, owner, reach, bounded, kappa, around, size, cells + sheets + polygons
-    )
+    limits = np.zeros((cells + sheets + polygons, 2))
+    limits[:, 1] = math.inf
     per_surface = np.zeros((3, int(surface.max(initial=-1)) + 1))
-    for numbers, of_use in zip(per_surface, (reach, kappa, ~bounded), strict=True):
-        np.maximum.at(numbers, surface, of_use)
+    for begin in range(0, len(surface), _USES):
+        some = slice(begin, begin + _USES)
+        _weigh(tables, boxes, rest, size, (surface[some], owner[some], users[some]), limits, per_surface)
     of_cells = limits[:cells]
     return tables._replace(
         plane_limits=_planes(tables, rest, *per_surface[:2]),
@@ -145,8 +142,8 @@ def _kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> 
     kappa = np.full(len(surface), KAPPA_OF_BALLS)
     flat, curved = kind == 0, kind == 2
     kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), KAPPA_OF_PLANES, 0.0)
-    off = np.sqrt((rest.quadrics[:, :3] ** 2).sum(axis=1))
-    kappa[curved] = KAPPA + 8.0 * off[row[curved]] / reach[curved]
+    off = np.sqrt((rest.quadrics[row[curved], :3] ** 2).sum(axis=1))
+    kappa[curved] = KAPPA + 8.0 * off / reach[curved]
     return kappa
 
 
@@ -155,18 +152,26 @@ def _inexact(rest: Floats) -> npt.NDArray[np.bool_]:
     return np.asarray((rest != 0.0).any(axis=1))
 
 
-def _owners(
-    flat: Any, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, around: Floats, size: float, count: int
-) -> Floats:
-    """(count, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be."""
-    limits = np.zeros((count, 2))
-    limits[:, 1] = math.inf
-    exact = ~bounded & flat & (kappa == 0)
+def _weigh(
+    tables: Tables, boxes: Floats, rest: Remainders, size: float, uses: tuple[Whole, Whole, Whole], limits: Floats,
+    per_surface: Floats,
+) -> None:  # fmt: skip
+    """Take some uses, surfaces with their owners and entries, into the limits of owners and the most of surfaces.
+
+    limits (owners, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be. per_surface (3, surfaces): the
+    largest reach, the largest kappa, whether some use has no end.
+    """
+    surface, owner, users = uses
+    reach, bounded = _reaches(tables, boxes, surface, users, size)
+    kappa = _kappas(tables, rest, surface, reach)
+    around = np.where(bounded, np.abs(np.where(bounded[:, None], boxes[users], 0.0)).sum(axis=1), _WIDE * size)
+    exact = ~bounded & (tables.surface_kind[surface] == 0) & (kappa == 0)
     off = 0.5 * np.sqrt(kappa) * reach + RELATIVE * np.where(exact, _WIDEST * size, around)
     np.maximum.at(limits[:, 0], owner, off)
     far = np.where(bounded, FAR * reach, np.where(exact, _WIDEST * size, _WIDE * size))
     np.minimum.at(limits[:, 1], owner, far)
-    return limits
+    for numbers, of_use in zip(per_surface, (reach, kappa, ~bounded), strict=True):
+        np.maximum.at(numbers, surface, of_use)
 
 
 def _planes(tables: Tables, rest: Remainders, reach: Floats, kappa: Floats) -> Floats:

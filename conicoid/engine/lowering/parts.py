@@ -55,7 +55,7 @@ def stretched_balls(shape: Spheres, centers: Floats, boxes: Floats, back: Floats
             surface = QuadricSurface((1.0, 1.0, 1.0), constant=radius * radius, rows=turned, anchor=tuple(center))  # type: ignore[arg-type]
             assembly = Assembly()
             assembly.cell(Cell((Face(surface, 0),)))
-            rows.append([*_numbers(assembly), *box])
+            rows.append([*numbers_of_surfaces(assembly), *box])
             exact.append(surface)
         return Pattern.of(assembly, CELL, 0, (), framed=False), np.array(rows), exact
 
@@ -77,7 +77,7 @@ def _kept(shape: Shape, name: str, work: Callable[[Shape], Any]) -> Any:
     return found
 
 
-def _numbers(assembly: Assembly) -> list[float]:
+def numbers_of_surfaces(assembly: Assembly) -> list[float]:
     """The numbers of its surfaces, in the order of a row."""
     return [
         number
@@ -104,7 +104,7 @@ def worked_out(shape: Shape) -> Part:
     corners = [number for outline in assembly.outlines for point in outline for number in floats(point)]
     lost = [number for outline in assembly.outlines for point in outline for number in rests(point)]
     row = [
-        *_numbers(assembly),
+        *numbers_of_surfaces(assembly),
         *(number for _, numbers in faces.rows for number in numbers),
         *(number for box in assembly.leaf_bounds for number in box),
         *_box(shape),

@@ -10,12 +10,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..tables import PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
 from .assembly import Assembly
+
+if TYPE_CHECKING:
+    from .moved import MovedRows
 
 SIZES = {PLANE: PLANE_SIZE, SPHERE: SPHERE_SIZE, QUADRIC: QUADRIC_SIZE}
 UV_NUMBERS, BOX_NUMBERS, FRAME_NUMBERS = 12, 6, 12
@@ -110,6 +113,6 @@ class Group:
 
     pattern: Pattern
     bodies: Ints
-    rows: Floats
+    rows: Floats | MovedRows
     ball_frame: int = 0
     """-1 - k for balls that share frame k; 0 for bodies with faces of their own."""

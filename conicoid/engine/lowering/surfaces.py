@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Protocol
 
@@ -117,6 +117,7 @@ class _Finish:
                 members = np.flatnonzero(kind == k)
                 plain = is_plain[members]
                 _merge_equal(first, members[plain], table[plain])
+        _merge_across_axes(first, np.flatnonzero((kind[:single] == PLANE) & is_plain[:single]), row, planes)
         senses = np.ones(count, np.int8)
         senses[:single] = given.senses
         self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
@@ -126,9 +127,14 @@ class _Finish:
         if leads.all():
             return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen)
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
-        return SurfaceArrays(
-            kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses, rest, chosen
-        )
+        kind, row = kind[leads], row[leads]
+        # Of planes and quadrics, only the representatives' rows stay
+        kept = {k: row[kind == k] for k in (PLANE, QUADRIC)}
+        for k, rows in kept.items():
+            row[kind == k] = np.arange(len(rows))
+        planes, quadrics = planes[kept[PLANE]], quadrics[kept[QUADRIC]]
+        rest = replace(rest, planes=rest.planes[kept[PLANE]], quadrics=rest.quadrics[kept[QUADRIC]])
+        return SurfaceArrays(kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen)
 
     def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
         """The exact name of a surface, and its sense."""
@@ -224,6 +230,25 @@ def _merge_equal(first: Any, members: Any, table: Floats) -> None:
     same[1:] = (table[order[1:]] == table[order[:-1]]).all(axis=1)
     head = np.maximum.accumulate(np.where(same, 0, np.arange(len(order))))
     first[members[order]] = members[order[head]]
+
+
+def _merge_across_axes(first: Any, members: Any, row: Ints, planes: Floats) -> None:
+    """Point planes that lie across an axis at the same place at the one whose record comes first in order.
+
+    For planes that nothing was rounded in, and whose anchors lie on them. Their exact names would say the same.
+    """
+    members = members[first[members] == members]
+    records = planes[row[members]]
+    along = records[:, :3] != 0
+    plain = (along.sum(axis=1) == 1) & (records[:, 3] == 0)
+    members, records, axis = members[plain], records[plain], along[plain].argmax(axis=1)
+    if len(members) < 2:
+        return
+    place = records[np.arange(len(records)), 4 + axis]
+    order = np.lexsort((*records.T[::-1], place, axis))
+    new = np.concatenate([[True], (np.diff(place[order]) != 0) | (np.diff(axis[order]) != 0)])
+    first[members[order]] = members[order[np.maximum.accumulate(np.where(new, np.arange(len(order)), 0))]]
+    first[:] = first[first]
 
 
 def _plane_features(planes: Floats) -> Floats:

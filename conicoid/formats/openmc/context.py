@@ -13,6 +13,7 @@ from ...shapes.motion import Motion
 from ...shapes.row_vectors import product
 from .extent import EVERYWHERE, End, Extent
 from .narrowing import Conjunction, Part, cost
+from .placement import Point
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +27,15 @@ class Context:
         before = dict(self.groups)
         narrowed = before.get(motion, Conjunction()).and_(parts, extent)
         return None if narrowed is None else Context(tuple((before | {motion: narrowed}).items()))
+
+    def moved(self, shift: Point) -> Context:
+        """The same elsewhere; for one without motions."""
+        return Context(tuple((motion, conjunction.moved(shift)) for motion, conjunction in self.groups))
+
+    @property
+    def is_unmoved(self) -> bool:
+        """Are all its parts where they are in the world?"""
+        return all(motion.is_identity for motion, _ in self.groups)
 
     def cost(self, motion: Motion, parts: Iterable[Part]) -> int:
         """How many sides and pairs of sides `and_` looks at, at most."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from ...shapes.base import Shape, Solid
+from ...shapes.base import Solid
 from ...shapes.boxes import around
+from ...shapes.vector import Box
 from .geometry import Geometry
 from .region import Both, Half, Region, halves
 
@@ -30,8 +31,8 @@ def enclosed(geometry: Geometry) -> Region | None:
     return Both(parts) if parts else None
 
 
-def ends_with(solid: Solid, others: Iterable[Shape]) -> bool:
-    """Has a solid an end wherever all the others together have one?"""
-    ends, known = solid.bounds, around([other.bounds for other in others])
+def ends_with(solid: Solid, others: Iterable[Box]) -> bool:
+    """Has a solid an end wherever all the others, around which there are boxes, have one together?"""
+    ends, known = solid.bounds, around(list(others))
     pairs = zip((*ends[0], *ends[1]), (*known[0], *known[1]), strict=True)
     return all(math.isfinite(end) or not math.isfinite(other) for end, other in pairs)

@@ -9,22 +9,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from ...shapes.base import Solid
-from ...shapes.body import Body
 from ...shapes.material import Material, matte
 from ...shapes.region import Union
 from ..errors import MOST, Problem, SceneFileError
 from . import limits
+from .block import Block, Path, Piece, flattened, placed_name
 from .context import Context
 from .enclosure import enclosed, ends_with
 from .extent import EVERYWHERE, Extent
 from .geometry import VOID as VOID_NAME
-from .geometry import Cell, Geometry
+from .geometry import Cell, Geometry, fillings
+from .imported_bodies import ImportedBodies
 from .lattices import Index, Lattice
 from .left_out import LeftOut
 from .material_reading import NOTHING
 from .narrowing import Part, bound
 from .palette import color_of
-from .placement import Placement
+from .placement import Placement, Turn
 from .region import halves
 from .solids import SolidMaker
 from .surfaces import Surface
@@ -32,22 +33,20 @@ from .surfaces import Surface
 VOID = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=VOID_NAME, properties=NOTHING)
 """Invisible: light goes straight through."""
 
-Path = tuple[str, ...]
 Progress = Callable[[int, int], None]
 
 
 @dataclass
 class Expansion:
-    """Expands one geometry into `bodies`, and counts what it finds on the way."""
+    """Expands one geometry into blocks, and these into `bodies`; counts what it finds on the way."""
 
     path: str | os.PathLike[str]
     geometry: Geometry
     max_bodies: int
     void: bool
     progress: Progress | None = None
-    bodies: list[Body] = field(default_factory=list)
-    materials: Counter[int | None] = field(default_factory=Counter)
-    left_out: LeftOut = field(default_factory=LeftOut)
+    whole: Block = field(default_factory=Block)
+    blocks: dict[tuple[int, Turn, Context], Block] = field(default_factory=dict)
     open_lattices: set[int] = field(default_factory=set)  # without an outer universe, in cells that reach beyond
     problems: dict[int, Problem] = field(default_factory=dict)  # the first of each cell
     outside: int = 0  # places in elements outside of lattices
@@ -56,6 +55,14 @@ class Expansion:
     looks: dict[int | None, Material] = field(default_factory=lambda: {None: VOID})
     filled: list[Solid] = field(default_factory=list)  # the root's cells that universes fill
     repeating: dict[int, bool] = field(default_factory=dict)
+    turning: dict[int, bool] = field(default_factory=dict)
+    block: Block = field(init=False)  # that is being filled
+    bodies: ImportedBodies = field(init=False)
+    way: Path = ()  # to it
+    made: int = 0
+
+    def __post_init__(self) -> None:
+        self.block = self.whole
 
     def run(self) -> None:
         """Raises SceneFileError where there are too many bodies, or numbers leave the range of float64."""
@@ -63,8 +70,18 @@ class Expansion:
         if self.progress is not None:
             self.progress(0, self.geometry.body_count)
         self._universe(self.geometry.root, Placement(), Context(), ())
+        self._bodies()
         if self.problems:
             raise SceneFileError(self.path, self.problems.values())
+
+    def _bodies(self) -> None:
+        """Put the blocks' bodies end to end; the outermost of each piece are made, so that what is wrong is told."""
+        pieces, flat = flattened(self.whole)
+        self.bodies = ImportedBodies(self.whole, pieces, flat)
+        for number in self.bodies.outermost():
+            piece, path = self.whole.at(number)
+            with self._telling(self.geometry.cells[piece.cell], path):
+                self.bodies.shape(number)
 
     def _universe(self, number: int, place: Placement, context: Context, path: Path) -> None:
         surfaces = _Placed(self.geometry, place)
@@ -75,13 +92,13 @@ class Expansion:
     def _cell(self, cell: Cell, place: Placement, context: Context, path: Path, surfaces: _Placed) -> None:
         parts = () if cell.region is None else (bound(cell.region, surfaces),)
         inner = self._narrowed(cell, context, place, parts)
-        self.left_out.visit(cell, inner is None)
+        self.block.left_out.visit(cell, inner is None)
         if inner is None:
             return
         if cell.fill is None:
             self._body(cell, inner, path)
         else:
-            if not path:
+            if self.block is self.whole and not path:
                 self.filled.append(self._solid(inner))
             self._filled(cell, place.inner(cell.translation, cell.rotation), inner, (*path, f"cell {cell.id}"))
 
@@ -104,7 +121,7 @@ class Expansion:
             return
         for index, universe in lattice.universes.items():
             is_there = self._element(cell, lattice, index, universe, place, context, path)
-            self.left_out.visit(lattice, not is_there)
+            self.block.left_out.visit(lattice, not is_there)
         outside = self._narrowed(cell, context, place, [prism.placed(place).outside() for prism in lattice.hull])
         if outside is None:
             return
@@ -131,8 +148,44 @@ class Expansion:
         inner = self._narrowed(cell, context, place, prism.sides(), prism.extent)
         if inner is not None:
             step = f"lattice {lattice.id} [{', '.join(map(str, index))}]"
-            self._universe(universe, place.inner(lattice.center(index)), inner, (*path, step))
+            self._shared(cell, universe, place.inner(lattice.center(index)), inner, (*path, step))
         return inner is not None
+
+    def _shared(self, cell: Cell, universe: int, place: Placement, context: Context, path: Path) -> None:
+        """A universe in an element, as a block that serves wherever the surroundings are the same about the centre."""
+        if not place.outer.is_identity or not context.is_unmoved or self._turns(universe):
+            self._universe(universe, place, context, path)
+            return
+        x, y, z = place.shift
+        about = context.moved((-x, -y, -z))
+        key = universe, place.turn, about
+        block = self.blocks.get(key)
+        if block is None:
+            block = self.blocks[key] = Block()
+            outer, way = self.block, self.way
+            self.block, self.way = block, (*way, *path)
+            self._universe(universe, Placement(place.turn), about, ())
+            self.block, self.way = outer, way
+        else:
+            self._count(block.count, cell)
+        self.block.place(block, place.shift, path)
+
+    def _turns(self, universe: int) -> bool:
+        """Is anything in a universe turned by other angles than multiples of 90 degrees?"""
+        if universe not in self.turning:
+            self.turning[universe] = any(not cell.rotation.motion.is_identity for cell in self._all_cells(universe))
+        return self.turning[universe]
+
+    def _all_cells(self, universe: int) -> Iterator[Cell]:
+        """The cells of a universe, and of all that fill them."""
+        seen, pending = {universe}, [universe]
+        while pending:
+            for cell in self.geometry.universes[pending.pop()]:
+                yield cell
+                lattice = self.geometry.lattice_of(cell)
+                inner = fillings(lattice) if lattice is not None else ([] if cell.fill is None else [cell.fill])
+                pending.extend(number for number in inner if number not in seen)
+                seen.update(inner)
 
     def _tiles(self, cell: Cell, lattice: Lattice, outer: int, place: Placement, context: Context, path: Path) -> None:
         """The outer universe, element by element, as far as the cell around the lattice reaches."""
@@ -162,21 +215,34 @@ class Expansion:
         material = cell.materials[0]
         if material is None and not self.void:
             return
-        if len(self.bodies) >= self.max_bodies:
-            where = f"{cell} and the outer universes around it"
-            raise limits.too_many(self.path, len(self.bodies) + 1, self.max_bodies, cell.element, where, "at least ")
-        shape = self._solid(context)
+        self._count(1, cell)
         if material is not None and material not in self.looks:
             known = self.geometry.material(material)
             name = self.geometry.material_names[material]
             self.looks[material] = matte(color_of(material), name=name, properties=known.properties)
-        self.bodies.append(Body(shape, self.looks[material], _placed_name(cell, path)))
-        self.materials[material] += 1
-        if self.progress is not None and len(self.bodies) % 256 == 0:
-            self.progress(len(self.bodies), self.geometry.body_count)
+        self.block.add(Piece(cell.id, str(cell), path, context, self.looks[material]), material)
+
+    def _count(self, count: int, cell: Cell) -> None:
+        """So many bodies more, through a cell. Raises SceneFileError where they are too many."""
+        before, self.made = self.made, self.made + count
+        if self.made > self.max_bodies:
+            where = f"{cell} and the outer universes around it"
+            raise limits.too_many(self.path, self.made, self.max_bodies, cell.element, where, "at least ")
+        if self.progress is not None and self.made // 256 > before // 256:
+            self.progress(self.made, self.geometry.body_count)
 
     def _solid(self, context: Context) -> Solid:
         return self.maker.solid((motion, group.parts) for motion, group in context.groups)
+
+    @property
+    def materials(self) -> Counter[int | None]:
+        """How many bodies there are of each material."""
+        return self.whole.materials
+
+    @property
+    def left_out(self) -> LeftOut:
+        """What has no volume."""
+        return self.whole.left_out
 
     @property
     def is_enclosed(self) -> bool:
@@ -200,7 +266,7 @@ class Expansion:
             return
         context = Context().and_(place.outer, (bound(region, _Placed(self.geometry, place)),), EVERYWHERE)
         solid = None if context is None else self._solid(context)
-        if solid is not None and ends_with(solid, (body.shape for body in self.bodies)):
+        if solid is not None and ends_with(solid, self.bodies.boxes):
             yield solid
 
     @contextmanager
@@ -212,16 +278,13 @@ class Expansion:
             raise
         except (OverflowError, ValueError) as error:
             found = "a number is too large" if isinstance(error, OverflowError) else error
-            self._report(cell, _placed_name(cell, path), f"cannot be expressed in double precision: {found}")
+            where = placed_name(str(cell), (*self.way, *path))
+            self._report(cell, where, f"cannot be expressed in double precision: {found}")
 
     def _report(self, cell: Cell, where: str, message: str) -> None:
         self.problems.setdefault(cell.id, Problem(cell.element.line, cell.element.column, where, message))
         if len(self.problems) >= MOST:
             raise SceneFileError(self.path, self.problems.values())
-
-
-def _placed_name(cell: Cell, path: Path) -> str:
-    return f"{cell} @ {', '.join(path)}" if path else str(cell)
 
 
 class _Placed(dict[int, Surface]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
@@ -20,7 +20,7 @@ from .palette import color_of
 from .reading import read_geometry
 from .values import listed
 
-MAX_BODIES = 50_000
+MAX_BODIES = 500_000
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class LegendEntry:
 class Imported:
     """The parts of a scene, which `conicoid.Scene` and `conicoid.save` take, with `legend` and `notes`."""
 
-    bodies: tuple[Body, ...]
+    bodies: Sequence[Body]
     legend: tuple[LegendEntry, ...]
     notes: tuple[str, ...]
     remarks: tuple[str, ...] = ()
@@ -73,7 +73,7 @@ def read(
     names = _material_names(expansion)
     facts, remarks = tuple(_facts(expansion)), tuple(_remarks(expansion))
     legend = _legend(expansion)
-    return Imported(tuple(expansion.bodies), legend, facts + remarks, remarks, names, domain=expansion.domain)
+    return Imported(expansion.bodies, legend, facts + remarks, remarks, names, domain=expansion.domain)
 
 
 def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:

@@ -25,6 +25,11 @@ class LeftOut:
         seen[item.id] += 1
         empty[item.id] += is_empty
 
+    def add(self, other: LeftOut) -> None:
+        """All places of another part of the model."""
+        for mine, more in zip(vars(self).values(), vars(other).values(), strict=True):
+            mine.update(more)
+
     @property
     def places(self) -> int:
         """Places of cells, and elements, that are left out."""

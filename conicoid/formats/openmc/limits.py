@@ -10,12 +10,13 @@ from .geometry import Cell, Geometry
 from .lattices import Lattice
 from .xml_tree import Element
 
-BYTES_PER_BODY = 16_000
-"""Memory that a body takes in a scene that is made ready to trace, measured on assemblies of pins."""
-PLACES_FOR_A_BODY = 4
+BYTES_PER_BODY = 4_000
+"""Memory that a body takes while a scene is made ready to trace, measured on a core of many assemblies of pins."""
+PLACES_FOR_A_BODY = 1
 """Places outside of lattices that are looked at, most of them in vain perhaps, for each body that is allowed."""
-STEPS_FOR_A_BODY, FEWEST_STEPS = 200, 50_000
-"""Comparisons of sides for each body that is allowed, and at least so many. A pin takes about 20, by hexagons 150."""
+STEPS_FOR_A_BODY, FEWEST_STEPS = 20, 50_000
+"""Comparisons of sides for each body that is allowed, and at least so many. Where it is not another one moved, a pin
+takes about 20, by hexagons 150."""
 
 
 def too_many(

@@ -20,7 +20,7 @@ from functools import cached_property, reduce
 from typing import TypeAlias
 
 from .extent import EVERYWHERE, Extent
-from .placement import Point
+from .placement import Placement, Point
 from .region import Both, Half, Region
 from .surfaces import FlatSurface, RoundSurface, Surface
 
@@ -67,6 +67,13 @@ def bound(region: Region, surfaces: Mapping[int, Surface]) -> Part:
     return kind(tuple(bound(part, surfaces) for part in region.parts))
 
 
+def moved(part: Part, place: Placement) -> Part:
+    """A part elsewhere."""
+    if isinstance(part, Side):
+        return Side(part.surface.placed(place), part.positive, part.pinned)
+    return type(part)(tuple(moved(piece, place) for piece in part.parts))
+
+
 @dataclass(frozen=True)
 class Conjunction:
     """In every part; `extent` is a box around that."""
@@ -93,6 +100,11 @@ class Conjunction:
         result = Conjunction((*kept, *still), box)
         opened = [part for part in branches if not isinstance(part, AnyOf)]
         return result.and_(opened) if opened else result
+
+    def moved(self, shift: Point) -> Conjunction:
+        """The same elsewhere."""
+        place = Placement(shift=shift)
+        return Conjunction(tuple(moved(part, place) for part in self.parts), self.extent.placed(place))
 
     @cached_property
     def size(self) -> int:

@@ -223,7 +223,7 @@ def test_what_would_not_fit_is_counted_and_refused_at_once(tmp_path: Path) -> No
     path.write_text(chain(60, copies=10))
     error = refused(path)
     assert f"expands into {10**60:,} bodies, about " in str(error)
-    assert "the limit is 50,000 (max_bodies)" in str(error)
+    assert "the limit is 500,000 (max_bodies)" in str(error)
     path.write_text(chain(3, copies=2))
     assert len(co.load_openmc(path, max_bodies=8).bodies) == 8
     assert "expands into 8 bodies" in str(refused(path, max_bodies=7))

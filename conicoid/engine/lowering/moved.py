@@ -1,0 +1,261 @@
+"""Bodies that are one another moved: the first is lowered as ever, of the others only what moving changes.
+
+A shift moves the anchors of surfaces, and with them uv and frames. Along each axis there are few different shifts, so
+what depends on one axis is lowered from one body for each of them, and gathered: the numbers are those that every body
+would have alone, to the bit. Boxes are the first body's, moved and a little wider.
+
+What a number depends on is not taken on trust: all bodies that were lowered for some axis are compared with what is
+told of them, and where one differs, every body is lowered alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ...shapes.base import Shape, Solid
+from ...shapes.cells import Cell
+from ...shapes.motion import STILL
+from ...shapes.repeated import Ints, Repeated, Shifts
+from ...shapes.surface import ORIGIN, PlaneSurface, QuadricSurface
+from ..tables import PLANE, PLANE_SIZE, Floats
+from .assembly import Assembly
+from .parts import Part, numbers_of_surfaces, own_frame, part_of
+from .pattern import BOX_NUMBERS, SIZES, Pattern
+from .trees import Faces, world_tree
+
+FEWEST = 24
+"""Bodies of a kind that are worth it."""
+_WIDER = 2.0**-20
+"""Boxes are wider by this share of their size and of how far they are moved (the geometric mean). Their ends are roots
+of quadratic equations in numbers that moving rounds, so what they are off by is of the order of its square root."""
+_SAME = 2.0**-40
+"""Relative difference of uv and frames of slanted bodies, which are computed, from those worked out alone."""
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """Columns of rows that depend on one thing: a table by its values, and which of these each body has."""
+
+    first: int
+    last: int
+    values: Floats  # (different ones, last - first)
+    index: Ints  # (bodies,)
+
+
+@dataclass
+class MovedRows:
+    """The rows of bodies, worked out when columns are asked for: `rows[:, a:b]` and `rows[:, a]`."""
+
+    base: Floats
+    away: Floats  # (bodies, 3) from the first
+    gathered: list[Gathered] = field(default_factory=list)
+    slanted: list[int] = field(default_factory=list)
+    """Where rows of four begin, an affine map each, that depend on several axes."""
+    boxes: tuple[int, int] = (0, 0)
+    """The columns that are boxes."""
+    leads: dict[int, Ints] = field(default_factory=dict)
+    """Of a plane that begins at a column, for each body the one whose record stands for all that have the same."""
+    forms: dict[int, Hashable] = field(default_factory=dict)
+    """Of a curved surface that begins at a column, what it is but for its anchor, which nothing was rounded in."""
+
+    def __len__(self) -> int:
+        return len(self.away)
+
+    def __getitem__(self, where: tuple[slice, Any]) -> Floats:
+        every, columns = where
+        if not isinstance(columns, slice):
+            return self[every, columns : columns + 1][:, 0]
+        return self.of(np.arange(len(self))[every], columns.start, columns.stop)
+
+    def of(self, bodies: Any, first: int, last: int) -> Floats:
+        """Some columns of some bodies."""
+        rows = np.empty((len(bodies), last - first))
+        rows[:] = self.base[first:last]
+        for each in self.gathered:
+            a, b = max(first, each.first), min(last, each.last)
+            if a < b:
+                rows[:, a - first : b - first] = each.values[:, a - each.first : b - each.first][each.index[bodies]]
+        for at in self.slanted:
+            if first <= at + 3 < last:
+                rows[:, at + 3 - first] -= (self.base[at : at + 3] * self.away[bodies]).sum(axis=1)
+        for at in range(*self.boxes, BOX_NUMBERS):
+            a, b = max(first, at), min(last, at + BOX_NUMBERS)
+            if a < b:
+                rows[:, a - first : b - first] = self._boxes(bodies, at)[:, a - at : b - at]
+        return rows
+
+    def _boxes(self, bodies: Any, at: int) -> Floats:
+        """A box of the first body, moved to others."""
+        box, away = self.base[at : at + BOX_NUMBERS], self.away[bodies]
+        ends = np.where(np.isfinite(box), box, 0.0)
+        size = np.abs(ends[3:] - ends[:3]).max()
+        far = size + np.abs(ends).max() + np.abs(away).max(axis=1)
+        wider = (_WIDER * np.sqrt(size * far))[:, None]
+        return np.concatenate([box[:3] + (away - wider), box[3:] + (away + wider)], axis=1)
+
+
+def moved_rows(bodies: Repeated, kind: int, numbers: Ints) -> tuple[Pattern, MovedRows] | None:
+    """The pattern and the rows of the bodies of a kind; None where they have to be lowered one by one."""
+    if len(numbers) < FEWEST or not bodies.is_rigid(kind):
+        return None
+    first = bodies.shape(int(numbers[0]))
+    part = part_of(first)
+    if part.paints or part.outlines or not isinstance(first, Solid):
+        return None
+    return _Moved(bodies, kind, numbers, part).rows()
+
+
+@dataclass
+class _Alone:
+    """What bodies with all the different shifts along an axis are, each alone."""
+
+    leads: Ints  # among the bodies of the kind
+    index: Ints  # of each body, which of them has its shift
+    numbers: Floats  # (leads, columns up to the boxes, then the frame)
+
+
+class _Moved:
+    """One run of `moved_rows`."""
+
+    def __init__(self, bodies: Repeated, kind: int, numbers: Ints, part: Part) -> None:
+        self.bodies, self.kind, self.numbers, self.part = bodies, kind, numbers, part
+        self.shifts: Shifts = bodies.shifts.chosen(numbers)
+        self.known: dict[int, Floats] = {}
+        self.taken: list[int] = []  # columns that are those of another body with the same plane
+        p = part.pattern
+        self.ends = p.bounds_at, p.frame_at
+
+    def rows(self) -> tuple[Pattern, MovedRows] | None:
+        """`moved_rows`"""
+        pattern, base = self.part.pattern, np.array(self.part.row)
+        moved = MovedRows(base, self.shifts.away(0), boxes=(pattern.bounds_at, pattern.frame_at))
+        axes = [self._along(axis) for axis in range(3)]
+        for slot, (kind, column, sense) in enumerate(pattern.records):
+            normal = np.flatnonzero(base[column : column + 3])
+            if kind == PLANE and len(normal) > 1:
+                found = self._slanted(slot)
+                if found is None:
+                    return None
+                moved.gathered.append(self._gathered(found, column, sense + 1))
+                moved.leads[column] = found.leads.astype(np.int32)[found.index]
+                self.taken += range(column, sense + 1)
+                continue
+            anchor = column + SIZES[kind] - 3 if kind == PLANE else column
+            for axis, along in enumerate(axes):
+                for at in (anchor + axis, anchor + SIZES[kind] + axis):
+                    moved.gathered.append(self._gathered(along, at, at + 1))
+            if kind != PLANE:
+                moved.forms[column] = self._form(slot, kind, column, moved)
+            else:
+                moved.leads[column] = _least(axes[normal[0]].index, moved[:, column : column + PLANE_SIZE])
+        for begin, end in ((pattern.uv_at, pattern.bounds_at), (pattern.frame_at, pattern.corners_at)):
+            for at in range(begin, end, 4):
+                used = np.flatnonzero(base[at : at + 3])
+                if len(used) == 1:
+                    moved.gathered.append(self._gathered(axes[used[0]], at, at + 4))
+                elif len(used) > 1 and self._moves(at):
+                    moved.slanted.append(at)
+        return (pattern, moved) if self._holds(moved) else None
+
+    def _form(self, slot: int, kind: int, column: int, moved: MovedRows) -> Hashable:
+        """What says that surfaces are one whose anchors are; None where anchors are rounded."""
+        surface, size = self.part.exact[slot], SIZES[kind]
+        if moved[:, column + size : column + size + 3].any() or not isinstance(surface, QuadricSurface):
+            return None
+        numbers = np.delete(moved.base[column : column + 2 * size + 1], [0, 1, 2])
+        return replace(surface, anchor=ORIGIN).key(), numbers.tobytes()
+
+    def _alone(self, which: int) -> Floats:
+        """The columns of one of the bodies but for its boxes, worked out alone."""
+        if which not in self.known:
+            self.known[which] = np.array(_without_boxes(self.bodies.made(self.kind, self.shifts.of(which))))
+        return self.known[which]
+
+    def _leads(self, key: Any) -> _Alone:
+        """One body for each value of a key."""
+        _, leads, index = np.unique(key, return_index=True, return_inverse=True)
+        return _Alone(
+            leads.astype(np.int32), index.astype(np.int32), np.array([self._alone(int(which)) for which in leads])
+        )
+
+    def _along(self, axis: int) -> _Alone:
+        """By the shift along an axis."""
+        return self._leads(self.shifts.index[axis])
+
+    def _slanted(self, slot: int) -> _Alone | None:
+        """By what a plane depends on: how far the shift is along its normal. None where it differs too often."""
+        surface = self.part.exact[slot]
+        if not isinstance(surface, PlaneSurface):
+            return None
+        try:
+            exact = [Fraction(n) for n in surface.normal]
+        except TypeError:
+            return None
+        distances: dict[Fraction, int] = {}
+        parts = [[n * value for value in values] for n, values in zip(exact, self.shifts.values, strict=True)]
+        keys = [
+            distances.setdefault(parts[0][x] + parts[1][y] + parts[2][z], len(distances))
+            for x, y, z in self.shifts.index.T.tolist()
+        ]
+        return self._leads(np.array(keys)) if len(distances) <= max(FEWEST, len(keys) // 8) else None
+
+    def _gathered(self, alone: _Alone, first: int, last: int) -> Gathered:
+        """Columns by what they depend on."""
+        begin = self._column(first)
+        return Gathered(first, last, alone.numbers[:, begin : begin + last - first], alone.index)
+
+    def _column(self, column: int) -> int:
+        """A column of rows among those without boxes."""
+        before_boxes, after_boxes = self.ends
+        return column if column < before_boxes else column - (after_boxes - before_boxes)
+
+    def _moves(self, at: int) -> bool:
+        """Does an affine map, of which the row begins at a column, move with the bodies?"""
+        column = self._column(at)
+        return any(numbers[column + 3] != self.part.row[at + 3] for numbers in self.known.values())
+
+    def _holds(self, moved: MovedRows) -> bool:
+        """Are all bodies that were worked out alone as the rows say?"""
+        which = np.array(sorted(self.known))
+        before_boxes, after_boxes = self.ends
+        told = np.concatenate(
+            [moved.of(which, 0, before_boxes), moved.of(which, after_boxes, self.part.pattern.corners_at)], axis=1
+        )
+        found = np.array([self.known[int(each)] for each in which])
+        if told.shape != found.shape:
+            return False
+        exact, own = np.ones(told.shape[1], bool), np.ones(told.shape[1], bool)
+        exact[[self._column(at) + 3 for at in moved.slanted]] = False
+        own[self.taken] = False
+        near = np.abs(told - found) <= _SAME * (1.0 + np.abs(found) + np.abs(moved.away[which]).max(axis=1)[:, None])
+        return bool((told.view(np.int64) == found.view(np.int64))[:, exact & own].all() and near[:, own].all())
+
+
+def _least(groups: Ints, records: Floats) -> Ints:
+    """For each row the one of its group whose record comes first in order, as `surfaces` chooses among equals."""
+    order = np.lexsort((*records.T[::-1], groups))
+    begins = np.concatenate([[True], np.diff(groups[order]) != 0])
+    found = np.empty(len(groups), np.int32)
+    found[order] = order[np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))]
+    return found
+
+
+def _without_boxes(shape: Shape) -> list[float]:
+    """The row of a solid's numbers but for its boxes."""
+    assert isinstance(shape, Solid)
+    assembly, faces = Assembly(), Faces()
+    tree = world_tree(shape, STILL, faces)
+    if isinstance(tree, Cell):
+        assembly.cell(tree)
+    else:
+        assembly.program(tree, {})
+    return [
+        *numbers_of_surfaces(assembly),
+        *(number for _, numbers in faces.rows for number in numbers),
+        *(number for line in own_frame(shape).inverse_rows for number in line),
+    ]

@@ -1,0 +1,180 @@
+"""The bodies of a scene of which many are others moved: what they have in common is said once, and each made on demand.
+
+A body is of a kind, and carried from where the kind is worked out by a shift that is known exactly. Along each axis
+there are few different shifts, in a lattice as many as rows, so what depends on one axis is worked out for those.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from .base import Solid
+from .body import Body
+from .vector import Box, FloatArray
+
+Ints: TypeAlias = npt.NDArray[np.int32]
+Shift: TypeAlias = tuple[Fraction, Fraction, Fraction]
+
+_KEPT = 4096
+"""Shapes that are kept, once they are made, since what is worked out of them is kept with them."""
+
+
+@dataclass(frozen=True)
+class Shifts:
+    """Shifts of many things: along each axis the different ones, and which of these each has."""
+
+    values: tuple[tuple[Fraction, ...], tuple[Fraction, ...], tuple[Fraction, ...]]
+    index: Ints  # (3, n)
+
+    def of(self, number: int) -> Shift:
+        """The shift of one."""
+        x, y, z = (values[at] for values, at in zip(self.values, self.index[:, number].tolist(), strict=True))
+        return x, y, z
+
+    def away(self, number: int) -> FloatArray:
+        """(n, 3): how far all are from one, rounded once."""
+        base, away = self.of(number), np.empty((self.index.shape[1], 3))
+        for axis, values in enumerate(self.values):
+            away[:, axis] = np.array([float(value - base[axis]) for value in values])[self.index[axis]]
+        return away
+
+    def chosen(self, numbers: Any) -> Shifts:
+        """Those of some of the things."""
+        return Shifts(self.values, self.index[:, numbers])
+
+
+class Repeated(Sequence[Body], ABC):
+    """A list of bodies that cannot be changed, by their numbers; each is made anew whenever it is asked for."""
+
+    def __init__(self, kinds: Ints, shifts: Shifts, materials: Sequence[Any]) -> None:
+        self.kinds, self.shifts, self.materials = kinds, shifts, tuple(materials)
+        self._firsts: dict[int, Solid] = {}
+        self._shapes: OrderedDict[int, Solid] = OrderedDict()
+
+    @abstractmethod
+    def made(self, kind: int, shift: Shift) -> Solid:
+        """The shape of a kind at a place. It must be the kind's with every surface moved, and then rounded."""
+
+    @abstractmethod
+    def name(self, number: int) -> str:
+        """What a body is called; no two have one name."""
+
+    @abstractmethod
+    def number(self, name: str) -> int | None:
+        """The body of a name."""
+
+    @abstractmethod
+    def is_rigid(self, kind: int) -> bool:
+        """Do all shapes of a kind have the same structure, however far rounding moves their surfaces?"""
+
+    def shape(self, number: int) -> Solid:
+        """The shape of a body; that of the first of a kind, or of one asked for lately, is the same object again."""
+        kind = int(self.kinds[number])
+        if number == self.members[kind][0]:
+            if kind not in self._firsts:
+                self._firsts[kind] = self.made(kind, self.shifts.of(number))
+            return self._firsts[kind]
+        found = self._shapes.get(number)
+        if found is None:
+            found = self._shapes[number] = self.made(kind, self.shifts.of(number))
+            if len(self._shapes) > _KEPT:
+                self._shapes.popitem(last=False)
+        return found
+
+    @cached_property
+    def members(self) -> list[Ints]:
+        """The numbers of the bodies of each kind, rising."""
+        order = np.argsort(self.kinds, kind="stable").astype(np.int32)
+        ends = np.cumsum(np.bincount(self.kinds, minlength=len(self.materials)))
+        return np.split(order, ends[:-1]) if len(ends) else []
+
+    @cached_property
+    def distinct_materials(self) -> tuple[Any, ...]:
+        """The different materials, in the order of the first body of each."""
+        firsts = sorted((int(numbers[0]), kind) for kind, numbers in enumerate(self.members) if len(numbers))
+        return tuple(dict.fromkeys(self.materials[kind] for _, kind in firsts))
+
+    @cached_property
+    def boxes(self) -> list[Box]:
+        """(low, high) around all bodies of each kind."""
+        found: list[Box] = []
+        for numbers in self.members:
+            if len(numbers):
+                low, high = self.shape(int(numbers[0])).bounds
+                away = self.shifts.chosen(numbers).away(0)
+                slack = 2.0**-50 * (np.abs(away).max(axis=0) + _finite(low) + _finite(high))
+                found.append((low + (away.min(axis=0) - slack), high + (away.max(axis=0) + slack)))
+        return found
+
+    def _body(self, number: int) -> Body:
+        body = object.__new__(_Later)
+        body.__dict__.update(of=self, number=number, material=self.materials[self.kinds[number]])
+        return body
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+    @overload
+    def __getitem__(self, index: int) -> Body: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Body, ...]: ...
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return tuple(self._body(number) for number in range(*index.indices(len(self))))
+        return self._body(range(len(self))[index])
+
+    def __iter__(self) -> Iterator[Body]:
+        return map(self._body, range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether they are equal bodies in the same order, in whatever way they are listed."""
+        if not isinstance(other, Repeated | tuple):
+            return NotImplemented
+        return self is other or (len(self) == len(other) and all(a == b for a, b in zip(self, other, strict=True)))
+
+    def __hash__(self) -> int:
+        return hash((len(self), *self.materials))
+
+    def __repr__(self) -> str:
+        return f"<{len(self):,} bodies>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_firsts": {}, "_shapes": OrderedDict()}
+
+
+def _finite(ends: FloatArray) -> FloatArray:
+    """The sizes of the finite ones of some numbers."""
+    return np.where(np.isfinite(ends), np.abs(ends), 0.0)
+
+
+class _Later(Body):
+    """A body whose shape and name are made when they are asked for."""
+
+    if not TYPE_CHECKING:  # which stand in for fields until these are set
+
+        @cached_property
+        def shape(self) -> Solid:
+            """Its shape."""
+            return self.of.shape(self.number)
+
+        @cached_property
+        def name(self) -> str:
+            """What it is called."""
+            return self.of.name(self.number)
+
+    def __reduce__(self) -> Any:
+        return Body, (self.shape, self.material, self.name)
+
+
+_Later.__name__ = _Later.__qualname__ = "Body"

@@ -1,0 +1,86 @@
+"""Names and materials of bodies that are one another moved, by body number; names are made when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .body import Body
+from .labels import Labels
+from .repeated import Repeated
+
+
+def labels_of(bodies: Sequence[Body]) -> Labels:
+    """What the bodies of a scene are called and made of."""
+    return RepeatedLabels(bodies) if isinstance(bodies, Repeated) else Labels.of(bodies)
+
+
+class RepeatedLabels(Labels):
+    """`Labels` that take their answers from the list of bodies."""
+
+    bodies: Repeated
+
+    def __init__(self, bodies: Repeated) -> None:
+        object.__setattr__(self, "bodies", bodies)
+
+    if not TYPE_CHECKING:  # in place of fields, for whoever asks for those of all bodies
+
+        @cached_property
+        def firsts(self) -> npt.NDArray[np.int64]:
+            """Every body is an entry."""
+            return np.arange(len(self.bodies))
+
+        @cached_property
+        def names(self) -> tuple[str | None, ...]:
+            """All names."""
+            return tuple(self.bodies.name(number) for number in range(len(self.bodies)))
+
+        @cached_property
+        def materials(self) -> tuple[Any, ...]:
+            """All materials."""
+            return tuple(self._materials[self.bodies.kinds])
+
+        @cached_property
+        def solid(self) -> tuple[bool, ...]:
+            """They are solids."""
+            return (True,) * len(self.bodies)
+
+    def of_only(self, numbers: Any) -> Labels:
+        """Of those entries alone that some numbers belong to."""
+        rows = np.unique(numbers)
+        rows = rows[rows >= 0].astype(np.int64)
+        names = tuple(self.bodies.name(number) for number in rows.tolist())
+        return Labels(rows, names, tuple(self.materials_of(rows)), (True,) * len(rows))
+
+    def names_of(self, numbers: Any) -> Any:
+        """Objects of the numbers' shape: the name; None for -1."""
+        rows, index = np.unique(numbers, return_inverse=True)
+        names: Any = np.empty(len(rows), object)
+        for place, number in enumerate(rows.tolist()):
+            names[place] = self.bodies.name(number) if number >= 0 else None
+        return names[index.reshape(np.shape(numbers))]
+
+    def materials_of(self, numbers: Any) -> Any:
+        """Objects of the numbers' shape: the material; None for -1."""
+        return self._materials[np.where(np.asarray(numbers) < 0, -1, self.bodies.kinds[numbers])]
+
+    @cached_property
+    def distinct(self) -> tuple[tuple[Any, bool], ...]:
+        """The different materials in the order of their first bodies; all are of solids."""
+        return tuple((material, True) for material in self.bodies.distinct_materials)
+
+    def columns_of(self, numbers: Any, materials: Sequence[Any]) -> Any:
+        """The place among some materials, which hold them all, of the material of each number's body."""
+        places = {material: place for place, material in enumerate(materials)}
+        return np.array([places[material] for material in self.bodies.materials], np.int64)[self.bodies.kinds[numbers]]
+
+    @cached_property
+    def _materials(self) -> Any:
+        """By kinds, None in the last row."""
+        table: Any = np.empty(len(self.bodies.materials) + 1, object)
+        table[:-1] = self.bodies.materials
+        return table

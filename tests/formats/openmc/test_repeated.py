@@ -1,0 +1,182 @@
+"""What stands in many elements of a lattice is worked out once, and is what it would be if it were written out."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.bench.core import core_xml
+from conicoid.engine.lowering import Lowered, lower
+from conicoid.engine.lowering import moved as moved_file
+from conicoid.shapes.body import Body
+from conicoid.shapes.repeated import Repeated
+
+from .evaluator import Evaluator, same_place
+from .models import put
+
+BALL = '<surface id="1" type="sphere" coeffs="0.1 0 0 0.3"/>'
+CONE = '<surface id="2" type="z-cone" coeffs="0 0.05 -0.4 0.09"/>'
+PIPE = '<surface id="3" type="x-cylinder" coeffs="0.1 -0.2 0.15"/>'
+WALL = '<surface id="4" type="plane" coeffs="1 2 0.5 0.1"/>'
+GENERAL = '<surface id="5" type="quadric" coeffs="1 2 3 0.2 0.1 0 0.1 0 0.2 -0.1"/>'
+AROUND = '<surface id="9" type="sphere" coeffs="0.3 0.2 0.1 3.1" boundary="vacuum"/>'
+CELLS = (
+    '<cell id="1" universe="1" material="1" region="-1"/>',
+    '<cell id="2" universe="1" material="2" region="1 -2 -4"/>',
+    '<cell id="3" universe="1" material="3" region="1 (2 | 4) (3 | -5)"/>',
+    '<cell id="4" universe="1" material="4" region="1 (2 | 4) -3 5"/>',
+)
+INSIDE = BALL, CONE, PIPE, WALL, GENERAL, AROUND, *CELLS
+MODELS = {
+    "core": core_xml(3, vessel=7.0, pins=4),
+    "cubes": "<geometry>" + "".join((
+        *INSIDE,
+        '<lattice id="4" dimension="5 5 4" pitch="1 1.1 1.2" lower_left="-2.5 -2.75 -2.4" universes="' + "1 " * 100 + '"/>',
+        '<cell id="20" fill="4" region="-9"/>',
+    )) + "</geometry>",
+    "turned": "<geometry>" + "".join((
+        *INSIDE,
+        '<lattice id="4" dimension="5 5 1" pitch="1 1.1 2" lower_left="-2.5 -2.75 -1" universes="' + "1 6 1 1 6 " * 5 + '"/>',
+        '<cell id="21" universe="6" fill="1" rotation="90 0 90" translation="0.01 0 0"/>',
+        '<cell id="20" fill="4" region="-9"/>',
+    )) + "</geometry>",
+    "hexagons": "<geometry>" + "".join((
+        *INSIDE,
+        '<hex_lattice id="4" n_rings="4" n_axial="3" center="0.1 0 0" pitch="1.1 2" universes="' + "1 " * 111 + '" outer="1"/>',
+        '<cell id="20" fill="4" region="-9"/>',
+    )) + "</geometry>",
+    "slanted": "<geometry>" + "".join((
+        *INSIDE,
+        '<lattice id="4" dimension="6 6" pitch="1 1" lower_left="-3 -3" universes="' + "1 " * 36 + '" outer="1"/>',
+        '<cell id="22" universe="7" fill="4"/>',
+        '<cell id="20" fill="7" rotation="0 0 30" region="-9"/>',
+    )) + "</geometry>",
+}  # fmt: skip
+
+
+@pytest.fixture(params=MODELS, scope="module")
+def path(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return put(MODELS[request.param], tmp_path_factory.mktemp("model"))
+
+
+def written_out(scene: co.Scene) -> tuple[Body, ...]:
+    """The bodies, each a shape of its own."""
+    return tuple(Body(body.shape, body.material, body.name) for body in scene.bodies)
+
+
+def together(scene: co.Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[Lowered, list[bool]]:
+    """What the bodies become, and of which kinds they were found to be one another moved."""
+    found, work = [], moved_file._Moved.rows
+
+    def watched(self: moved_file._Moved) -> object:
+        found.append((rows := work(self)) is not None)
+        return rows
+
+    monkeypatch.setattr(moved_file, "FEWEST", 2)
+    monkeypatch.setattr(moved_file._Moved, "rows", watched)
+    return lower(scene.bodies), found
+
+
+def test_tables_are_those_of_bodies_written_out(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the bit but for boxes, which are as tight but for rounding, and for limits that depend on them.
+
+    Where walls slant, the record that stands for equal planes may be another one.
+    """
+    scene = co.load_openmc(path)
+    assert isinstance(scene.bodies, Repeated)
+    one, found = together(scene, monkeypatch)
+    other = lower(written_out(scene))
+    name = next(name for name, text in MODELS.items() if text == path.read_text())
+    assert any(found) == (name != "slanted")
+    for field, table, expected in zip(one.tables._fields, one.tables, other.tables, strict=True):
+        if field.endswith("limits") or field == "leaf_bounds":
+            assert table.shape == expected.shape, field
+        elif name != "hexagons":
+            assert table.tobytes() == expected.tobytes(), field
+    for ours, theirs in ((one.boxes, other.boxes), (one.tables.leaf_bounds, other.tables.leaf_bounds)):
+        with np.errstate(invalid="ignore"):
+            slack = np.where(np.isfinite(theirs), ours - theirs, 0.0)
+        assert (slack[:, :3] <= 0).all()
+        assert (slack[:, 3:] >= 0).all()
+        assert np.abs(slack).max() < 1e-3
+        assert (np.isfinite(ours) == np.isfinite(theirs)).all()
+    assert (one.frames == other.frames).all()
+    if name != "hexagons":
+        for mine, its in ((one.rest.planes, other.rest.planes), (one.rest.quadrics, other.rest.quadrics)):
+            assert mine.tobytes() == its.tobytes()
+
+
+def test_answers_are_those_of_bodies_written_out(path: Path) -> None:
+    scene = co.load_openmc(path)
+    other = co.Scene(written_out(scene))
+    random = np.random.default_rng(3)
+    low, high = (np.nan_to_num(end, posinf=40, neginf=-40) for end in scene.bounds)
+    a, b = random.uniform(low, high, (2, 400, 3))
+    rays = co.Rays(a, b - a)
+    mine, its = scene.first_hit(rays), other.first_hit(rays)
+    assert (mine.body == its.body).all()
+    assert (mine.face == its.face).all()
+    assert np.allclose(mine.t, its.t, rtol=1e-12, atol=0)
+    assert np.allclose(mine.uv, its.uv, atol=1e-9, equal_nan=True)
+    spans, expected = scene.spans(rays), other.spans(rays)
+    assert (spans.offsets == expected.offsets).all()
+    assert (spans.body == expected.body).all()
+    assert np.allclose(spans.t_enter, expected.t_enter, rtol=1e-12, atol=1e-12)
+    assert (scene.body_at(a) == other.body_at(a)).all()
+
+
+def test_every_point_is_in_the_cell_of_openmc_s_rules(path: Path) -> None:
+    scene, evaluator = co.load_openmc(path), Evaluator(path)
+    random = np.random.default_rng(5)
+    low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in scene.bounds)
+    points = random.uniform(low, high, (3000, 3))
+    for place, body in zip(evaluator.find(points), scene.body_at(points).tolist(), strict=True):
+        assert same_place(place, scene.bodies[body].name if body >= 0 else None)
+
+
+def test_bodies_are_a_sequence(path: Path) -> None:
+    scene = co.load_openmc(path)
+    bodies = scene.bodies
+    every = list(bodies)
+    assert len(bodies) == len(every) == scene.body_count
+    assert bodies[-1] == every[-1] == scene[len(bodies) - 1]
+    assert bodies[3:6] == tuple(every[3:6])
+    names = [body.name for body in every]
+    assert len(set(names)) == len(names)
+    for number in (0, len(every) // 2, len(every) - 1):
+        assert scene[names[number]] == every[number]
+        assert isinstance(bodies, Repeated)
+        assert bodies.number(names[number] or "") == number
+    with pytest.raises(KeyError, match="no body named .*cell 1 @ nowhere"):
+        scene["cell 1 @ nowhere"]
+    with pytest.raises(IndexError):
+        bodies[len(bodies)]
+    assert scene.materials == tuple(dict.fromkeys(body.material for body in every))
+    hits = scene.first_hit(np.array([(0.11, 0.12, 99.0)]), (0.0, 0.01, -1.0))
+    assert hits.name.tolist() == [names[hits.body[0]]]
+    assert hits.material.tolist() == [every[hits.body[0]].material]
+
+
+def test_scenes_are_pickled_and_changed(path: Path) -> None:
+    scene = co.load_openmc(path)
+    again = pickle.loads(pickle.dumps(scene))
+    assert again == scene
+    assert isinstance(again.bodies, Repeated)
+    assert again.bodies[1].name == scene.bodies[1].name
+    moved = scene.replace(0, co.Sphere(0.1, (0, 0, 50)))
+    assert moved.bodies[0].shape == co.Sphere(0.1, (0, 0, 50))
+    assert moved.bodies[0].name == scene.bodies[0].name
+    assert moved.bodies[1:] == tuple(scene.bodies)[1:]
+    assert scene.bodies[1].translate((1, 0, 0)).shape == scene.bodies[1].shape.translate((1, 0, 0))
+
+
+def test_a_large_core_takes_what_was_written(tmp_path: Path) -> None:
+    """100 assemblies: 28,900 pins, of which some hundred bodies are ever made."""
+    scene = co.load_openmc(put(core_xml(10), tmp_path), max_bodies=200_000)
+    assert scene.body_count >= 100 * (264 * 4 + 25 * 3)
+    assert isinstance(scene.bodies, Repeated)
+    assert len(scene.bodies.materials) < 40
