@@ -16,6 +16,7 @@ from ...shapes.body import Body
 from ...shapes.material import Material
 from ..tables import Floats, Geometry, Ints, Longs, Tables, shared
 from .contents import Collected, Exact
+from .laid import Laid
 from .layout import Layout
 from .surfaces import Remainders, SurfaceArrays
 
@@ -33,6 +34,7 @@ class Lowered:
     body_count: int
     rest: Remainders  # what rounding took from the records of surfaces
     exact: ExactTables
+    laid: Laid | None
 
     def sharing(self, geometry: Geometry) -> Lowered:
         """The same with tables that share the memory of what was packed from them."""
@@ -84,6 +86,7 @@ def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = N
         collected.contents.body_count,
         dataclasses.replace(surfaces.rest, vertices=layout.lost_of_corners()),
         ExactTables(exact, surfaces.single),
+        Laid.of(collected.contents, collected.items, collected.frames, surfaces),
     )
 
 

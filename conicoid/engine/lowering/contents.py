@@ -66,6 +66,7 @@ class Collected:
     def __init__(self) -> None:
         self.contents = Contents(0)
         self.items: list[int] = []  # how many bodies each entry of the scene has
+        self.frames: list[int] = []  # how many frames of balls there are up to it
         self.paints: dict[int, dict[int, Material]] = {}  # body -> its faces with materials of their own
         self._together = Together()
         self._alone: list[tuple[Shape, int]] = []
@@ -86,6 +87,7 @@ class Collected:
                 if "part" in body.shape.kept or not self._together.add(body.shape, before):
                     self._alone.append((body.shape, before))
             self.items.append(self.contents.body_count - before)
+            self.frames.append(len(self.contents.ball_frames))
         found, left = self._together.lowered()
         if progress is not None and len(bodies) - len(self._alone) - len(left) > done:
             progress(len(bodies) - len(self._alone) - len(left), len(bodies))

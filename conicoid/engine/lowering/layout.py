@@ -105,7 +105,7 @@ class Layout:
             surface_kind=surfaces.kind, surface_row=surfaces.row, planes=surfaces.planes, spheres=surfaces.spheres,
             quadrics=surfaces.quadrics, **columns, **entries, **_to_come(),
         )  # fmt: skip
-        return with_limits(_balls_direct(tables), boxes, surfaces.rest), boxes
+        return with_limits(balls_direct(tables), boxes, surfaces.rest), boxes
 
     def _columns(self, surfaces: SurfaceArrays) -> dict[str, Any]:
         """Cells, programs, sheets and polygons."""
@@ -285,7 +285,7 @@ def _to_come() -> dict[str, Any]:
     )
 
 
-def _balls_direct(tables: Tables) -> Tables:
+def balls_direct(tables: Tables) -> Tables:
     """Cells that are nothing but a sphere become balls, which are traced without their cell."""
     at = np.flatnonzero(tables.entry_kind == CELL)
     if not len(at):
