@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -12,8 +12,9 @@ import numpy as np
 from ..exact.forms import Form
 from ..shapes.body import Body
 from ..shapes.labels import Labels
-from .lowering import Lowered
+from .lowering import Lowered, lower
 from .lowering.edited.edit import Kept, edit
+from .lowering.edited.pieces import runs
 from .surface.decide import Rest
 from .tables import Geometry, Tables, room_for, shared
 from .tree.build import Woods, with_trees
@@ -40,9 +41,12 @@ class Prepared:
         geometry, woods = with_trees(lowered)
         return cls(lowered.sharing(geometry), geometry, _flat(lowered), woods, entries=bodies)
 
-    def edited(self, bodies: Sequence[Body]) -> Prepared | None:
+    def edited(self, bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = None) -> Prepared | None:
         """A scene of other bodies, many of them the same; None where it is as well prepared from the beginning."""
-        made = edit(self.lowered, self.entries, bodies, self.kept)
+        found = runs(self.entries, bodies)
+        if not found.fresh and len(bodies) == len(self.entries):
+            return self.labelled(bodies)
+        made = edit(self.lowered, bodies, found, self.kept, progress)
         if made is None:
             return None
         trees = patched(self.lowered.tables, self.woods, made)
@@ -82,6 +86,14 @@ class Prepared:
             digest.update(str(array.shape).encode())
             digest.update(np.ascontiguousarray(array).data.cast("B") if array.size else b"")
         return digest.digest()
+
+
+def prepare(
+    bodies: Sequence[Body], before: Prepared | None = None, progress: Callable[[int, int], Any] | None = None
+) -> Prepared:
+    """Prepare a scene; from the one that it was made from, if that is known and has enough in common."""
+    made = before.edited(bodies, progress) if before is not None else None
+    return made or Prepared.of(lower(bodies, progress), bodies)
 
 
 def _flat(lowered: Lowered) -> Rest:

@@ -1,9 +1,9 @@
-"""How the rows of a scene's tables are shared out among its bodies: kept, so that a scene made from it can take them."""
+"""Which rows of a scene's tables are whose: kept, so that a scene made from it can take them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -86,6 +86,7 @@ class Laid:
     senses: Signs | None  # (surfaces and bulk balls,) those they have in the table; None where they are those given
     first: Ints | None  # (the same,) whose record each takes; None: its own
     ids: Ints | None  # (the same,) which surface of the table each is; None: that of its number
+    _starts: dict[int, Longs] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
@@ -120,5 +121,7 @@ class Laid:
 
     def starts(self, axis: int) -> Longs:
         """(bodies + 1,) where the rows of each body begin; for the last, where they end."""
-        ends = np.cumsum(self.patterns.counts[:, axis][self.which])
-        return np.concatenate([np.zeros(1, np.int64), ends])
+        if axis not in self._starts:
+            ends = np.cumsum(self.patterns.counts[:, axis][self.which])
+            self._starts[axis] = np.concatenate([np.zeros(1, np.int64), ends])
+        return self._starts[axis]

@@ -126,9 +126,7 @@ class _Finish:
         leads = first == np.arange(count, dtype=np.int32)
         chosen = np.flatnonzero(leads[:single])
         if leads.all():
-            return SurfaceArrays(
-                kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen, given, None
-            )
+            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen, given, None)
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
         return SurfaceArrays(
             kind[leads], row[leads], planes, all_spheres, quadrics, number[first], senses, rest, chosen, given, first

@@ -7,11 +7,27 @@ from typing import Any
 
 import numpy as np
 
-from ..laid import (
-    BALL_FRAMES, BALLS, BODIES, CELL_PLANES, CELLS, CORNERS, FACES, GATES, KINDS, LEAVES, PLANES, POLYGONS,
-    PROGRAMS, QUADRICS, SHEETS, SPHERES, SURFACES, Laid,
-)  # fmt: skip
 from ...tables import PLANE, QUADRIC, SPHERE, Ints, Longs, Signs, Tables
+from ..laid import (
+    BALL_FRAMES,
+    BALLS,
+    BODIES,
+    CELL_PLANES,
+    CELLS,
+    CORNERS,
+    FACES,
+    GATES,
+    KINDS,
+    LEAVES,
+    PLANES,
+    POLYGONS,
+    PROGRAMS,
+    QUADRICS,
+    SHEETS,
+    SPHERES,
+    SURFACES,
+    Laid,
+)  # fmt: skip
 from .joined import Joined
 from .merging import Merged
 
@@ -42,7 +58,7 @@ OTHERS = ("surface_kind", "surface_row", "spheres", *ENTRIES)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
 
 
-def _senses(senses: Signs | None, given: Signs, chosen: Longs) -> Signs:
+def _senses(senses: Signs | None, given: Signs, chosen: Any) -> Signs:
     """Of some surfaces the senses they have in the table."""
     if senses is not None:
         return senses[chosen]
@@ -75,10 +91,10 @@ class Columns:
         (old, new), merged = self.joined.laid, self.merged
         patterns, numbers = old.patterns.joined(new.patterns)
         which = self.joined.of_both(BODIES, old.which, numbers[new.which])
-        firsts = [
-            self.joined.of_entries(getattr(old, name), getattr(new, name)) for name in ("first_body", "first_frame")
-        ]
-        return Laid(patterns, which, *firsts, merged.kinds, merged.given, merged.senses, merged.first, self.ids)
+        bodies = self.joined.of_entries(old.first_body, new.first_body)
+        frames = self.joined.of_entries(old.first_frame, new.first_frame)
+        given = merged.kinds, merged.given, merged.senses, merged.first
+        return Laid(patterns, which, bodies, frames, *given, self.ids)
 
     @property
     def surfaces(self) -> int:
@@ -111,9 +127,8 @@ class Columns:
         ids = np.full(count + 1, -1, np.int32)
         ids[before] = numbers[there] if self.ids is None else self.ids[numbers[there]]
         turned = np.ones(count + 1, np.int8)
-        turned[before] = _senses(laid.senses, laid.given, there) * _senses(
-            self.merged.senses, self.merged.given, numbers[there]
-        )
+        turned[before] = _senses(laid.senses, laid.given, there)
+        turned[before] *= _senses(self.merged.senses, self.merged.given, numbers[there])
         return Numbers(ids, None if (turned == 1).all() else turned)
 
     def sizes(self) -> dict[str, tuple[tuple[int, ...], Any]]:

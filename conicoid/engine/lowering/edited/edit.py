@@ -5,25 +5,26 @@ All tables but those of the trees are those of the scene lowered from the beginn
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ....shapes.base import Shape
 from ....shapes.body import Body
+from ...tables import STEPS, Floats, Geometry, Tables, shared, steps
 from .. import ExactTables, Lowered, lower
 from ..contents import Exact
 from ..laid import BODIES, CORNERS, ENTRIES, FACES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
 from ..layout import balls_direct
 from ..surfaces import Remainders
-from ...tables import STEPS, Floats, Geometry, Tables, shared, steps
 from .columns import Columns
 from .joined import Joined
 from .limits import Limits
 from .merging import Merging
 from .near import Frame, Places
-from .pieces import Pieces, runs
+from .pieces import Pieces, Runs
 
 
 @dataclass(frozen=True)
@@ -95,17 +96,31 @@ class Edit:
         return found
 
 
-def edit(old: Lowered, before: Sequence[Body], bodies: Sequence[Body], kept: Kept) -> Edit | None:
-    """An edited scene, from the scene `before`; None where it is as well lowered from the beginning."""
-    if old.laid is None:
+class _Shapes(Sequence[Shape]):
+    """The shapes of bodies."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._bodies = bodies
+
+    def __getitem__(self, number: Any) -> Any:
+        return self._bodies[number].shape
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+
+def edit(
+    old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Callable[[int, int], Any] | None
+) -> Edit | None:
+    """An edited scene that has runs of an old one; None where it is as well lowered from the beginning."""
+    if old.laid is None or 2 * len(found.fresh) > len(bodies):
         return None
-    found, fresh = runs(before, bodies)
-    if 2 * len(fresh) > len(bodies):
-        return None
-    new = lower([bodies[number] for number in fresh])
+    there = len(bodies) - len(found.fresh)
+    told = progress and (lambda done, _: progress(there + done, len(bodies)))
+    new = lower([bodies[number] for number in found.fresh], told)
     if new.laid is None:
         return None
-    return Edit(old, new, Pieces.of(found, (old.laid, new.laid)), bodies, kept)
+    return Edit(old, new, Pieces.of(found.pieces, (old.laid, new.laid)), bodies, kept)
 
 
 def _exact(bodies: Sequence[Body], joined: Joined) -> Exact:
@@ -117,4 +132,4 @@ def _exact(bodies: Sequence[Body], joined: Joined) -> Exact:
             laid = joined.laid[source]
             first[at] = laid.starts(axis)[laid.first_body[rows]] + shift
         firsts.append(first)
-    return Exact([body.shape for body in bodies], firsts[0], firsts[1])  # type: ignore[arg-type]
+    return Exact(_Shapes(bodies), firsts[0], firsts[1])  # type: ignore[arg-type]

@@ -10,9 +10,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from ...tables import Floats, Ints, Longs, Tables
 from ..laid import BALLS, ENTRIES, SPHERES, SURFACES, Laid
 from ..surfaces import Remainders
-from ...tables import Floats, Ints, Longs, Tables
 from .pieces import Pieces
 
 Array = npt.NDArray[Any]
@@ -86,6 +86,7 @@ class Joined:
 
     def take_balls(self, rows: Longs) -> Floats:
         """Some of the bulk balls."""
+
         def balls(side: Any) -> Floats:
             return side.tables.spheres[len(side.rest.spheres) :]
 

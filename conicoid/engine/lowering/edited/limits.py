@@ -10,7 +10,14 @@ import numpy.typing as npt
 from ...tables import BALL, PLANE, QUADRIC, Floats, Longs, Tables
 from ..laid import CELLS, POLYGONS, SHEETS, Laid
 from ..limits import (
-    kappas, limits_of_owners, limits_of_planes, limits_of_programs, limits_of_quadrics, reaches, size_of, with_limits,
+    kappas,
+    limits_of_owners,
+    limits_of_planes,
+    limits_of_programs,
+    limits_of_quadrics,
+    reaches,
+    size_of,
+    with_limits,
 )  # fmt: skip
 from ..surfaces import Remainders
 from .columns import Columns
@@ -131,7 +138,9 @@ class Limits:
         kappa = kappas(tables, rest, surface, reach)
         flat = tables.surface_kind[surface] == PLANE
         place, count = np.unique(owner, return_inverse=True)
-        of_owners = limits_of_owners(flat, count.reshape(-1), reach, bounded, kappa, self.boxes[users], size, len(place))
+        of_owners = limits_of_owners(
+            flat, count.reshape(-1), reach, bounded, kappa, self.boxes[users], size, len(place)
+        )
         for kind, column in enumerate((tables.cell_limits, tables.sheet_limits, tables.polygon_limits)):
             first, last = self.owners[kind], self.owners[kind + 1]
             column[owners[first:last]] = 0.0, np.inf

@@ -7,15 +7,18 @@ is worked out anew where a new surface may belong to it, or where that is gone w
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 from ....shapes.surface import Key, Surface
+from ...tables import PLANE, QUADRIC, SPHERE, Ints, Longs, Signs
 from ..contents import Exact
 from ..laid import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, Laid
 from ..surfaces import Remainders, Surfaces, finished
-from ...tables import PLANE, QUADRIC, SPHERE, Ints, Longs, Signs
 from .joined import Joined
 from .near import Frame, Places, near
+
 
 @dataclass
 class Merged:
@@ -134,7 +137,7 @@ class Merging:
         for of_rows, numbers in groups:
             new = np.concatenate([part[mark[which]] for part, which in zip(of_rows, numbers, strict=True)])
             found += [which[near(part, new)] for part, which in zip(of_rows, numbers, strict=True)]
-        beside = np.concatenate(found)
+        beside: Any = np.concatenate(found)
         beside = beside[~mark[beside]]
         if first is not None:
             beside = first[beside]
@@ -190,4 +193,3 @@ class Merging:
     def _rows(self, single: Longs, kind: int) -> Longs:
         """In the table of a kind, the rows of surfaces of that kind."""
         return np.searchsorted(self.of_kind[kind], single)
-

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ....shapes.row_vectors import dot_rows, lengths
-from ..surfaces import ALONG, CLOSE, coefficients
 from ...tables import QUADRIC, SPHERE, Floats, Longs
+from ..surfaces import ALONG, CLOSE, coefficients
 
 _ROOM = 4.0
 """The unit is so many times the size of the scene, which may grow before all numbers are worked out again."""
@@ -87,10 +87,8 @@ def near(places: Floats, new: Floats) -> Longs:
         marked[_bucket(new + 2 * off * CLOSE)] = True
     rows = np.flatnonzero(marked[_bucket(places)])
     ordered = np.sort(new)
-    low, high = (
-        np.searchsorted(ordered, places[rows] + off, side=side)
-        for off, side in ((-2 * CLOSE, "left"), (2 * CLOSE, "right"))
-    )
+    low = np.searchsorted(ordered, places[rows] - 2 * CLOSE, side="left")
+    high = np.searchsorted(ordered, places[rows] + 2 * CLOSE, side="right")
     found: Longs = rows[low < high]
     return found
 

@@ -2,66 +2,85 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ....shapes.body import Body
-from ..laid import BODIES, Laid
 from ...tables import Longs
+from ..laid import Laid
 
 _KEPT, _NEW = 0, 1
 Run = tuple[int, int, int]
 """Which of two scenes, and from which of its entries up to which."""
 
 
-def runs(old: Sequence[Body], new: Sequence[Body]) -> tuple[list[Run], list[int]]:
-    """Pieces of an old scene and of one of what is new that make up the new scene; which of its entries are new.
+class Runs(NamedTuple):
+    """Pieces of an old scene and of one of what is new that make up the new scene; which of its entries are new."""
 
-    What has the same shape, and comes in the same order, is kept.
-    """
-    kept = _kept(old, new)
-    found: list[Run] = []
-    fresh: list[int] = []
-    for number, before in enumerate(kept):
-        source, entry = (_KEPT, before) if before >= 0 else (_NEW, len(fresh))
-        if before < 0:
-            fresh.append(number)
-        if found and found[-1][0] == source and found[-1][2] == entry:
-            found[-1] = (source, found[-1][1], entry + 1)
-        else:
-            found.append((source, entry, entry + 1))
-    return found, fresh
+    pieces: list[Run]
+    fresh: list[int]
 
 
-def _kept(old: Sequence[Body], new: Sequence[Body]) -> list[int]:
-    """For each new entry the old one that it is, in rising order, or -1."""
-    least = min(len(old), len(new))
-    front = 0
-    while front < least and old[front].shape is new[front].shape:
-        front += 1
-    back = 0
-    while back < least - front and old[-1 - back].shape is new[-1 - back].shape:
-        back += 1
-    kept, last = list(range(front)), front - 1
-    middle = new[front : len(new) - back]
+def runs(old: Sequence[Body], new: Sequence[Body]) -> Runs:
+    """What is kept of an old scene, as it has the same shape and comes in the same order, and what is new."""
     if len(old) == len(new):
-        kept += [
-            front + k if before.shape is after.shape else -1
-            for k, (before, after) in enumerate(zip(old[front : len(old) - back], middle, strict=True))
-        ]
+        front, back = 0, 0
     else:
-        places: dict[int, list[int]] = {}
-        for number in range(len(old) - back - 1, front - 1, -1):
-            places.setdefault(id(old[number].shape), []).append(number)
-        for body in middle:
-            numbers = places.get(id(body.shape), [])
-            while numbers and numbers[-1] <= last:
-                numbers.pop()
-            kept.append(numbers.pop() if numbers else -1)
-            last = max(last, kept[-1])
-    return kept + list(range(len(old) - back, len(old)))
+        least = min(len(old), len(new))
+        front = _alike(old, new)
+        back = min(_alike(old[::-1], new[::-1]), least - front)
+    ends = len(old) - back, len(new) - back
+    kept = _in_order(old[front : ends[0]], new[front : ends[1]])
+    found: list[Run] = [(_KEPT, 0, front)] if front else []
+    fresh: list[int] = []
+    before = 0  # of the middle of the new scene, what has been dealt with
+    for begin, end, of_old in kept:
+        if begin > before:
+            found.append((_NEW, len(fresh), len(fresh) + begin - before))
+            fresh.extend(range(front + before, front + begin))
+        if end > begin:
+            found.append((_KEPT, front + of_old, front + of_old + end - begin))
+        before = end
+    return Runs([*found, *([(_KEPT, ends[0], len(old))] if back else [])], fresh)
+
+
+def _alike(old: Sequence[Body], new: Sequence[Body]) -> int:
+    """How many bodies from the first on have the same shapes."""
+    for place, same in enumerate(map(operator.is_, old, new)):
+        if not same and old[place].shape is not new[place].shape:
+            return place
+    return min(len(old), len(new))
+
+
+def _in_order(old: Sequence[Body], new: Sequence[Body]) -> list[tuple[int, int, int]]:
+    """(first, last, which of the old) of new bodies that are kept, in rising order; an empty one at the end."""
+    if len(old) == len(new):
+        other = [place for place, same in enumerate(map(operator.is_, old, new)) if not same]
+        other = [place for place in other if old[place].shape is not new[place].shape]
+        begins = [0, *(place + 1 for place in other)]
+        parts = [(a, b, a) for a, b in zip(begins, [*other, len(new)], strict=True) if b > a]
+        return [*parts, (len(new), len(new), len(old))]
+    places: dict[int, list[int]] = {}
+    for number in range(len(old) - 1, -1, -1):
+        places.setdefault(id(old[number].shape), []).append(number)
+    found: list[tuple[int, int, int]] = []
+    last = -1
+    for place, body in enumerate(new):
+        numbers = places.get(id(body.shape), [])
+        while numbers and numbers[-1] <= last:
+            numbers.pop()
+        if not numbers:
+            continue
+        last = numbers.pop()
+        if found and found[-1][1] == place and found[-1][2] + place - found[-1][0] == last:
+            found[-1] = (found[-1][0], place + 1, found[-1][2])
+        else:
+            found.append((place, place + 1, last))
+    return [*found, (len(new), len(new), len(old))]
 
 
 @dataclass(frozen=True)
@@ -101,9 +120,3 @@ class Pieces:
         chosen = (self.end > self.begin)[:, axis].tolist()
         of_pieces = [shift for shift, there in zip(shifts, chosen, strict=True) if there]
         return [(*part, shift) for part, shift in zip(self.on(axis), of_pieces, strict=True)]
-
-    @property
-    def bodies(self) -> int:
-        """How many bodies come from what is new."""
-        mine = np.array(self.sources) == _NEW
-        return int((self.end - self.begin)[mine, BODIES].sum())

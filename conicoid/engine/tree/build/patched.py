@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from .woods import COSTS, Woods, extent_of, programs_of
 
 _SMALL = 256
 """So few entries have their tree built anew."""
+_NO_ROOT = np.iinfo(np.int32).min
 _NO_CHILDREN = np.zeros((0, WIDTH), np.int32)
 
 
@@ -54,9 +56,10 @@ class _Grove:
         """Trees that have just been built."""
         boxes = np.empty(6 * WIDTH * sum(len(tree.children) for tree in forest.trees))
         forest.put_boxes(boxes, 0)
-        ends = (np.array(part, np.int32) for part in (forest.nodes, forest.places, forest.ends))
+        nodes, places, ends = (np.array(part, np.int32) for part in (forest.nodes, forest.places, forest.ends))
         children, order = np.concatenate(forest.children), np.concatenate(forest.order)
-        return cls(*ends, children, boxes.reshape(-1, 6, WIDTH), order, np.array(forest.roots, np.int32))
+        roots = np.array(forest.roots, np.int32)
+        return cls(nodes, places, ends, children, boxes.reshape(-1, 6, WIDTH), order, roots)
 
 
 @dataclass
@@ -95,7 +98,7 @@ def _moved(codes: Ints, least: int, nodes: int, places: int) -> Ints:
 class Trees:
     """The tables of trees of an edited scene; boxes of nodes come in parts."""
 
-    tables: dict[str, Ints | Floats]
+    tables: dict[str, Any]
     boxes: list[Floats]
     woods: Woods
 
@@ -125,7 +128,7 @@ def patched(old: Tables, woods: Woods, edit: Edit) -> Trees:
     found = dataclasses.replace(found, nodes=nodes, places=places, depth=depth)
     roots = np.concatenate(planted.roots)
     stack = len(roots) - ends[-1] + WIDTH * (found.levels + 1)
-    tables: dict[str, Ints | Floats] = dict(
+    tables: dict[str, Any] = dict(
         node_children=np.concatenate(planted.children),
         tree_order=np.concatenate(planted.order),
         tree_root=np.append(ends, np.int32(len(roots))),
@@ -193,7 +196,7 @@ def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints
     gone = np.flatnonzero(order < 0)
     leaf = by_place[np.searchsorted(first[by_place], gone, side="right") - 1]
     within = gone < first[leaf] + count[leaf]
-    emptied = []
+    found = []
     for which in np.unique(leaf[within]).tolist():
         begin, size = int(first[which]), int(count[which])
         members = order[begin : begin + size]
@@ -204,14 +207,22 @@ def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints
         if which < len(held):
             flat[held[which]] = code
             if not code:
-                emptied.append(int(held[which]))
+                found.append(int(held[which]))
         else:
-            roots[beside[which - len(held)]] = code
-    if emptied:
+            roots[beside[which - len(held)]] = code or _NO_ROOT
+    roots = roots[roots != _NO_ROOT]
+    node, emptied = nodes.start, np.array(found, np.int64)
+    gone_boxes = [emptied]
+    while len(emptied):  # nodes of which all children are gone, and so on up
+        bare = np.unique(emptied // WIDTH)
+        bare = bare[~children[bare].any(axis=1)]
+        emptied = np.flatnonzero(np.isin(flat, bare + node) & (flat > 0)) if len(bare) else bare
+        flat[emptied] = 0
+        gone_boxes.append(emptied)
+        roots = roots[~np.isin(roots, bare + node)]
+    at = np.concatenate(gone_boxes)
+    if len(at):
         boxes = boxes.copy()
-        at = np.array(emptied)
         boxes[at // WIDTH, :3, at % WIDTH] = np.inf
         boxes[at // WIDTH, 3:, at % WIDTH] = -np.inf
-    taken = np.zeros(len(roots), bool)
-    taken[beside] = roots[beside] == 0
-    return children, boxes, roots[~taken]
+    return children, boxes, roots
