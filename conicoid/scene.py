@@ -88,18 +88,21 @@ class Scene(Contents, Edits, Queries):
         made._prepared, made._before, made._notes = self._prepared, self._before, self._notes
         return made
 
-    def _edited(self, bodies: tuple[Body, ...], *parts: Any) -> Scene:
-        """A scene of other bodies, which takes what is prepared of this one; parts are those after the bodies."""
+    def _edited(self, bodies: tuple[Body, ...], *parts: Any, before: Scene | None = None) -> Scene:
+        """A scene of other bodies, which takes what is prepared of this one, or of another that was before it.
+
+        parts: those after the bodies, where they are others.
+        """
         from .scene_parts import refuse_same_names
 
-        made = Scene((), *(parts or self._parts[1:]))
+        made, of = Scene((), *(parts or self._parts[1:])), before or self
         if bodies is not self._bodies:
             refuse_same_names(bodies)
         made._bodies, made._notes = bodies, self._notes
-        if bodies is self._bodies and self._prepared is not None:
-            made._prepared = self._prepared
+        if bodies is of._bodies and of._prepared is not None:
+            made._prepared = of._prepared
         else:
-            made._before = self._prepared or self._before
+            made._before = of._prepared or of._before
         return made
 
     @cached_property

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from .scene_parts import as_bodies, exchanged, moved_by, one_entry
+from .scene_parts import as_bodies, exchanged, moved_by, one_entry, shared_bodies
 from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calls import explained_methods
@@ -28,7 +28,7 @@ class Edits:
     def _parts(self) -> tuple[Any, ...]:
         raise NotImplementedError
 
-    def _edited(self, bodies: tuple[Body, ...], *parts: Any) -> Scene:
+    def _edited(self, bodies: tuple[Body, ...], *parts: Any, before: Scene | None = None) -> Scene:
         raise NotImplementedError
 
     def replace(
@@ -80,13 +80,24 @@ class Edits:
             place = one_entry(self._bodies, self._first_numbers, before, "added", "before")
         return self._edited((*self._bodies[:place], *as_bodies(items, "added"), *self._bodies[place:]))
 
-    def without(self, *which: str | int) -> Scene:
-        """A scene without some entries: each by its name, or by the number of its body. It prepares nothing anew.
+    def without(self, which: str | int | Iterable[str | int]) -> Scene:
+        """A scene without some entries; it prepares nothing anew.
+
+        which: the name of the entry, or the number of its body; or a list of these.
 
         Raises KeyError and IndexError for an entry that there is not.
         """
-        gone = {one_entry(self._bodies, self._first_numbers, each, "without") for each in which}
+        each = which if isinstance(which, Iterable) and not isinstance(which, str) else [which]
+        gone = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
         return self._edited(tuple(body for number, body in enumerate(self._bodies) if number not in gone))
+
+    def _with_entry(self, entry: int, body: Body) -> Scene:
+        """The scene with another body for an entry of the list."""
+        return self._edited((*self._bodies[:entry], body, *self._bodies[entry + 1 :]))
+
+    def _taking_from(self, before: Scene) -> Scene:
+        """The same scene, with what is equal in one that is prepared taken from there."""
+        return self._edited(shared_bodies(before.bodies, self._bodies), *self._parts[1:], before=before)
 
     def _first_numbers(self) -> Any:
         return self._firsts

@@ -117,6 +117,18 @@ def exchanged(
     return (*bodies[:entry], dataclasses.replace(new, **changes), *bodies[entry + 1 :])
 
 
+def shared_bodies(old: tuple[Body, ...], new: tuple[Body, ...]) -> tuple[Body, ...]:
+    """New bodies, for which equal ones of an old scene stand: the first and the last, and what is in the same place."""
+    least = min(len(old), len(new))
+    front = next((k for k in range(least) if old[k] != new[k]), least)
+    back = next((k for k in range(least - front) if old[-1 - k] != new[-1 - k]), least - front)
+    middle = new[front : len(new) - back]
+    if len(old) == len(new):
+        beside = old[front : len(old) - back]
+        middle = tuple(before if before == after else after for before, after in zip(beside, middle, strict=True))
+    return (*old[:front], *middle, *old[len(old) - back :])
+
+
 def moved_by(shape: Shape, motion: Any) -> Shape:
     """A shape moved as `Scene.moved` is told; a TypeError for what is no motion."""
     if callable(motion):
