@@ -144,8 +144,8 @@ class Scene(Contents, Edits, Queries):
     def prepare(self, progress: Callable[[int, int], Any] | None = None) -> None:
         """Build the arrays and the tree now; else the first question does it.
 
-        `progress(done, count)` is called with numbers of entries. What a shape becomes is kept with it, so a scene
-        that shares shapes with one that was prepared takes only what is new.
+        `progress(done, count)` is called with numbers of entries, to each of which every stage of the work adds. What a
+        shape becomes is kept with it, so a scene that shares shapes with one that was prepared takes only what is new.
         """
         callback("prepare", "progress", progress)
         self._ready(progress)

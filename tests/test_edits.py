@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine import lowering
-from conicoid.engine.lowering import parts, recorded
+from conicoid.engine import lowering, prepared
+from conicoid.engine.lowering import layout, parts, recorded
 from conicoid.engine.lowering.edited import edit as edited
 from conicoid.engine.prepared import Prepared
 
@@ -184,7 +184,7 @@ def test_a_scene_takes_what_is_equal_in_one_that_is_prepared(monkeypatch):
     assert all(new is old for new, old in zip(again.bodies, scene.bodies, strict=True))
     lowered = []
     lower = edited.lower
-    monkeypatch.setattr(edited, "lower", lambda bodies, told: lowered.append(bodies) or lower(bodies, told))
+    monkeypatch.setattr(edited, "lower", lambda bodies, stages: lowered.append(bodies) or lower(bodies, stages))
     ball = co.Body(co.Sphere(0.5, (5, 5, 5)), name="ball")
     for things, new in (
         ([*_things()[:3], ball, *_things()[3:]], [ball]),
@@ -220,3 +220,35 @@ def test_preparing_tells_of_its_progress(worked_out):
     assert len(told) == 8
     with pytest.raises(TypeError, match="prepare: progress must be a function or None, got int"):
         scene.prepare(3)
+
+
+def test_preparing_many_tells_of_every_stage(monkeypatch):
+    told: list[tuple[int, int]] = []
+    at: dict[str, int] = {}
+
+    def noting(name, work):
+        def noted(*arguments):
+            at[f"before {name}"] = len(told)
+            made = work(*arguments)
+            at[f"after {name}"] = len(told)
+            return made
+
+        return noted
+
+    monkeypatch.setattr(layout, "finished", noting("merging", layout.finished))
+    monkeypatch.setattr(prepared, "with_trees", noting("planting", prepared.with_trees))
+    balls = [co.Sphere(0.1, (float(k), 0, 0)) for k in range(3000)]
+    scene = co.Scene([*balls, *(co.Box().rotate("z", k).translate((0, k, 0)) for k in range(20))])
+    scene.prepare(lambda done, count: told.append((done, count)))
+    done = [done for done, _ in told]
+    assert {count for _, count in told} == {3020}
+    assert done == sorted(set(done))
+    assert done[-1] == 3020
+    assert 4 < at["before merging"] < at["after planting"] < len(told)
+    assert done[at["before merging"] - 1] < done[at["before planting"] - 1] < 3020
+    with pytest.raises(KeyboardInterrupt):
+        co.Scene(balls).prepare(_interrupted)
+
+
+def _interrupted(done: int, count: int) -> None:
+    raise KeyboardInterrupt

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -15,6 +15,7 @@ from ..shapes.labels import Labels
 from .lowering import Lowered, lower
 from .lowering.edited.edit import Kept, edit
 from .lowering.edited.pieces import runs
+from .lowering.stages import PLANTED, Progress, Stages
 from .surface.decide import Rest
 from .tables import Geometry, Tables, room_for, shared
 from .tree.build import Woods, with_trees
@@ -41,7 +42,7 @@ class Prepared:
         geometry, woods = with_trees(lowered)
         return cls(lowered.sharing(geometry), geometry, _flat(lowered), woods, entries=bodies)
 
-    def edited(self, bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = None) -> Prepared | None:
+    def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> Prepared | None:
         """A scene of other bodies, many of them the same; None where it is as well prepared from the beginning."""
         found = runs(self.entries, bodies)
         if not found.fresh and len(bodies) == len(self.entries):
@@ -88,12 +89,14 @@ class Prepared:
         return digest.digest()
 
 
-def prepare(
-    bodies: Sequence[Body], before: Prepared | None = None, progress: Callable[[int, int], Any] | None = None
-) -> Prepared:
+def prepare(bodies: Sequence[Body], before: Prepared | None = None, progress: Progress | None = None) -> Prepared:
     """Prepare a scene; from the one that it was made from, if that is known and has enough in common."""
     made = before.edited(bodies, progress) if before is not None else None
-    return made or Prepared.of(lower(bodies, progress), bodies)
+    if made is None:
+        stages = Stages(progress, len(bodies))
+        made = Prepared.of(lower(bodies, stages), bodies)
+        stages.reached(PLANTED)
+    return made
 
 
 def _flat(lowered: Lowered) -> Rest:

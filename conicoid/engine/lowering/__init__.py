@@ -6,7 +6,7 @@ Motions are baked here, in exact arithmetic, and every number is rounded once.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from ..tables import Floats, Geometry, Ints, Longs, Tables, shared
 from .contents import Collected, Exact
 from .laid import Laid
 from .layout import Layout
+from .stages import LAID, MERGED, Stages
 from .surfaces import Remainders, SurfaceArrays
 
 
@@ -60,13 +61,10 @@ class ExactTables:
         return self.bodies.outline(polygon)
 
 
-def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = None) -> Lowered:
-    """Flat arrays for a list of bodies; a `Spheres` entry takes one number for each ball.
-
-    progress(done, count) is called now and then: after many that are lowered together, and after each other.
-    """
-    collected = Collected()
-    collected.collect(bodies, progress)
+def lower(bodies: Sequence[Body], stages: Stages | None = None) -> Lowered:
+    """Flat arrays for a list of bodies; a `Spheres` entry takes one number for each ball."""
+    stages, collected = stages or Stages(None, 0), Collected()
+    collected.collect(bodies, stages)
     layout = Layout(collected.contents)
     counts = np.array(collected.items, np.int32)
     starts = (np.cumsum(counts) - counts).astype(np.int32)
@@ -74,7 +72,9 @@ def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = N
         [body.shape for body in bodies], *(_at(places, starts) for places in (layout.surfaces, layout.polygons))
     )
     surfaces: SurfaceArrays = layout.surface_columns(exact)
+    stages.reached(MERGED)
     tables, boxes = layout.tables(surfaces)
+    stages.reached(LAID)
     first_face = layout.faces.first
     return Lowered(
         tables,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from ..tables import Floats, Ints
 from .layout import Balls, Contents
 from .parts import part_of, stretched_balls
 from .pattern import Group, Pattern
+from .stages import READ, TOGETHER, Stages
 from .together import Together
 
 _CHUNK = 1 << 13
@@ -72,32 +72,32 @@ class Collected:
         self._alone: list[tuple[Shape, int]] = []
         self._like: dict[Pattern, tuple[list[int], list[list[float]]]] = {}
 
-    def collect(self, bodies: Sequence[Body], progress: Callable[[int, int], Any] | None) -> None:
-        """Take in all bodies of a scene; progress(done, count) is called now and then."""
+    def collect(self, bodies: Sequence[Body], stages: Stages) -> None:
+        """Take in all bodies of a scene, and tell of it now and then."""
         done = 0
-        for body in bodies:
+        for number, body in enumerate(bodies):
+            if number & 1023 == 0:
+                stages.reached(0.0, READ, number, len(bodies))
             before = self.contents.body_count
             if isinstance(body.shape, Spheres):
                 self._add_spheres(body.shape)
                 done += 1
-                if progress is not None:
-                    progress(done, len(bodies))
+                if not stages.many:
+                    stages.bodies(done)
             else:
                 self.contents.body_count += 1
                 if "part" in body.shape.kept or not self._together.add(body.shape, before):
                     self._alone.append((body.shape, before))
             self.items.append(self.contents.body_count - before)
             self.frames.append(len(self.contents.ball_frames))
-        found, left = self._together.lowered()
-        if progress is not None and len(bodies) - len(self._alone) - len(left) > done:
-            progress(len(bodies) - len(self._alone) - len(left), len(bodies))
+        found, left = self._together.lowered(lambda part, of: stages.reached(READ, TOGETHER, part, of))
         done = len(bodies) - len(self._alone) - len(left)
+        stages.bodies(done)
         self.contents.groups.extend(Group(pattern, numbers, rows) for pattern, numbers, rows in found)
         self.paints.update(self._together.paints)
         for more, (shape, number) in enumerate([*self._alone, *left], start=1):
             self._add(shape, number)
-            if progress is not None:
-                progress(done + more, len(bodies))
+            stages.bodies(done + more)
         for pattern, (numbers, rows) in self._like.items():
             self.contents.groups.append(Group(pattern, np.array(numbers, np.int32), np.array(rows)))
 

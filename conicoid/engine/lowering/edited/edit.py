@@ -5,7 +5,7 @@ All tables but those of the trees are those of the scene lowered from the beginn
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from .. import ExactTables, Lowered, lower
 from ..contents import Exact
 from ..laid import BODIES, CORNERS, ENTRIES, FACES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
 from ..layout import balls_direct
+from ..stages import Progress, Stages
 from ..surfaces import Remainders
 from .columns import Columns
 from .joined import Joined
@@ -109,15 +110,13 @@ class _Shapes(Sequence[Shape]):
         return len(self._bodies)
 
 
-def edit(
-    old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Callable[[int, int], Any] | None
-) -> Edit | None:
+def edit(old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Progress | None) -> Edit | None:
     """An edited scene that has runs of an old one; None where it is as well lowered from the beginning."""
     if old.laid is None or 2 * len(found.fresh) > len(bodies):
         return None
     there = len(bodies) - len(found.fresh)
     told = progress and (lambda done, _: progress(there + done, len(bodies)))
-    new = lower([bodies[number] for number in found.fresh], told)
+    new = lower([bodies[number] for number in found.fresh], Stages(told, len(found.fresh)))
     if new.laid is None:
         return None
     return Edit(old, new, Pieces.of(found.pieces, (old.laid, new.laid)), bodies, kept)
