@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from .forks import lock
 from .scene_contents import Contents
+from .scene_edits import Edits
 from .scene_queries import Queries
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.calls import explained_methods
 from .shapes.calm import calm
 from .shapes.elsewhere import no_attribute_of_scene
-from .shapes.repeated import Repeated
-from .shapes.validate import callback, flag, positive, shown, what
+from .shapes.validate import callback, flag, positive, what
 from .shapes.validate import path as checked_path
 from .shapes.vector import Box
 
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from .engine.prepared import Prepared
     from .image import Image
     from .render.camera import Camera, OrthographicCamera
+    from .scene_parts import Bodies
 
-_SAME: Any = object()
 _PARTS = ("lights", "camera", "background", "domain")
 
 
 @explained_methods
-class Scene(Contents, Queries):
+class Scene(Contents, Edits, Queries):
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
     items: shapes or `Body`s; one of these alone is a scene too.
@@ -54,21 +54,20 @@ class Scene(Contents, Queries):
         background: Any = None,
         domain: Solid | None = None,
     ) -> None:
-        from .scene_parts import as_bodies, as_camera, as_domain, refuse_second
+        from .scene_parts import as_bodies, as_camera, as_domain, refuse_same_names, refuse_second
         from .shapes.background import as_background
         from .shapes.light import as_lights
 
         refuse_second(lights)
         self._bodies = as_bodies(items)
-        names: dict[str, int] = {}
-        for i, body in enumerate(() if isinstance(self._bodies, Repeated) else self._bodies):
-            if body.name is not None and names.setdefault(body.name, i) != i:
-                raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {shown(body.name)}")
+        refuse_same_names(self._bodies)
         self._lights = as_lights(lights)
         self._camera = as_camera(camera)
         self._background = as_background(background)
         self._domain = as_domain(domain)
         self._prepared: Prepared | None = None
+        self._before: Prepared | None = None
+        """What a scene was that this one was made from, until this one is prepared too."""
         self._lock = lock()
 
     if not TYPE_CHECKING:  # else checkers would let any name be asked for, and set
@@ -87,34 +86,24 @@ class Scene(Contents, Queries):
 
     def __copy__(self) -> Scene:
         made = _again(type(self), *self._parts)
-        made._prepared, made._notes = self._prepared, self._notes
+        made._prepared, made._before, made._notes = self._prepared, self._before, self._notes
         return made
 
-    def replace(
-        self, which: str | int | None = None, item: Shape | Body | None = None, *,
-        material: Any = _SAME, name: Any = _SAME,
-        lights: Any = _SAME, camera: Any = _SAME, background: Any = _SAME, domain: Any = _SAME,
-    ) -> Scene:  # fmt: skip
-        """A scene with one entry changed, or other lights, camera, background or domain; it prepares only that.
+    def _edited(self, bodies: Bodies, *parts: Any, before: Scene | None = None) -> Scene:
+        """A scene of other bodies, which takes what is prepared of this one, or of another that was before it.
 
-        which: the name of the entry, or the number of its body.
-        item: a shape takes the place of the entry's shape, which keeps its material and name, and a `Body` that of the
-            whole entry, whose name stays if the `Body` has none.
-        material, name: change these alone, or besides; None takes them away.
-        lights, camera, background, domain: as for a `Scene`; None takes them away.
-
-        Raises KeyError and IndexError for an entry that there is not.
+        parts: those after the bodies, where they are others.
         """
-        from .scene_parts import exchanged
+        from .scene_parts import refuse_same_names
 
-        labels = {key: new for key, new in dict(material=material, name=name).items() if new is not _SAME}
-        keeps = which is None and item is None and not labels
-        bodies = self._bodies if keeps else exchanged(self._bodies, self._firsts, which, item, labels)
-        given = lights, camera, background, domain
-        made = Scene(bodies, *(old if new is _SAME else new for new, old in zip(given, self._parts[1:], strict=True)))
-        prepared, made._notes = self._prepared, self._notes
-        if prepared is not None and all(a.shape is b.shape for a, b in zip(bodies, self._bodies, strict=True)):
-            made._prepared = prepared if bodies is self._bodies else prepared.labelled(bodies)
+        made, of = Scene((), *(parts or self._parts[1:])), before or self
+        if bodies is not self._bodies:
+            refuse_same_names(bodies)
+        made._bodies, made._notes = bodies, self._notes
+        if bodies is of._bodies and of._prepared is not None:
+            made._prepared = of._prepared
+        else:
+            made._before = of._prepared or of._before
         return made
 
     @cached_property
@@ -158,8 +147,8 @@ class Scene(Contents, Queries):
     def prepare(self, progress: Callable[[int, int], Any] | None = None) -> None:
         """Build the arrays and the tree now; else the first question does it.
 
-        `progress(done, count)` is called with numbers of entries. What a shape becomes is kept with it, so a scene
-        that shares shapes with one that was prepared takes only what is new.
+        `progress(done, count)` is called with numbers of entries, to each of which every stage of the work adds. What a
+        shape becomes is kept with it, so a scene that shares shapes with one that was prepared takes only what is new.
         """
         callback("prepare", "progress", progress)
         self._ready(progress)
@@ -167,10 +156,10 @@ class Scene(Contents, Queries):
     def _ready(self, *progress: Any) -> Prepared:
         with self._lock:
             if self._prepared is None:
-                from .engine.lowering import lower
-                from .engine.prepared import Prepared
+                from .engine.prepared import prepare
 
-                self._prepared = Prepared.of(lower(self._bodies, *progress), self._bodies)
+                before, self._before = self._before, None
+                self._prepared = prepare(self._bodies, before, *progress)
             return self._prepared
 
     @property

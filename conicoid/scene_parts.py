@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import operator
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -23,7 +23,7 @@ _SUGGESTED = 1000
 Bodies: TypeAlias = tuple[Body, ...] | Repeated
 
 
-def as_bodies(items: Any) -> Bodies:
+def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
     """Shapes and bodies as bodies; one alone stands for a list of it.
 
     Raises TypeError for anything else, with its index.
@@ -33,8 +33,21 @@ def as_bodies(items: Any) -> Bodies:
     if isinstance(items, (Shape, Body)):
         items = (items,)
     if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable):
-        raise TypeError(f"Scene: items must be a list of shapes and Bodies, or one of them, got {what(items)}")
-    return tuple(_as_body(i, item) for i, item in enumerate(items))
+        raise TypeError(f"{owner}: items must be a list of shapes and Bodies, or one of them, got {what(items)}")
+    return tuple(_as_body(i, item, owner) for i, item in enumerate(items))
+
+
+def refuse_same_names(bodies: Sequence[Body]) -> None:
+    """ValueError where two bodies have one name."""
+    if isinstance(bodies, Repeated):
+        return
+    known = [body.name for body in bodies if body.name is not None]
+    if len(set(known)) == len(known):
+        return
+    names: dict[str, int] = {}
+    for i, body in enumerate(bodies):
+        if body.name is not None and names.setdefault(body.name, i) != i:
+            raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {shown(body.name)}")
 
 
 def boxes_of(bodies: Bodies) -> list[Box]:
@@ -48,7 +61,7 @@ def refuse_second(lights: Any) -> None:
         raise TypeError(f"Scene: items must be in one list, Scene([first, second]), got {what(lights)} as lights")
 
 
-def _as_body(index: int, item: Any) -> Body:
+def _as_body(index: int, item: Any, owner: str) -> Body:
     if isinstance(item, Body):
         return item
     if isinstance(item, Shape):
@@ -58,7 +71,7 @@ def _as_body(index: int, item: Any) -> Body:
         hint = "; Body(shape, material, name) is one"
     elif hasattr(item, "bodies") or isinstance(item, list):
         hint = f"; {'a scene has these in .bodies: ' if hasattr(item, 'bodies') else ''}[*a, *b] is one list of two"
-    raise TypeError(f"Scene: items[{index}] must be a shape or a Body, got {what(item)}{hint}")
+    raise TypeError(f"{owner}: items[{index}] must be a shape or a Body, got {what(item)}{hint}")
 
 
 def named(bodies: Sequence[Body], name: str) -> int:
@@ -98,20 +111,59 @@ def numbered(firsts: Any, number: Any, called: str = "body: number") -> tuple[in
     return entry, index - int(firsts[entry])
 
 
-def exchanged(bodies: Bodies, firsts: Any, which: Any, item: Any, labels: Mapping[str, Any]) -> tuple[Body, ...]:
+def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str, field: str = "which") -> int:
+    """The entry of a name, or of the number of its body; firsts() are the `first_numbers` of the bodies."""
+    if isinstance(which, str):
+        return named(bodies, which)
+    if as_index(which) is None:
+        raise TypeError(f"{owner}: {field} must be the name of an entry or the number of its body, got {shown(which)}")
+    entry = numbered(firsts(), which, f"{owner}: {field} number" if field == "which" else f"{owner}: {field}")[0]
+    shape = bodies[entry].shape
+    if isinstance(shape, Spheres):
+        raise ValueError(f"{owner}: body {which} is one ball of an entry of {len(shape):,}; name the entry instead")
+    return entry
+
+
+def exchanged(
+    bodies: Bodies, firsts: Callable[[], Any], which: Any, item: Any, labels: Mapping[str, Any]
+) -> tuple[Body, ...]:
     """Bodies with one entry changed: the one of a name, or of a body's number. `labels`: a material, a name."""
     if not isinstance(item, (Shape, Body)) and not (item is None and labels):
         hint = "" if item is None or labels else "; material= and name= change these alone"
         raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}{hint}")
-    if not isinstance(which, str) and as_index(which) is None:
-        raise TypeError(f"replace: which must be the name of an entry or the number of its body, got {shown(which)}")
-    entry = named(bodies, which) if isinstance(which, str) else numbered(firsts, which, "replace: which number")[0]
+    entry = one_entry(bodies, firsts, which, "replace")
     old = bodies[entry]
-    if not isinstance(which, str) and isinstance(old.shape, Spheres):
-        raise ValueError(f"replace: body {which} is one ball of an entry of {len(old.shape):,}; name the entry instead")
     new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
     changes = {"name": new.name or old.name, **labels}
     return (*bodies[:entry], dataclasses.replace(new, **changes), *bodies[entry + 1 :])
+
+
+def shared_bodies(old: Bodies, new: Bodies) -> Bodies:
+    """New bodies, for which equal ones of an old scene stand: the first and the last, and what is in the same place."""
+    if isinstance(old, Repeated) or isinstance(new, Repeated):
+        return new
+    least = min(len(old), len(new))
+    front = next((k for k in range(least) if old[k] != new[k]), least)
+    back = next((k for k in range(least - front) if old[-1 - k] != new[-1 - k]), least - front)
+    middle = new[front : len(new) - back]
+    if len(old) == len(new):
+        beside = old[front : len(old) - back]
+        middle = tuple(before if before == after else after for before, after in zip(beside, middle, strict=True))
+    return (*old[:front], *middle, *old[len(old) - back :])
+
+
+def moved_by(shape: Shape, motion: Any) -> Shape:
+    """A shape moved as `Scene.moved` is told; a TypeError for what is no motion."""
+    if callable(motion):
+        moved = motion(shape)
+        if not isinstance(moved, Shape):
+            raise TypeError(f"moved: motion must return a shape, got {what(moved)}")
+        return moved
+    if np.shape(motion) == (4, 4):
+        return shape.transform(motion)
+    if np.shape(motion) != (3,):
+        raise TypeError(f"moved: motion must be 3 numbers, a matrix (4, 4) or a function, got {shown(motion)}")
+    return shape.translate(motion)
 
 
 def as_camera(camera: Any) -> Any:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine import lowering
-from conicoid.engine.lowering import parts, recorded
+from conicoid.engine import lowering, prepared
+from conicoid.engine.lowering import layout, parts, recorded
+from conicoid.engine.lowering.edited import edit as edited
 from conicoid.engine.prepared import Prepared
 
 RAYS = (np.random.default_rng(3).normal(size=(400, 3)) * 4, np.random.default_rng(4).normal(size=(400, 3)))
@@ -136,6 +137,80 @@ def test_refusals(arguments, error, message):
         co.Scene(_things()).replace(*arguments)
 
 
+def test_moved_added_and_without():
+    scene = co.Scene(_things())
+    scene.prepare()
+    ball, quarter = co.Body(co.Sphere(0.5), "red", "ball"), co.Box().rotate("z", 90).motion
+    assert scene.moved("turned", (1, 2, 3)).bodies[1] == scene.bodies[1].translate((1, 2, 3))
+    matrix = np.eye(4)
+    matrix[:3, 3] = 1, 0, 0
+    assert scene.moved(0, matrix).bodies[0] == scene.bodies[0].transform(matrix)
+    turned = scene.moved("balls", lambda shape: shape.rotate("z", 90))
+    assert turned["balls"].shape.motion == scene["balls"].shape.motion.then(quarter)
+    assert scene.added(ball).bodies == (*scene.bodies, ball)
+    assert scene.added([ball, co.Box()], before="turned").bodies[:4] == (
+        scene.bodies[0], ball, co.Body(co.Box()), scene.bodies[1],
+    )  # fmt: skip
+    assert scene.added(ball, before=0).bodies[0] is ball
+    assert scene.without(["turned", 0]).bodies == scene.bodies[2:]
+    changed = scene.without("floor").added(ball).moved("drilled", (0, 0, 1))
+    assert (changed.lights, changed.camera, changed.notes) == (scene.lights, scene.camera, scene.notes)
+    _same(changed, co.Scene(changed.bodies))
+    assert co.Scene([]).added(ball).first_hit((0, 0, 5), (0, 0, -1)).t == 4.5
+
+
+@pytest.mark.parametrize(("edit", "error", "message"), [
+    (lambda s: s.moved("no", (1, 0, 0)), KeyError, "no body named 'no'"),
+    (lambda s: s.moved(7, (1, 0, 0)), ValueError, "moved: body 7 is one ball of an entry of 30; name the entry instead"),
+    (lambda s: s.moved("turned", 5), TypeError, r"moved: motion must be 3 numbers, a matrix \(4, 4\) or a function, got 5"),
+    (lambda s: s.moved("turned", lambda shape: 5), TypeError, "moved: motion must return a shape, got int"),
+    (lambda s: s.moved("turned", (1, 0, float("nan"))), ValueError, "translate: offset"),
+    (lambda s: s.added("ball"), TypeError, "added: items must be a list of shapes and Bodies"),
+    (lambda s: s.added(co.Sphere(), before=1.5), TypeError, "added: before must be the name of an entry or"),
+    (lambda s: s.added(co.Sphere(), before=99), IndexError, "added: before must be at least 0 and below 66, got 99"),
+    (lambda s: s.added(co.Body(co.Sphere(), name="floor")), ValueError, "are both named 'floor'"),
+    (lambda s: s.without("no"), KeyError, "no body named 'no'"),
+    (lambda s: s.without(None), TypeError, "without: which must be the name of an entry or"),
+])  # fmt: skip
+def test_refusals_of_moves(edit, error, message):
+    with pytest.raises(error, match=message):
+        edit(co.Scene(_things()))
+
+
+def test_a_scene_takes_what_is_equal_in_one_that_is_prepared(monkeypatch):
+    scene = co.Scene(_things())
+    scene.prepare()
+    again = co.Scene(_things())._taking_from(scene)
+    assert all(new is old for new, old in zip(again.bodies, scene.bodies, strict=True))
+    lowered = []
+    lower = edited.lower
+    monkeypatch.setattr(edited, "lower", lambda bodies, stages: lowered.append(bodies) or lower(bodies, stages))
+    ball = co.Body(co.Sphere(0.5, (5, 5, 5)), name="ball")
+    for things, new in (
+        ([*_things()[:3], ball, *_things()[3:]], [ball]),
+        ([*_things()[:2], ball, *_things()[3:]], [ball]),
+        (_things()[1:], []),
+    ):
+        made = co.Scene(things)._taking_from(scene)
+        _same(made, co.Scene(things))
+        assert lowered.pop() == new
+
+
+def test_a_slider_changes_one_body_as_the_whole_file_would():
+    from conicoid.viewer import numbers
+
+    scene = co.Scene(_things())
+    scene.prepare()
+    for item in (1, 3, 7):
+        for number in numbers.numbers_of(scene, item)[:3]:
+            changed = numbers.with_number(scene, number["path"], number["value"] + 0.25)
+            assert changed == numbers._changed(scene, number["path"], number["value"] + 0.25)
+            assert [new is old for new, old in zip(changed.bodies, scene.bodies, strict=True)].count(False) == (
+                1 if number["path"][0] == "bodies" else 2
+            )
+            assert changed._before is scene.prepared
+
+
 def test_preparing_tells_of_its_progress(worked_out):
     told: list[tuple[int, int]] = []
     scene = co.Scene(_things())
@@ -145,3 +220,35 @@ def test_preparing_tells_of_its_progress(worked_out):
     assert len(told) == 8
     with pytest.raises(TypeError, match="prepare: progress must be a function or None, got int"):
         scene.prepare(3)
+
+
+def test_preparing_many_tells_of_every_stage(monkeypatch):
+    told: list[tuple[int, int]] = []
+    at: dict[str, int] = {}
+
+    def noting(name, work):
+        def noted(*arguments):
+            at[f"before {name}"] = len(told)
+            made = work(*arguments)
+            at[f"after {name}"] = len(told)
+            return made
+
+        return noted
+
+    monkeypatch.setattr(layout, "finished", noting("merging", layout.finished))
+    monkeypatch.setattr(prepared, "with_trees", noting("planting", prepared.with_trees))
+    balls = [co.Sphere(0.1, (float(k), 0, 0)) for k in range(3000)]
+    scene = co.Scene([*balls, *(co.Box().rotate("z", k).translate((0, k, 0)) for k in range(20))])
+    scene.prepare(lambda done, count: told.append((done, count)))
+    done = [done for done, _ in told]
+    assert {count for _, count in told} == {3020}
+    assert done == sorted(set(done))
+    assert done[-1] == 3020
+    assert 4 < at["before merging"] < at["after planting"] < len(told)
+    assert done[at["before merging"] - 1] < done[at["before planting"] - 1] < 3020
+    with pytest.raises(KeyboardInterrupt):
+        co.Scene(balls).prepare(_interrupted)
+
+
+def _interrupted(done: int, count: int) -> None:
+    raise KeyboardInterrupt

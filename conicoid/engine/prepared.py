@@ -5,17 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..exact.forms import Form
 from ..shapes.body import Body
-from ..shapes.labels import NOBODY, Labels
+from ..shapes.labels import Labels
+from ..shapes.repeated import Repeated
 from ..shapes.repeated_labels import labels_of
-from .lowering import Lowered
+from .lowering import Lowered, lower
+from .lowering.edited.edit import Kept, edit
+from .lowering.edited.pieces import runs
+from .lowering.stages import PLANTED, Progress, Stages
 from .surface.decide import Rest
-from .tables import Geometry
-from .tree.build import with_trees
+from .tables import Geometry, Tables, room_for, shared
+from .tree.build import Woods, with_trees
+from .tree.build.leaf_items import put_items
+from .tree.build.patched import patched
 
 
 @dataclass(frozen=True)
@@ -25,20 +32,52 @@ class Prepared:
     lowered: Lowered
     geometry: Geometry
     rest: Rest
+    woods: Woods = field(repr=False, compare=False)
     forms: dict[int, Form] = field(default_factory=dict, repr=False, compare=False)  # surfaces in exact arithmetic
 
-    labels: Labels = NOBODY
+    entries: Sequence[Body] = ()  # they give the names and materials
+    kept: Kept = field(default_factory=Kept, repr=False, compare=False)
 
     @classmethod
     def of(cls, lowered: Lowered, bodies: Sequence[Body] = ()) -> Prepared:
         """Build the trees of a lowered scene; `bodies` give the names and materials."""
-        geometry, rest = with_trees(lowered), lowered.rest
-        flat = Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())
-        return cls(lowered.sharing(geometry), geometry, flat, labels=labels_of(bodies))
+        geometry, woods = with_trees(lowered)
+        return cls(lowered.sharing(geometry), geometry, _flat(lowered), woods, entries=bodies)
+
+    def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> Prepared | None:
+        """A scene of other bodies, many of them the same; None where it is as well prepared from the beginning."""
+        if isinstance(self.entries, Repeated) or isinstance(bodies, Repeated):
+            return self.labelled(bodies) if bodies is self.entries else None
+        found = runs(self.entries, bodies)
+        if not found.fresh and len(bodies) == len(self.entries):
+            return self.labelled(bodies)
+        made = edit(self.lowered, bodies, found, self.kept, progress)
+        if made is None:
+            return None
+        trees = patched(self.lowered.tables, self.woods, made)
+        shapes: dict[str, Any] = {
+            name: np.broadcast_to(np.zeros((), kind), shape) for name, (shape, kind) in made.sizes.items()
+        }
+        empty = Tables(**shapes, **trees.tables)
+        geometry = room_for(empty)
+        tables = shared(empty, geometry)
+        for name, column in trees.tables.items():
+            if name not in ("node_boxes", "leaf_items"):
+                getattr(tables, name)[...] = column
+        trees.put_boxes(tables.node_boxes)
+        tables.leaf_items[:] = 0.0
+        lowered, kept = made.fill(geometry, empty)
+        put_items(geometry, lowered.boxes, int(trees.woods.places[-1]))
+        return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)
 
     def labelled(self, bodies: Sequence[Body]) -> Prepared:
         """The same shapes with the names and materials of other bodies."""
-        return replace(self, labels=labels_of(bodies))
+        return replace(self, entries=bodies)
+
+    @cached_property
+    def labels(self) -> Labels:
+        """Names and materials by body number."""
+        return labels_of(self.entries)
 
     @cached_property
     def key(self) -> bytes:
@@ -52,3 +91,19 @@ class Prepared:
             digest.update(str(array.shape).encode())
             digest.update(np.ascontiguousarray(array).data.cast("B") if array.size else b"")
         return digest.digest()
+
+
+def prepare(bodies: Sequence[Body], before: Prepared | None = None, progress: Progress | None = None) -> Prepared:
+    """Prepare a scene; from the one that it was made from, if that is known and has enough in common."""
+    made = before.edited(bodies, progress) if before is not None else None
+    if made is None:
+        stages = Stages(progress, len(bodies))
+        made = Prepared.of(lower(bodies, stages), bodies)
+        stages.reached(PLANTED)
+    return made
+
+
+def _flat(lowered: Lowered) -> Rest:
+    """What rounding took, as kernels take it."""
+    rest = lowered.rest
+    return Rest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())

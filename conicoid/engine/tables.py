@@ -184,9 +184,18 @@ def _aligned(count: int) -> Floats:
 
 def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
     """Lay the tables end to end; those of the numbers `later` get room that the caller fills."""
+    geometry = room_for(tables)
+    arrays: tuple[npt.NDArray[Any], ...] = tables
+    for k, table in enumerate(arrays):
+        _room(geometry, k, table)[...] = 0 if k in later else table  # padding too is the same each time
+    geometry.places[STEPS] = steps(tables)
+    return geometry
+
+
+def room_for(tables: Tables) -> Geometry:
+    """Room for tables of these shapes end to end, which the caller fills; and then `STEPS`."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
     places = np.zeros(2 * LENGTHS + 2, np.int64)
-    places[STEPS] = _steps(tables)
     ends = [0, 0]
     for k, table in enumerate(arrays):
         real = table.dtype == np.float64
@@ -198,11 +207,10 @@ def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
         if table.dtype == np.float64:
             end = int(places[k] + places[LENGTHS + k])
             geometry.floats[end : end + -end % _LINE] = 0.0
-        _room(geometry, k, table)[...] = 0 if k in later else table  # padding too is the same each time
     return geometry
 
 
-def _steps(tables: Tables) -> int:
+def steps(tables: Tables) -> int:
     """Every entry and corner is met; and of a body every leaf, which may turn all gates."""
     leaves, gates = (np.diff(first).astype(np.int64) for first in (tables.program_leaf, tables.program_gate))
     return len(tables.entry_kind) + len(tables.vertices) + int(np.dot(leaves, gates))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -41,8 +42,19 @@ def numbers_of(scene: Scene, item: int) -> list[dict[str, Any]]:
 def with_number(scene: Scene, path: list[Step], value: float) -> Scene:
     """The scene with the number at a path of its file's data changed.
 
+    A number in the file's list of bodies is that of one body, and only that one is written and read again.
     Raises ValueError (SceneFileError) where the new number is not possible, KeyError for no such path.
     """
+    if path[0] == "bodies":
+        entry = int(path[1])
+        old = scene.bodies[entry]
+        changed = _changed(Scene(old), ["bodies", 0, *path[2:]], value).bodies[0]
+        return scene._with_entry(entry, dataclasses.replace(old, shape=changed.shape))
+    return _changed(scene, path, value)._taking_from(scene)
+
+
+def _changed(scene: Scene, path: list[Step], value: float) -> Scene:
+    """The scene that is read from the file with one number changed."""
     with tempfile.TemporaryDirectory(prefix="conicoid-") as folder:
         file = Path(folder) / "scene.yaml"
         data = _data(scene, file.parent)

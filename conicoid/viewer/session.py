@@ -108,7 +108,7 @@ class Session:
     def _load(self, path: Path) -> str | None:
         """Take the scene from the file, or say why that is impossible: nothing that goes wrong here is passed over."""
         try:
-            scene = load(path)
+            scene = load(path)._taking_from(self._scene)
             scene_data(scene)
         except ValueError as error:
             return str(error) or type(error).__name__

@@ -6,7 +6,7 @@ Motions are baked here, in exact arithmetic, and every number is rounded once.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,9 @@ from ...shapes.material import Material
 from ...shapes.repeated import Repeated
 from ..tables import Floats, Geometry, Ints, Longs, Tables, shared
 from .contents import Collected, Exact, Shapes
+from .laid import Laid
 from .layout import Layout
+from .stages import LAID, MERGED, Stages
 from .surfaces import Remainders, SurfaceArrays
 
 
@@ -35,6 +37,7 @@ class Lowered:
     body_count: int
     rest: Remainders  # what rounding took from the records of surfaces
     exact: ExactTables
+    laid: Laid | None
 
     def sharing(self, geometry: Geometry) -> Lowered:
         """The same with tables that share the memory of what was packed from them."""
@@ -60,19 +63,18 @@ class ExactTables:
         return self.bodies.outline(polygon)
 
 
-def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = None) -> Lowered:
-    """Flat arrays for a list of bodies; a `Spheres` entry takes one number for each ball.
-
-    progress(done, count) is called now and then: after many that are lowered together, and after each other.
-    """
-    collected = Collected()
-    collected.collect(bodies, progress)
+def lower(bodies: Sequence[Body], stages: Stages | None = None) -> Lowered:
+    """Flat arrays for a list of bodies; a `Spheres` entry takes one number for each ball."""
+    stages, collected = stages or Stages(None, 0), Collected()
+    collected.collect(bodies, stages)
     layout = Layout(collected.contents)
     counts = np.array(collected.items, np.int32)
     starts = (np.cumsum(counts) - counts).astype(np.int32)
     exact = Exact(_shapes(bodies), *(_at(places, starts) for places in (layout.surfaces, layout.polygons)))
     surfaces: SurfaceArrays = layout.surface_columns(exact)
+    stages.reached(MERGED)
     tables, boxes = layout.tables(surfaces)
+    stages.reached(LAID)
     first_face = layout.faces.first
     return Lowered(
         tables,
@@ -84,6 +86,9 @@ def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = N
         collected.contents.body_count,
         dataclasses.replace(surfaces.rest, vertices=layout.lost_of_corners()),
         ExactTables(exact, surfaces.single),
+        None
+        if isinstance(bodies, Repeated)
+        else Laid.of(collected.contents, collected.items, collected.frames, surfaces),
     )
 
 

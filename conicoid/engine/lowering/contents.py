@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from .layout import Balls, Contents
 from .moved import moved_rows
 from .parts import part_of, stretched_balls
 from .pattern import Group, Pattern
+from .stages import READ, TOGETHER, Stages
 from .together import Together
 
 _CHUNK = 1 << 13
@@ -73,71 +74,68 @@ class Collected:
 
     def __init__(self) -> None:
         self.contents = Contents(0)
-        self.items: Sequence[int] | Ints = []  # how many bodies each entry of the scene has
+        self.items: Sequence[int] = []  # how many bodies each entry of the scene has
+        self.frames: Sequence[int] = []  # how many frames of balls there are up to it
         self.paints: dict[int, dict[int, Material]] = {}  # body -> its faces with materials of their own
         self._together = Together()
         self._alone: list[tuple[Shape, int]] = []
         self._like: dict[Pattern, tuple[list[int], list[list[float]]]] = {}
 
-    def collect(self, bodies: Sequence[Body], progress: Callable[[int, int], Any] | None) -> None:
-        """Take in all bodies of a scene; progress(done, count) is called now and then."""
-        count = len(bodies)
-
-        def told(done: int) -> None:
-            if progress is not None:
-                progress(done, count)
-
+    def collect(self, bodies: Sequence[Body], stages: Stages) -> None:
+        """Take in all bodies of a scene, and tell of it now and then."""
         if isinstance(bodies, Repeated):
-            done = self._take_moved(bodies, told)
+            self._take_moved(bodies, stages)
         else:
-            done = self._take(bodies, told)
-        found, left = self._together.lowered()
+            self._take(bodies, stages)
+        found, left = self._together.lowered(lambda part, of: stages.reached(READ, TOGETHER, part, of))
         alone = [*self._alone, *left]
-        if count - len(alone) > done:
-            told(count - len(alone))
+        done = len(bodies) - len(alone)
+        stages.bodies(done)
         self.contents.groups.extend(Group(pattern, numbers, rows) for pattern, numbers, rows in found)
         self.paints.update(self._together.paints)
         for more, (shape, number) in enumerate(alone, start=1):
             self._add(shape, number)
-            told(count - len(alone) + more)
+            stages.bodies(done + more)
         for pattern, (numbers, rows) in self._like.items():
             self.contents.groups.append(Group(pattern, np.array(numbers, np.int32), np.array(rows)))
 
-    def _take(self, bodies: Sequence[Body], told: Callable[[int], None]) -> int:
-        """Sort bodies by how they are to be lowered; returns how many are done."""
-        done, items = 0, []
-        for body in bodies:
+    def _take(self, bodies: Sequence[Body], stages: Stages) -> None:
+        """Sort bodies by how they are to be lowered."""
+        done, items, frames = 0, [], []
+        for number, body in enumerate(bodies):
+            if number & 1023 == 0:
+                stages.reached(0.0, READ, number, len(bodies))
             before = self.contents.body_count
             if isinstance(body.shape, Spheres):
                 self._add_spheres(body.shape)
                 done += 1
-                told(done)
+                if not stages.many:
+                    stages.bodies(done)
             else:
                 self.contents.body_count += 1
                 self._add_one(body.shape, before)
             items.append(self.contents.body_count - before)
-        self.items = items
-        return done
+            frames.append(len(self.contents.ball_frames))
+        self.items, self.frames = items, frames
 
     def _add_one(self, shape: Shape, number: int) -> None:
         """A body that is lowered together with others, or alone."""
         if "part" in shape.kept or not self._together.add(shape, number):
             self._alone.append((shape, number))
 
-    def _take_moved(self, bodies: Repeated, told: Callable[[int], None]) -> int:
+    def _take_moved(self, bodies: Repeated, stages: Stages) -> None:
         """`_take` for bodies that are one another moved."""
         self.contents.body_count, done = len(bodies), 0
-        self.items = np.ones(len(bodies), np.int32)
+        self.items = [1] * len(bodies)
         for kind, numbers in enumerate(bodies.members):
+            stages.reached(0.0, READ, done, len(bodies))
             found = moved_rows(bodies, kind, numbers)
-            if found is None:
-                for number in numbers.tolist():
-                    self._add_one(bodies.shape(number), number)
-                continue
-            self.contents.groups.append(Group(found[0], numbers, found[1]))
             done += len(numbers)
-            told(done)
-        return done
+            if found is not None:
+                self.contents.groups.append(Group(found[0], numbers, found[1]))
+                continue
+            for number in numbers.tolist():
+                self._add_one(bodies.shape(number), number)
 
     def _add(self, shape: Shape, place: int) -> None:
         """A body that is lowered alone."""

@@ -182,8 +182,9 @@ class Layout:
         balls = [balls.spheres for balls in self.contents.balls]
         kinds = given.kinds[given.leads]
         known = Surfaces(
-            kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], rest, balls, _Leading(exact, given.leads)
-        )
+            kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], rest, balls,
+            _Leading(exact, given.leads), compact=len(given.leads) < len(given.lead),
+        )  # fmt: skip
         return given.all_of(finished(known))
 
     def tables(self, surfaces: SurfaceArrays) -> tuple[Tables, Floats]:
@@ -194,7 +195,7 @@ class Layout:
             surface_kind=surfaces.kind, surface_row=surfaces.row, planes=surfaces.planes, spheres=surfaces.spheres,
             quadrics=surfaces.quadrics, **columns, **entries, **_to_come(),
         )  # fmt: skip
-        return with_limits(_balls_direct(tables), boxes, surfaces.rest), boxes
+        return with_limits(balls_direct(tables), boxes, surfaces.rest), boxes
 
     def _columns(self, surfaces: SurfaceArrays) -> dict[str, Any]:
         """Cells, programs, sheets and polygons."""
@@ -374,7 +375,7 @@ def _to_come() -> dict[str, Any]:
     )
 
 
-def _balls_direct(tables: Tables) -> Tables:
+def balls_direct(tables: Tables) -> Tables:
     """Cells that are nothing but a sphere become balls, which are traced without their cell."""
     at = np.flatnonzero(tables.entry_kind == CELL)
     if not len(at):

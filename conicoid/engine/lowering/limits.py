@@ -64,9 +64,8 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
         own = np.flatnonzero(kind == which)
         uses.add(column[index[own]], base + index[own], own)
     surface, owner, users = (np.concatenate(part) for part in (uses.surfaces, uses.owners, uses.entries))
-    size = _size(tables, boxes) if len(surface) else 1.0
-    limits = np.zeros((cells + sheets + polygons, 2))
-    limits[:, 1] = math.inf
+    size = size_of(tables, boxes) if len(surface) else 1.0
+    limits = no_limits(cells + sheets + polygons)
     per_surface = np.zeros((3, int(surface.max(initial=-1)) + 1))
     for begin in range(0, len(surface), _USES):
         some = slice(begin, begin + _USES)
@@ -101,7 +100,7 @@ def _anchors(tables: Tables, surface: Whole) -> Floats:
     return anchors
 
 
-def _reaches(
+def reaches(
     tables: Tables, boxes: Floats, surface: Whole, entry: Whole, size: float
 ) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """(how far from its anchor a surface is used, is that bounded) of every use."""
@@ -116,7 +115,7 @@ def _reaches(
     return reach, bounded
 
 
-def _size(tables: Tables, boxes: Floats) -> float:
+def size_of(tables: Tables, boxes: Floats) -> float:
     """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics."""
     numbers = [np.abs(tables.planes[:, 4:7]).ravel(), np.abs(tables.quadrics[:, :3]).ravel()]
     for begin in range(0, len(boxes), _CHUNK):
@@ -136,7 +135,7 @@ def _sizes(quadrics: Floats) -> tuple[Floats, Floats, Floats]:
     return (squares * rows**2).sum(axis=1), (linear * rows).sum(axis=1), np.abs(quadrics[:, 18])
 
 
-def _kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> Floats:
+def kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> Floats:
     """kappa of every use of a surface."""
     kind, row = tables.surface_kind[surface], tables.surface_row[surface]
     kappa = np.full(len(surface), KAPPA_OF_BALLS)
@@ -152,40 +151,69 @@ def _inexact(rest: Floats) -> npt.NDArray[np.bool_]:
     return np.asarray((rest != 0.0).any(axis=1))
 
 
+def no_limits(count: int) -> Floats:
+    """(count, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be. Nothing is known yet."""
+    limits = np.zeros((count, 2))
+    limits[:, 1] = math.inf
+    return limits
+
+
 def _weigh(
     tables: Tables, boxes: Floats, rest: Remainders, size: float, uses: tuple[Whole, Whole, Whole], limits: Floats,
     per_surface: Floats,
 ) -> None:  # fmt: skip
     """Take some uses, surfaces with their owners and entries, into the limits of owners and the most of surfaces.
 
-    limits (owners, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be. per_surface (3, surfaces): the
-    largest reach, the largest kappa, whether some use has no end.
+    per_surface (3, surfaces): the largest reach, the largest kappa, whether some use has no end.
     """
     surface, owner, users = uses
-    reach, bounded = _reaches(tables, boxes, surface, users, size)
-    kappa = _kappas(tables, rest, surface, reach)
-    around = np.where(bounded, np.abs(np.where(bounded[:, None], boxes[users], 0.0)).sum(axis=1), _WIDE * size)
-    exact = ~bounded & (tables.surface_kind[surface] == 0) & (kappa == 0)
+    reach, bounded = reaches(tables, boxes, surface, users, size)
+    kappa = kappas(tables, rest, surface, reach)
+    limit_owners(limits, tables.surface_kind[surface] == 0, owner, reach, bounded, kappa, boxes[users], size)
+    for numbers, of_use in zip(per_surface, (reach, kappa, ~bounded), strict=True):
+        np.maximum.at(numbers, surface, of_use)
+
+
+def limits_of_owners(
+    flat: Any, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, boxes: Floats, size: float, count: int
+) -> Floats:
+    """(count, 2): the limits of owners by uses, `boxes` being those of the uses' bodies."""
+    limits = no_limits(count)
+    limit_owners(limits, flat, owner, reach, bounded, kappa, boxes, size)
+    return limits
+
+
+def limit_owners(
+    limits: Floats, flat: Any, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, boxes: Floats, size: float
+) -> None:
+    """Take uses into the limits of their owners."""
+    around = np.where(bounded, np.abs(np.where(bounded[:, None], boxes, 0.0)).sum(axis=1), _WIDE * size)
+    exact = ~bounded & flat & (kappa == 0)
     off = 0.5 * np.sqrt(kappa) * reach + RELATIVE * np.where(exact, _WIDEST * size, around)
     np.maximum.at(limits[:, 0], owner, off)
     far = np.where(bounded, FAR * reach, np.where(exact, _WIDEST * size, _WIDE * size))
     np.minimum.at(limits[:, 1], owner, far)
-    for numbers, of_use in zip(per_surface, (reach, kappa, ~bounded), strict=True):
-        np.maximum.at(numbers, surface, of_use)
 
 
 def _planes(tables: Tables, rest: Remainders, reach: Floats, kappa: Floats) -> Floats:
     """(planes, 2): the square of the least rate that is certain, for |d| = 1; the least height of parallel rays."""
     result = np.zeros((len(tables.planes), 2))
     own = np.flatnonzero(tables.surface_kind[: len(reach)] == 0)
+    result[tables.surface_row[own]] = limits_of_planes(tables, rest, own, reach[own], kappa[own])
+    return result
+
+
+def limits_of_planes(tables: Tables, rest: Remainders, own: Whole, reach: Floats, kappa: Floats) -> Floats:
+    """`plane_limits` of some surfaces that are planes."""
     row = tables.surface_row[own]
+    result = np.empty((len(own), 2))
     length = np.sqrt((tables.planes[row, :3] ** 2).sum(axis=1))
-    result[row, 0] = (np.maximum(2.0 * np.sqrt(kappa[own]), 2.0**-40) * length) ** 2
+    result[:, 0] = (np.maximum(2.0 * np.sqrt(kappa), 2.0**-40) * length) ** 2
     plain = (
         ~_inexact(rest.planes[row]) & ((tables.planes[row, :3] != 0).sum(axis=1) == 1) & (tables.planes[row, 3] == 0)
     )
-    slack = 2.0**-40 * (length * reach[own] + np.abs(tables.planes[row, 3]))
-    result[row, 1] = np.where(plain, 0.0, slack)
+    slack = 2.0**-40 * (length * reach + np.abs(tables.planes[row, 3]))
+    result[:, 1] = np.where(plain, 0.0, slack)
     return result
 
 
@@ -197,12 +225,19 @@ def _quadrics(tables: Tables, reach: Floats, kappa: Floats, endless: Floats) -> 
     """
     result = np.zeros((len(tables.quadrics), 2))
     own = np.flatnonzero(tables.surface_kind[: len(reach)] == 2)
-    row, r, share = tables.surface_row[own], reach[own], kappa[own]
-    a, b, k = (part[row] for part in _sizes(tables.quadrics))
+    result[tables.surface_row[own]] = limits_of_quadrics(tables, own, reach[own], kappa[own], endless[own])
+    return result
+
+
+def limits_of_quadrics(tables: Tables, own: Whole, r: Floats, share: Floats, endless: Floats) -> Floats:
+    """`quadric_limits` of some surfaces that are quadrics."""
+    row = tables.surface_row[own]
+    result = np.empty((len(own), 2))
+    a, b, k = _sizes(tables.quadrics[row])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         terms = 10.0 * a * r * r + 6.0 * b * r + k
-        result[row, 0] = np.where(r > 0, 4.0 * share * (terms / r) ** 2, math.inf)
-    result[row, 1] = np.where((endless[own] > 0) & ~_plain(tables.quadrics[row]), math.inf, share * terms)
+        result[:, 0] = np.where(r > 0, 4.0 * share * (terms / r) ** 2, math.inf)
+    result[:, 1] = np.where((endless > 0) & ~_plain(tables.quadrics[row]), math.inf, share * terms)
     return result
 
 
@@ -217,10 +252,14 @@ def _plain(quadrics: Floats) -> npt.NDArray[np.bool_]:
 
 def _merged(tables: Tables, cells: Floats) -> Floats:
     """The limits of programs: the widest of their leaves'."""
-    result = np.zeros((len(tables.program_leaf) - 1, 2))
+    program = np.repeat(np.arange(len(tables.program_leaf) - 1), np.diff(tables.program_leaf))
+    return limits_of_programs(program, cells[tables.leaf_cell], len(tables.program_leaf) - 1)
+
+
+def limits_of_programs(program: Whole, leaves: Floats, count: int) -> Floats:
+    """(count, 2): those of programs from those of their leaves' cells."""
+    result = np.zeros((count, 2))
     result[:, 1] = math.inf
-    program = np.repeat(np.arange(len(result)), np.diff(tables.program_leaf))
-    leaves = cells[tables.leaf_cell]
     np.maximum.at(result[:, 0], program, leaves[:, 0])
     np.minimum.at(result[:, 1], program, leaves[:, 1])
     return result

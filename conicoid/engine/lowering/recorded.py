@@ -276,12 +276,20 @@ class Primitives:
         """A number by which `frames` knows the motion of these steps; to be asked for before they are lowered."""
         return self._motions.row(steps)
 
-    def lowered(self) -> tuple[list[tuple[Form, Ints, Floats]], list[tuple[Shape, int]]]:
+    @property
+    def kinds(self) -> int:
+        """How many kinds there are of what is made alike."""
+        return len(self._like)
+
+    def lowered(
+        self, told: Callable[[int], Any] = lambda _: None
+    ) -> tuple[list[tuple[Form, Ints, Floats]], list[tuple[Shape, int]]]:
         """(form, places, rows) of those that could be lowered together, and the shapes and places that are left."""
         table, similar, self.frames = self._motions.work_out()
         results: list[tuple[Form, Ints, Floats]] = []
         left: list[tuple[Shape, int]] = []
-        for key, like in self._like.items():
+        for number, (key, like) in enumerate(self._like.items()):
+            told(number)
             for kind, chosen in _by_motion(key, like, similar):
                 found, rest = self._of_a_kind(key, kind, like, chosen, table)
                 results += found

@@ -21,8 +21,8 @@ from ...shapes.row_vectors import dot_rows, lengths
 from ...shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
 
-_CLOSE = 1e-11
-_ALONG = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
+CLOSE = 1e-11
+ALONG = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
 """A direction in which surfaces of different rational coefficients have different places."""
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
@@ -41,6 +41,8 @@ class SurfaceArrays:
     senses: Signs
     rest: Remainders
     single: npt.NDArray[np.int64]  # of the first of them, the number each came with; the others are bulk balls
+    given: Surfaces
+    first: Ints | None  # for each that was added the one whose record it takes; None where that is its own
 
 
 @dataclass
@@ -65,6 +67,8 @@ class Surfaces:
     rest: Remainders
     balls: list[Floats]
     exact: ExactSurfaces
+    compact: bool = False
+    """Are rows of planes and quadrics to go for which another stands? Scenes that are edited keep them."""
 
     @property
     def plain(self) -> npt.NDArray[np.bool_]:
@@ -125,16 +129,18 @@ class _Finish:
         leads = first == np.arange(count, dtype=np.int32)
         chosen = np.flatnonzero(leads[:single])
         if leads.all():
-            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen)
+            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen, given, None)
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
         kind, row = kind[leads], row[leads]
-        # Of planes and quadrics, only the representatives' rows stay
-        kept = {k: row[kind == k] for k in (PLANE, QUADRIC)}
-        for k, rows in kept.items():
-            row[kind == k] = np.arange(len(rows))
-        planes, quadrics = planes[kept[PLANE]], quadrics[kept[QUADRIC]]
-        rest = replace(rest, planes=rest.planes[kept[PLANE]], quadrics=rest.quadrics[kept[QUADRIC]])
-        return SurfaceArrays(kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen)
+        if given.compact:
+            kept = {k: row[kind == k] for k in (PLANE, QUADRIC)}
+            for k, rows in kept.items():
+                row[kind == k] = np.arange(len(rows))
+            planes, quadrics = planes[kept[PLANE]], quadrics[kept[QUADRIC]]
+            rest = replace(rest, planes=rest.planes[kept[PLANE]], quadrics=rest.quadrics[kept[QUADRIC]])
+        return SurfaceArrays(
+            kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, given, first
+        )
 
     def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
         """The exact name of a surface, and its sense."""
@@ -180,7 +186,7 @@ class _Finish:
         """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
         single = self.single
         middle = spheres[:1, :3].mean(axis=0) if len(spheres) else np.zeros(3)
-        numbers = _coefficients(kind[curved], row[curved], spheres, quadrics, middle)
+        numbers = coefficients(kind[curved], row[curved], spheres, quadrics, middle)
         round_ = np.abs(numbers[:, :6] - (1, 1, 1, 0, 0, 0)).max(axis=1) < _NEARLY
         if self.ball_count == 0 or not round_.any():
             return np.zeros(0, np.int64)
@@ -265,10 +271,10 @@ def _quadric_features(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats)
     ball = kind == SPHERE
     anchors = np.concatenate([spheres[row[ball], :3], quadrics[row[~ball], :3]])
     middle = anchors.mean(axis=0) if len(anchors) else np.zeros(3)
-    return _scaled(_coefficients(kind, row, spheres, quadrics, middle), 6, (6, 7, 8), (9,))
+    return _scaled(coefficients(kind, row, spheres, quadrics, middle), 6, (6, 7, 8), (9,))
 
 
-def _coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
+def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
     """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1."""
     count = len(kind)
     ball = kind == SPHERE
@@ -294,7 +300,7 @@ def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second
     """Fix the sign by the leading columns; divide lengths and squared lengths by the scene's own."""
     if not len(features):
         return features
-    sign = np.sign(dot_rows(features[:, :leading], _ALONG[:leading]))
+    sign = np.sign(dot_rows(features[:, :leading], ALONG[:leading]))
     features = features * np.where(sign == 0, 1.0, sign)[:, None]
     reach = np.abs(features[:, list(first_order)]).max()
     reach = max(reach, math.sqrt(np.abs(features[:, list(second_order)]).max())) if second_order else reach
@@ -306,12 +312,12 @@ def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second
 
 
 def _clusters(members: Any, features: Floats) -> Iterable[Any]:
-    """Groups of members whose features agree to about 1e-11 along `_ALONG`."""
+    """Groups of members whose features agree to about 1e-11 along `ALONG`."""
     if len(members) < 2:
         return
-    place = dot_rows(features, _ALONG[: features.shape[1]])
+    place = dot_rows(features, ALONG[: features.shape[1]])
     order = np.argsort(place, kind="stable")
-    near = np.diff(place[order]) <= _CLOSE
+    near = np.diff(place[order]) <= CLOSE
     starts = np.flatnonzero(np.concatenate([[True], ~near]))
     ends = np.concatenate([starts[1:], [len(order)]])
     for start, end in zip(starts[ends - starts > 1], ends[ends - starts > 1], strict=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -93,9 +93,13 @@ class Together:
         )
         return True
 
-    def lowered(self) -> tuple[list[Found], list[tuple[Shape, int]]]:
-        """(pattern, numbers, rows) of bodies that could be lowered together; shapes and numbers of those left."""
-        found, left = self._primitives.lowered()
+    def lowered(self, told: Callable[[int, int], Any] = lambda *_: None) -> tuple[list[Found], list[tuple[Shape, int]]]:
+        """(pattern, numbers, rows) of bodies that could be lowered together; shapes and numbers of those left.
+
+        told(done, count) is called for the kinds that there are.
+        """
+        kinds = self._primitives.kinds + len(self._plans)
+        found, left = self._primitives.lowered(lambda done: told(done, kinds))
         owners = np.array(self._owners, np.int32)
         results: list[Found] = []
         for form, places, rows in found:
@@ -105,7 +109,8 @@ class Together:
         rest = [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
         if self._plans:
             rows_of = _found_rows(found, len(owners))
-            for like in self._plans.values():
+            for done, like in enumerate(self._plans.values(), start=self._primitives.kinds):
+                told(done, kinds)
                 composed, others = self._composed(like, rows_of)
                 results += composed
                 rest += others

@@ -19,14 +19,17 @@ _NONE = np.zeros(0, np.int32)
 class Forest:
     """Collects trees; `put_boxes` fills in the boxes of their nodes, once there is a place for them."""
 
-    def __init__(self) -> None:
+    def __init__(self, nodes: int = 0, places: int = 0) -> None:
+        """To be put behind so many nodes and places of other trees."""
         self.trees: list[Tree] = []
         self.children: list[Ints] = [np.zeros((0, WIDTH), np.int32)]
         self.order: list[Ints] = [_NONE]
         self.roots: list[int] = []
         self.ends: list[int] = [0]
-        self.node_count = 0
-        self.placed = 0
+        self.nodes: list[int] = [nodes]  # up to the end of each tree
+        self.places: list[int] = [places]
+        self.node_count = nodes
+        self.placed = places
         self.depth = 1
         self.levels = 0
 
@@ -71,6 +74,22 @@ class Forest:
         self.depth = max(self.depth, len(self.roots) - self.ends[-1] + WIDTH * (self.levels + 1))
         self.levels = 0
         self.ends.append(len(self.roots))
+        self.nodes.append(self.node_count)
+        self.places.append(self.placed)
+
+    def add_few(self, first: Ints) -> None:
+        """Trees without boxes, one after the other, over items from first[k] to first[k + 1]: at most 15 each."""
+        counts = np.diff(first)
+        begin = self.placed + first[:-1].astype(np.int64) - int(first[0])
+        there = counts > 0
+        codes = -((begin << 4) | counts) - 1
+        self.ends += (len(self.roots) + np.cumsum(there)).tolist()
+        self.nodes += [self.node_count] * len(counts)
+        self.places += (begin + counts).tolist()
+        self.roots += codes[there].tolist()
+        self.order.append(np.arange(first[0], first[-1], dtype=np.int32))
+        self.placed += int(first[-1] - first[0])
+        self.depth = max(self.depth, WIDTH + 1)
 
     def in_tables(self, tables: Tables) -> Tables:
         """The tables with the trees, but for the boxes of the nodes and the items of the leaves."""

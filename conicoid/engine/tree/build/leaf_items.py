@@ -17,11 +17,11 @@ from .round_cells import around_cell
 _CHUNK = 1 << 14
 
 
-def put_items(geometry: Geometry, boxes: Floats) -> None:
-    """Fill the table LEAF_ITEMS, for the scene's own tree; boxes (n, 6) of the entries."""
-    run_chunks(lambda a, b: _put_leaves(geometry, boxes, False, a, b), _children(geometry), _CHUNK)
+def put_items(geometry: Geometry, boxes: Floats, place: int) -> None:
+    """Fill the table LEAF_ITEMS, for the scene's own tree, which begins at a place; boxes (n, 6) of the entries."""
+    run_chunks(lambda a, b: _put_leaves(geometry, boxes, place, False, a, b), _children(geometry), _CHUNK)
     roots = int(length(geometry, table.ROOTS))
-    run_chunks(lambda a, b: _put_leaves(geometry, boxes, True, a, b), roots, _CHUNK)
+    run_chunks(lambda a, b: _put_leaves(geometry, boxes, place, True, a, b), roots, _CHUNK)
 
 
 def _children(geometry: Geometry) -> int:
@@ -30,7 +30,7 @@ def _children(geometry: Geometry) -> int:
 
 
 @kernel(geometry="out", boxes="* 6", begin="0..end")
-def _put_leaves(geometry: Geometry, boxes: Floats, of_roots: bool, begin: int, end: int) -> None:
+def _put_leaves(geometry: Geometry, boxes: Floats, place: int, of_roots: bool, begin: int, end: int) -> None:
     """The leaves among begin..end of the roots, or of the children; those of bodies' trees have no items."""
     codes = table.ROOTS if of_roots else table.NODE_CHILDREN
     for k in range(begin, min(end, length(geometry, codes))):
@@ -38,7 +38,7 @@ def _put_leaves(geometry: Geometry, boxes: Floats, of_roots: bool, begin: int, e
         if code >= 0:
             continue
         first, last = leaf_range(code)
-        if first < length(geometry, table.TREE_ORDER) - len(boxes):
+        if first < place:
             continue
         at, count, rounds = leaf_at(geometry, first), last - first, 0
         for j in range(count):

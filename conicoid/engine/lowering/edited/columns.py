@@ -1,0 +1,226 @@
+"""The tables of an edited scene from those of two: rows that stay are copied, and the numbers in them count on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...tables import PLANE, QUADRIC, SPHERE, Ints, Longs, Signs, Tables
+from ..laid import (
+    BALL_FRAMES,
+    BALLS,
+    BODIES,
+    CELL_PLANES,
+    CELLS,
+    CORNERS,
+    FACES,
+    GATES,
+    KINDS,
+    LEAVES,
+    PLANES,
+    POLYGONS,
+    PROGRAMS,
+    QUADRICS,
+    SHEETS,
+    SPHERES,
+    SURFACES,
+    Laid,
+)  # fmt: skip
+from .joined import Joined
+from .merging import Merged
+
+PLAIN = {
+    "planes": PLANES, "quadrics": QUADRICS, "cell_face": CELLS, "plane_face": CELL_PLANES, "leaf_negated": LEAVES,
+    "leaf_sense": LEAVES, "leaf_bounds": LEAVES, "gate_need": GATES, "gate_negated": GATES, "gate_start": GATES,
+    "sheet_one_sided": SHEETS, "vertices": CORNERS, "ball_frames": BALL_FRAMES, "face_uv": FACES,
+    "plane_limits": PLANES, "quadric_limits": QUADRICS, "cell_limits": CELLS, "program_limits": PROGRAMS,
+    "sheet_limits": SHEETS, "polygon_limits": POLYGONS,
+}  # fmt: skip
+"""Columns without numbers of other rows."""
+COUNTING = {
+    "leaf_cell": (LEAVES, CELLS), "leaf_gate": (LEAVES, GATES), "gate_parent": (GATES, GATES),
+    "sheet_program": (SHEETS, PROGRAMS), "polygon_program": (POLYGONS, PROGRAMS),
+}  # fmt: skip
+"""Columns of numbers of rows of another kind, or -1."""
+BEGINS = {
+    "cell_first": (CELLS, CELL_PLANES), "program_leaf": (PROGRAMS, LEAVES), "program_gate": (PROGRAMS, GATES),
+    "polygon_first": (POLYGONS, CORNERS),
+}  # fmt: skip
+"""Columns of the first rows of another kind; one more says where these end."""
+SURFACE = {"cell_quadric": CELLS, "plane_surface": CELL_PLANES, "sheet_surface": SHEETS, "polygon_surface": POLYGONS}
+SIDES = {"cell_side": "cell_quadric", "plane_side": "plane_surface", "sheet_side": "sheet_surface",
+         "polygon_side": "polygon_surface"}  # fmt: skip
+"""Columns of surfaces, and the sides of them."""
+ENTRIES = ("entry_kind", "entry_index", "entry_body", "body_face")
+OTHERS = ("surface_kind", "surface_row", "spheres", *ENTRIES)
+TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
+
+
+def _senses(senses: Signs | None, given: Signs, chosen: Any) -> Signs:
+    """Of some surfaces the senses they have in the table."""
+    if senses is not None:
+        return senses[chosen]
+    found = np.ones(len(chosen), np.int8)
+    single = chosen < len(given)
+    found[single] = given[chosen[single]]
+    return found
+
+
+@dataclass
+class Numbers:
+    """Of the surfaces of the tables of one of two scenes, the numbers in the new tables; None: shifted by pieces."""
+
+    ids: Ints | None
+    turned: Signs | None  # whether each is turned over there; None: none is
+
+
+class Columns:
+    """Fills the tables of an edited scene."""
+
+    def __init__(self, joined: Joined, merged: Merged) -> None:
+        self.joined, self.pieces, self.merged = joined, joined.pieces, merged
+        self.leads = None if merged.first is None else np.flatnonzero(merged.first == np.arange(merged.count))
+        self.ids = self._ids()
+        self.laid = self._laid()
+        self.numbers = self._numbers(0), self._numbers(1)
+
+    def _laid(self) -> Laid:
+        """Which rows are whose."""
+        (old, new), merged = self.joined.laid, self.merged
+        patterns, numbers = old.patterns.joined(new.patterns)
+        which = self.joined.of_both(BODIES, old.which, numbers[new.which])
+        bodies = self.joined.of_entries(old.first_body, new.first_body)
+        frames = self.joined.of_entries(old.first_frame, new.first_frame)
+        given = merged.kinds, merged.given, merged.senses, merged.first
+        return Laid(patterns, which, bodies, frames, *given, self.ids)
+
+    @property
+    def surfaces(self) -> int:
+        """How many surfaces the table has."""
+        return self.merged.count if self.leads is None else len(self.leads)
+
+    @property
+    def single(self) -> Longs:
+        """See `ExactTables.single`."""
+        single = int(self.pieces.total[SURFACES])
+        return np.arange(single) if self.leads is None else self.leads[self.leads < single]
+
+    def _ids(self) -> Ints | None:
+        """The number in the table of each surface given."""
+        if self.leads is None or self.merged.first is None:
+            return None
+        number = np.zeros(self.merged.count, np.int32)
+        number[self.leads] = np.arange(len(self.leads), dtype=np.int32)
+        ids: Ints = number[self.merged.first]
+        return ids
+
+    def _numbers(self, source: int) -> Numbers:
+        """The numbers of the surfaces of a scene's table."""
+        laid, numbers = self.joined.laid[source], self.joined.numbers_of_surfaces(source)
+        if self.ids is None and laid.ids is None:
+            return Numbers(None, None)
+        there = np.flatnonzero(numbers >= 0)
+        before = there if laid.ids is None else laid.ids[there]
+        count = len(numbers) if laid.ids is None else int(laid.ids.max(initial=-1)) + 1
+        ids = np.full(count + 1, -1, np.int32)
+        ids[before] = numbers[there] if self.ids is None else self.ids[numbers[there]]
+        turned = np.ones(count + 1, np.int8)
+        turned[before] = _senses(laid.senses, laid.given, there)
+        turned[before] *= _senses(self.merged.senses, self.merged.given, numbers[there])
+        return Numbers(ids, None if (turned == 1).all() else turned)
+
+    def sizes(self) -> dict[str, tuple[tuple[int, ...], Any]]:
+        """Shape and kind of number of every column but those of the trees."""
+        total, old = self.pieces.total.tolist(), self.joined.sides[0].tables
+        axes = PLAIN | {name: axes[0] for name, axes in COUNTING.items()} | SURFACE
+        axes |= {name: SURFACE[of] for name, of in SIDES.items()} | dict.fromkeys(ENTRIES, BODIES)
+        counts = {name: total[axis] for name, axis in axes.items()}
+        counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
+        counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
+        return {
+            name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
+        }
+
+    def fill(self, tables: Tables) -> None:
+        """Write all columns but those of the trees; limits are right but for what `limits` finds anew."""
+        sides = [side.tables for side in self.joined.sides]
+        for name, axis in PLAIN.items():
+            self._copy(getattr(tables, name), axis, [getattr(side, name) for side in sides])
+        for name, (axis, beside) in COUNTING.items():
+            self._count(getattr(tables, name), axis, beside, [getattr(side, name) for side in sides])
+        for name, (axis, beside) in BEGINS.items():
+            column = getattr(tables, name)
+            self._count(column[:-1], axis, beside, [getattr(side, name)[:-1] for side in sides])
+            column[-1] = self.pieces.total[beside]
+        for name, axis in SURFACE.items():
+            self._refer(getattr(tables, name), axis, [getattr(side, name) for side in sides])
+        for name, of in SIDES.items():
+            self._turn(tables, name, of)
+        self._put_surfaces(tables)
+        self._put_entries(tables)
+
+    def _copy(self, column: Any, axis: int, sides: list[Any]) -> None:
+        for source, rows, at in self.pieces.on(axis):
+            column[at] = sides[source][rows]
+
+    def _count(self, column: Ints, axis: int, beside: int, sides: list[Ints]) -> None:
+        for source, rows, at, shift in self.pieces.moved(axis, beside):
+            numbers = sides[source][rows]
+            column[at] = np.where(numbers < 0, numbers, numbers + shift) if shift else numbers
+
+    def _refer(self, column: Ints, axis: int, sides: list[Ints]) -> None:
+        for source, rows, at, shift in self.pieces.moved(axis, SURFACES):
+            numbers, ids = sides[source][rows], self.numbers[source].ids
+            if ids is not None:
+                np.take(ids, numbers, out=column[at], mode="wrap")  # -1 is the last, which is -1
+            else:
+                column[at] = np.where(numbers < 0, numbers, numbers + shift) if shift else numbers
+
+    def _turn(self, tables: Tables, name: str, of: str) -> None:
+        """Sides of surfaces that may have been turned over."""
+        column = getattr(tables, name)
+        for source, rows, at in self.pieces.on(SURFACE[of]):
+            side, turned = self.joined.sides[source].tables, self.numbers[source].turned
+            column[at] = getattr(side, name)[rows]
+            if turned is not None:
+                column[at] *= turned[getattr(side, of)[rows]]
+
+    def _put_surfaces(self, tables: Tables) -> None:
+        """Kinds and rows of the surfaces, and the spheres, bulk balls last."""
+        total = self.pieces.total
+        kinds, count = self.merged.kinds, self.merged.count
+        kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
+        kind[: len(kinds)] = kinds
+        for which in (PLANE, SPHERE, QUADRIC):
+            mine = np.flatnonzero(kinds == which)
+            row[mine] = np.arange(len(mine), dtype=np.int32)
+        row[len(kinds) :] += np.int32(total[SPHERES] - total[SURFACES])
+        tables.surface_kind[:] = kind if self.leads is None else kind[self.leads]
+        tables.surface_row[:] = row if self.leads is None else row[self.leads]
+        sides = [side.tables.spheres for side in self.joined.sides]
+        tables.spheres[:] = self.joined.of_spheres(*sides)
+
+    def _put_entries(self, tables: Tables) -> None:
+        """What the tree holds; which cells are balls is told by `balls_direct`."""
+        which = self.laid.which
+        kind, index, _ = self.laid.patterns.entries[which].T.copy()
+        for own, axis in KINDS.items():
+            mine = np.flatnonzero(kind == own)
+            if len(mine):
+                index[mine] += self.laid.starts(axis)[mine]
+        balls = np.flatnonzero(which == 0)
+        numbers = np.arange(len(self.merged.kinds), self.merged.count)
+        index[balls] = numbers if self.ids is None else self.ids[numbers]
+        tables.entry_kind[:], tables.entry_index[:] = kind, index
+        tables.entry_body[:] = np.arange(len(which))
+        sides = [side.tables.body_face for side in self.joined.sides]
+        self.framed(tables.body_face, FACES, sides)
+
+    def framed(self, column: Ints, beside: int, sides: list[Ints]) -> None:
+        """Columns of bodies with numbers of another kind, or -1 - k for the frame k of bulk balls."""
+        parts = zip(self.pieces.moved(BODIES, beside), self.pieces.moved(BODIES, BALL_FRAMES), strict=True)
+        for (source, rows, at, shift), (_, _, _, frames) in parts:
+            numbers = sides[source][rows]
+            column[at] = np.where(numbers < 0, numbers - frames, numbers + shift) if shift or frames else numbers

@@ -1,0 +1,134 @@
+"""A lowered scene from another that it has most bodies in common with: only what is new is lowered.
+
+All tables but those of the trees are those of the scene lowered from the beginning, to the bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ....shapes.base import Shape
+from ....shapes.body import Body
+from ...tables import STEPS, Floats, Geometry, Tables, shared, steps
+from .. import ExactTables, Lowered, lower
+from ..contents import Exact
+from ..laid import BODIES, CORNERS, ENTRIES, FACES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
+from ..layout import balls_direct
+from ..stages import Progress, Stages
+from ..surfaces import Remainders
+from .columns import Columns
+from .joined import Joined
+from .limits import Limits
+from .merging import Merging
+from .near import Frame, Places
+from .pieces import Pieces, Runs
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is known of a scene that was edited, for the next time."""
+
+    frame: Frame | None = None
+    places: Places | None = None
+    size: float | None = None
+
+
+class Edit:
+    """An edited scene whose tables are still to be filled in: `sizes` says how large they are."""
+
+    def __init__(self, old: Lowered, new: Lowered, pieces: Pieces, bodies: Sequence[Body], kept: Kept) -> None:
+        self.joined, self.pieces, self.kept = Joined((old, new), pieces), pieces, kept
+        self._exact = _exact(bodies, self.joined)
+        merged = Merging(self.joined, self._exact).merged(kept.frame, kept.places)
+        self.columns = Columns(self.joined, merged)
+        self.merged = merged
+        self.boxes: Floats = self.joined.column(BODIES, lambda side: side.boxes, np.float64)
+        self.kinds = self.columns.laid.patterns.entries[self.columns.laid.which, 2]  # of entries, for what they cost
+        self.sizes: dict[str, tuple[tuple[int, ...], Any]] = self.columns.sizes()
+
+    def fill(self, geometry: Geometry, empty: Tables) -> tuple[Lowered, Kept]:
+        """Write the tables to where there is room for them; trees are left as they are."""
+        tables, joined = shared(empty, geometry), self.joined
+        self.columns.fill(tables)
+        direct = balls_direct(tables)
+        tables.entry_kind[:], tables.entry_index[:] = direct.entry_kind, direct.entry_index
+        rest = Remainders(
+            joined.column(PLANES, lambda side: side.rest.planes, np.float64),
+            joined.column(SPHERES, lambda side: side.rest.spheres, np.float64),
+            joined.column(QUADRICS, lambda side: side.rest.quadrics, np.float64),
+            joined.column(CORNERS, lambda side: side.rest.vertices, np.float64),
+        )
+        size = Limits(self.columns, tables, self.boxes, rest).put(self.kept.size)
+        geometry.places[STEPS] = steps(tables)
+        laid = self.columns.laid
+        body_frame = np.empty(len(laid.which), np.int32)
+        self.columns.framed(body_frame, FRAMES, [side.body_frame for side in joined.sides])
+        counts = np.diff(laid.first_body)
+        lowered = Lowered(
+            tables,
+            self.boxes,
+            joined.column(FRAMES, lambda side: side.frames, np.float64),
+            body_frame,
+            np.repeat(np.arange(len(counts), dtype=np.int32), counts),
+            self._paint(),
+            len(laid.which),
+            rest,
+            ExactTables(self._exact, self.columns.single),
+            laid,
+        )
+        return lowered, Kept(self.merged.frame, self.merged.places, size)
+
+    def _paint(self) -> dict[int, Any]:
+        """The materials of faces that have their own."""
+        if not any(side.face_paint for side in self.joined.sides):
+            return {}
+        found: dict[int, Any] = {}
+        for source, rows, at in self.pieces.on(FACES):
+            paint = self.joined.sides[source].face_paint
+            if len(paint) > rows.stop - rows.start:
+                mine = [row for row in range(rows.start, rows.stop) if row in paint]
+            else:
+                mine = [row for row in paint if rows.start <= row < rows.stop]
+            found.update((row - rows.start + at.start, paint[row]) for row in mine)
+        return found
+
+
+class _Shapes(Sequence[Shape]):
+    """The shapes of bodies."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._bodies = bodies
+
+    def __getitem__(self, number: Any) -> Any:
+        return self._bodies[number].shape
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+
+def edit(old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Progress | None) -> Edit | None:
+    """An edited scene that has runs of an old one; None where it is as well lowered from the beginning."""
+    if old.laid is None or 2 * len(found.fresh) > len(bodies):
+        return None
+    there = len(bodies) - len(found.fresh)
+    told = progress and (lambda done, _: progress(there + done, len(bodies)))
+    new = lower([bodies[number] for number in found.fresh], Stages(told, len(found.fresh)))
+    if new.laid is None:
+        return None
+    return Edit(old, new, Pieces.of(found.pieces, (old.laid, new.laid)), bodies, kept)
+
+
+def _exact(bodies: Sequence[Body], joined: Joined) -> Exact:
+    """The exact surfaces of bodies, on demand."""
+    firsts = []
+    for axis in (SURFACES, POLYGONS):
+        first = np.zeros(len(bodies), np.int64)
+        for source, rows, at, shift in joined.pieces.moved(ENTRIES, axis):
+            laid = joined.laid[source]
+            first[at] = laid.starts(axis)[laid.first_body[rows]] + shift
+        firsts.append(first)
+    return Exact(_Shapes(bodies), firsts[0], firsts[1])  # type: ignore[arg-type]

@@ -1,0 +1,195 @@
+"""The limits of an edited scene: those of new bodies, and of surfaces that others use than before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ...tables import BALL, PLANE, QUADRIC, Floats, Longs, Tables
+from ..laid import CELLS, POLYGONS, SHEETS, Laid
+from ..limits import (
+    kappas,
+    limits_of_owners,
+    limits_of_planes,
+    limits_of_programs,
+    limits_of_quadrics,
+    reaches,
+    size_of,
+    with_limits,
+)  # fmt: skip
+from ..surfaces import Remainders
+from .columns import Columns
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass
+class _Uses:
+    """Which surface bounds which cell, sheet or polygon of which body; sheets are numbered behind cells."""
+
+    surfaces: Longs
+    owners: Longs
+    bodies: Longs
+
+
+class Limits:
+    """Puts right the limits in tables that are otherwise finished."""
+
+    def __init__(self, columns: Columns, tables: Tables, boxes: Floats, rest: Remainders) -> None:
+        self.columns, self.tables, self.boxes, self.rest = columns, tables, boxes, rest
+        self.laid: Laid = columns.laid
+        counts = len(tables.cell_quadric), len(tables.sheet_surface), len(tables.polygon_surface)
+        self.owners = np.cumsum([0, *counts])
+
+    def put(self, before: float | None) -> float | None:
+        """Write the limits; `before`: the size of the scene before, if that is known. Returns that of this one.
+
+        None stands for the size of scenes whose bodies all have an end, which nothing depends on.
+        """
+        size = None if bool(np.isfinite(self.boxes).all()) else size_of(self.tables, self.boxes)
+        if size is not None and before is None:
+            old = self.columns.joined.sides[0]
+            before = size_of(old.tables, old.boxes)
+        if size is not None and size != before:
+            for name, column in with_limits(self.tables, self.boxes, self.rest)._asdict().items():
+                if name.endswith("_limits"):
+                    getattr(self.tables, name)[:] = column
+            return size
+        surfaces, owners = self._changed()
+        uses = self._uses(surfaces, owners)
+        self._put(uses, surfaces, owners, size or 1.0)
+        return size
+
+    def _changed(self) -> tuple[Mask, Mask]:
+        """Surfaces that are used in other places than before, and what is to be looked at for itself."""
+        tables, columns, pieces = self.tables, self.columns, self.columns.pieces
+        surfaces, owners = np.zeros(columns.surfaces, bool), np.zeros(int(self.owners[-1]), bool)
+        for source, side in enumerate(columns.joined.sides):
+            numbers = columns.joined.numbers_of_surfaces(source)
+            ids, laid = columns.numbers[source].ids, side.laid
+            if source == 1:
+                new = numbers[numbers >= 0]
+                surfaces[new if columns.ids is None else columns.ids[new]] = True
+                continue
+            gone = np.flatnonzero(numbers < 0)
+            known = gone if laid.ids is None else laid.ids[gone]
+            if ids is None:
+                continue  # nobody else used them
+            left = ids[known]
+            surfaces[left[left >= 0]] = True
+            surfaces[self._of_other_records()] = True
+        first = [pieces.on(axis) for axis in (CELLS, SHEETS, POLYGONS)]
+        for kind, parts in enumerate(first):
+            for source, _, at in parts:
+                if source == 1:
+                    owners[self.owners[kind] + at.start : self.owners[kind] + at.stop] = True
+        moved = np.zeros(columns.surfaces + 1, bool)
+        moved[self._of_other_records()] = True
+        if moved.any():
+            used = tables.cell_quadric, tables.sheet_surface, tables.polygon_surface
+            for kind, column in enumerate(used):
+                owners[self.owners[kind] : self.owners[kind + 1]] |= moved[column]
+            owners[_owner(tables.cell_first, np.flatnonzero(moved[tables.plane_surface]))] = True
+            surfaces |= moved[:-1]
+        return surfaces, owners
+
+    def _of_other_records(self) -> Longs:
+        """Surfaces of the scene before that another record stands for now."""
+        columns, laid = self.columns, self.columns.joined.laid[0]
+        if columns.leads is None and laid.first is None:
+            return np.zeros(0, np.int64)
+        numbers = columns.joined.numbers_of_surfaces(0)
+        there = np.flatnonzero(numbers >= 0)
+        before = there if laid.first is None else laid.first[there]
+        now = numbers[there] if columns.merged.first is None else columns.merged.first[numbers[there]]
+        other = numbers[before] != now
+        found = now[other]
+        return np.unique(found if columns.ids is None else columns.ids[found]).astype(np.int64)
+
+    def _uses(self, surfaces: Mask, owners: Mask) -> _Uses:
+        """All uses of some surfaces, and by some owners."""
+        tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
+        cells = np.flatnonzero(marked[tables.cell_quadric] | owners[: self.owners[1]])
+        cells = cells[tables.cell_quadric[cells] >= 0]
+        planes = marked[tables.plane_surface]
+        own = np.flatnonzero(owners[: self.owners[1]])
+        planes[_ranges(tables.cell_first, own)] = True
+        rows = np.flatnonzero(planes)
+        found = [
+            (tables.cell_quadric[cells], cells, CELLS),
+            (tables.plane_surface[rows], _owner(tables.cell_first, rows), CELLS),
+        ]
+        for column, axis, kind in ((tables.sheet_surface, SHEETS, 1), (tables.polygon_surface, POLYGONS, 2)):
+            mine = np.flatnonzero(marked[column] | owners[self.owners[kind] : self.owners[kind + 1]])
+            found.append((column[mine], mine, axis))
+        parts = []
+        for kind, (of, owner, axis) in zip((0, 0, 1, 2), found, strict=True):
+            body = np.searchsorted(self.laid.starts(axis), owner, side="right") - 1 if len(owner) else owner
+            traced = tables.entry_kind[body] != BALL if axis == CELLS else np.ones(len(owner), bool)
+            parts.append((of[traced], owner[traced] + self.owners[kind], body[traced]))
+        return _Uses(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+    def _put(self, uses: _Uses, surfaces: Mask, owners: Mask, size: float) -> None:
+        tables, rest = self.tables, self.rest
+        surface, owner, users = uses.surfaces, uses.owners, uses.bodies
+        reach, bounded = reaches(tables, self.boxes, surface, users, size)
+        kappa = kappas(tables, rest, surface, reach)
+        flat = tables.surface_kind[surface] == PLANE
+        place, count = np.unique(owner, return_inverse=True)
+        of_owners = limits_of_owners(
+            flat, count.reshape(-1), reach, bounded, kappa, self.boxes[users], size, len(place)
+        )
+        for kind, column in enumerate((tables.cell_limits, tables.sheet_limits, tables.polygon_limits)):
+            first, last = self.owners[kind], self.owners[kind + 1]
+            column[owners[first:last]] = 0.0, np.inf
+            mine = (place >= first) & (place < last)
+            mine[mine] = owners[place[mine]]
+            column[place[mine] - first] = of_owners[mine]
+        self._put_programs(owners)
+        which, at = np.unique(surface, return_inverse=True)
+        each = np.zeros((3, len(which)))
+        for numbers, of_use in zip(each, (reach, kappa, ~bounded), strict=True):
+            np.maximum.at(numbers, at.reshape(-1), of_use)
+        for kind, column in ((PLANE, tables.plane_limits), (QUADRIC, tables.quadric_limits)):
+            column[self._unread(kind)] = 0.0
+            mine = np.flatnonzero(surfaces[which] & (tables.surface_kind[which] == kind))
+            own, r, k, endless = which[mine], *each[:, mine]
+            column[tables.surface_row[own]] = (
+                limits_of_planes(tables, rest, own, r, k) if kind == PLANE
+                else limits_of_quadrics(tables, own, r, k, endless)
+            )  # fmt: skip
+
+    def _unread(self, kind: int) -> Longs:
+        """Records of a kind for which others stand."""
+        first, kinds = self.columns.merged.first, self.columns.merged.kinds
+        if first is None:
+            return np.zeros(0, np.int64)
+        members = np.flatnonzero(kinds == kind)
+        return np.flatnonzero(first[members] != members)
+
+    def _put_programs(self, owners: Mask) -> None:
+        """Programs of which a cell has other limits."""
+        tables = self.tables
+        leaves = np.flatnonzero(owners[tables.leaf_cell])
+        programs = np.unique(_owner(tables.program_leaf, leaves))
+        if not len(programs):
+            return
+        rows = _ranges(tables.program_leaf, programs)
+        each = np.repeat(np.arange(len(programs)), np.diff(tables.program_leaf)[programs])
+        tables.program_limits[programs] = limits_of_programs(
+            each, tables.cell_limits[tables.leaf_cell[rows]], len(programs)
+        )
+
+
+def _owner(first: npt.NDArray[np.int32], rows: Longs) -> Longs:
+    """Whose some rows are, by where those of each begin."""
+    found: Longs = np.searchsorted(first, rows, side="right") - 1
+    return found
+
+
+def _ranges(first: npt.NDArray[np.int32], which: Longs) -> Longs:
+    """All rows of some, by where those of each begin."""
+    parts = [np.arange(first[one], first[one + 1]) for one in which.tolist()]
+    return np.concatenate(parts) if parts else np.zeros(0, np.int64)

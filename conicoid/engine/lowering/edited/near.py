@@ -1,0 +1,110 @@
+"""Which surfaces of a scene may be one of some new ones: a number for each, nearly equal where two are equal.
+
+It is the place along one direction of what `surfaces` compares, about a point and in units that stay the same while a
+scene is edited, so that only the new surfaces need new numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ....shapes.row_vectors import dot_rows, lengths
+from ...tables import QUADRIC, SPHERE, Floats, Longs
+from ..surfaces import ALONG, CLOSE, coefficients
+
+_ROOM = 4.0
+"""The unit is so many times the size of the scene, which may grow before all numbers are worked out again."""
+_BUCKETS = 1 << 16
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What numbers are relative to: points, and units of length, of planes and of what is curved."""
+
+    middle_of_planes: Floats
+    unit_of_planes: float
+    middle: Floats
+    unit: float
+
+    @classmethod
+    def of(cls, planes: Floats, spheres: Floats, quadrics: Floats) -> Frame:
+        """One that fits these records."""
+        anchors = np.concatenate([spheres[:, :3], quadrics[:, :3]])
+        first = cls(_middle(planes[:, 4:]), 1.0, _middle(anchors), 1.0)
+        flat, curved = first._of_planes(planes), first._of_curved(spheres, quadrics)
+        of_planes = float(np.abs(flat[:, 3]).max(initial=0.0))
+        with np.errstate(over="ignore"):
+            reach = float(np.abs(curved[:, 6:9]).max(initial=0.0))
+            reach = max(reach, float(np.sqrt(np.abs(curved[:, 9]).max(initial=0.0))))
+        return cls(first.middle_of_planes, _ROOM * of_planes or 1.0, first.middle, _ROOM * reach or 1.0)
+
+    def _of_planes(self, planes: Floats) -> Floats:
+        """Unit normals, and offsets about the middle."""
+        normals, over, anchors = planes[:, :3], planes[:, 3], planes[:, 4:]
+        sizes = lengths(normals)
+        offsets = (((anchors - self.middle_of_planes) * normals).sum(axis=1) - over) / sizes
+        return np.column_stack([normals / sizes[:, None], offsets / self.unit_of_planes])
+
+    def _of_curved(self, spheres: Floats, quadrics: Floats) -> Floats:
+        """Coefficients about the middle."""
+        kind = np.repeat(np.array([SPHERE, QUADRIC], np.int8), [len(spheres), len(quadrics)])
+        row = np.concatenate([np.arange(len(spheres)), np.arange(len(quadrics))]).astype(np.int32)
+        numbers = coefficients(kind, row, spheres, quadrics, self.middle)
+        numbers[:, 6:9] /= self.unit
+        numbers[:, 9] /= self.unit
+        numbers[:, 9] /= self.unit
+        return numbers
+
+    def places(self, planes: Floats, spheres: Floats, quadrics: Floats) -> Places:
+        """The numbers of records."""
+        curved = _place(self._of_curved(spheres, quadrics), 6)
+        return Places(_place(self._of_planes(planes), 3), curved[: len(spheres)], curved[len(spheres) :])
+
+    def fits(self, planes: Floats, spheres: Floats, quadrics: Floats) -> bool:
+        """Are these no larger than the units?"""
+        numbers = self._of_curved(spheres, quadrics)[:, 6:], self._of_planes(planes)[:, 3:]
+        return all(bool((np.abs(part) <= 1.0).all()) for part in numbers)
+
+
+@dataclass(frozen=True)
+class Places:
+    """The numbers of planes, spheres and quadrics, by their rows."""
+
+    planes: Floats
+    spheres: Floats
+    quadrics: Floats
+
+
+def near(places: Floats, new: Floats) -> Longs:
+    """Rows of places that are as close to one of the new ones as surfaces may be that are one."""
+    if not len(places) or not len(new):
+        return np.zeros(0, np.int64)
+    marked = np.zeros(_BUCKETS, bool)
+    for off in (-1.0, 0.0, 1.0):
+        marked[_bucket(new + 2 * off * CLOSE)] = True
+    rows = np.flatnonzero(marked[_bucket(places)])
+    ordered = np.sort(new)
+    low = np.searchsorted(ordered, places[rows] - 2 * CLOSE, side="left")
+    high = np.searchsorted(ordered, places[rows] + 2 * CLOSE, side="right")
+    found: Longs = rows[low < high]
+    return found
+
+
+def _bucket(places: Floats) -> npt.NDArray[np.uint16]:
+    """In which of many parts of a unit each place is; any, where it is no number."""
+    with np.errstate(invalid="ignore"):
+        return (places * _BUCKETS).astype(np.int64).astype(np.uint16)
+
+
+def _middle(anchors: Floats) -> Floats:
+    return anchors.mean(axis=0) if len(anchors) else np.zeros(3)
+
+
+def _place(features: Floats, leading: int) -> Floats:
+    """Along one direction, after the sign has been fixed by the leading numbers."""
+    sign = np.sign(dot_rows(features[:, :leading], ALONG[:leading]))
+    places: Floats = dot_rows(features, ALONG[: features.shape[1]]) * np.where(sign == 0, 1.0, sign)
+    return places

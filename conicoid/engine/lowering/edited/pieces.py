@@ -1,0 +1,122 @@
+"""What an edited scene has in common with the one it comes from: pieces of two scenes, one after the other."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ....shapes.body import Body
+from ...tables import Longs
+from ..laid import Laid
+
+_KEPT, _NEW = 0, 1
+Run = tuple[int, int, int]
+"""Which of two scenes, and from which of its entries up to which."""
+
+
+class Runs(NamedTuple):
+    """Pieces of an old scene and of one of what is new that make up the new scene; which of its entries are new."""
+
+    pieces: list[Run]
+    fresh: list[int]
+
+
+def runs(old: Sequence[Body], new: Sequence[Body]) -> Runs:
+    """What is kept of an old scene, as it has the same shape and comes in the same order, and what is new."""
+    if len(old) == len(new):
+        front, back = 0, 0
+    else:
+        least = min(len(old), len(new))
+        front = _alike(old, new)
+        back = min(_alike(old[::-1], new[::-1]), least - front)
+    ends = len(old) - back, len(new) - back
+    kept = _in_order(old[front : ends[0]], new[front : ends[1]])
+    found: list[Run] = [(_KEPT, 0, front)] if front else []
+    fresh: list[int] = []
+    before = 0  # of the middle of the new scene, what has been dealt with
+    for begin, end, of_old in kept:
+        if begin > before:
+            found.append((_NEW, len(fresh), len(fresh) + begin - before))
+            fresh.extend(range(front + before, front + begin))
+        if end > begin:
+            found.append((_KEPT, front + of_old, front + of_old + end - begin))
+        before = end
+    return Runs([*found, *([(_KEPT, ends[0], len(old))] if back else [])], fresh)
+
+
+def _alike(old: Sequence[Body], new: Sequence[Body]) -> int:
+    """How many bodies from the first on have the same shapes."""
+    for place, same in enumerate(map(operator.is_, old, new)):
+        if not same and old[place].shape is not new[place].shape:
+            return place
+    return min(len(old), len(new))
+
+
+def _in_order(old: Sequence[Body], new: Sequence[Body]) -> list[tuple[int, int, int]]:
+    """(first, last, which of the old) of new bodies that are kept, in rising order; an empty one at the end."""
+    if len(old) == len(new):
+        other = [place for place, same in enumerate(map(operator.is_, old, new)) if not same]
+        other = [place for place in other if old[place].shape is not new[place].shape]
+        begins = [0, *(place + 1 for place in other)]
+        parts = [(a, b, a) for a, b in zip(begins, [*other, len(new)], strict=True) if b > a]
+        return [*parts, (len(new), len(new), len(old))]
+    places: dict[int, list[int]] = {}
+    for number in range(len(old) - 1, -1, -1):
+        places.setdefault(id(old[number].shape), []).append(number)
+    found: list[tuple[int, int, int]] = []
+    last = -1
+    for place, body in enumerate(new):
+        numbers = places.get(id(body.shape), [])
+        while numbers and numbers[-1] <= last:
+            numbers.pop()
+        if not numbers:
+            continue
+        last = numbers.pop()
+        if found and found[-1][1] == place and found[-1][2] + place - found[-1][0] == last:
+            found[-1] = (found[-1][0], place + 1, found[-1][2])
+        else:
+            found.append((place, place + 1, last))
+    return [*found, (len(new), len(new), len(old))]
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Pieces of an old scene (0) and of one of what is new (1). Columns are the kinds of rows of `Laid`."""
+
+    sources: list[int]
+    begin: Longs  # (pieces, 18) their first rows
+    end: Longs
+    at: Longs  # where these come to
+    total: Longs  # (18,)
+
+    @classmethod
+    def of(cls, found: Sequence[Run], laid: tuple[Laid, Laid]) -> Pieces:
+        """The pieces that runs of entries are."""
+        begin, end = (np.zeros((len(found), 18), np.int64) for _ in range(2))
+        for source in (_KEPT, _NEW):
+            mine = [k for k, run in enumerate(found) if run[0] == source]
+            bounds = np.array([found[k][1:] for k in mine], np.int64).reshape(-1)
+            rows = laid[source].rows_up_to(bounds)
+            begin[mine], end[mine] = rows[0::2], rows[1::2]
+        ends = np.cumsum(end - begin, axis=0)
+        total = ends[-1] if len(found) else np.zeros(18, np.int64)
+        return cls([run[0] for run in found], begin, end, ends - (end - begin), total)
+
+    def on(self, axis: int) -> list[tuple[int, slice, slice]]:
+        """(source, its rows, where they come to) of all pieces that have rows of a kind."""
+        parts = zip(
+            self.sources, self.begin[:, axis].tolist(), self.end[:, axis].tolist(), self.at[:, axis].tolist(),
+            strict=True,
+        )  # fmt: skip
+        return [(source, slice(a, b), slice(at, at + b - a)) for source, a, b, at in parts if b > a]
+
+    def moved(self, axis: int, beside: int) -> list[tuple[int, slice, slice, int]]:
+        """`on`, and by how much numbers of rows of another kind grow there."""
+        shifts = (self.at - self.begin)[:, beside].tolist()
+        chosen = (self.end > self.begin)[:, axis].tolist()
+        of_pieces = [shift for shift, there in zip(shifts, chosen, strict=True) if there]
+        return [(*part, shift) for part, shift in zip(self.on(axis), of_pieces, strict=True)]
