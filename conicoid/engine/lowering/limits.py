@@ -144,8 +144,8 @@ def kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> F
     kappa = np.full(len(surface), KAPPA_OF_BALLS)
     flat, curved = kind == 0, kind == 2
     kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), KAPPA_OF_PLANES, 0.0)
-    off = np.sqrt((rest.quadrics[:, :3] ** 2).sum(axis=1))
-    kappa[curved] = KAPPA + 8.0 * off[row[curved]] / reach[curved]
+    off = np.sqrt((rest.quadrics[row[curved], :3] ** 2).sum(axis=1))
+    kappa[curved] = KAPPA + 8.0 * off / reach[curved]
     return kappa
 
 
