@@ -94,11 +94,7 @@ class Scene(Contents, Edits, Queries):
 
         parts: those after the bodies, where they are others.
         """
-        from .scene_parts import refuse_same_names
-
         made, of = Scene((), *(parts or self._parts[1:])), before or self
-        if bodies is not self._bodies:
-            refuse_same_names(bodies)
         made._bodies, made._notes = bodies, self._notes
         if bodies is of._bodies and of._prepared is not None:
             made._prepared = of._prepared

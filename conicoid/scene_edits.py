@@ -6,10 +6,11 @@ import dataclasses
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from .scene_parts import Bodies, as_bodies, exchanged, moved_by, one_entry, shared_bodies
+from .scene_parts import Bodies, as_bodies, exchanged, moved_by, one_entry, refuse_same_names, shared_bodies
 from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calls import explained_methods
+from .shapes.labels import numbers_of
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -48,10 +49,11 @@ class Edits:
         """
         labels = {key: new for key, new in dict(material=material, name=name).items() if new is not _SAME}
         keeps = which is None and item is None and not labels
-        bodies = self._bodies if keeps else exchanged(self._bodies, self._first_numbers, which, item, labels)
         given = (old if new is _SAME else new
                  for new, old in zip((lights, camera, background, domain), self._parts[1:], strict=True))  # fmt: skip
-        return self._edited(bodies, *given)
+        if keeps:
+            return self._edited(self._bodies, *given)
+        return self._with_entry(*exchanged(self._bodies, self._first_numbers, which, item, labels), *given)
 
     def moved(self, which: str | int, motion: Any) -> Scene:
         """A scene with one entry moved; it prepares only that.
@@ -64,8 +66,7 @@ class Edits:
         """
         entry = one_entry(self._bodies, self._first_numbers, which, "moved")
         old = self._bodies[entry]
-        body = dataclasses.replace(old, shape=moved_by(old.shape, motion))
-        return self._edited((*self._bodies[:entry], body, *self._bodies[entry + 1 :]))
+        return self._with_entry(entry, dataclasses.replace(old, shape=moved_by(old.shape, motion)))
 
     def added(self, items: Shape | Body | Iterable[Shape | Body], before: str | int | None = None) -> Scene:
         """A scene with more entries; it prepares only these.
@@ -78,7 +79,9 @@ class Edits:
         place = len(self._bodies)
         if before is not None:
             place = one_entry(self._bodies, self._first_numbers, before, "added", "before")
-        return self._edited((*self._bodies[:place], *as_bodies(items, "added"), *self._bodies[place:]))
+        bodies = (*self._bodies[:place], *as_bodies(items, "added"), *self._bodies[place:])
+        refuse_same_names(bodies)
+        return self._edited(bodies)
 
     def without(self, which: str | int | Iterable[str | int]) -> Scene:
         """A scene without some entries; it prepares nothing anew.
@@ -91,9 +94,15 @@ class Edits:
         gone = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
         return self._edited(tuple(body for number, body in enumerate(self._bodies) if number not in gone))
 
-    def _with_entry(self, entry: int, body: Body) -> Scene:
-        """The scene with another body for an entry of the list."""
-        return self._edited((*self._bodies[:entry], body, *self._bodies[entry + 1 :]))
+    def _with_entry(self, entry: int, body: Body, *parts: Any) -> Scene:
+        """The scene with another body for an entry of the list; parts as for `_edited`."""
+        old, bodies = self._bodies[entry], (*self._bodies[:entry], body, *self._bodies[entry + 1 :])
+        if body.name is not None and body.name != old.name:
+            refuse_same_names(bodies)
+        made = self._edited(bodies, *parts)
+        if "_firsts" in vars(self) and numbers_of(old) == numbers_of(body):
+            made._firsts = self._firsts
+        return made
 
     def _taking_from(self, before: Scene) -> Scene:
         """The same scene, with what is equal in one that is prepared taken from there."""

@@ -126,8 +126,8 @@ def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str,
 
 def exchanged(
     bodies: Bodies, firsts: Callable[[], Any], which: Any, item: Any, labels: Mapping[str, Any]
-) -> tuple[Body, ...]:
-    """Bodies with one entry changed: the one of a name, or of a body's number. `labels`: a material, a name."""
+) -> tuple[int, Body]:
+    """One entry, that of a name or of a body's number, and what takes its place. `labels`: a material, a name."""
     if not isinstance(item, (Shape, Body)) and not (item is None and labels):
         hint = "" if item is None or labels else "; material= and name= change these alone"
         raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}{hint}")
@@ -135,7 +135,7 @@ def exchanged(
     old = bodies[entry]
     new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
     changes = {"name": new.name or old.name, **labels}
-    return (*bodies[:entry], dataclasses.replace(new, **changes), *bodies[entry + 1 :])
+    return entry, dataclasses.replace(new, **changes)
 
 
 def shared_bodies(old: Bodies, new: Bodies) -> Bodies:

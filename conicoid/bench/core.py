@@ -6,6 +6,8 @@ Simulations", rev. 2.0.2): pellet, cladding, guide tube, pin and assembly pitch,
 
 from __future__ import annotations
 
+from pathlib import Path
+
 PINS, PIN_PITCH, BETWEEN_ASSEMBLIES, HALF_HEIGHT = 17, 1.26, 0.08, 182.88
 PELLET, CLAD_INSIDE, CLAD, TUBE_INSIDE, TUBE = 0.39218, 0.40005, 0.45720, 0.56134, 0.60198
 _TUBES = {
@@ -38,10 +40,16 @@ def core_xml(across: int, vessel: float | None = None, pins: int = PINS) -> str:
         '<cell id="9" name="assembly" universe="3" fill="10"/>',
         '<cell id="10" name="core" fill="11" region="-6 7 -8"/>',
     ]
-    universes = " ".join("2" if (i, j) in _TUBES else "1" for i in range(pins) for j in range(pins))
+    tubes = {tube for tube in _TUBES if max(tube) < pins} or {(pins // 2, pins // 2)}
+    universes = " ".join("2" if (i, j) in tubes else "1" for i in range(pins) for j in range(pins))
     lines.append(_lattice(10, PIN_PITCH, pins, universes))
     lines.append(_lattice(11, pitch, across, " ".join(["3"] * across**2)))
     return "\n".join(["<geometry>", *lines, "</geometry>"])
+
+
+def write_core(path: Path, across: int, pins: int = PINS) -> None:
+    """The same as a file."""
+    path.write_text(core_xml(across, pins=pins), encoding="utf-8")
 
 
 def _lattice(number: int, pitch: float, across: int, universes: str) -> str:

@@ -25,7 +25,7 @@ from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.light import AmbientLight, PointLight
 from ..shapes.material import matte
-from . import embree, fresh, limits, mitsuba, povray, raysect, trimesh
+from . import embree, fresh, limits, mitsuba, povray, preparing, raysect, trimesh
 from .peer import Peer
 from .row import Measured, Row, Size
 from .scenes import (
@@ -252,6 +252,7 @@ _OURS = Peer("itself", "8 × as dear at most", lambda: "")
 _SINGLE = Peer("itself", "one ray at a time", lambda: "")
 
 ROWS = (
+    *preparing.ROWS,
     *(
         Row(f"camera-{n}", _CAMERA, f"{n:,} balls", mitsuba.PEER, 0.8, 1.2, with_mitsuba(bulk, n, True))
         for n in (1000, 20_000, 100_000)

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import conicoid as co
-from conicoid.bench import limits, report, rows, scenes
+from conicoid.bench import core, limits, preparing, processes, report, rows, scenes
 from conicoid.bench.peer import Absent, Peer
 from conicoid.bench.row import QUICK, Measured, Row, Size
 from conicoid.command_line.cli import app
@@ -145,3 +145,69 @@ def test_a_ball_takes_its_four_numbers_at_least():
     measured = limits.bytes_of_a_cell(SMALL)
     assert 32 < measured.ours < 1000
     assert measured.theirs == 2576
+
+
+PREPARING = {row.name: row for row in preparing.ROWS}
+
+
+def test_the_bench_begins_before_the_rays():
+    assert rows.ROWS[: len(preparing.ROWS)] == preparing.ROWS
+
+
+@pytest.mark.parametrize("name", ["moved-spheres", "moved-boxes", "moved-csg", "moved-mixed"])
+def test_moved_bodies_answer_as_in_a_scene_from_the_beginning(name):
+    measured = PREPARING[name].measure(Size(runs=1, balls=2000))  # 20 bodies
+    assert measured.apart == ""
+    assert measured.theirs == 10.0
+
+
+def test_a_picture_is_that_of_the_bodies_povray_gets():
+    """Balls in the picture's middle row: as many pixels are lit as a line of pixel centres meets balls."""
+    each = scenes.balls(40)
+    image = preparing.in_picture(scenes.spheres(each)).render(64, 64, samples=1).pixels.max(axis=-1) > 0
+    centers = (np.arange(64) + 0.5) / 64 - 0.5
+    x, y = np.meshgrid(centers, -centers)
+    directions = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
+    met = np.isfinite(brute_force_balls(each, np.broadcast_to((0, 0, -3), directions.shape), directions))
+    for turned in (1, -1):  # the camera's x may be to the left
+        same = (image[:, ::turned].ravel() == met).mean()
+        if same == 1:
+            return
+    pytest.fail("other balls are seen")
+
+
+@pytest.mark.parametrize("programs", [processes.LISTS, processes.MOVED])
+def test_our_programs_tell_seconds_and_the_hit(programs, tmp_path, monkeypatch, capsys):
+    each = scenes.balls(50)
+    np.save(tmp_path / "balls.npy", np.column_stack([each.centers, each.radii]).astype(float))
+    monkeypatch.chdir(tmp_path)
+    exec(programs["conicoid"], {})
+    seconds, t = map(float, capsys.readouterr().out.split())
+    centers = each.centers.astype(float)
+    if programs is processes.MOVED:
+        centers[1:9] += (0, 0, -0.01)
+    moved = scenes.Balls(centers, each.radii)
+    expected = brute_force_balls(moved, np.array([(0, 0, -3)]), np.array([(0.01, 0.02, 1)]))[0]
+    assert seconds > 0
+    assert t == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("programs", [processes.LISTS, processes.MOVED])
+@pytest.mark.parametrize("peer", ["Raysect", "Mitsuba"])
+def test_programs_of_peers_are_programs(programs, peer):
+    compile(programs[peer], peer, "exec")
+
+
+def test_a_core_has_its_pins(tmp_path):
+    core.write_core(tmp_path / "geometry.xml", 2, 3)
+    scene = co.load_openmc(tmp_path / "geometry.xml")
+    pitch = 1.26
+    centers = (np.arange(6) - 2.5) * pitch
+    x, y = np.meshgrid(centers, centers)
+    points = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
+    fuel, clad, water = (scene.body_at(points + (off, 0, 0)) for off in (0.0, 0.44, 0.55))
+    assert len(set(fuel.tolist())) == len(set(clad.tolist())) == 36
+    assert (fuel >= 0).all()
+    assert (water >= 0).all()
+    assert not set(fuel.tolist()) & set(clad.tolist())
+    assert not set(clad.tolist()) & set(water.tolist())

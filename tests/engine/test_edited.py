@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.engine.lowering import parts
 from conicoid.engine.lowering.edited import columns
 from conicoid.engine.lowering.edited.pieces import runs
 from conicoid.engine.tables import Tables
@@ -184,3 +185,21 @@ def test_what_runs_are_kept():
     assert runs([a, a, a], [a, a]) == ([(old, 0, 2)], [])
     assert runs([], [a]) == ([(new, 0, 1)], [0])
     assert runs([a], []) == ([], [])
+
+
+def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatch):
+    """Its parts are recorded, its motion is not: 8 ms for five parts, if it were worked out alone."""
+    drilled = co.Box() - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)
+    rng = np.random.default_rng(0)
+    scene = co.Scene([drilled.rotate(v, 30).translate(v) for v in rng.normal(size=(20, 3)).tolist()])
+    scene.prepare()
+    alone = []
+    monkeypatch.setattr(parts, "worked_out", lambda shape: alone.append(shape))
+    edited = scene.moved(3, (1, 2, 3)).moved(3, lambda s: s.rotate((1, 1, 1), 12).scale(0.5)).moved(3, (0.1, 0, 0))
+    edited = edited.moved(4, lambda s: s.scale((-2, 2, 2)).rotate((1, 1, 3), 12).rotate("x", 90))
+    edited.prepare()
+    assert alone == []
+    monkeypatch.undo()
+    for body in edited.bodies:
+        parts.part_of(body.shape)  # a scene of these takes what is kept with them
+    same_tables(edited, co.Scene(edited.bodies))

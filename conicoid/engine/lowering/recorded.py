@@ -23,7 +23,7 @@ from ...shapes.motion import STILL, Affine, Motion, Step, Translate
 from ...shapes.recorder import Tape
 from ...shapes.traced import Plain
 from ..tables import Floats, Ints, Longs
-from ..tapes.play import Played, Recording
+from ..tapes.play import Played, Recording, wide_row
 from ..tapes.wide import WIDTH
 from .composed import FORMS, Form
 from .parts import Part, worked_out
@@ -202,14 +202,32 @@ class Motions:
                 return factor is not None
 
             inputs = np.array(numbers).reshape(len(rows), -1)
-            results, _ = _RECORDINGS.play(("motion", kind), record, inputs, _NO_NUMBERS, np.zeros(len(rows), np.int32))
+            results, left = _RECORDINGS.play(
+                ("motion", kind), record, inputs, _NO_NUMBERS, np.zeros(len(rows), np.int32)
+            )
             for similar, which, played in results:
                 at = np.array(rows)[which]
                 table[at, : 24 + similar] = played.wides
                 back[at] = played.floats
                 for row in at.tolist():
                     kinds[row] = similar
+            for which in left.tolist() if len(left) < FEWEST else ():
+                numbers_of_one, back[rows[which]] = _alone(all_steps[which])
+                table[rows[which], : len(numbers_of_one)] = numbers_of_one
+                kinds[rows[which]] = len(numbers_of_one) == 25
         return table, kinds, back
+
+
+def _alone(steps: tuple[Step, ...]) -> tuple[Longs, list[float]]:
+    """The wide numbers of a motion that is not worth a recording, and the rows of its inverse, rounded.
+
+    It may be that of a body whose parts are worth theirs.
+    """
+    motion = Motion(steps)
+    numbers = [x for rows, shift in (motion.affine, motion.inverse) for row in (*rows, shift) for x in row]
+    factor = motion.similarity
+    wide = np.array([wide_row(ex.exact(x)) for x in (*numbers, *(() if factor is None else (factor,)))])
+    return wide, [entry for row in motion.inverse_rows for entry in row]
 
 
 def _given_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
