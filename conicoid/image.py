@@ -17,6 +17,7 @@ from .shapes.calls import explained_methods
 from .shapes.calm import calm
 from .shapes.carried import restore
 from .shapes.color import srgb_decode
+from .shapes.other_names import hinted
 from .shapes.suggestion import close_to
 from .shapes.validate import path as checked_path
 from .shapes.validate import shown
@@ -26,6 +27,7 @@ SUFFIXES = (".png", ".exr", ".jpg", ".jpeg", ".webp")
 Pixels = npt.NDArray[np.float32]
 
 
+@hinted
 @explained_methods
 class Image:
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
@@ -162,7 +164,8 @@ def _named_map(colormap: Any) -> str:
     if not isinstance(name, str) or name not in COLORMAPS:
         close = close_to(name, COLORMAPS) if isinstance(name, str) else ""
         meant = f" (did you mean {close!r}?)" if close else ""
-        raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}{meant}")
+        other = "" if meant else "; Matplotlib shows others, plt.imshow(image.values, cmap=...)"
+        raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}{meant}{other}")
     return name
 
 

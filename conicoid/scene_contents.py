@@ -7,19 +7,20 @@ from typing import Any, overload
 
 import numpy as np
 
-from .scene_parts import as_index, named, numbered
-from .shapes.base import Solid
+from .scene_parts import Entries, as_index, named, numbered
+from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.calls import explained_methods
 from .shapes.labels import counted, first_numbers, one_ball
-from .shapes.validate import shown
+from .shapes.material import Material
+from .shapes.validate import shown, what
 
 
 @explained_methods
 class Contents:
     """The parts of a scene, as they were said, and its bodies as a sequence by their numbers."""
 
-    _bodies: tuple[Body, ...]
+    _bodies: Entries
     _lights: tuple[Any, ...]
     _camera: Any
     _background: Any
@@ -28,7 +29,10 @@ class Contents:
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """The entries as listed. A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here."""
+        """The entries as listed. A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here.
+
+        An index that is no plain int comes from an answer: it is refused where another body has that number, -1 too.
+        """
         return self._bodies
 
     @property
@@ -95,8 +99,15 @@ class Contents:
         return boxed(self, dtype)
 
     def __contains__(self, item: object) -> bool:
-        """Is there an entry of a name, or this body?"""
-        return any(item == (body.name if isinstance(item, str) else body) for body in self._bodies)
+        """Is there an entry of a name, this body, or an entry of this shape? A TypeError for anything else."""
+        if isinstance(item, str):
+            return any(item == body.name for body in self._bodies)
+        if isinstance(item, Shape):
+            return any(item == body.shape for body in self._bodies)
+        if isinstance(item, Body):
+            return item in self._bodies
+        hint = "; scene.materials has the materials" if isinstance(item, Material) else ""
+        raise TypeError(f"Scene: `in` asks for a name, a shape or a Body, got {what(item)}{hint}")
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Contents):

@@ -16,16 +16,46 @@ from .shapes.suggestion import known_names
 from .shapes.validate import shown, what
 
 
-def as_bodies(items: Any) -> tuple[Body, ...]:
+class Entries(tuple[Body, ...]):
+    """The entries of a scene: a tuple that does not take numbers of answers for its own where they differ.
+
+    A plain int counts entries as in any tuple, -1 being the last. NumPy's integers are `hits.body` and the like: -1 is
+    a miss, and with a `Spheres` among the entries most bodies have other numbers. Such an IndexError names both ways.
+    """
+
+    __slots__ = ()
+
+    def __getitem__(self, index: Any) -> Any:
+        if type(index) is int or isinstance(index, slice):
+            return super().__getitem__(index)
+        if isinstance(index, np.ndarray) and index.ndim:
+            told = "hits.name and hits.material are those of all at once, scene.body(number) is the body of one"
+            raise TypeError(f"Scene: bodies[...] takes one integer, got an array of {index.size}; {told}")
+        if isinstance(index, str):
+            raise TypeError(f"Scene: bodies[...] takes an integer, got {shown(index)}; scene[name] has names")
+        number = as_index(index)
+        if number is None or (0 <= number < len(self) and not any(isinstance(b.shape, Spheres) for b in self[:number])):
+            return super().__getitem__(index)
+        miss = "-1 stands for a miss" if number == -1 else "bodies and entries are counted differently"
+        told = f"{miss}; scene.body(number) is the body of a number, bodies[int(index)] an entry"
+        raise IndexError(f"Scene: bodies[{number}] by {what(index)}: {told}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Entries, (tuple(self),)
+
+
+def as_bodies(items: Any) -> Entries:
     """Shapes and bodies as bodies; one alone stands for a list of it.
 
     Raises TypeError for anything else, with its index.
     """
+    if isinstance(items, Entries):
+        return items
     if isinstance(items, (Shape, Body)):
         items = (items,)
     if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable):
         raise TypeError(f"Scene: items must be a list of shapes and Bodies, or one of them, got {what(items)}")
-    return tuple(_as_body(i, item) for i, item in enumerate(items))
+    return Entries(_as_body(i, item) for i, item in enumerate(items))
 
 
 def refuse_second(lights: Any) -> None:
@@ -79,10 +109,14 @@ def numbered(firsts: Any, number: Any, called: str = "body: number") -> tuple[in
     return entry, index - int(firsts[entry])
 
 
-def exchanged(
-    bodies: tuple[Body, ...], firsts: Any, which: Any, item: Any, labels: Mapping[str, Any]
-) -> tuple[Body, ...]:
+def exchanged(bodies: Entries, firsts: Any, which: Any, item: Any, labels: Mapping[str, Any]) -> Entries:
     """Bodies with one entry changed: the one of a name, or of a body's number. `labels`: a material, a name."""
+    if isinstance(which, Shape | Body):
+        raise TypeError(
+            f"replace: which entry comes first, its name or number: replace(name, shape), got {what(which)}"
+        )
+    if isinstance(which, str):
+        named(bodies, which)
     if not isinstance(item, (Shape, Body)) and not (item is None and labels):
         hint = "" if item is None or labels else "; material= and name= change these alone"
         raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}{hint}")
@@ -94,7 +128,7 @@ def exchanged(
         raise ValueError(f"replace: body {which} is one ball of an entry of {len(old.shape):,}; name the entry instead")
     new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
     changes = {"name": new.name or old.name, **labels}
-    return (*bodies[:entry], dataclasses.replace(new, **changes), *bodies[entry + 1 :])
+    return Entries((*bodies[:entry], dataclasses.replace(new, **changes), *bodies[entry + 1 :]))
 
 
 def as_camera(camera: Any) -> Any:

@@ -10,6 +10,7 @@ from types import FunctionType
 from typing import Any, ParamSpec, TypeAlias, TypeVar
 
 from .suggestion import close_to
+from .synonyms import meant_by
 from .validate import listed
 
 P = ParamSpec("P")
@@ -17,17 +18,6 @@ R = TypeVar("R")
 Kind = TypeVar("Kind", bound=type)
 Refusal: TypeAlias = Callable[[Sequence[Any], Mapping[str, Any]], str]
 
-_MEANT = {
-    "fov": "field_of_view", "fovy": "field_of_view", "n": "refractive_index", "ior": "refractive_index",
-    "index": "refractive_index", "r": "radius", "angle": "degrees", "theta": "degrees", "size": "width and height",
-    "resolution": "width and height", "shape": "width and height", "spp": "samples", "samples": "rays",
-    "eye": "position", "look_from": "position", "lookfrom": "position", "target": "look_at", "center": "look_at|about",
-    "position": "center", "pos": "position|center", "pivot": "about", "origin": "center|about", "point": "about|points",
-    "height": "start and end", "length": "start and end", "distance": "t_max", "objects": "items", "shapes": "items",
-    "bodies": "items", "file": "path", "filename": "path", "color": "color|intensity|material",
-    "colour": "color|intensity|material",
-}  # fmt: skip
-"""What arguments are called elsewhere, and here: the first of these that a call takes."""
 _OF_BODIES = ("name", "material", "color", "colour")
 """What a body is given, and neither its shape nor its scene."""
 _ALIKE = 0.7
@@ -124,9 +114,8 @@ def _problems(
 def _suggested(name: str, names: Collection[str]) -> str:
     """The argument that may have been meant, or what takes it."""
     shown = [other for other in names if other not in _HIDDEN]
-    for meant in _MEANT.get(name.casefold(), "").split("|"):
-        if meant and set(meant.split(" and ")) <= set(shown):
-            return f" (did you mean {meant}?)"
+    if meant := meant_by(name, shown):
+        return f" (did you mean {meant}?)"
     if name in _OF_BODIES and ("motion" in names or "items" in names):
         return ": a body has that, Body(shape, material, name)"
     begun = [other for other in shown if len(name) > 2 and other.startswith(name)]
