@@ -42,7 +42,7 @@ class Image:
 
     `pixels` (height, width, 3) float32 is what is seen, `values` the array as it was given.
     Shows itself in a notebook. Raises ValueError for other shapes, for an unknown map and for vmin > vmax, and warns of
-    floats up to 255 most of which are beyond white.
+    floats most of which are beyond white, some far.
     """
 
     values: Any
@@ -84,6 +84,9 @@ class Image:
         self.values, self.pixels = values, np.asarray(colors, dtype=np.float32)
         self.values.setflags(write=False)
         self.pixels.setflags(write=False)
+
+    def __getitem__(self, index: Any) -> Any:
+        raise TypeError("Image: image.pixels[...] is linear light, np.asarray(image)[...] the bytes that are shown")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore(self, state)
@@ -181,9 +184,9 @@ def _check_colors(values: Any) -> None:
         if most > 1:
             raise ValueError(f"Image: array of integers up to {most} must be of uint8, sRGB bytes; got {values.dtype}")
         return
-    if not 1 < most <= _BYTE or values.min() < 0:
+    if not most > 1 or values.min() < 0:
         return
-    if (values == np.round(values)).all():
+    if most <= _BYTE and (values == np.round(values)).all():
         raise ValueError(
             f"Image: array of whole numbers up to {most:g} must be of uint8, sRGB bytes (array.astype('uint8')), or "
             f"linear light of which 1 is white; got {values.dtype}"

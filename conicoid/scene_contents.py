@@ -31,7 +31,8 @@ class Contents:
     def bodies(self) -> tuple[Body, ...]:
         """The entries as listed. A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here.
 
-        An index that is no plain int comes from an answer: it is refused where another body has that number, -1 too.
+        An index below 0 is refused, as -1 is the number of a miss; and so is one of an answer (NumPy's integers) where
+        another body has that number.
         """
         return self._bodies
 
@@ -90,6 +91,13 @@ class Contents:
     def __len__(self) -> int:
         """How many bodies there are, `body_count`: `scene[i]` and a loop over the scene go through them."""
         return self.body_count
+
+    def __add__(self, other: object) -> Any:
+        if not isinstance(other, Contents):
+            return NotImplemented
+        raise TypeError("Scene: scenes are put together by their entries, co.Scene([*a.bodies, *b.bodies], a.lights)")
+
+    __or__ = __add__
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
         """An array () of the scene itself, as NumPy's files keep it."""

@@ -19,14 +19,15 @@ from .shapes.validate import shown, what
 class Entries(tuple[Body, ...]):
     """The entries of a scene: a tuple that does not take numbers of answers for its own where they differ.
 
-    A plain int counts entries as in any tuple, -1 being the last. NumPy's integers are `hits.body` and the like: -1 is
-    a miss, and with a `Spheres` among the entries most bodies have other numbers. Such an IndexError names both ways.
+    -1 is a miss and not the last entry, as in `scene[-1]`; slices are those of any tuple. NumPy's integers are
+    `hits.body` and the like: beside a `Spheres` most bodies have other numbers than their entries, and these are
+    refused. The IndexError says what is meant instead.
     """
 
     __slots__ = ()
 
     def __getitem__(self, index: Any) -> Any:
-        if type(index) is int or isinstance(index, slice):
+        if isinstance(index, slice) or (type(index) is int and index >= 0):
             return super().__getitem__(index)
         if isinstance(index, np.ndarray) and index.ndim:
             told = "hits.name and hits.material are those of all at once, scene.body(number) is the body of one"
@@ -34,11 +35,21 @@ class Entries(tuple[Body, ...]):
         if isinstance(index, str):
             raise TypeError(f"Scene: bodies[...] takes an integer, got {shown(index)}; scene[name] has names")
         number = as_index(index)
-        if number is None or (0 <= number < len(self) and not any(isinstance(b.shape, Spheres) for b in self[:number])):
+        if number is None or (number >= 0 and not any(isinstance(body.shape, Spheres) for body in self[:number])):
             return super().__getitem__(index)
-        miss = "-1 stands for a miss" if number == -1 else "bodies and entries are counted differently"
-        told = f"{miss}; scene.body(number) is the body of a number, bodies[int(index)] an entry"
-        raise IndexError(f"Scene: bodies[{number}] by {what(index)}: {told}")
+        if number < 0:
+            told = (
+                f"-1 stands for a miss; the last entry is bodies[{len(self) - 1}]" if self else "there are no entries"
+            )
+            raise IndexError(f"Scene: bodies[...] takes an integer >= 0, got {number}; {told}")
+        told = "scene.body(number) is the body of a number, bodies[int(index)] an entry"
+        raise IndexError(f"Scene: bodies[{number}]: bodies and entries are counted differently; {told}")
+
+    def __getattr__(self, name: str) -> Any:
+        hint = ""
+        if name in ("append", "extend", "insert", "remove", "pop", "clear"):
+            hint = ": a scene does not change, co.Scene([*scene.bodies, another]) is one of more"
+        raise AttributeError(f"the entries of a scene have no {name[:80]!r}{hint}")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Entries, (tuple(self),)
@@ -53,8 +64,10 @@ def as_bodies(items: Any) -> Entries:
         return items
     if isinstance(items, (Shape, Body)):
         items = (items,)
-    if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable):
-        raise TypeError(f"Scene: items must be a list of shapes and Bodies, or one of them, got {what(items)}")
+    if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable) or hasattr(items, "bodies"):
+        hint = ": its entries are scene.bodies" if hasattr(items, "bodies") else ""
+        hint = "; names go to bodies, Body(shape, material, name)" if isinstance(items, Mapping) else hint
+        raise TypeError(f"Scene: items must be a list of shapes and Bodies, or one of them, got {what(items)}{hint}")
     return Entries(_as_body(i, item) for i, item in enumerate(items))
 
 
@@ -70,7 +83,7 @@ def _as_body(index: int, item: Any) -> Body:
     if isinstance(item, Shape):
         return Body(item)
     hint = ""
-    if isinstance(item, tuple) and len(item) > 1 and isinstance(item[0], Shape):
+    if isinstance(item, tuple) and any(isinstance(part, Shape) for part in item):
         hint = "; Body(shape, material, name) is one"
     elif hasattr(item, "bodies") or isinstance(item, list):
         hint = f"; {'a scene has these in .bodies: ' if hasattr(item, 'bodies') else ''}[*a, *b] is one list of two"

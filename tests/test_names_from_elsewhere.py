@@ -33,7 +33,8 @@ THINGS = {
     (lambda: HITS.min(), r"hits.t.min\(\)$"), (lambda: HITS.reflect, "hits.spawn"), (lambda: HITS.nonsense, "no attribute 'nonsense'$"),
     (lambda: RAYS.at(3), r"rays.origins \+ t\[..., None\] \* rays.directions"), (lambda: RAYS.direction, "it is called directions$"),
     (lambda: RAYS.first_hit(), r"a scene is asked, scene.first_hit\(rays\)$"), (lambda: RAYS.t_max, "t_max=9"),
-    (lambda: SPANS.length, r"spans.lengths\(\) are true lengths"), (lambda: SPANS.start, "it is called t_enter$"),
+    (lambda: RAYS.t, r"a scene is asked: scene.first_hit\(rays\).t$"), (lambda: (BALL | BALL).center, "volume, area, centroid and inertia$"),
+    (lambda: SCENE.bodies.append(BALL), r"co.Scene\(\[\*scene.bodies, another\]\)"), (lambda: SPANS.length, r"spans.lengths\(\) are true lengths"), (lambda: SPANS.start, "it is called t_enter$"),
     (lambda: CROSSINGS.distance, "crossings.t is that"), (lambda: STEEL.density, "your own values"), (lambda: STEEL.mu, r"material.properties\['mu'\] is that$"),
     (lambda: STEEL.ior, "refractive_index$"), (lambda: THINGS["Measures"].mass, r"measures.volume \* material.properties\['density'\]$"),
     (lambda: THINGS["SceneMeasures"].area, r"found\['name'\].area"), (lambda: THINGS["Image"].shape, "height, width, 3"),
@@ -84,6 +85,17 @@ def test_names_of_the_package(name, told):
     (lambda: co.Cone((0, 0, 0), (0, 0, 1), r1=1, r2=0), r"\(did you mean start_radius\?\).*\(did you mean end_radius\?\)"),
     (lambda: co.refract((0, 0, 1), (0, 0, 1), n1=1, n2=1.5), r"\(did you mean eta \(index before / index behind\)\?\)"),
     (lambda: SCENE.first_hit(RAYS, 0, 100), r"intervals are named: first_hit\(rays, t_min=0, t_max=...\)$"),
+    (lambda: SCENE.render(8, 6, background="red"), r"has no argument 'background': a scene has it, scene.replace\(background=...\)"),
+    (lambda: SCENE.render(8, 6, threads=2), r"co.set_threads\(count\)"), (lambda: SCENE.render(8, 6, output="x.png"), r"image.save\(path\)"),
+    (lambda: SCENE.section(z=1), r"section\('z', 0.5\) is the one by z = 0.5"), (lambda: co.Camera((0, 0, 1), direction=(0, 0, 1)), r"look_at \(position \+ direction\)"),
+    (lambda: co.SpotLight((0, 0, 5), target=(0, 0, 0)), r"direction \(target - position\)"), (lambda: co.glass(1.5, color="green"), "transparency"),
+    (lambda: co.OrthographicCamera((0, 0, 5), (0, 0, 0), width=4), r"height \(of the window\)"), (lambda: co.turntable(BALL, "x.gif", fps=9), "frames and seconds"),
+    (lambda: co.measure(BALL, num=100), r"\(did you mean rays\?\)"), (lambda: co.export(SCENE), r"^export\(\) missing path; call it as export\("),
+    (lambda: co.Scene.save("x.yaml"), r"^Scene.save\(\) missing path"), (lambda: co.warmup(1), r"^warmup\(\) takes no arguments, got 1"), (lambda: co.set_threads(), r"^set_threads\(\) missing count"),
+    (lambda: SCENE + SCENE, r"co.Scene\(\[\*a.bodies, \*b.bodies\], a.lights\)$"), (lambda: SCENE | SCENE, "put together by their entries"),
+    (lambda: co.Scene(SCENE), "got Scene: its entries are scene.bodies$"), (lambda: co.Scene({"a": BALL}), r"Body\(shape, material, name\)$"),
+    (lambda: co.Scene([("a", BALL)]), r"Body\(shape, material, name\) is one$"), (lambda: co.Body([BALL, BALL]), r"co.Union\(shapes\) is one of several$"),
+    (lambda: co.Scene(BALL, background=0.5), r"got float; that grey is \[0.5, 0.5, 0.5\]$"), (lambda: THINGS["Image"][0, 0], r"image.pixels\[...\]"),
     (lambda: SCENE.spans(RAYS, (0, 0, 1)), "directions must be left out where a Rays is given$"),
 ])  # fmt: skip
 def test_calls(call, told):
@@ -92,6 +104,7 @@ def test_calls(call, told):
 
 
 @pytest.mark.parametrize(("call", "told"), [
+    (lambda: HITS.spawn(co.refract((0, 0, 1), HITS.normal, 1.5)), r"; co.refract gives two things, directions, total = co.refract\(...\)$"),
     (lambda: co.glass(1.5, "BK7"), r"got 'BK7'; a name is given by its argument, name='BK7'$"),
     (lambda: co.glass("BK7"), r"refractive_index must be a number, got 'BK7'; a name is given by its argument"),
     (lambda: co.glass([1.5, 1.6]), r"a scene is of one wavelength: make one for each"), (lambda: co.glass(np.array([1.5, 1.6])), "one wavelength"),
@@ -250,3 +263,23 @@ def test_intervals_of_the_command_line(files):
     held = files / "scene.yaml", files / "rays.npz", "-o", files / "x.npz"
     assert "rays.npz: holds t_max for its rays; --t-max 3" in refused("trace", *held, "--t-max", "3")
     assert run("trace", *held, "--t-min", "1").exit_code == 0
+
+
+def test_the_command_line_tells_of_a_field_of_view_in_radians(files):
+    picture = (
+        files / "x.png",
+        "--width",
+        8,
+        "--height",
+        6,
+        "--position",
+        "0,0,9",
+        "--field-of-view",
+        "0.7853981633974483",
+    )
+    told = run("render", files / "scene.yaml", "-o", *picture)
+    assert told.exit_code == 0
+    assert (
+        "note: Camera: field_of_view must be in degrees, got 0.7853981633974483: 45 degrees are that in radians"
+        in told.stderr
+    )

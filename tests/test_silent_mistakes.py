@@ -47,7 +47,9 @@ def test_light_that_is_brighter_than_white_is_said_so():
                      for i, z in ((1, 0.5), (8, 0.5)))  # fmt: skip
     one, eight = (scene.render(4, 3, samples=1).pixels for scene in (plain, bright))
     assert np.array_equal(eight, 8 * one)
-    assert co.Scene([], background=(1.5, 2.25, 90.5)).background == (1.5, 2.25, 90.5)
+    assert co.Scene([], background=(1.5, 2.25, 9.5)).background == (1.5, 2.25, 9.5)
+    with pytest.warns(UserWarning, match=r"background \(20.5, 30.25, 90.5\) is linear light, 90.5 times white; co.Sky"):
+        co.Scene([], background=(20.5, 30.25, 90.5))  # the mean of some bytes, say
     with pytest.raises(ValueError, match=r"co.Sky\(zenith, horizon, ground, intensity\)$"):
         co.Scene([], background=(1, 2, 3))
     with pytest.raises(ValueError, match="Sky: intensity must be >= 0, got -1"):
@@ -73,9 +75,12 @@ def test_lights_in_bytes_are_doubted(make):
     co.PointLight((0, 0, 1), (255, 240, 200), "inverse_square")  # at a distance of 16 it is about 1
 
 
-@pytest.mark.parametrize("index", [HITS.body[2], np.int64(-1), np.array(-1), np.intp(-3)])
+@pytest.mark.parametrize("index", [HITS.body[2], np.int64(-1), np.array(-1), -1, int(HITS.body[2]), np.intp(-3)])
 def test_the_number_of_a_miss_is_not_the_last_entry(index):
-    with pytest.raises(IndexError, match=r"Scene: bodies\[-\d\] by .*scene.body\(number\) is the body of a number"):
+    with pytest.raises(
+        IndexError,
+        match=r"Scene: bodies\[...\] takes an integer >= 0, got -\d; -1 stands for a miss; the last entry is bodies\[2\]$",
+    ):
         SCENE.bodies[index]
 
 
@@ -95,7 +100,7 @@ def test_numbers_of_answers_are_not_counted_as_entries():
 def test_entries_are_a_tuple_as_before():
     bodies = SCENE.bodies
     assert isinstance(bodies, tuple)
-    assert bodies[-1].shape == co.Box((2, 2, 2), (3, 3, 3))
+    assert bodies[-1:][0].shape == bodies[2].shape == co.Box((2, 2, 2), (3, 3, 3))
     assert bodies[::-1] == tuple(reversed(bodies)) == (bodies[2], bodies[1], bodies[0])
     assert bodies == tuple(bodies) == pickle.loads(pickle.dumps(bodies)) == copy.deepcopy(bodies)
     assert co.Scene(bodies) == SCENE == co.Scene([*bodies])
@@ -169,6 +174,14 @@ def test_no_number_of_degrees_is_taken_for_radians():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         co.Camera((0, 0, 5), (0, 0, 0), field_of_view=0.7)  # a telescope
+
+
+def test_radians_in_few_digits_are_doubted():
+    for degrees in (15, 30, 45, 90, -90, 180, 360):
+        with pytest.warns(UserWarning, match=rf": -?{abs(degrees)} degrees are that in radians"):
+            BALL.rotate("z", np.float32(math.radians(degrees)))
+    for angle in np.round(np.random.default_rng(1).uniform(-12, 12, 3000), 2):
+        BALL.rotate("z", np.float32(angle))
 
 
 def test_the_command_line_tells_of_radians(tmp_path):
@@ -295,3 +308,9 @@ def test_what_is_in_a_scene():
     ):
         with pytest.raises(TypeError, match=f"Scene: `in` asks for a name, a shape or a Body, got .*{hint}$"):
             item in SCENE  # noqa: B015
+
+
+def test_light_far_beyond_white_is_doubted():
+    with pytest.warns(UserWarning, match="most numbers of the array, up to 300, are beyond 1, which is white"):
+        co.Image(np.full((2, 2, 3), 300.0))
+    co.Image(np.array([[[0.2, 0.3, 400.0]] * 2] * 2))  # a few highlights

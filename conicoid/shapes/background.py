@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from .color import Color, are_bytes, bytes_hint, checked_color
+from .color import BRIGHT, Color, are_bytes, bytes_hint, checked_color, grey_hint
 from .validate import nonnegative, what
+from .warned import warn
 
 
 def _light(owner: str, field: str, value: Any) -> Color:
@@ -16,6 +17,10 @@ def _light(owner: str, field: str, value: Any) -> Color:
         brighter = "what is brighter than white is co.Sky(zenith, horizon, ground, intensity)"
         raise ValueError(
             f"{owner}: {field} must be linear light, of which 1 is white, got {color}; {bytes_hint(color)}; {brighter}"
+        )
+    if not isinstance(color, str) and max(color) > BRIGHT:
+        warn(
+            f"{owner}: {field} {color} is linear light, {max(color):g} times white; co.Sky(..., intensity=...) says so"
         )
     return color
 
@@ -50,5 +55,6 @@ def as_background(value: Any) -> Background | None:
     if value is None or isinstance(value, Sky):
         return value
     if not isinstance(value, str) and not hasattr(value, "__len__"):
-        raise TypeError(f"Scene: background must be a colour, a Sky or None, got {what(value)}")
+        grey = grey_hint(value) if isinstance(value, int | float) and not isinstance(value, bool) else ""
+        raise TypeError(f"Scene: background must be a colour, a Sky or None, got {what(value)}{grey}")
     return _light("Scene", "background", value)

@@ -22,6 +22,12 @@ _OF_BODIES = ("name", "material", "color", "colour")
 """What a body is given, and neither its shape nor its scene."""
 _ALIKE = 0.7
 """How much an argument's name has in common with the one that was meant, at least: name is not camera."""
+_ELSEWHERE = {
+    **dict.fromkeys(("background", "lights", "domain"), "a scene has it, scene.replace({0}=...)"),
+    **dict.fromkeys(("threads", "n_threads", "workers", "n_jobs"), "co.set_threads(count) is for all that follows"),
+    **dict.fromkeys(("output", "filename", "path", "file"), "what comes back is saved, image.save(path)"),
+}
+"""What is no argument of a picture."""
 _HIDDEN = ("self", "cls", "motion")
 _POSITIONAL = inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
 _OPEN = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
@@ -89,6 +95,8 @@ def _owner(function: Callable[..., Any], args: Sequence[Any], is_method: bool) -
     if not is_method or not args or owner == function.__qualname__.rpartition(".")[0]:
         return owner
     kind = args[0] if isinstance(args[0], type) else type(args[0])
+    if not hasattr(kind, function.__name__):  # asked of the class, with something else in place of the instance
+        return owner
     return f"{kind.__name__}.{function.__name__}"
 
 
@@ -116,6 +124,10 @@ def _suggested(name: str, names: Collection[str]) -> str:
     shown = [other for other in names if other not in _HIDDEN]
     if meant := meant_by(name, shown):
         return f" (did you mean {meant}?)"
+    if name in _ELSEWHERE and {"width", "samples"} <= set(shown):
+        return f": {_ELSEWHERE[name].format(name)}"
+    if name in ("x", "y", "z") and {"plane", "at"} <= set(shown):
+        return f": section('{name}', 0.5) is the one by {name} = 0.5"
     if name in _OF_BODIES and ("motion" in names or "items" in names):
         return ": a body has that, Body(shape, material, name)"
     begun = [other for other in shown if len(name) > 2 and other.startswith(name)]

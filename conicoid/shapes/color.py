@@ -23,6 +23,8 @@ Amount: TypeAlias = float | Vector | str
 
 _HEX = "0123456789abcdefABCDEF"
 _BYTE = 255
+BRIGHT = 16.0
+"""Of such light more would make a body white that is nearly black."""
 _EXPECTED = "three linear numbers, '#rrggbb' or a CSS colour name"
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from .validate import number
 from .warned import warn
 
@@ -18,7 +20,7 @@ _ROUNDINGS = 3
 def degrees(owner: str, field: str, value: Any) -> float:
     """`value` as a finite float; a UserWarning where it is a plain angle in radians to the last bits."""
     angle = number(owner, field, value)
-    if is_of_radians(angle):
+    if is_of_radians(angle) or (isinstance(value, np.float32) and _is_of_radians32(value)):
         warn(f"{owner}: {field} must be in degrees, got {angle!r}: {_meant(angle)} degrees are that in radians")
     return angle
 
@@ -32,6 +34,14 @@ def is_of_radians(angle: float) -> bool:
     if not _STEP / 2 < size <= _MOST * (1 + 1e-12):
         return False
     return abs(size - round(size / _STEP) * _STEP) <= _ROUNDINGS * math.ulp(size)
+
+
+def _is_of_radians32(angle: np.float32) -> bool:
+    """The same of float32, which holds fewer digits: only multiples of 15 degrees are told from others."""
+    size, step = abs(float(angle)), math.pi / 12
+    if not step / 2 < size <= _MOST * (1 + 1e-6):
+        return False
+    return abs(size - round(size / step) * step) <= 2 * float(np.spacing(np.float32(size)))
 
 
 def _meant(angle: float) -> str:

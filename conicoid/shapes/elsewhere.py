@@ -78,6 +78,8 @@ def _of_shapes(it: str, name: str) -> str:
         return f"co.measure({it}).{name} is that"
     if name in FUNCTIONS:
         return f"it is a function, co.{name}({it})"
+    if name in ("center", "centre", "mass", "surface_area", "center_of_mass"):
+        return f"co.measure({it}) has volume, area, centroid and inertia"
     if name in ELSEWHERE:
         return f"it is called {ELSEWHERE[name]}"
     if name in ("rotate_x", "rotate_y", "rotate_z", "rotateX", "rotateY", "rotateZ"):

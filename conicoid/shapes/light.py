@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
-from .color import Amount, are_bytes, bytes_hint, checked_amount
+from .color import BRIGHT, Amount, are_bytes, bytes_hint, checked_amount
 from .degrees import degrees
 from .validate import shown, vector, what
 from .vector import VectorLike
@@ -109,14 +109,10 @@ def as_lights(lights: Any) -> tuple[Light, ...]:
     return items
 
 
-_BRIGHT = 16.0
-"""Of such light more would make a body white that is nearly black."""
-
-
 def _doubt(light: Light, owner: str, intensity: Amount) -> None:
     """A UserWarning for a colour in bytes, where no distance weakens the light."""
     fades = getattr(light, "falloff", "none") == "inverse_square"
-    if isinstance(intensity, tuple) and not fades and are_bytes(intensity, _BRIGHT):
+    if isinstance(intensity, tuple) and not fades and are_bytes(intensity, BRIGHT):
         warn(f"{owner}: intensity {intensity} is linear light, {max(intensity):g} times white; {bytes_hint(intensity)}")
 
 

@@ -74,6 +74,7 @@ _NAMES: dict[str, dict[str, str]] = {
         **_all("hits.detached() stays without the scene; hits are read-only and need no copies", "copy"),
     },
     "Rays": {
+        **_all("a scene is asked: scene.first_hit(rays).{2}", "t body normal hit_point uv face material"),
         **_all(
             "rays.origins + t[..., None] * rays.directions are points at t; of hits, hits.point",
             "at point_at points point evaluate position end",
@@ -136,6 +137,7 @@ _NAMES: dict[str, dict[str, str]] = {
         **_all("scene.spans(rays) has that", "t_enter t_exit lengths length line_integral thickness"),
         **_all("scene.first_hit(rays) has that, of the first one", "uv local_point point_error"),
         **_all("it is called entering", "enter exit exiting leaving inside"),
+        **_all("crossings.point are the places, and scene.first_hit(rays) has the first of each ray", "hits first"),
         **_all("np.diff(crossings.offsets) has how many each ray has", "count counts number size hit"),
     },
     "Material": {
