@@ -27,11 +27,9 @@ def load(path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | 
     progress: progress(done, count) is called now and then, with shares of the work.
 
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
-    what was expected and what was found.
+    what was expected and what was found; where there is no such file it is a FileNotFoundError as well.
     """
-    callback("load", "progress", progress)
-    parts = scene_file.read(checked_path("load", path), progress)
-    return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
+    return Scene.load(path, progress=progress)
 
 
 @calm

@@ -17,6 +17,7 @@ from .shapes.calls import explained_methods
 from .shapes.calm import calm
 from .shapes.carried import restore
 from .shapes.color import srgb_decode
+from .shapes.other_names import hinted
 from .shapes.suggestion import close_to
 from .shapes.validate import path as checked_path
 from .shapes.validate import shown
@@ -26,6 +27,7 @@ SUFFIXES = (".png", ".exr", ".jpg", ".jpeg", ".webp")
 Pixels = npt.NDArray[np.float32]
 
 
+@hinted
 @explained_methods
 class Image:
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
@@ -40,7 +42,7 @@ class Image:
 
     `pixels` (height, width, 3) float32 is what is seen, `values` the array as it was given.
     Shows itself in a notebook. Raises ValueError for other shapes, for an unknown map and for vmin > vmax, and warns of
-    floats up to 255 most of which are beyond white.
+    floats most of which are beyond white, some far.
     """
 
     values: Any
@@ -82,6 +84,9 @@ class Image:
         self.values, self.pixels = values, np.asarray(colors, dtype=np.float32)
         self.values.setflags(write=False)
         self.pixels.setflags(write=False)
+
+    def __getitem__(self, index: Any) -> Any:
+        raise TypeError("Image: image.pixels[...] is linear light, np.asarray(image)[...] the bytes that are shown")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore(self, state)
@@ -162,7 +167,8 @@ def _named_map(colormap: Any) -> str:
     if not isinstance(name, str) or name not in COLORMAPS:
         close = close_to(name, COLORMAPS) if isinstance(name, str) else ""
         meant = f" (did you mean {close!r}?)" if close else ""
-        raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}{meant}")
+        other = "" if meant else "; Matplotlib shows others, plt.imshow(image.values, cmap=...)"
+        raise ValueError(f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {shown(colormap)}{meant}{other}")
     return name
 
 
@@ -178,9 +184,9 @@ def _check_colors(values: Any) -> None:
         if most > 1:
             raise ValueError(f"Image: array of integers up to {most} must be of uint8, sRGB bytes; got {values.dtype}")
         return
-    if not 1 < most <= _BYTE or values.min() < 0:
+    if not most > 1 or values.min() < 0:
         return
-    if (values == np.round(values)).all():
+    if most <= _BYTE and (values == np.round(values)).all():
         raise ValueError(
             f"Image: array of whole numbers up to {most:g} must be of uint8, sRGB bytes (array.astype('uint8')), or "
             f"linear light of which 1 is white; got {values.dtype}"

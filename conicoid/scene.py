@@ -232,6 +232,18 @@ class Scene(Contents, Edits, Queries):
         materials = [body.material for body in self._bodies]
         return Image._of_light(section_pixels(self.prepared, materials, self.extent, plane, at, width, height, samples))
 
+    @staticmethod
+    def load(path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None) -> Scene:
+        """The scene in the YAML or JSON file at `path`, as `co.load`, which says more.
+
+        progress: progress(done, count) is called now and then, with shares of the work.
+        """
+        from .formats import scene_file
+
+        callback("load", "progress", progress)
+        parts = scene_file.read(checked_path("load", path), progress)
+        return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a scene file at `path` that `co.load` reads as an equal scene; `co.save` says more."""
         from .formats import scene_file

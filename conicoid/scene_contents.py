@@ -8,12 +8,13 @@ from typing import Any, overload
 import numpy as np
 
 from .scene_parts import Bodies, as_index, named, numbered
-from .shapes.base import Solid
+from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.calls import explained_methods
 from .shapes.labels import counted, first_numbers, one_ball
+from .shapes.material import Material
 from .shapes.repeated import Repeated
-from .shapes.validate import shown
+from .shapes.validate import shown, what
 
 
 @explained_methods
@@ -31,7 +32,8 @@ class Contents:
     def bodies(self) -> Bodies:
         """The entries as listed; those of an imported model are made one by one as they are asked for.
 
-        A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here.
+        A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here. An index below 0 is refused,
+        as -1 is the number of a miss; and so is one of an answer (NumPy's integers) where another body has that number.
         """
         return self._bodies
 
@@ -91,6 +93,13 @@ class Contents:
         """How many bodies there are, `body_count`: `scene[i]` and a loop over the scene go through them."""
         return self.body_count
 
+    def __add__(self, other: object) -> Any:
+        if not isinstance(other, Contents):
+            return NotImplemented
+        raise TypeError("Scene: scenes are put together by their entries, co.Scene([*a.bodies, *b.bodies], a.lights)")
+
+    __or__ = __add__
+
     def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
         """An array () of the scene itself, as NumPy's files keep it."""
         from .engine.answers.no_array import boxed
@@ -99,8 +108,15 @@ class Contents:
         return boxed(self, dtype)
 
     def __contains__(self, item: object) -> bool:
-        """Is there an entry of a name, or this body?"""
-        return any(item == (body.name if isinstance(item, str) else body) for body in self._bodies)
+        """Is there an entry of a name, this body, or an entry of this shape? A TypeError for anything else."""
+        if isinstance(item, str):
+            return any(item == body.name for body in self._bodies)
+        if isinstance(item, Shape):
+            return any(item == body.shape for body in self._bodies)
+        if isinstance(item, Body):
+            return item in self._bodies
+        hint = "; scene.materials has the materials" if isinstance(item, Material) else ""
+        raise TypeError(f"Scene: `in` asks for a name, a shape or a Body, got {what(item)}{hint}")
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Contents):

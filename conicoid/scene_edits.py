@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from .scene_parts import Bodies, as_bodies, exchanged, moved_by, one_entry, refuse_same_names, shared_bodies
+from .scene_parts import Bodies, Entries, as_bodies, exchanged, moved_by, one_entry, refuse_same_names, shared_bodies
 from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calls import explained_methods
@@ -79,7 +79,7 @@ class Edits:
         place = len(self._bodies)
         if before is not None:
             place = one_entry(self._bodies, self._first_numbers, before, "added", "before")
-        bodies = (*self._bodies[:place], *as_bodies(items, "added"), *self._bodies[place:])
+        bodies = Entries((*self._bodies[:place], *as_bodies(items, "added"), *self._bodies[place:]))
         refuse_same_names(bodies)
         return self._edited(bodies)
 
@@ -92,11 +92,11 @@ class Edits:
         """
         each = which if isinstance(which, Iterable) and not isinstance(which, str) else [which]
         gone = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
-        return self._edited(tuple(body for number, body in enumerate(self._bodies) if number not in gone))
+        return self._edited(Entries(body for number, body in enumerate(self._bodies) if number not in gone))
 
     def _with_entry(self, entry: int, body: Body, *parts: Any) -> Scene:
         """The scene with another body for an entry of the list; parts as for `_edited`."""
-        old, bodies = self._bodies[entry], (*self._bodies[:entry], body, *self._bodies[entry + 1 :])
+        old, bodies = self._bodies[entry], Entries((*self._bodies[:entry], body, *self._bodies[entry + 1 :]))
         if body.name is not None and body.name != old.name:
             refuse_same_names(bodies)
         made = self._edited(bodies, *parts)

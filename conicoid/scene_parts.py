@@ -20,7 +20,47 @@ from .shapes.vector import Box
 _SUGGESTED = 1000
 """Bodies of many whose names are looked at for what may have been meant."""
 
-Bodies: TypeAlias = tuple[Body, ...] | Repeated
+
+class Entries(tuple[Body, ...]):
+    """The entries of a scene: a tuple that does not take numbers of answers for its own where they differ.
+
+    -1 is a miss and not the last entry, as in `scene[-1]`; slices are those of any tuple. NumPy's integers are
+    `hits.body` and the like: beside a `Spheres` most bodies have other numbers than their entries, and these are
+    refused. The IndexError says what is meant instead.
+    """
+
+    __slots__ = ()
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice) or (type(index) is int and index >= 0):
+            return super().__getitem__(index)
+        if isinstance(index, np.ndarray) and index.ndim:
+            told = "hits.name and hits.material are those of all at once, scene.body(number) is the body of one"
+            raise TypeError(f"Scene: bodies[...] takes one integer, got an array of {index.size}; {told}")
+        if isinstance(index, str):
+            raise TypeError(f"Scene: bodies[...] takes an integer, got {shown(index)}; scene[name] has names")
+        number = as_index(index)
+        if number is None or (number >= 0 and not any(isinstance(body.shape, Spheres) for body in self[:number])):
+            return super().__getitem__(index)
+        if number < 0:
+            told = (
+                f"-1 stands for a miss; the last entry is bodies[{len(self) - 1}]" if self else "there are no entries"
+            )
+            raise IndexError(f"Scene: bodies[...] takes an integer >= 0, got {number}; {told}")
+        told = "scene.body(number) is the body of a number, bodies[int(index)] an entry"
+        raise IndexError(f"Scene: bodies[{number}]: bodies and entries are counted differently; {told}")
+
+    def __getattr__(self, name: str) -> Any:
+        hint = ""
+        if name in ("append", "extend", "insert", "remove", "pop", "clear"):
+            hint = ": a scene does not change, co.Scene([*scene.bodies, another]) is one of more"
+        raise AttributeError(f"the entries of a scene have no {name[:80]!r}{hint}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Entries, (tuple(self),)
+
+
+Bodies: TypeAlias = Entries | Repeated
 
 
 def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
@@ -28,13 +68,15 @@ def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
 
     Raises TypeError for anything else, with its index.
     """
-    if isinstance(items, Repeated):
+    if isinstance(items, Entries | Repeated):
         return items
     if isinstance(items, (Shape, Body)):
         items = (items,)
-    if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable):
-        raise TypeError(f"{owner}: items must be a list of shapes and Bodies, or one of them, got {what(items)}")
-    return tuple(_as_body(i, item, owner) for i, item in enumerate(items))
+    if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable) or hasattr(items, "bodies"):
+        hint = ": its entries are scene.bodies" if hasattr(items, "bodies") else ""
+        hint = "; names go to bodies, Body(shape, material, name)" if isinstance(items, Mapping) else hint
+        raise TypeError(f"{owner}: items must be a list of shapes and Bodies, or one of them, got {what(items)}{hint}")
+    return Entries(_as_body(i, item, owner) for i, item in enumerate(items))
 
 
 def refuse_same_names(bodies: Sequence[Body]) -> None:
@@ -67,7 +109,7 @@ def _as_body(index: int, item: Any, owner: str) -> Body:
     if isinstance(item, Shape):
         return Body(item)
     hint = ""
-    if isinstance(item, tuple) and len(item) > 1 and isinstance(item[0], Shape):
+    if isinstance(item, tuple) and any(isinstance(part, Shape) for part in item):
         hint = "; Body(shape, material, name) is one"
     elif hasattr(item, "bodies") or isinstance(item, list):
         hint = f"; {'a scene has these in .bodies: ' if hasattr(item, 'bodies') else ''}[*a, *b] is one list of two"
@@ -128,6 +170,12 @@ def exchanged(
     bodies: Bodies, firsts: Callable[[], Any], which: Any, item: Any, labels: Mapping[str, Any]
 ) -> tuple[int, Body]:
     """One entry, that of a name or of a body's number, and what takes its place. `labels`: a material, a name."""
+    if isinstance(which, Shape | Body):
+        raise TypeError(
+            f"replace: which entry comes first, its name or number: replace(name, shape), got {what(which)}"
+        )
+    if isinstance(which, str):
+        named(bodies, which)
     if not isinstance(item, (Shape, Body)) and not (item is None and labels):
         hint = "" if item is None or labels else "; material= and name= change these alone"
         raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}{hint}")
@@ -144,12 +192,13 @@ def shared_bodies(old: Bodies, new: Bodies) -> Bodies:
         return new
     least = min(len(old), len(new))
     front = next((k for k in range(least) if old[k] != new[k]), least)
-    back = next((k for k in range(least - front) if old[-1 - k] != new[-1 - k]), least - front)
+    ends = old[::-1], new[::-1]
+    back = next((k for k in range(least - front) if ends[0][k] != ends[1][k]), least - front)
     middle = new[front : len(new) - back]
     if len(old) == len(new):
         beside = old[front : len(old) - back]
         middle = tuple(before if before == after else after for before, after in zip(beside, middle, strict=True))
-    return (*old[:front], *middle, *old[len(old) - back :])
+    return Entries((*old[:front], *middle, *old[len(old) - back :]))
 
 
 def moved_by(shape: Shape, motion: Any) -> Shape:

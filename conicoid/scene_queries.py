@@ -75,24 +75,26 @@ class Queries:
     @calm
     def lengths(
         self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
-        by: Literal["body", "material"] = "body", progress: Progress | None = None,
+        by: Literal["body", "material"] = "body", overlaps: Literal["both", "error"] | None = None,
+        progress: Progress | None = None,
     ) -> FloatArray:  # fmt: skip
         """`spans(...).lengths(by)`, the same to the bit, for any number of rays: their spans are not kept.
 
         origins, directions, t_min, t_max: as for `first_hit`; in an empty interval, t_min >= t_max, lengths are 0.
         by: "body" for the shape (..., bodies), or "material" for (..., materials), in the order of `scene.materials`.
+        overlaps: "both", "error" or None, as for `Spans.lengths`.
         progress: progress(done, count) is called with numbers of rays.
         """
         from .engine.queries import integrals, queries
 
         callback("lengths", "progress", progress)
         rays = queries.as_rays("lengths", origins, directions)
-        return integrals.lengths(self.prepared, rays, t_min, t_max, by, progress)
+        return integrals.lengths(self.prepared, rays, t_min, t_max, by, progress, overlaps)
 
     @calm
     def line_integral(
         self, values: Any, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
-        otherwise: Any = None, progress: Progress | None = None,
+        otherwise: Any = None, overlaps: Literal["both", "error"] | None = None, progress: Progress | None = None,
     ) -> Any:  # fmt: skip
         """`spans(...).line_integral(values)`, the same to the bit, for any number of rays: their spans are not kept.
 
@@ -102,13 +104,14 @@ class Queries:
             a name standing for all materials that have it; or the name of a property that materials have.
         origins, directions, t_min, t_max: as for `first_hit`; over an empty interval, t_min >= t_max, it is 0.
         otherwise: stands for materials without such a value, which are a ValueError if it is not given.
+        overlaps: "both", "error" or None, as for `Spans.line_integral`.
         progress: progress(done, count) is called with numbers of rays.
         """
         from .engine.queries import integrals, queries
 
         callback("line_integral", "progress", progress)
         rays = queries.rays_after_values(values, origins, directions)
-        return integrals.line_integral(self.prepared, values, rays, t_min, t_max, otherwise, progress)
+        return integrals.line_integral(self.prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
 
     @calm
     def contains(self, points: Any) -> Any:

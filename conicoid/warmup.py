@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from .shapes.calls import explained
 
+
+@explained
 def warmup() -> None:
     """Compile and cache all kernels (a minute or two the first time, some seconds later).
 

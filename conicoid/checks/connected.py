@@ -18,6 +18,8 @@ _KEPT, _OF_EACH, _MOST = 600, 24, 6000
 _NEIGHBOURS, _LOOKS, _NEAR, _PAIRS = 8, 3, 12.0, 2000
 """Of each place; of each point; what shares a wall is near within so many times the way to neighbours; pairs."""
 _SHARES = (0.05, 0.5, 0.95)
+_MOST_REGIONS, _WALKERS, _STEPS, _TURN = 64, 24, 12, 0.3
+"""Regions that are walked through, the walks of each, their steps, and how far each turns from the one before."""
 
 
 @dataclass
@@ -79,20 +81,30 @@ Around = Callable[[FloatArray, FloatArray], Any]
 """The surface by which the way between two points leaves what is undefined and comes back; -1 where it is not one."""
 
 
-def regions_of(gaps: list[Gap], free: Free, around: Around) -> Regions:
+Reach = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+"""How far it is from undefined points in directions to what ends the region, (n,), and the normals there, (n, 3)."""
+
+
+def regions_of(gaps: list[Gap], free: Free, around: Around, reach: Reach) -> Regions:
     """Regions of undefined points, the one with most stretches first.
 
     Stretches that share a wall may be of several regions: two gaps beside one plane. They are one where they see each
-    other, or others between them; and where they are neighbours around the bend of a wall that they share.
+    other, or others between them, or places to which one walks from them; and where they are neighbours around the
+    bend of a wall that they share.
     """
     groups = _sharing(gaps)
     chosen = [gap for group in groups for gap in _some(group, len(gaps))][:_MOST]
     places, roots = _places(chosen), Roots()
-    _see(places, roots, free)
+    owners = np.repeat(np.arange(len(chosen)), len(_SHARES))
+    _see(places, owners, roots, free)
     _bend(chosen, places, roots, around)
+    visited, walkers = _walk(places, roots, reach)
+    first = len(places)
+    places, owners = np.concatenate([places, visited]), np.concatenate([owners, walkers])
+    _see_others(places, owners, roots, free, first)
     numbers: dict[Any, int] = {}
     region = np.array([numbers.setdefault(roots.of(k), len(numbers)) for k in range(len(chosen))], np.int64)
-    result = Regions([[] for _ in numbers], places, np.repeat(region, len(_SHARES)))
+    result = Regions([[] for _ in numbers], places, region[owners])
     _assign(groups, {id(gap): int(k) for gap, k in zip(chosen, region, strict=True)}, result, free)
     order = sorted((k for k, own in enumerate(result.stretches) if own), key=lambda k: -len(result.stretches[k]))
     rank = np.full(len(numbers), -1)
@@ -124,18 +136,56 @@ def _places(gaps: Sequence[Gap]) -> FloatArray:
     return result.reshape(-1, 3)
 
 
-def _see(places: FloatArray, roots: Roots, free: Free) -> None:
-    """Join stretches where a place of one sees a near one of another."""
-    count = len(_SHARES)
-    most = min(_NEIGHBOURS + count, len(places))
+def _see(places: FloatArray, owners: Any, roots: Roots, free: Free) -> None:
+    """Join stretches where a place of one sees a near one of another; owners: the stretch of each place."""
+    most = min(_NEIGHBOURS + len(_SHARES), len(places))
     for begin in range(0, len(places), 256):
         squares = ((places[begin : begin + 256, None] - places[None]) ** 2).sum(axis=2)
         close = np.argpartition(squares, most - 1, axis=1)[:, :most]
         one, other = np.repeat(np.arange(begin, begin + len(close)), most), close.ravel()
-        differs = one // count != other // count
+        differs = owners[one] != owners[other]
         one, other = one[differs], other[differs]
-        for a, b in zip(*(side[free(places[one], places[other])] // count for side in (one, other)), strict=True):
-            roots.join(int(a), int(b))
+        sees = free(places[one], places[other])
+        for a, b in zip(owners[one[sees]].tolist(), owners[other[sees]].tolist(), strict=True):
+            roots.join(a, b)
+
+
+def _see_others(places: FloatArray, owners: Any, roots: Roots, free: Free, first: int) -> None:
+    """Join regions where a place, from a first one on, sees one of the nearest places of other regions."""
+    regions: Any = np.array([roots.of(k) for k in owners.tolist()])
+    for begin in range(first, len(places), 256):
+        some = np.arange(begin, min(begin + 256, len(places)))
+        squares = ((places[some][:, None] - places[None]) ** 2).sum(axis=2)
+        squares[regions[some][:, None] == regions] = np.inf
+        close = np.argpartition(squares, _LOOKS, axis=1)[:, :_LOOKS]
+        known = np.isfinite(np.take_along_axis(squares, close, axis=1)).ravel()
+        one, other = np.repeat(some, _LOOKS)[known], close.ravel()[known]
+        sees = free(places[one], places[other])
+        for a, b in zip(owners[one[sees]].tolist(), owners[other[sees]].tolist(), strict=True):
+            roots.join(a, b)
+
+
+def _walk(places: FloatArray, roots: Roots, reach: Reach) -> tuple[FloatArray, Any]:
+    """Places that are reached from some stretches of each region, along its walls, and the stretches.
+
+    Thin regions are seen in pieces where stretches are few: a slab, both sides of an edge. Walks bring them together.
+    """
+    middles = places[len(_SHARES) // 2 :: len(_SHARES)]
+    regions: dict[Any, list[int]] = {}
+    for k in range(len(middles)):
+        regions.setdefault(roots.of(k), []).append(k)
+    if not 1 < len(regions) <= _MOST_REGIONS:
+        return np.empty((0, 3)), np.empty(0, np.int64)
+    walkers = np.array([np.resize(own[:: -(-len(own) // _WALKERS)], _WALKERS) for own in regions.values()]).ravel()
+    random, at = np.random.default_rng(0), middles[walkers]
+    way, visited = random.normal(size=(len(walkers), 3)), []
+    for _ in range(_STEPS):
+        far, normals = reach(at, way)
+        at = at + (far * random.uniform(0.3, 0.95, len(at)))[:, None] * way
+        visited.append(at)
+        way = way / np.linalg.norm(way, axis=1, keepdims=True) + random.normal(scale=_TURN, size=at.shape)
+        way = way - (way * normals).sum(axis=1, keepdims=True) * normals  # along the wall that ended the last step
+    return np.concatenate(visited), np.tile(walkers, _STEPS)
 
 
 def _bend(gaps: Sequence[Gap], places: FloatArray, roots: Roots, around: Around) -> None:

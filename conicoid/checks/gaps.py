@@ -11,7 +11,7 @@ import numpy as np
 from ..shapes.labels import counted
 from ..shapes.vector import FloatArray
 from .aim import Targets
-from .connected import Around, Free, Gap, Regions, regions_of
+from .connected import Around, Free, Gap, Reach, Regions, regions_of
 from .finding import UNDEFINED, Finding, titles
 from .scan import CHUNK, THIN
 
@@ -45,7 +45,7 @@ def undefined_regions(scene: Scene, targets: Targets, rays: int, random: np.rand
             gaps += _seen(scene, domain, origins[some], directions[some], float(np.linalg.norm(high - low)))
     if not gaps:
         return []
-    regions = regions_of(gaps, _free(scene, domain), _around(scene, domain))
+    regions = regions_of(gaps, _free(scene, domain), _around(scene, domain), _reach(scene, domain))
     found = [_finding(scene, domain, regions, k, random) for k in range(len(regions.stretches))]
     return sorted(found, key=lambda finding: -finding.size)
 
@@ -105,9 +105,10 @@ def _finding(scene: Scene, domain: Scene, regions: Regions, which: int, random: 
     more = f" and {len(bodies) - _NAMED} more" if len(bodies) > _NAMED else ""
     sides = reached.max(axis=0) - reached.min(axis=0)
     place, reach = (", ".join(f"{c:.6g}" for c in row.tolist()) for row in (point, sides))
+    size = f"about {volume:.2g} ± {error:.1g}" if len(own) else f"less than about {3 * error:.1g}"
     message = (
         f"({place}) is in no body, though the scene's domain holds it; the region{beside}{more} reaches over about "
-        f"({reach}), a volume of about {volume:.2g} ± {error:.1g}; seen by {counted(len(gaps), 'ray', 'rays')}"
+        f"({reach}), a volume of {size}; seen by {counted(len(gaps), 'ray', 'rays')}"
     )
     origin, direction = longest.origin.copy(), longest.direction.copy()
     for array in (point, origin, direction):
@@ -126,7 +127,8 @@ def _sampled(
     others = [k for k, (a, b) in enumerate(boxes) if k != which and (a <= high).all() and (low <= b).all()]
     own = inside[regions.of_points(inside, [which, *others], _free(scene, domain)) == which]
     share, box = len(own) / _POINTS, float(np.prod(high - low))
-    return own, box * share, box * math.sqrt(share * (1 - share) / (_POINTS - 1))
+    error = math.sqrt(share * (1 - share) / (_POINTS - 1)) if len(own) else 1 / _POINTS  # so it is below 3 / n, at 95 %
+    return own, box * share, box * error
 
 
 def _box(gaps: list[Gap]) -> tuple[FloatArray, FloatArray]:
@@ -149,6 +151,21 @@ def _free(scene: Scene, domain: Scene) -> Free:
         return still | (covered & (np.diff(scene.spans(*rays, 0, 1).offsets) == 0))
 
     return free
+
+
+def _reach(scene: Scene, domain: Scene) -> Reach:
+    def reach(points: FloatArray, ways: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How far it is to the first body or the end of the domain, and the normal there."""
+        still: Any = ~ways.any(axis=1)
+        ways = np.where(still[:, None], 1.0, ways)
+        body, end = scene.first_hit(points, ways), domain.first_hit(points, ways)
+        nearer = body.t < end.t
+        far = np.where(nearer, body.t, end.t)
+        known = np.isfinite(far)
+        normals = np.where(nearer[:, None], body.normal, end.normal)
+        return np.where(known & ~still, far, 0.0), np.where(known[:, None], normals, (0.0, 0.0, 1.0))
+
+    return reach
 
 
 def _around(scene: Scene, domain: Scene) -> Around:

@@ -17,6 +17,8 @@ from .parts import (
     Results,
     SceneFile,
     Threads,
+    TMax,
+    TMin,
     check_folder,
     load,
     name_of,
@@ -194,13 +196,21 @@ def trace(
     rays: RayFile,
     output: Results,
     spans: Annotated[bool, typer.Option("--spans", help="Every stretch inside a body, not the first hit.")] = False,
+    errors: Annotated[
+        bool, typer.Option("--errors", help="To .csv, t_error or those of both ends as well; .npz has all fields.")
+    ] = False,
+    t_min: TMin = None,
+    t_max: TMax = None,
     threads: Threads = None,
 ) -> None:
     """Follow rays through a scene and write what they hit."""
     with user_mistakes():
         from ..formats.ray_file import is_npz, write_hits, write_spans
 
-        table = rays_for(rays, scene, output)
+        all_fields = output != STDOUT and is_npz(output)
+        if errors and all_fields:
+            raise ValueError("trace: --errors goes with .csv; a .npz file has all fields in any case")
+        table = rays_for(rays, scene, output).within(t_min, t_max)
         loaded = load(scene, threads)
         from . import ray_tables
 
@@ -208,8 +218,7 @@ def trace(
             ray_tables.check(table)
         prepare(loaded)
         with compile_notes(), Bar("tracing", "ray") as bar:
-            all_fields = output != STDOUT and is_npz(output)
-            arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar, all_fields)
+            arrays = (ray_tables.spans if spans else ray_tables.first_hits)(loaded, table, bar, all_fields, errors)
         with written(output, ".csv") as file:
             (write_spans if spans else write_hits)(file, arrays)
         say(f"{name_of(output)}: {ray_tables.summary(arrays)}")

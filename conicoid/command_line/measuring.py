@@ -15,6 +15,8 @@ from .parts import (
     Results,
     SceneFile,
     Threads,
+    TMax,
+    TMin,
     check_folder,
     load,
     name_of,
@@ -64,10 +66,18 @@ def lengths(
     otherwise: Annotated[
         float | None, typer.Option(help="With --value or --property: of materials without one.", show_default=False)
     ] = None,
+    overlaps: Annotated[
+        str | None,
+        typer.Option(help="Stretches in two bodies at once: both, they are meant to count twice; error.",
+                     show_default="a note"),
+    ] = None,
+    t_min: TMin = None,
+    t_max: TMax = None,
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Measure how far rays go inside each body, or material; or sum up a value along them."""
     with user_mistakes():
+        from ..engine.answers.overlaps import checked_overlaps
         from ..engine.answers.weights import checked_by
 
         integral = bool(value) or property_ is not None
@@ -75,9 +85,9 @@ def lengths(
         only_with(context, "lengths, not with --value or --property", not integral, "by")
         if value and property_ is not None:
             raise ValueError("lengths: give either --value or --property")
-        by = checked_by("lengths", by)
+        by, overlaps = checked_by("lengths", by), checked_overlaps("lengths", overlaps)
         values = _values(value) if value else property_
-        table = rays_for(rays, scene, output)
+        table = rays_for(rays, scene, output).within(t_min, t_max)
         loaded = load(scene, threads)
         from ..formats.ray_file import write_values
         from . import ray_tables
@@ -87,9 +97,9 @@ def lengths(
         prepare(loaded)
         with compile_notes(), Bar("measuring", "ray") as bar:
             if integral:
-                found = _integrals(loaded, table, values, otherwise, bar)
+                found = _integrals(loaded, table, values, otherwise, overlaps, bar)
             else:
-                found = ray_tables.lengths(loaded, table, by, bar)
+                found = ray_tables.lengths(loaded, table, by, overlaps, bar)
         energies = found.shape[len(table.shape) :]
         columns = _columns(loaded, by) if not integral else [f"line_integral_{k}" for k in range(*energies or (0,))]
         columns = columns if energies else ["line_integral"]
@@ -99,14 +109,16 @@ def lengths(
         say(f"{name_of(output)}: {_summary(found, table.shape, len(columns), integral, by)}")
 
 
-def _integrals(scene: Scene, table: RayTable, values: Any, otherwise: float | None, bar: Bar) -> Any:
+def _integrals(
+    scene: Scene, table: RayTable, values: Any, otherwise: float | None, overlaps: str | None, bar: Bar
+) -> Any:
     """Line integrals; what is wrong with the values is told in words of the command line."""
     from . import ray_tables
 
     try:
-        return ray_tables.line_integrals(scene, table, values, otherwise, bar)
+        return ray_tables.line_integrals(scene, table, values, otherwise, overlaps, bar)
     except ValueError as error:
-        text = str(error).removeprefix("line_integral: values: ")
+        text = str(error).removeprefix("line_integral: ").removeprefix("values: ")
         option = text.replace("otherwise=0 (or another value) stands for it", "--otherwise 0 would stand for it")
         raise ValueError(f"lengths: {option}") from None
 

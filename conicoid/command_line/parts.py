@@ -86,6 +86,9 @@ _READ = 0.5
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
 RayFile = Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)]
+TMin = Annotated[float | None, typer.Option("--t-min", help="Where rays begin, in units of the direction's length.",
+                                            show_default="0")]  # fmt: skip
+TMax = Annotated[float | None, typer.Option("--t-max", help="Where rays end.", show_default="inf")]
 Results = Annotated[
     Path,
     typer.Option("--output", "-o", help="The results, .npz or .csv; - is .csv on standard output.", show_default=False),
@@ -111,7 +114,7 @@ def load(path: Path, threads: int | None) -> Scene:
     from ..files import load as read
 
     refuse_stdin(path, "scenes")
-    with refused_files(), Bar("reading", "B", _READ) as bar:
+    with refused_files(), said_warnings(), Bar("reading", "B", _READ) as bar:
         scene = read(path, progress=_told(bar, lambda _: f"reading {path} ..."))
     if not scene.bodies:
         say(f"{path}: holds no bodies")

@@ -120,7 +120,8 @@ def render(
         only_with(context, "a view, not with --section", section is None, *_OF_VIEWS)
         plane = None if section is None else _plane(context, section)
         loaded = load(scene, threads)
-        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
+        with said_warnings():
+            camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
         prepare(loaded)
         with compile_notes(), said_warnings(), Bar("rendering", "ray") as bar:
             image = loaded.section(*plane, width, height, samples) if plane else loaded.render(
@@ -173,7 +174,8 @@ def turntable(
         check_folder(output)
         _check(context, samples, integrator, seed, depth)
         loaded = load(scene, threads)
-        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, False)
+        with said_warnings():
+            camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, False)
         if fit:
             loaded = loaded.replace(camera=None)
         prepare(loaded)

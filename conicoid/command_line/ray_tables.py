@@ -22,15 +22,17 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 Progress = Callable[[int, int], Any]
 
 
-def first_hits(scene: Scene, table: RayTable, progress: Progress, all_fields: bool = False) -> Arrays:
+def first_hits(
+    scene: Scene, table: RayTable, progress: Progress, all_fields: bool = False, errors: bool = False
+) -> Arrays:
     """t, point, normal, uv, body, face, surface and entering of each ray, in the rays' leading shape.
 
-    all_fields: what `hits.save` writes.
+    all_fields: what `hits.save` writes. errors: `t_error` besides.
     """
     from ..formats.hits_file import ROWS, heads_of, rows_of
 
     rays, t_min, t_max = _flat(table)
-    names = ROWS if all_fields else HITS
+    names = ROWS if all_fields else (*HITS, *(["t_error"] if errors else []))
     pieces: dict[str, list[Any]] = {name: [] for name in names}
     for piece in _pieces(len(rays), progress):
         hits = scene.first_hit(rays[piece], None, t_min[piece], t_max[piece])
@@ -46,35 +48,39 @@ def first_hits(scene: Scene, table: RayTable, progress: Progress, all_fields: bo
     return shaped | (heads_of(rays, prepared.key, prepared.labels.of_only(shaped["body"])) if all_fields else {})
 
 
-def spans(scene: Scene, table: RayTable, progress: Progress, all_fields: bool = False) -> Arrays:
+def spans(scene: Scene, table: RayTable, progress: Progress, all_fields: bool = False, errors: bool = False) -> Arrays:
     """offsets (rays + 1), and the rows of all rays, flattened, one after the other; or all that `spans.save` writes."""
     rays, t_min, t_max = _flat(table)
+    names = (*SPANS, *(("t_enter_error", "t_exit_error") if errors else ()))
     counts: list[Any] = [np.zeros(1, np.int64)]
     pieces: list[Any] = []
     for piece in _pieces(len(rays), progress):
         found = scene.spans(rays[piece], None, t_min[piece], t_max[piece])
         counts.append(np.diff(found.offsets))
-        pieces.append(found.detached() if all_fields else {name: getattr(found, name) for name in SPANS})
+        pieces.append(found.detached() if all_fields else {name: getattr(found, name) for name in names})
     if all_fields:
         from ..engine.answers.spans import Spans
         from ..formats.lists_file import arrays_of_lists
 
         return arrays_of_lists(pieces[0] if len(pieces) == 1 else Spans.concatenate(pieces))
-    joined = {name: np.concatenate([rows[name] for rows in pieces]) for name in SPANS}
+    joined = {name: np.concatenate([rows[name] for rows in pieces]) for name in names}
     return {"offsets": np.cumsum(np.concatenate(counts))} | joined
 
 
-def lengths(scene: Scene, table: RayTable, by: Any, progress: Progress) -> Any:
+def lengths(scene: Scene, table: RayTable, by: Any, overlaps: Any, progress: Progress) -> Any:
     """The length of each ray inside each body or material, in the rays' leading shape: (..., columns)."""
     rays, t_min, t_max = _flat(table)
-    found = scene.lengths(rays, None, t_min, t_max, by=by, progress=progress)
+    found = scene.lengths(rays, None, t_min, t_max, by=by, overlaps=overlaps, progress=progress)
     return found.reshape((*table.shape, *found.shape[1:]))
 
 
-def line_integrals(scene: Scene, table: RayTable, values: Any, otherwise: Any, progress: Progress) -> Any:
+def line_integrals(
+    scene: Scene, table: RayTable, values: Any, otherwise: Any, overlaps: Any, progress: Progress
+) -> Any:
     """The line integral of each ray, in the rays' leading shape, (...) or (..., energies)."""
     rays, t_min, t_max = _flat(table)
-    found = np.asarray(scene.line_integral(values, rays, None, t_min, t_max, otherwise=otherwise, progress=progress))
+    options = dict(otherwise=otherwise, overlaps=overlaps, progress=progress)
+    found = np.asarray(scene.line_integral(values, rays, None, t_min, t_max, **options))
     return found.reshape((*table.shape, *found.shape[1:]))
 
 

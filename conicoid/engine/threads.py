@@ -18,6 +18,7 @@ from typing import Any
 
 from ..compiler.beside import PATIENCE, is_main, started, wait_for
 from ..environment import MOST_THREADS, threads_wanted
+from ..shapes.calls import explained
 from ..shapes.validate import shown, whole
 from .tables import HALT, STEPS, Geometry
 
@@ -48,6 +49,7 @@ def thread_count() -> int:
     return max(1, os.cpu_count() or 1)
 
 
+@explained
 def set_threads(count: int | None) -> None:
     """Use `count` threads from now on; None returns to the default."""
     wanted = None if count is None else whole(count)

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from os import PathLike, fspath
+from typing import Any
 
 from ..shapes.suggestion import close_to, did_you_mean
 
-__all__ = ["MOST", "SHOWN", "Problem", "SceneFileError", "Suggestions", "close_to", "did_you_mean", "printable"]
+__all__ = [
+    "MOST", "SHOWN", "Problem", "SceneFileError", "Suggestions", "cannot_be_read", "close_to", "did_you_mean",
+    "printable",
+]  # fmt: skip
 
 SHOWN, COLUMNS = 18, 100
 """Lines of a message, of so many letters: with its first and last a screen."""
@@ -56,6 +60,26 @@ class SceneFileError(ValueError):
         place = f":{problem.line}:{problem.column}" if problem.line else ""
         where = f"{_middle_cut(printable(problem.where), 160)}: " if problem.where else ""
         return f"{self._file}{place}: {where}{_middle_cut(printable(problem.message), 600)}"
+
+
+class UnreadableFileError(SceneFileError, OSError):
+    """A file is there that cannot be read: no permission, a folder, a failing disk."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return cannot_be_read, (self.path, OSError(self.errno, self.strerror))
+
+
+class MissingFileError(UnreadableFileError, FileNotFoundError):
+    """There is no file of that name: what `except FileNotFoundError` waits for."""
+
+
+def cannot_be_read(path: str | PathLike[str], error: OSError) -> SceneFileError:
+    """What to raise in place of an error of the system, as a scene file's and still one of its kind."""
+    reason = (error.strerror or str(error)).lower()
+    kind = MissingFileError if isinstance(error, FileNotFoundError) else UnreadableFileError
+    told = kind(path, [Problem(0, 0, "", f"cannot be read: {reason}")])
+    told.errno, told.strerror, told.filename = error.errno, error.strerror, fspath(path)
+    return told
 
 
 def printable(text: str) -> str:

@@ -101,7 +101,10 @@ class Tagged(Kind):
             return reader.expected(node, where, self.phrase)
         name, key, value = entry
         if name not in self.makers:
-            return reader.unknown(key, where, self.what, name, self.makers)
+            if (maker := next((one for one, make in self.makers.items() if name in fields_of(make)), None)) is None:
+                return reader.unknown(key, where, self.what, name, self.makers)
+            told = f"unknown {self.what} {name!r}: it stands among the fields of one, {{{maker}: {{{name}: ...}}}}"
+            return reader.report(key, where, told)
         return Arguments(self.makers[name]).read(value, reader, where)
 
     def schema(self) -> Schema:
@@ -159,7 +162,11 @@ class MaterialKind(Kind):
             hint = reader.did_you_mean(node.text, reader.materials) or color_hint(node.text)
             return reader.report(node, where, f"unknown material {shortened(node.text)!r}{hint}")
         if reader.only_entry(node) is None:
-            return reader.report(node, where, f"must be {self.phrase}, got {shown(node)}{comment_hint(node)}")
+            numbers = isinstance(node, Listing) and len(node.items) == 3
+            hint = (
+                f"; a colour of three numbers is {{matte: {{color: {shown(node)}}}}}" if numbers else comment_hint(node)
+            )
+            return reader.report(node, where, f"must be {self.phrase}, got {shown(node)}{hint}")
         return self.written.read(node, reader, where)
 
     def schema(self) -> Schema:

@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from typing import Any
 
+from ..shapes.color import grey_hint
 from .nodes import Listing, Node, Scalar, Table, integer, is_nothing, is_null, is_text, number, shown, truth
 from .reading import BAD, Reader
 
@@ -215,9 +216,11 @@ class OneOf(Kind):
             if item.fits(node):
                 return item.read(node, reader, where)
         texts = any(isinstance(item, Text) for item in self.items)
-        return reader.report(
-            node, where, f"must be {self.phrase}, got {shown(node)}{comment_hint(node) if texts else ''}"
-        )
+        colors = texts and any(isinstance(item, Fixed) and item.count == 3 for item in self.items)
+        hint = comment_hint(node) if texts else ""
+        value = integer(node) if colors and integer(node) is not None else number(node) if colors else None
+        hint += grey_hint(value) if value is not None else ""
+        return reader.report(node, where, f"must be {self.phrase}, got {shown(node)}{hint}")
 
     def schema(self) -> Schema:
         return {"anyOf": [item.schema() for item in self.items]}
@@ -230,9 +233,12 @@ def quotes_hint(node: Node) -> str:
     """What to do where a text is wanted and YAML sees something else."""
     if isinstance(node, Scalar) and node.plain and node.text:
         return " (quote it)"
+    if isinstance(node, Scalar) and not node.plain and not node.text:
+        return ", which is empty (leave it out where there is none)"
     return comment_hint(node)
 
 
 def comment_hint(node: Node) -> str:
     """What to do about a colour like #ff0000 without quotes."""
-    return " (# begins a comment: put a text that begins with it in quotes)" if is_nothing(node) else ""
+    told = " (# begins a comment: put a text that begins with it in quotes; what has no value is left out)"
+    return told if is_nothing(node) else ""

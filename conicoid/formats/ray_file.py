@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +45,19 @@ class RayTable:
     """Arrays of a .npz file that are none of these."""
     lines: Sequence[int] = ()
     """Of a .csv file, the line of each ray."""
+
+    def within(self, t_min: float | None, t_max: float | None) -> RayTable:
+        """The rays within an interval for all; None leaves an end as it is. ValueError where the file has that end."""
+        ends: dict[str, Any] = {n: end for n, end in (("t_min", t_min), ("t_max", t_max)) if end is not None}
+        for name, end in ends.items():
+            if isinstance(getattr(self, name), np.ndarray):
+                option = "--" + name.replace("_", "-")
+                raise ValueError(
+                    f"{self.source}: holds {name} for its rays; {option} {end:g} would be ignored, or they"
+                )
+            if math.isnan(end):
+                raise ValueError(f"--{name.replace('_', '-')} must not be NaN")
+        return replace(self, **ends)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -138,6 +151,7 @@ def write_hits(path: str | os.PathLike[str], arrays: Arrays) -> None:
         **{name: arrays["normal"][..., i] for i, name in enumerate(("normal_x", "normal_y", "normal_z"))},
         **{name: arrays["uv"][..., i] for i, name in enumerate(("u", "v"))},
         **{name: arrays[name] for name in ("body", "face", "surface", "entering")},
+        **{name: arrays[name] for name in ("t_error",) if name in arrays},
     }
     write_table(path, arrays, columns)
 
@@ -147,6 +161,7 @@ def write_spans(path: str | os.PathLike[str], arrays: Arrays) -> None:
     counts = np.diff(arrays["offsets"])
     columns = {"ray": np.repeat(np.arange(len(counts)), counts)}
     columns |= {name: arrays[name] for name in ("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped")}
+    columns |= {name: arrays[name] for name in ("t_enter_error", "t_exit_error") if name in arrays}
     write_table(path, arrays, columns)
 
 

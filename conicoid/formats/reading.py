@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
+from ..shapes.synonyms import meant_by
 from .errors import MOST, Problem, Suggestions
 from .nodes import Node, Scalar, Table, is_null, shortened, shown
 
@@ -71,7 +72,14 @@ class Reader:
             if key.text not in found:
                 left = [other for other in names if other not in node.entries]
                 moved = elsewhere.get(key.text)
-                hint = f" ({moved})" if moved else self.did_you_mean(key.text, left)
+                meant = meant_by(key.text, left)
+                hint = (
+                    f" ({moved})"
+                    if moved
+                    else f" (did you mean {_quoted(meant)}?)"
+                    if meant
+                    else self.did_you_mean(key.text, left)
+                )
                 self.report(key, where, f"unknown key {shortened(key.text)!r}{hint}")
         if missing := [name for name in required if name not in node.entries]:
             good = False
@@ -93,6 +101,11 @@ class Reader:
             return self.report(node, where, "nested too deeply")
         except (ValueError, TypeError, ArithmeticError) as error:
             return self.report(*_located(node, where, str(error)))
+
+
+def _quoted(meant: str) -> str:
+    """A key as messages name it; several, with what there is to say of them, as they are."""
+    return repr(meant) if meant.isidentifier() else meant
 
 
 def _no_shape(node: Node, where: str, base: type) -> Any:

@@ -15,6 +15,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
+from ..shapes import REGISTRY
 from ..shapes.base import Shape, Solid
 from ..shapes.body import Body
 from ..shapes.material import Material, renamed
@@ -231,7 +232,17 @@ def _is_null(node: Node) -> bool:
     return is_null(node) and not is_nothing(node)
 
 
-_IN_BODIES = dict.fromkeys(("color", "colour"), "its material may be a colour")
+_IN_BODIES = {
+    **dict.fromkeys(("color", "colour"), "its material may be a colour"),
+    **dict.fromkeys(REGISTRY, "known: material, move, name, shape; write {shape: {Name: {...}}}"),
+    **dict.fromkeys(
+        ("type", "kind", "radius", "center"), "known: material, move, name, shape; write {shape: {Sphere: {radius: 2}}}"
+    ),
+    **dict.fromkeys(
+        ("translate", "rotate", "scale", "transform", "position", "rotation", "translation"),
+        "motions are a list: {move: [{translate: [0, 0, 1]}]}",
+    ),
+}
 """What is no entry of a body."""
 SUFFIXES = (".yaml", ".yml", ".json")
 """Of files that scenes are saved to."""

@@ -6,7 +6,7 @@ import os
 import stat
 from pathlib import Path
 
-from .errors import Problem, SceneFileError
+from .errors import Problem, SceneFileError, cannot_be_read
 from .regular import open_regular
 
 MAX_BYTES = 64 << 20
@@ -18,8 +18,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
         raw = _read_bytes(Path(path))
         return _decoded(raw)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise SceneFileError(path, [Problem(0, 0, "", f"cannot be read: {reason}")]) from None
+        raise cannot_be_read(path, error) from None
     except _NoText as error:
         raise SceneFileError(path, [Problem(error.line, error.column, "", str(error))]) from None
 

@@ -12,6 +12,7 @@ import numpy as np
 from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.calm import calm
+from ..shapes.other_names import hinted
 from ..shapes.region import Boolean, Complement, Union
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
@@ -33,6 +34,7 @@ _PLAIN, _LARGEST = 64, 332
 """Binary places of usual sizes, and of the domain."""
 
 
+@hinted
 @dataclass(frozen=True, eq=False)
 class Measures:
     """What `measure` found, each value with its standard error (one sigma; 0 where a closed form was used).

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..scene_parts import numbered
 from ..shapes.body import Body
+from ..shapes.other_names import hinted
 from ..shapes.suggestion import close_to, known_names
 from ..shapes.validate import shown
 from ..shapes.vector import FloatArray
@@ -26,6 +27,7 @@ _FEWEST = 10_000
 _LISTED, _NARROW = 50, 28
 
 
+@hinted
 @dataclass(frozen=True, eq=False)
 class SceneMeasures(Sequence[Measures]):
     """What `measure` found of a scene: a sequence with the `Measures` of each body by its number.

@@ -18,9 +18,11 @@ import numpy as np
 from ..shapes.arrays import without_traces
 from ..shapes.calls import explained_methods
 from ..shapes.calm import calm
+from ..shapes.degrees import degrees
+from ..shapes.other_names import hinted
 from ..shapes.rounded import tan_degrees
 from ..shapes.row_vectors import dot_rows, lengths, product
-from ..shapes.validate import number, positive, shown, vector, what, whole
+from ..shapes.validate import positive, shown, vector, what, whole
 from ..shapes.vector import FloatArray, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 UP = (0.0, 0.0, 1.0)
 
 
+@hinted
 @explained_methods
 @dataclass(frozen=True)
 class Camera:
@@ -45,7 +48,7 @@ class Camera:
 
     def __post_init__(self) -> None:
         _check(self)
-        angle = number("Camera", "field_of_view", self.field_of_view)
+        angle = degrees("Camera", "field_of_view", self.field_of_view)
         if not 0 < angle < 180:
             raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {angle}")
         object.__setattr__(self, "field_of_view", angle)
@@ -71,6 +74,7 @@ class Camera:
         return projected(self, points, width, height)
 
 
+@hinted
 @explained_methods
 @dataclass(frozen=True)
 class OrthographicCamera:

@@ -7,7 +7,8 @@ from typing import TypeAlias
 
 from ..compiler.jit import inline
 from ..shapes.background import DEFAULT_BACKGROUND, Background, Sky
-from ..shapes.color import linear_rgb
+from ..shapes.color import Color, linear_rgb
+from ..shapes.vector import Vector
 
 Colors: TypeAlias = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
@@ -16,10 +17,15 @@ def lower_background(background: Background | None) -> Colors:
     """Colours straight up, at the horizon and straight down."""
     sky = DEFAULT_BACKGROUND if background is None else background
     if isinstance(sky, Sky):
-        horizon = linear_rgb(sky.horizon)
-        return linear_rgb(sky.zenith), horizon, horizon if sky.ground is None else linear_rgb(sky.ground)
+        zenith, horizon = _times(sky.intensity, sky.zenith), _times(sky.intensity, sky.horizon)
+        return zenith, horizon, horizon if sky.ground is None else _times(sky.intensity, sky.ground)
     color = linear_rgb(sky)
     return color, color, color
+
+
+def _times(intensity: float, color: Color) -> Vector:
+    r, g, b = linear_rgb(color)
+    return intensity * r, intensity * g, intensity * b
 
 
 @inline

@@ -21,7 +21,7 @@ def reflect(directions: Any, normals: Any) -> FloatArray:
 
     directions: (..., 3), the way the light travels (-L of the ray tracing notes, whose formula is R = 2 (N·L) N - L).
     normals: (..., 3), any length, facing either way; shapes broadcast.
-    A miss's NaN normal (or direction) gives NaN.
+    A vector with a NaN, such as the normal of a miss, gives NaN.
     Raises ValueError for a wrong shape, and for zero or infinite vectors with the index of the first.
     """
     d, n = _broadcast("reflect", _vectors("reflect", "directions", directions), _normals("reflect", normals))
@@ -35,14 +35,17 @@ def refract(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, BoolAr
     """(directions behind the surface, mask of total reflection) by Snell's law.
 
     directions, normals: (..., 3) as for `reflect`; the refracted directions are as long as d.
-    eta: index where the ray comes from / index beyond, a number or (...).
-    Where reflection is total the mirrored direction is returned and the mask is True.
+    eta: index where the ray comes from / index beyond, a number or (...); a column for a row of rays, (n, 1)
+        for (n,), is refused.
+    Where reflection is total the mirrored direction is returned and the mask is True. A vector with a NaN, such as the
+    normal of a miss, gives NaN, and a mask that is False.
     t = eta (d - (d·n) n) - cos θ₂ n for unit d and n facing it, cos² θ₂ = (1 - eta²) + (eta cos θ)².
     Raises ValueError as `reflect` does, and for an eta that is not finite and > 0.
     """
     ratio = _ratio(eta)
     d, n = _vectors("refract", "directions", directions), _normals("refract", normals)
     d, n = _broadcast("refract", d, n)
+    _no_column(d.shape[:-1], ratio)
     try:
         d, n, ratio = np.broadcast_arrays(d, n, ratio[..., None])
     except ValueError:
@@ -76,6 +79,13 @@ def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:
     except ValueError:
         shapes = " and ".join(str(array.shape) for array in arrays)
         raise ValueError(f"{owner}: directions and normals must broadcast together, got {shapes}") from None
+
+
+def _no_column(rays: tuple[int, ...], ratio: FloatArray) -> None:
+    """A ValueError for a column of etas, one for each of a row of rays: each ray would be paired with all of them."""
+    if rays and ratio.size > 1 and ratio.shape in ((*rays, 1), (*rays, 3)):
+        hint = "; eta[..., 0] is one for each ray" if ratio.shape == (*rays, 1) else ""
+        raise ValueError(f"refract: eta must be a number or have the rays' shape {rays}, got shape {ratio.shape}{hint}")
 
 
 def _vectors(owner: str, name: str, value: Any) -> FloatArray:

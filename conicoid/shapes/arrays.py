@@ -42,6 +42,9 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
 
 def _instead(values: Any) -> str:
     """Where the numbers are of something that has arrays as its fields."""
+    pair = isinstance(values, tuple) and len(values) == 2
+    if pair and isinstance(values[0], np.ndarray) and getattr(values[1], "dtype", None) == np.bool_:
+        return "; co.refract gives two things, directions, total = co.refract(...)"
     one = values[0] if isinstance(values, list | tuple) and values else values
     fields = getattr(type(one), "instead", "")
     if not fields or one is values:

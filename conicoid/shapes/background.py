@@ -5,8 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from .color import Color, checked_color
-from .validate import what
+from .color import BRIGHT, Color, are_bytes, bytes_hint, checked_color, grey_hint
+from .validate import nonnegative, what
+from .warned import warn
+
+
+def _light(owner: str, field: str, value: Any) -> Color:
+    """A colour, which may be brighter than white; three bytes are refused, as everything would be white."""
+    color = checked_color(owner, field, value, most=float("inf"))
+    if not isinstance(color, str) and are_bytes(color):
+        brighter = "what is brighter than white is co.Sky(zenith, horizon, ground, intensity)"
+        raise ValueError(
+            f"{owner}: {field} must be linear light, of which 1 is white, got {color}; {bytes_hint(color)}; {brighter}"
+        )
+    if not isinstance(color, str) and max(color) > BRIGHT:
+        warn(
+            f"{owner}: {field} {color} is linear light, {max(color):g} times white; co.Sky(..., intensity=...) says so"
+        )
+    return color
 
 
 @dataclass(frozen=True)
@@ -14,18 +30,20 @@ class Sky:
     """From `ground` straight down over `horizon` to `zenith` straight up (the z axis).
 
     Between them linear in the square root of |direction's z|, so that most of the change is near the horizon.
-    Without `ground` the lower half looks like the horizon.
+    Without `ground` the lower half looks like the horizon. All is `intensity` times as bright as the colours say.
     """
 
     zenith: Color = (0.28, 0.45, 0.75)
     horizon: Color = (0.85, 0.9, 0.95)
     ground: Color | None = None
+    intensity: float = 1.0
 
     def __post_init__(self) -> None:
         for field in ("zenith", "horizon", "ground"):
             value = getattr(self, field)
             if value is not None or field != "ground":
-                object.__setattr__(self, field, checked_color("Sky", field, value, most=float("inf")))
+                object.__setattr__(self, field, _light("Sky", field, value))
+        object.__setattr__(self, "intensity", nonnegative("Sky", "intensity", self.intensity))
 
 
 Background: TypeAlias = Color | Sky
@@ -37,5 +55,6 @@ def as_background(value: Any) -> Background | None:
     if value is None or isinstance(value, Sky):
         return value
     if not isinstance(value, str) and not hasattr(value, "__len__"):
-        raise TypeError(f"Scene: background must be a colour, a Sky or None, got {what(value)}")
-    return checked_color("Scene", "background", value, most=float("inf"))
+        grey = grey_hint(value) if isinstance(value, int | float) and not isinstance(value, bool) else ""
+        raise TypeError(f"Scene: background must be a colour, a Sky or None, got {what(value)}{grey}")
+    return _light("Scene", "background", value)

@@ -33,7 +33,8 @@ class Body:
 
     def __post_init__(self) -> None:
         if not isinstance(self.shape, Shape):
-            raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {what(self.shape)}")
+            hint = "; co.Union(shapes) is one of several" if isinstance(self.shape, list | tuple) else ""
+            raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {what(self.shape)}{hint}")
         if self.material is not None:
             object.__setattr__(self, "material", as_material("Body", self.material, _meant_as_name(self)))
         if self.name is not None and (not isinstance(self.name, str) or not self.name):

@@ -10,6 +10,7 @@ from types import FunctionType
 from typing import Any, ParamSpec, TypeAlias, TypeVar
 
 from .suggestion import close_to
+from .synonyms import meant_by
 from .validate import listed
 
 P = ParamSpec("P")
@@ -17,21 +18,16 @@ R = TypeVar("R")
 Kind = TypeVar("Kind", bound=type)
 Refusal: TypeAlias = Callable[[Sequence[Any], Mapping[str, Any]], str]
 
-_MEANT = {
-    "fov": "field_of_view", "fovy": "field_of_view", "n": "refractive_index", "ior": "refractive_index",
-    "index": "refractive_index", "r": "radius", "angle": "degrees", "theta": "degrees", "size": "width and height",
-    "resolution": "width and height", "shape": "width and height", "spp": "samples", "samples": "rays",
-    "eye": "position", "look_from": "position", "lookfrom": "position", "target": "look_at", "center": "look_at|about",
-    "position": "center", "pos": "position|center", "pivot": "about", "origin": "center|about", "point": "about|points",
-    "height": "start and end", "length": "start and end", "distance": "t_max", "objects": "items", "shapes": "items",
-    "bodies": "items", "file": "path", "filename": "path", "color": "color|intensity|material",
-    "colour": "color|intensity|material",
-}  # fmt: skip
-"""What arguments are called elsewhere, and here: the first of these that a call takes."""
 _OF_BODIES = ("name", "material", "color", "colour")
 """What a body is given, and neither its shape nor its scene."""
 _ALIKE = 0.7
 """How much an argument's name has in common with the one that was meant, at least: name is not camera."""
+_ELSEWHERE = {
+    **dict.fromkeys(("background", "lights", "domain"), "a scene has it, scene.replace({0}=...)"),
+    **dict.fromkeys(("threads", "n_threads", "workers", "n_jobs"), "co.set_threads(count) is for all that follows"),
+    **dict.fromkeys(("output", "filename", "path", "file"), "what comes back is saved, image.save(path)"),
+}
+"""What is no argument of a picture."""
 _HIDDEN = ("self", "cls", "motion")
 _POSITIONAL = inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
 _OPEN = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
@@ -99,6 +95,8 @@ def _owner(function: Callable[..., Any], args: Sequence[Any], is_method: bool) -
     if not is_method or not args or owner == function.__qualname__.rpartition(".")[0]:
         return owner
     kind = args[0] if isinstance(args[0], type) else type(args[0])
+    if not hasattr(kind, function.__name__):  # asked of the class, with something else in place of the instance
+        return owner
     return f"{kind.__name__}.{function.__name__}"
 
 
@@ -124,9 +122,12 @@ def _problems(
 def _suggested(name: str, names: Collection[str]) -> str:
     """The argument that may have been meant, or what takes it."""
     shown = [other for other in names if other not in _HIDDEN]
-    for meant in _MEANT.get(name.casefold(), "").split("|"):
-        if meant and set(meant.split(" and ")) <= set(shown):
-            return f" (did you mean {meant}?)"
+    if meant := meant_by(name, shown):
+        return f" (did you mean {meant}?)"
+    if name in _ELSEWHERE and {"width", "samples"} <= set(shown):
+        return f": {_ELSEWHERE[name].format(name)}"
+    if name in ("x", "y", "z") and {"plane", "at"} <= set(shown):
+        return f": section('{name}', 0.5) is the one by {name} = 0.5"
     if name in _OF_BODIES and ("motion" in names or "items" in names):
         return ": a body has that, Body(shape, material, name)"
     begun = [other for other in shown if len(name) > 2 and other.startswith(name)]

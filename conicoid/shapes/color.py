@@ -6,6 +6,7 @@ CSS name such as "steelblue", which means sRGB and is decoded by IEC 61966-2-1.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -21,6 +22,10 @@ Amount: TypeAlias = float | Vector | str
 """One number for all channels, or a colour."""
 
 _HEX = "0123456789abcdefABCDEF"
+_BYTE = 255
+BRIGHT = 16.0
+"""Of such light more would make a body white that is nearly black."""
+_EXPECTED = "three linear numbers, '#rrggbb' or a CSS colour name"
 
 
 def srgb_decode(encoded: Any) -> FloatArray:
@@ -66,8 +71,7 @@ def _bytes(owner: str, field: str, text: str) -> tuple[int, int, int]:
             raise ValueError
         red, green, blue = ImageColor.getrgb(text)[:3]
     except ValueError:
-        expected = "three linear numbers, '#rrggbb' or a CSS colour name"
-        raise ValueError(f"{owner}: {field} must be {expected}, got {shown(text)}{color_hint(text)}") from None
+        raise ValueError(f"{owner}: {field} must be {_EXPECTED}, got {shown(text)}{color_hint(text)}") from None
     return red, green, blue
 
 
@@ -76,6 +80,8 @@ def color_hint(text: str) -> str:
     from PIL import ImageColor
 
     if not text.startswith("#"):
+        if len(text) in (3, 6) and all(c in _HEX for c in text):
+            return f" (did you mean '#{text}'?)"
         close = close_to(text, ImageColor.colormap)
         return f" (did you mean {close!r}?)" if close else ""
     digits = text[1:]
@@ -90,10 +96,38 @@ def checked_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> C
     if isinstance(value, str):
         linear_rgb(value, owner, field)
         return value
+    if _is_one_number(value):
+        raise ValueError(f"{owner}: {field} must be 3 numbers, got the number {shown(value)}{grey_hint(value)}")
     rgb = numbers(owner, field, value, 3)
+    hint = f"; {bytes_hint(rgb)}" if most == 1 and are_bytes(rgb) else ""
     for i, channel in enumerate(rgb):
-        _in_range(owner, f"{field}[{i}]", channel, most)
+        _in_range(owner, f"{field}[{i}]", channel, most, hint)
     return rgb[0], rgb[1], rgb[2]
+
+
+def are_bytes(rgb: Sequence[float], bright: float = 1.0) -> bool:
+    """Whether numbers of a colour are plainly from 0 to 255: whole ones, and one above what is `bright`."""
+    return bright < max(rgb) <= _BYTE and min(rgb) >= 0 and all(channel.is_integer() for channel in rgb)
+
+
+def bytes_hint(rgb: Sequence[float]) -> str:
+    """How a colour of three bytes is written."""
+    red, green, blue = (int(channel) for channel in rgb)
+    return f"a colour from 0 to 255 is '#{red:02x}{green:02x}{blue:02x}' here, or divided by 255 for linear light"
+
+
+def _is_one_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
+
+
+def grey_hint(value: float) -> str:
+    """For one number in place of a colour: a grey, or all of its bytes."""
+    if not -1 < value <= 0xFFFFFF:  # integers beyond float64 among them
+        return ""
+    if 0 <= value <= 1:
+        return f"; that grey is [{value:g}, {value:g}, {value:g}]"
+    whole = float(value).is_integer() and value > _BYTE
+    return f"; that colour is '#{int(value):06x}'" if whole else ""
 
 
 def checked_amount(owner: str, field: str, value: Any, *, most: float = 1.0) -> Amount:
@@ -110,8 +144,8 @@ def amount_rgb(amount: Amount) -> Vector:
     return linear_rgb(amount)
 
 
-def _in_range(owner: str, field: str, value: float, most: float) -> float:
+def _in_range(owner: str, field: str, value: float, most: float, hint: str = "") -> float:
     if not 0 <= value <= most:
         expected = f"in [0, {most:g}]" if most < float("inf") else ">= 0"
-        raise ValueError(f"{owner}: {field} must be {expected}, got {value}")
+        raise ValueError(f"{owner}: {field} must be {expected}, got {value}{hint}")
     return value

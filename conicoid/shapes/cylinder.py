@@ -10,11 +10,12 @@ from . import exact as ex
 from .axis import axis_frame, check_axis, difference, exact_length
 from .base import PrimitiveSolid
 from .cells import All, Any_, Cell, Face, Tree, around_z, flat
+from .degrees import degrees
 from .motion import Motion
 from .rounded import hypot, larger, sin_cos_degrees
 from .support import sum_up
 from .surface import PlaneSurface, QuadricSurface
-from .validate import number, positive, vector
+from .validate import positive, vector
 from .vector import Vector, VectorLike
 
 
@@ -72,8 +73,8 @@ class Cylinder(PrimitiveSolid):
 
 def check_angles(shape: Any, owner: str) -> None:
     """Check and normalise start_angle, end_angle and reference of a frozen shape."""
-    first = number(owner, "start_angle", shape.start_angle)
-    last = number(owner, "end_angle", shape.end_angle)
+    first = degrees(owner, "start_angle", shape.start_angle)
+    last = degrees(owner, "end_angle", shape.end_angle)
     if not 0 < last - first <= 360:
         raise ValueError(f"{owner}: end_angle - start_angle must be in (0, 360], got {last} - {first} = {last - first}")
     reference = shape.reference

@@ -28,9 +28,38 @@ _OF_BODIES = ("material", "color", "name")
 CLASSES = {
     "Ball": "Sphere", "Cuboid": "Box", "Cube": "Box", "Block": "Box", "Tube": "Cylinder", "Pipe": "Cylinder",
     "Ray": "Rays", "Hit": "Hits", "Span": "Spans", "Circle": "Disc", "Disk": "Disc", "Group": "Union",
-    "Prism": "Polyhedron", "Frustum": "Cone", "Light": "PointLight",
+    "Prism": "Polyhedron", "Frustum": "Cone", "Light": "PointLight", "Pyramid": "Polyhedron",
+    "Tetrahedron": "Polyhedron", "Paraboloid": "EllipticParaboloid", "Hyperboloid": "OneSheetHyperboloid",
+    "PerspectiveCamera": "Camera", "Pinhole": "Camera", "PinholeCamera": "Camera", "Texture": "Checker",
+    "Checkerboard": "Checker", "Environment": "Sky", "Sun": "DirectionalLight", "SunLight": "DirectionalLight",
+    "AreaLight": "PointLight", "Not": "Complement", "And": "Intersection", "Or": "Union", "Minus": "Difference",
+    "plastic": "phong", "Plastic": "phong", "diffuse": "matte", "lambertian": "matte", "Lambertian": "matte",
+    "dielectric": "glass", "Dielectric": "glass", "metallic": "metal", "conductor": "metal", "write": "save",
+    "dump": "save", "read": "load", "open": "load", "import_openmc": "load_openmc", "from_openmc": "load_openmc",
+    "volume": "measure", "validate": "check", "gif": "turntable", "animate": "turntable", "snell": "refract",
+    "to_html": "export", "Rectangle": "Polygon", "Square": "Polygon", "Quad": "Polygon",
 }  # fmt: skip
-"""Classes as they are called elsewhere, and the ones here."""
+"""Classes and functions as they are called elsewhere, and the ones here."""
+_OTHERWISE = {
+    **dict.fromkeys(("loads", "from_string", "parse", "load_yaml", "from_yaml", "from_dict"),
+                    "scenes are read from files, co.load(path), YAML or JSON"),
+    **dict.fromkeys(("dumps", "to_yaml", "to_string", "to_json"), "scenes are written to files, scene.save(path)"),
+    **dict.fromkeys(("Vector", "Vec3", "vec3", "Point", "Vector3", "Point3"),
+                    "vectors are three numbers, as a tuple, a list or an array"),
+    **dict.fromkeys(("Color", "RGB", "rgb", "color"), "colours are texts, 'tomato', or three linear numbers"),
+    **dict.fromkeys(("Lens",), "a lens is what two balls have in common, co.Sphere(r, a) & co.Sphere(r, b)"),
+    **dict.fromkeys(("Hemisphere",), "that is co.Sphere(r) & co.HalfSpace((0, 0, -1), 0)"),
+    **dict.fromkeys(("Ring", "Annulus"), "that is co.Disc(center, normal, r) - co.Cylinder(start, end, hole)"),
+    **dict.fromkeys(("Capsule",), "that is a co.Cylinder united with a co.Sphere at each end"),
+    **dict.fromkeys(("Cell", "Universe", "Lattice", "Geometry"),
+                    "a cell is a co.Body of a region; co.load_openmc(path) reads whole models"),
+    **dict.fromkeys(("XPlane", "YPlane", "ZPlane"), "the inside of -plane is co.HalfSpace(normal, offset)"),
+    **dict.fromkeys(("XCylinder", "YCylinder", "ZCylinder"),
+                    "co.Cylinder(start, end, radius) has ends, co.EllipticCylinder(1 / r**2, 1 / r**2) has none"),
+    **dict.fromkeys(("seed", "set_seed"), "what is random takes a seed, scene.render(seed=1)"),
+    **dict.fromkeys(("show", "plot", "display"), "pictures show themselves, scene.render().show()"),
+}  # fmt: skip
+"""What stands for names that are no class and no function here."""
 _TRACED = ("intersect", "intersects", "intersection", "trace", "cast", "raycast", "shoot", "hit")
 _LONGER = ("add", "append", "extend", "insert", "remove", "add_body", "add_shape")
 _MOTIONS = ("translate", "rotate", "scale", "transform", "move")
@@ -49,6 +78,8 @@ def _of_shapes(it: str, name: str) -> str:
         return f"co.measure({it}).{name} is that"
     if name in FUNCTIONS:
         return f"it is a function, co.{name}({it})"
+    if name in ("center", "centre", "mass", "surface_area", "center_of_mass"):
+        return f"co.measure({it}) has volume, area, centroid and inertia"
     if name in ELSEWHERE:
         return f"it is called {ELSEWHERE[name]}"
     if name in ("rotate_x", "rotate_y", "rotate_z", "rotateX", "rotateY", "rotateZ"):
@@ -85,6 +116,10 @@ def no_attribute_of_scene(scene: Any, name: str) -> AttributeError:
         hint = f"scenes do not change: co.Scene([*scene.bodies, another], {rest}) and scene.replace(...) are new ones"
     elif name in _MOTIONS:
         hint = "shapes and bodies move, co.Scene([body.translate(offset) for body in scene.bodies])"
+    elif name in ("ray", "get_rays", "generate_rays"):
+        hint = "it is called rays(width, height)"
+    elif name in ("copy", "with_camera", "set_camera", "update", "edit"):
+        hint = "scenes do not change: scene.replace(camera=...), or name and shape, is another"
     elif name in ("shapes", "objects", "items", "names"):
         hint = "scene.bodies are the entries, each with shape, material and name"
     elif any(name == body.name for body in vars(scene).get("_bodies", ())):
@@ -100,7 +135,9 @@ def no_attribute_of_package(name: str) -> str:
         return ": scenes are asked, scene.first_hit(origins, directions)"
     if (motion := name.lower()) in _MOTIONS:
         return f": shapes have it, shape.{ELSEWHERE.get(motion, motion)}(...)"
-    if name in ("Torus", "Mesh"):
+    if name in _OTHERWISE:
+        return f": {_OTHERWISE[name]}"
+    if name in ("Torus", "Mesh", "TriangleMesh"):
         return ": bodies are made of planes and quadrics, nothing else"
     return f" (did you mean {CLASSES[name]}?)" if name in CLASSES else ""
 

@@ -9,9 +9,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
-from .color import Amount, checked_amount
-from .validate import number, shown, vector, what
+from .color import BRIGHT, Amount, are_bytes, bytes_hint, checked_amount
+from .degrees import degrees
+from .validate import shown, vector, what
 from .vector import VectorLike
+from .warned import warn
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]
 """none: the same at any distance; inverse_square: intensity / distance², intensity at distance 1."""
@@ -79,12 +81,12 @@ class SpotLight:
 
     def __post_init__(self) -> None:
         _check(self, "intensity", "position", "direction", "falloff")
-        angle = number("SpotLight", "angle", self.angle)
-        edge = number("SpotLight", "soft_edge", self.soft_edge)
+        angle = degrees("SpotLight", "angle", self.angle)
+        edge = degrees("SpotLight", "soft_edge", self.soft_edge)
         if not 0 < angle <= 180:
-            raise ValueError(f"SpotLight: angle must be in (0, 180], got {angle}")
+            raise ValueError(f"SpotLight: angle must be in (0, 180], got {angle} degrees")
         if not 0 <= edge <= angle:
-            raise ValueError(f"SpotLight: soft_edge must be in [0, angle = {angle:g}], got {edge}")
+            raise ValueError(f"SpotLight: soft_edge must be in [0, angle = {angle:g}], got {edge} degrees")
         object.__setattr__(self, "angle", angle)
         object.__setattr__(self, "soft_edge", edge)
 
@@ -107,6 +109,13 @@ def as_lights(lights: Any) -> tuple[Light, ...]:
     return items
 
 
+def _doubt(light: Light, owner: str, intensity: Amount) -> None:
+    """A UserWarning for a colour in bytes, where no distance weakens the light."""
+    fades = getattr(light, "falloff", "none") == "inverse_square"
+    if isinstance(intensity, tuple) and not fades and are_bytes(intensity, BRIGHT):
+        warn(f"{owner}: intensity {intensity} is linear light, {max(intensity):g} times white; {bytes_hint(intensity)}")
+
+
 def _check(light: Light, *fields: str) -> None:
     """Check and normalise the named fields of a frozen light."""
     owner = type(light).__name__
@@ -114,6 +123,7 @@ def _check(light: Light, *fields: str) -> None:
         value = getattr(light, field)
         if field == "intensity":
             value = checked_amount(owner, field, value, most=float("inf"))
+            _doubt(light, owner, value)
         elif field == "falloff":
             if not isinstance(value, str) or value not in get_args(Falloff):
                 raise ValueError(f"{owner}: falloff must be 'none' or 'inverse_square', got {shown(value)}")

@@ -16,6 +16,7 @@ import numpy as np
 from .calls import explained
 from .checker import Checker
 from .color import Amount, Color, checked_amount, checked_color, linear_rgb
+from .other_names import hinted
 from .properties import NO_PROPERTIES, Properties
 from .validate import number, positive, shown, what
 
@@ -28,6 +29,7 @@ GLASS = 1.52
 """Refractive indices: speed of light in vacuum over speed in the medium (the ray tracing notes)."""
 
 
+@hinted
 @dataclass(frozen=True)
 class Material:
     """What happens to light at a body, in linear rgb. An amount is one number or a colour.
@@ -82,15 +84,15 @@ class Material:
         color = self.color if isinstance(self.color, Checker) else checked_color(name, "color", self.color)
         object.__setattr__(self, "color", color)
         for field in ("specular", "reflectivity", "transparency"):
-            object.__setattr__(self, field, checked_amount(name, field, getattr(self, field)))
-        object.__setattr__(self, "absorption", checked_amount(name, "absorption", self.absorption, most=infinity))
+            object.__setattr__(self, field, _amount(self, field, 1.0))
+        object.__setattr__(self, "absorption", _amount(self, "absorption", infinity))
         for field in ("ambient", "diffuse"):
             value = number(name, field, getattr(self, field))
             if value < 0:
                 raise ValueError(f"{name}: {field} must be >= 0, got {value}")
             object.__setattr__(self, field, value)
-        for field in ("shininess", "refractive_index"):
-            object.__setattr__(self, field, positive(name, field, getattr(self, field)))
+        object.__setattr__(self, "shininess", positive(name, "shininess", self.shininess))
+        object.__setattr__(self, "refractive_index", _index(self))
         if not isinstance(self.highlight, str) or self.highlight not in get_args(Highlight):
             raise ValueError(f"{name}: highlight must be 'phong' or 'blinn_phong', got {shown(self.highlight)}")
         if not isinstance(self.fresnel, bool):
@@ -108,6 +110,32 @@ class Material:
         fields = [getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "properties"]
         assert isinstance(self.properties, Properties)
         return f"{fields!r} {self.properties.written}"
+
+
+def _amount(material: Material, field: str, most: float) -> Amount:
+    value = getattr(material, field)
+    try:
+        return checked_amount("Material", field, value, most=most)
+    except ValueError as error:
+        raise ValueError(f"{error}{_meant_as_name(material, value)}") from None
+
+
+def _index(material: Material) -> float:
+    """The refractive index, one number."""
+    value = material.refractive_index
+    try:
+        return positive("Material", "refractive_index", value)
+    except ValueError as error:
+        several = isinstance(value, list | tuple | dict) or bool(getattr(value, "ndim", 0))
+        hint = "; a scene is of one wavelength: make one for each, scene.replace(name, material=co.glass(index))"
+        raise ValueError(f"{error}{hint if several else _meant_as_name(material, value)}") from None
+
+
+def _meant_as_name(material: Material, value: Any) -> str:
+    """What to tell of a text that is no colour and no number."""
+    if not isinstance(value, str) or value.startswith("#") or material.name is not None:
+        return ""
+    return f"; a name is given by its argument, name={shown(value)}"
 
 
 def spelled(material: Material) -> tuple[str, dict[str, Any]]:

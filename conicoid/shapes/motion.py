@@ -17,8 +17,9 @@ import numpy as np
 
 from . import exact as ex
 from .carried import said
+from .degrees import degrees as as_degrees
 from .steps import NOWHERE, STAYS, Affine, Frame, Reach, Rotate, Scale, Step, Transform, Translate
-from .validate import LARGEST, matrix4, number, numbers, shown, vector
+from .validate import LARGEST, matrix4, numbers, shown, vector
 from .vector import FloatArray, Vector
 
 FloatRows: TypeAlias = tuple[tuple[float, float, float, float], ...]
@@ -93,7 +94,7 @@ class Motion:
         return self.then(Motion((Translate(vector("translate", "offset", offset)),)))
 
     def rotate(self, axis: Any, degrees: Any) -> Motion:
-        step = Rotate(named_axis("rotate", "axis", axis), number("rotate", "degrees", degrees))
+        step = Rotate(named_axis("rotate", "axis", axis), as_degrees("rotate", "degrees", degrees))
         return self.then(Motion((step,)))
 
     def scale(self, factors: Any) -> Motion:

@@ -31,6 +31,7 @@ class Properties(Mapping[str, Any]):
     def __init__(self, values: Mapping[str, Any] = {}, *, owner: str = "Properties") -> None:
         field = f"{owner}: properties"
         self._values = {name: _value(f"{field}[{name!r}]", value, True) for name, value in _named(field, values)}
+        _check_density(field, self._values.get("density"))
         self._hash: int | None = None
 
     @classmethod
@@ -75,6 +76,13 @@ class Properties(Mapping[str, Any]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Properties, (dict(self._values),)
+
+
+def _check_density(field: str, value: Any) -> None:
+    """The one name that means something to everybody: no density is below 0, or a truth value."""
+    wrong = isinstance(value, bool) or (isinstance(value, int | float | np.ndarray) and bool(np.any(np.less(value, 0))))
+    if wrong:
+        raise ValueError(f"{field}['density'] must be >= 0, got {shown(value)}")
 
 
 def _named(field: str, values: Any) -> Iterator[tuple[str, Any]]:

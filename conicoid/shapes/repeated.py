@@ -6,6 +6,7 @@ there are few different shifts, in a lattice as many as rows, so what depends on
 
 from __future__ import annotations
 
+import operator
 from abc import ABC, abstractmethod
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence
@@ -132,7 +133,11 @@ class Repeated(Sequence[Body], ABC):
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return tuple(self._body(number) for number in range(*index.indices(len(self))))
-        return self._body(range(len(self))[index])
+        number = operator.index(index)
+        if not 0 <= number < len(self):
+            told = "-1 stands for a miss" if number == -1 else f"there are {len(self):,} bodies"
+            raise IndexError(f"Scene: bodies[...] takes a number from 0 on, got {number}; {told}")
+        return self._body(number)
 
     def __iter__(self) -> Iterator[Body]:
         return map(self._body, range(len(self)))

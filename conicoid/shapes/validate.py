@@ -21,6 +21,9 @@ SMALLEST, LARGEST = 1e-100, 1e100
 DOMAIN = "0 or of magnitude 1e-100 to 1e100"
 
 
+_POSITIVE = "> 0, from 1e-100 to 1e100"
+
+
 def outside_domain(values: Any) -> Any:
     """Which finite numbers of an array lie outside of the domain."""
     sizes = np.abs(values)
@@ -73,8 +76,8 @@ def is_complex(value: Any) -> bool:
     return isinstance(value, complex) or getattr(getattr(value, "dtype", None), "kind", "") == "c"
 
 
-def number(owner: str, field: str, value: Any, *, finite: bool = True) -> float:
-    """`value` as a float; NaN is refused, infinity too unless `finite` is False."""
+def number(owner: str, field: str, value: Any, *, finite: bool = True, domain: str = DOMAIN) -> float:
+    """`value` as a float; NaN is refused, infinity too unless `finite` is False. domain: what messages call it."""
     if type(value) is float and (SMALLEST <= value <= LARGEST or -LARGEST <= value <= -SMALLEST):
         return value
     if type(value) not in (float, int) and not _is_number(value):
@@ -82,19 +85,19 @@ def number(owner: str, field: str, value: Any, *, finite: bool = True) -> float:
     try:
         result = float(value)
     except OverflowError:
-        raise ValueError(f"{owner}: {field} must be {DOMAIN}, got {shown(value)}") from None
+        raise ValueError(f"{owner}: {field} must be {domain}, got {shown(value)}") from None
     except (TypeError, ValueError):
         raise ValueError(f"{owner}: {field} must be a number, got {shown(value)}") from None
     if math.isnan(result) or (finite and math.isinf(result)):
         raise ValueError(f"{owner}: {field} must be {'finite' if finite else 'a number'}, got {result}")
     if result and not SMALLEST <= abs(result) <= LARGEST and not math.isinf(result):
-        raise ValueError(f"{owner}: {field} must be {DOMAIN}, got {result}")
+        raise ValueError(f"{owner}: {field} must be {domain}, got {result}")
     return result
 
 
 def positive(owner: str, field: str, value: Any) -> float:
     """`value` as a finite float > 0."""
-    result = number(owner, field, value)
+    result = number(owner, field, value, domain=_POSITIVE)
     if not result > 0:
         raise ValueError(f"{owner}: {field} must be > 0, got {result}")
     return result
@@ -239,5 +242,7 @@ def npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
     """The path of a file of arrays; a ValueError for another suffix than .npz."""
     file = path(owner, value)
     if not os.fspath(file).lower().endswith(".npz"):
-        raise ValueError(f"{owner}: path of {what} must end with .npz, got {shown(os.fspath(file))}")
+        table = owner == "load" and os.fspath(file).lower().endswith(".csv")
+        hint = "; a table of conicoid trace is read by np.genfromtxt(path, delimiter=',', names=True)" if table else ""
+        raise ValueError(f"{owner}: path of {what} must end with .npz, got {shown(os.fspath(file))}{hint}")
     return file

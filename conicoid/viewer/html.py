@@ -24,6 +24,7 @@ from .lowered_data import scene_data
 if TYPE_CHECKING:
     from ..shapes.base import Shape
     from ..shapes.body import Body
+from ..shapes.calls import explained
 
 SHADERS = (
     "vectors", "tables", "quadric", "cell", "polygon", "walk", "program", "events", "traverse", "materials", "lights",
@@ -90,6 +91,7 @@ def markup(preview: str) -> str:
     return asset("page/markup.html").replace("{{PREVIEW}}", _text(preview))
 
 
+@explained
 def export(scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str | None = None) -> None:
     """Write the scene as one HTML file that works from a disk.
 

@@ -216,6 +216,31 @@ def test_bent_gaps_are_one_region():
     assert abs(found.size - (0.2 * 2 + 1.6 * 0.2 + 0.2 * 2)) < 5 * found.size_error
 
 
+@pytest.mark.parametrize("thin", [1e-2, 1e-3, 1e-4])
+def test_thin_gaps_are_one_region(thin):
+    """A slab, and what is around a cone: both sides of its edges, which few rays see together."""
+    box = co.Box((0, 0, 0), (10, 10, 10))
+    slab = co.Scene([co.Box((0, 0, 0), (10, 10, 5)), co.Box((0, 0, 5 + thin), (10, 10, 10))], domain=box)
+    (found,) = undefined(slab)
+    assert abs(found.size - 100 * thin) < 5 * found.size_error
+    turned = [body.rotate((1, 2, 3), 17) for body in slab.bodies]
+    assert len(undefined(co.Scene(turned, domain=box.rotate((1, 2, 3), 17)))) == 1
+    shell = [box - co.Sphere(3 + thin, (5, 5, 5)), co.Sphere(3, (5, 5, 5))]
+    assert len(undefined(co.Scene(shell, domain=box))) == 1
+    hole = co.Cone((5, 5, 1 - thin), (5, 5, 9 + thin), 3 + thin, 0.5 + thin)
+    assert len(undefined(co.Scene([box - hole, co.Cone((5, 5, 1), (5, 5, 9), 3, 0.5)], domain=box))) <= 2
+
+
+def test_a_region_that_no_point_has_met_has_a_limit_and_no_volume():
+    """Of n points in a box none was in it, so at 95 % its volume is below 3 / n of the box; nothing says that it is 0."""
+    thin, turn = 1e-6, lambda shape: shape.rotate((1, 2, 3), 17)
+    boxes = co.Box((0, 0, 0), (10, 10, 5)), co.Box((0, 0, 5 + thin), (10, 10, 10))
+    (found,) = undefined(co.Scene([turn(box) for box in boxes], domain=turn(co.Box((0, 0, 0), (10, 10, 10)))))
+    assert found.size == 0
+    assert 100 * thin < 3 * found.size_error
+    assert f"a volume of less than about {3 * found.size_error:.1g}; seen by" in found.message
+
+
 def test_regions_that_touch_in_an_edge_are_apart():
     box = co.Box((0, 0, 0), (2, 2, 1))
     scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 1, 0), (2, 2, 1))], domain=box)

@@ -14,6 +14,7 @@ from ...shapes.arrays import without_traces
 from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
 from ...shapes.labels import counted
+from ...shapes.other_names import hinted
 from ...shapes.validate import DOMAIN, npz_path, outside_domain
 from ...shapes.vector import FloatArray
 from ..arrays.found import Found
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 _CHUNK = 16384
 
 
+@hinted
 @explained_methods
 class Hits(Answer):
     """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
@@ -194,32 +196,45 @@ class Hits(Answer):
     def spawn(self, directions: Any) -> Rays:
         """Rays that start on the hits: no offset, the surface they start on is known and left out.
 
-        `directions` (..., 3) broadcasts to the hits. Misses stay misses, whatever their direction.
+        `directions` (..., 3) broadcasts to the hits, or has axes before theirs: (many, *hits.shape, 3) starts many rays
+        on each. Misses stay misses, whatever their direction.
         Raises ValueError for a NaN, infinite or zero direction of a hit, with its index.
         """
-        shape = (*self.rays.shape, 3)
         given = points_array("spawn", "directions", directions)
-        try:
-            wanted = np.broadcast_to(given, shape)
-        except ValueError:
-            raise ValueError(f"spawn: directions must broadcast to {shape}, got {given.shape}") from None
-        d = np.array(wanted, order="C")
-        hit = self._found.body >= 0
+        shape = self._grown(given)
+        d = np.array(np.broadcast_to(given, (*shape, 3)), order="C")
+        mine = self.rays.shape
+        hit = np.broadcast_to((self._found.body >= 0).reshape(mine), shape).ravel()
         flat = d.reshape(-1, 3)
         bad = np.flatnonzero(hit & ~(np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)))
         if len(bad):
-            where = tuple(int(i) for i in np.unravel_index(bad[0], self.rays.shape))
+            where = tuple(int(i) for i in np.unravel_index(bad[0], shape))
             raise ValueError(
                 f"spawn: direction must be finite and not zero, got {tuple(flat[bad[0]].tolist())} at {where}"
             )
         bad = np.flatnonzero(hit & outside_domain(flat).any(axis=1))
         if len(bad):
-            where = tuple(int(i) for i in np.unravel_index(bad[0], self.rays.shape))
+            where = tuple(int(i) for i in np.unravel_index(bad[0], shape))
             raise ValueError(
                 f"spawn: direction must be {DOMAIN} in every component, got {tuple(flat[bad[0]].tolist())} at {where}"
             )
-        starts = np.where(hit, self._faces[0], DEAD).astype(np.int32)
-        return Rays._spawned(self._points.reshape(shape).copy(), d, starts, self._home)
+        surfaces = np.broadcast_to(self._faces[0].reshape(mine), shape).ravel()
+        starts = np.where(hit, surfaces, DEAD).astype(np.int32)
+        points = np.array(np.broadcast_to(self._points.reshape((*mine, 3)), (*shape, 3)), order="C")
+        return Rays._spawned(points, d, starts, self._home)
+
+    def _grown(self, directions: FloatArray) -> tuple[int, ...]:
+        """The shape of spawned rays: that of the hits, or of directions with axes before theirs."""
+        mine, given = self.rays.shape, directions.shape[:-1]
+        try:
+            shape = np.broadcast_shapes(mine, given)
+        except ValueError:
+            shape = ()
+        if shape == mine or (shape == given and shape):
+            return shape
+        many = f"; for several of each hit, (many, {', '.join(map(str, (*mine, 3)))})"
+        hint = f"{many}, or hits[..., None].spawn(directions)" if len(given) > len(mine) else ""
+        raise ValueError(f"spawn: directions must broadcast to {(*mine, 3)}, got {directions.shape}{hint}")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write all fields as a .npz file at `path`, which `co.Hits.load` reads; the scene stays behind.
@@ -273,15 +288,20 @@ class Hits(Answer):
         doubtful = np.flatnonzero(np.isin(flat, self._doubtful)) if len(self._doubtful) else ()
         picked = Hits(self._scene, self.rays[index], Found(*(array[flat] for array in self._found)), doubtful)
         if self._scene is NO_SCENE:
-            self._hand_on(picked, index, flat)
+            self._hand_on(picked, flat)
         return picked
 
-    def _hand_on(self, picked: Hits, index: Any, flat: Any) -> None:
+    def _hand_on(self, picked: Hits, flat: Any) -> None:
         """What only the scene could work out again."""
         rows = {"_points": self._points[flat], "_errors": self._errors[flat], "_faces": self._faces[:, flat]}
         fields = (name for name in vars(self) if not name.startswith("_") and name not in (*self._views, "rays"))
-        shaped = {name: np.array(getattr(self, name)[index]) for name in fields}
-        picked.__setstate__({**rows, **{name: value[()] for name, value in shaped.items()}, **vars(picked)})
+        mine, size = self.rays.ndim, self.size
+        shaped = {}
+        for name in fields:
+            field = np.asarray(getattr(self, name))
+            last = field.shape[mine:]
+            shaped[name] = np.array(field.reshape((size, *last))[flat]).reshape((*picked.rays.shape, *last))[()]
+        picked.__setstate__({**rows, **shaped, **vars(picked)})
         vars(picked).update(_home=self._home, _labels=self._labels)
 
     def __repr__(self) -> str:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ...shapes.arrays import real_array
 from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
+from ...shapes.other_names import hinted
 from ...shapes.validate import DOMAIN, npz_path, shown
 from ...shapes.validate import path as checked_path
 from ...shapes.vector import FloatArray
@@ -52,6 +53,7 @@ def first_wrong(origins: FloatArray, directions: FloatArray) -> tuple[int, str] 
     return index, f"{_REASONS[reason]}, got {tuple(value.tolist())}"
 
 
+@hinted
 @explained_methods
 class Rays(NoArray):
     """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64, which broadcast.
@@ -204,7 +206,11 @@ class Rays(NoArray):
         starts = self._starts
         if len(starts) > 1 or self.origins.size == 3:
             starts = np.atleast_1d(np.broadcast_to(starts, (self.origins.size // 3,)).reshape(self.shape)[index])
-        o, d = self.origins[index], self.directions[index]
+        if isinstance(index, tuple) and any(part is Ellipsis for part in index):  # which would reach x, y and z
+            index = np.arange(self.size).reshape(self.shape)[index]
+            o, d = (line[index] for line in lines_of(self))
+        else:
+            o, d = self.origins[index], self.directions[index]
         if o.shape[-1:] != (3,):
             raise IndexError(f"Rays: index {index!r} must select whole rays")
         return Rays._spawned(np.array(o), np.array(d), np.ascontiguousarray(starts.ravel(), dtype=np.int32), self._home)

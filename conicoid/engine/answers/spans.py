@@ -12,6 +12,7 @@ from ...shapes.arrays import without_traces
 from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
 from ...shapes.labels import counted
+from ...shapes.other_names import hinted
 from ...shapes.vector import FloatArray
 from ..arrays.crossing_arrays import CrossingColumns, SpanColumns, put_crossings, put_spans
 from ..arrays.listed import Listed
@@ -20,6 +21,7 @@ from ..threads import run_chunks
 from .answer import Answer
 from .by_ray import ByRay
 from .fields import normals_of, points_along
+from .overlaps import ERROR, checked_overlaps, tell_overlaps
 from .rays import Rays, lines_of
 from .told import crossings_of_one, spans_of_one
 from .weights import BODY, Distinct, Weights, checked_by, weights_of
@@ -49,6 +51,7 @@ def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: 
     return errors
 
 
+@hinted
 @explained_methods
 class Spans(Answer, ByRay):
     """Stretches of rays inside solids. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
@@ -121,18 +124,24 @@ class Spans(Answer, ByRay):
         return self._labels.columns_of(self.body, self.materials), len(self.materials)
 
     @calm
-    def lengths(self, by: Literal["body", "material"] = "body") -> FloatArray:
+    def lengths(
+        self, by: Literal["body", "material"] = "body", *, overlaps: Literal["both", "error"] | None = None
+    ) -> FloatArray:
         """True length of each ray inside each body, (t_exit - t_enter)·|direction|: (..., bodies).
 
         by: "body", or "material" for the sums over the bodies of each material, in the order of `materials`:
             (..., materials). Two materials of one name that differ in anything are two columns.
 
-        Where bodies overlap, the stretch counts for each of them.
+        overlaps: where bodies overlap, the stretch counts for each of them, and where they have one material, twice in
+            its sum. "both" says that this is meant and "error" raises a ValueError; None logs the first of a scene.
+
         Raises ValueError where that array would take more than 4 GiB: `line_integral` needs none.
         """
         places, count = self._places(checked_by("lengths", by))
         rays = len(self.offsets) - 1
         refuse_large(rays, count, by)
+        if checked_overlaps("lengths", overlaps) is not None or by != BODY:
+            tell_overlaps("lengths", self, overlaps, None if by == BODY else places, None)
         ray, chord = self._chords()
         result = np.zeros(rays * count)
         if len(chord):
@@ -140,19 +149,27 @@ class Spans(Answer, ByRay):
         return result.reshape((*self._rays.shape, count))
 
     @calm
-    def line_integral(self, values: Any, otherwise: Any = None) -> Any:
+    def line_integral(
+        self, values: Any, otherwise: Any = None, *, overlaps: Literal["both", "error"] | None = None
+    ) -> Any:
         """Sum over spans of value × length: (...), or (..., energies). A zero stays zero on infinite spans.
 
         values: an array (bodies,) or (bodies, energies); or a mapping from the names of materials to numbers or
             arrays (energies,), a name standing for all materials that have it; or the name of a property of materials.
         otherwise: stands for materials without such a value, which are a ValueError if it is not given.
+        overlaps: where bodies overlap, the stretch counts for each of them. "both" says that this is meant and "error"
+            raises a ValueError; None logs the first of a scene, unless values of both signs say that it is meant.
         """
-        total = self._integral(weights_of(values, otherwise, self._body_count, self._distinct))
+        weights = weights_of(values, otherwise, self._body_count, self._distinct)
+        total = self._integral(weights, checked_overlaps("line_integral", overlaps))
         return total.reshape((*self._rays.shape, *total.shape[1:]))[()]
 
-    def _integral(self, weights: Weights) -> FloatArray:
+    def _integral(self, weights: Weights, overlaps: str | None) -> FloatArray:
         """(rays,) or (rays, energies)."""
         places, _ = self._places(weights.by)
+        if overlaps == ERROR or not (weights.values < 0).any():
+            counts = (weights.values.reshape(len(weights.values), -1) != 0).any(axis=1)
+            tell_overlaps("line_integral", self, overlaps, None, counts[places])
         ray, chord = self._chords()
         count, columns = len(self.offsets) - 1, weights.values.reshape(len(weights.values), -1).T
         total = np.zeros((count, len(columns)))
@@ -168,6 +185,7 @@ class Spans(Answer, ByRay):
         return f"Spans(shape={self._rays.shape}, {counted(len(self.body), 'span', 'spans')})"
 
 
+@hinted
 @explained_methods
 class Crossings(Answer, ByRay):
     """Every crossing of rays with bodies. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t.

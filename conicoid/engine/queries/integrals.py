@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...shapes.vector import FloatArray
+from ..answers.overlaps import checked_overlaps
 from ..answers.rays import Rays, lines_of
 from ..answers.spans import Spans, refuse_large
 from ..answers.weights import BODY, checked_by, weights_of
@@ -27,19 +28,24 @@ _SIDE = 8  # of the squares in which pictures are traced
 
 
 def line_integral(
-    scene: Prepared, values: Any, rays: Rays, t_min: Any, t_max: Any, otherwise: Any, progress: Progress | None
-) -> Any:
+    scene: Prepared, values: Any, rays: Rays, t_min: Any, t_max: Any, otherwise: Any, progress: Progress | None,
+    overlaps: Any = None,
+) -> Any:  # fmt: skip
     """`spans(...).line_integral(values)`, to the bit, in bounded memory."""
     weights = weights_of(values, otherwise, scene.lowered.body_count, scene.labels.distinct)
+    how = checked_overlaps("line_integral", overlaps)
     total = _summed(
-        "line_integral", scene, rays, t_min, t_max, progress, lambda some: some._integral(weights), weights.shape
+        "line_integral", scene, rays, t_min, t_max, progress, lambda some: some._integral(weights, how), weights.shape
     )
     return total[()]
 
 
-def lengths(scene: Prepared, rays: Rays, t_min: Any, t_max: Any, by: Any, progress: Progress | None) -> FloatArray:
+def lengths(
+    scene: Prepared, rays: Rays, t_min: Any, t_max: Any, by: Any, progress: Progress | None, overlaps: Any = None
+) -> FloatArray:
     """`spans(...).lengths(by)`, to the bit, in bounded memory but for the answer."""
     count = scene.lowered.body_count if checked_by("lengths", by) == BODY else len(scene.labels.distinct)
+    how: Any = checked_overlaps("lengths", overlaps)
     refuse_large(rays.origins.size // 3, count, by)
     return _summed(
         "lengths",
@@ -48,7 +54,7 @@ def lengths(scene: Prepared, rays: Rays, t_min: Any, t_max: Any, by: Any, progre
         t_min,
         t_max,
         progress,
-        lambda some: some.lengths(by).reshape(len(some), count),
+        lambda some: some.lengths(by, overlaps=how).reshape(len(some), count),
         (count,),
     )
 

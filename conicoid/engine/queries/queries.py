@@ -36,7 +36,9 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
     """The Rays of a query's first two arguments: arrays, or a `Rays` alone."""
     if isinstance(origins, Rays):
         if directions is not None:
-            raise TypeError(f"{query}: directions must be left out where a Rays is given")
+            numbers = np.ndim(directions) == 0 and isinstance(directions, int | float | np.number)
+            hint = f"; intervals are named: {query}(rays, t_min={directions}, t_max=...)" if numbers else ""
+            raise TypeError(f"{query}: directions must be left out where a Rays is given{hint}")
         return origins
     if directions is None and isinstance(origins, Answer):
         raise TypeError(

@@ -14,7 +14,7 @@ from xml.sax import SAXParseException
 from xml.sax.handler import ContentHandler
 from xml.sax.xmlreader import InputSource
 
-from ..errors import Problem, SceneFileError
+from ..errors import Problem, SceneFileError, cannot_be_read
 from ..regular import open_regular
 
 MAX_BYTES = 64 << 20
@@ -123,8 +123,7 @@ def _bytes(path: str | os.PathLike[str]) -> bytes:
         with open_regular(path) as file:
             raw = file.read(min(os.fstat(file.fileno()).st_size, MAX_BYTES) + 1)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise SceneFileError(path, [Problem(0, 0, "", f"cannot be read: {reason}")]) from None
+        raise cannot_be_read(path, error) from None
     if len(raw) > MAX_BYTES:
         raise SceneFileError(path, [Problem(0, 0, "", f"is too large: at most {MAX_BYTES >> 20} MB are read")])
     return raw

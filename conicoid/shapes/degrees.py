@@ -1,0 +1,48 @@
+"""Angles, which are in degrees everywhere; what is in radians beyond doubt is warned of."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .validate import number
+from .warned import warn
+
+_MOST = 4 * math.pi
+_STEP = math.pi / 1800
+"""A tenth of a degree, in radians."""
+_ROUNDINGS = 3
+"""Of math.radians, of π / 6, of 2 * (π / 3)."""
+
+
+def degrees(owner: str, field: str, value: Any) -> float:
+    """`value` as a finite float; a UserWarning where it is a plain angle in radians to the last bits."""
+    angle = number(owner, field, value)
+    if is_of_radians(angle) or (isinstance(value, np.float32) and _is_of_radians32(value)):
+        warn(f"{owner}: {field} must be in degrees, got {angle!r}: {_meant(angle)} degrees are that in radians")
+    return angle
+
+
+def is_of_radians(angle: float) -> bool:
+    """Whether a number is, but for rounding, tenths of a degree in radians: no number of degrees is by chance.
+
+    Of all decimals up to 4π with six digits after the point or fewer none is: π has no such multiples.
+    """
+    size = abs(angle)
+    if not _STEP / 2 < size <= _MOST * (1 + 1e-12):
+        return False
+    return abs(size - round(size / _STEP) * _STEP) <= _ROUNDINGS * math.ulp(size)
+
+
+def _is_of_radians32(angle: np.float32) -> bool:
+    """The same of float32, which holds fewer digits: only multiples of 15 degrees are told from others."""
+    size, step = abs(float(angle)), math.pi / 12
+    if not step / 2 < size <= _MOST * (1 + 1e-6):
+        return False
+    return abs(size - round(size / step) * step) <= 2 * float(np.spacing(np.float32(size)))
+
+
+def _meant(angle: float) -> str:
+    return f"{round(angle / _STEP) / 10:g}"

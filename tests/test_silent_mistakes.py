@@ -1,0 +1,316 @@
+"""Mistakes that gave an answer: each is refused now, or told of, and what is meant goes on as before."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.formats.scene_file import parsed
+from conicoid.shapes.degrees import is_of_radians
+
+from .command_line import refused, run
+
+BALL = co.Sphere()
+BALLS = co.Spheres([(0, 0, 9), (0, 0, 12)], 1)
+SCENE = co.Scene([co.Body(BALL, "red", "ball"), BALLS, co.Box((2, 2, 2), (3, 3, 3))])
+RAYS = co.Rays([(0, 0, 5), (0.1, 0, 5), (9, 9, 0)], (0, 0, -1))
+HITS = SCENE.first_hit(RAYS)
+
+
+@pytest.mark.parametrize(
+    "color", [(20, 30, 90), (20.0, 30.0, 90.0), np.array([20, 30, 90]), np.array([20, 30, 90], np.uint8)]
+)
+@pytest.mark.parametrize("take", [
+    lambda c: co.Scene(BALL, background=c), lambda c: co.Scene(BALL).replace(background=c), co.Sky,
+    lambda c: co.Sky("white", c), lambda c: co.Sky("white", "white", c), co.matte, co.metal, lambda c: co.Material(specular=c),
+    lambda c: co.Checker("white", c), lambda c: co.Body(BALL, c), BALL.painted,
+])  # fmt: skip
+def test_bytes_are_no_linear_light(color, take):
+    with pytest.raises(ValueError, match=r"a colour from 0 to 255 is '#141e5a' here, or divided by 255"):
+        take(color)
+
+
+def test_bytes_in_a_file_are_no_linear_light():
+    with pytest.raises(co.SceneFileError, match=r"x.yaml:1:13: .*background must be linear light.*'#141e5a' here"):
+        parsed("background: [20, 30, 90]\nbodies: []", "x.yaml")
+
+
+def test_light_that_is_brighter_than_white_is_said_so():
+    """A sky of the intensity 8 is eight times as bright, in every direction, and comes back from files."""
+    plain, bright = (co.Scene([], background=co.Sky("navy", "tomato", "gray", i), camera=co.Camera((0, 0, 0), (1, 0, z)))
+                     for i, z in ((1, 0.5), (8, 0.5)))  # fmt: skip
+    one, eight = (scene.render(4, 3, samples=1).pixels for scene in (plain, bright))
+    assert np.array_equal(eight, 8 * one)
+    assert co.Scene([], background=(1.5, 2.25, 9.5)).background == (1.5, 2.25, 9.5)
+    with pytest.warns(UserWarning, match=r"background \(20.5, 30.25, 90.5\) is linear light, 90.5 times white; co.Sky"):
+        co.Scene([], background=(20.5, 30.25, 90.5))  # the mean of some bytes, say
+    with pytest.raises(ValueError, match=r"co.Sky\(zenith, horizon, ground, intensity\)$"):
+        co.Scene([], background=(1, 2, 3))
+    with pytest.raises(ValueError, match="Sky: intensity must be >= 0, got -1"):
+        co.Sky(intensity=-1)
+
+
+def test_a_brighter_sky_is_kept_in_files(tmp_path):
+    scene = co.Scene(BALL, background=co.Sky("navy", intensity=20))
+    scene.save(tmp_path / "scene.yaml")
+    assert co.Scene.load(tmp_path / "scene.yaml") == co.load(tmp_path / "scene.yaml") == scene
+
+
+@pytest.mark.parametrize("make", [co.AmbientLight, lambda i: co.DirectionalLight((0, 0, 1), i), lambda i: co.PointLight((0, 0, 1), i),
+                                  lambda i: co.SpotLight((0, 0, 1), (0, 0, -1), intensity=i)])  # fmt: skip
+def test_lights_in_bytes_are_doubted(make):
+    with pytest.warns(
+        UserWarning, match=r"intensity \(255.0, 240.0, 200.0\) is linear light, 255 times white; .*'#fff0c8'"
+    ) as told:
+        make((255, 240, 200))
+    assert told[0].filename == __file__
+    for usual in ((3, 2, 2), (16, 12, 9), (40.5, 38, 36), 255, (1, 1, 1)):
+        make(usual)
+    co.PointLight((0, 0, 1), (255, 240, 200), "inverse_square")  # at a distance of 16 it is about 1
+
+
+@pytest.mark.parametrize("index", [HITS.body[2], np.int64(-1), np.array(-1), -1, int(HITS.body[2]), np.intp(-3)])
+def test_the_number_of_a_miss_is_not_the_last_entry(index):
+    with pytest.raises(
+        IndexError,
+        match=r"Scene: bodies\[...\] takes an integer >= 0, got -\d; -1 stands for a miss; the last entry is bodies\[2\]$",
+    ):
+        SCENE.bodies[index]
+
+
+def test_numbers_of_answers_are_not_counted_as_entries():
+    """Body 1 is the first ball of entry 1, body 2 the second, and body 3 the box, which is entry 2."""
+    assert SCENE.bodies[np.int32(0)].name == "ball"
+    assert SCENE.bodies[np.int32(1)].shape is BALLS
+    for number in (np.int32(2), np.int32(3)):
+        with pytest.raises(IndexError, match="bodies and entries are counted differently"):
+            SCENE.bodies[number]
+    with pytest.raises(TypeError, match="got an array of 3; hits.name and hits.material are those of all at once"):
+        SCENE.bodies[HITS.body]
+    with pytest.raises(TypeError, match=r"scene\[name\] has names"):
+        SCENE.bodies["ball"]
+
+
+def test_entries_are_a_tuple_as_before():
+    bodies = SCENE.bodies
+    assert isinstance(bodies, tuple)
+    assert bodies[-1:][0].shape == bodies[2].shape == co.Box((2, 2, 2), (3, 3, 3))
+    assert bodies[::-1] == tuple(reversed(bodies)) == (bodies[2], bodies[1], bodies[0])
+    assert bodies == tuple(bodies) == pickle.loads(pickle.dumps(bodies)) == copy.deepcopy(bodies)
+    assert co.Scene(bodies) == SCENE == co.Scene([*bodies])
+    plain = co.Scene([BALL, co.Box()])
+    assert [plain.bodies[i].shape for i in np.arange(2)] == [BALL, co.Box()]
+    with pytest.raises(IndexError):
+        plain.bodies[np.int32(2)]
+    with pytest.raises(IndexError):
+        plain.bodies[2]
+
+
+def test_an_array_by_numbers_has_a_place_for_misses():
+    """As docs/queries.md says: -1 takes the last value, so one more stands there."""
+    values = np.append([1.0, 2.0, 3.0, 4.0], np.nan)
+    assert np.array_equal(values[HITS.body], [1, 1, np.nan], equal_nan=True)
+
+
+@pytest.mark.parametrize("vector", [(math.nan, 0, 1), (math.nan,) * 3])
+def test_what_has_a_nan_is_nan_and_no_total_reflection(vector):
+    for d, n in ((vector, (0, 0, 1)), ((0, 0, 1), vector)):
+        assert np.isnan(co.reflect(d, n)).all()
+        refracted, total = co.refract(d, n, 1.5)
+        assert np.isnan(refracted).all()
+        assert not total
+
+
+_ANGLES = [
+    math.pi,
+    math.pi / 2,
+    -math.pi / 6,
+    2 * math.pi / 3,
+    math.radians(47.3),
+    2 * math.pi,
+    np.deg2rad(30),
+    np.float64(math.pi) / 4,
+]
+
+
+@pytest.mark.parametrize("angle", _ANGLES)
+@pytest.mark.parametrize("turn", [
+    lambda a: BALL.rotate("z", a), lambda a: co.Body(BALL).rotate((0, 0, 1), a, about=(1, 1, 1)),
+    lambda a: co.Camera((0, 0, 5), (0, 0, 0), field_of_view=abs(a)), lambda a: co.SpotLight((0, 0, 1), (0, 0, -1), abs(a), 0),
+    lambda a: co.Cylinder((0, 0, 0), (0, 0, 1), 1, -9, a, (1, 0, 0)), lambda a: co.CylinderPatch((0, 0, 0), (0, 0, 1), 1, a, 20, (1, 0, 0)),
+    lambda a: parsed(f"camera: {{position: [0, 0, 5], look_at: [0, 0, 0], field_of_view: {abs(a)!r}}}\nbodies: []".replace("np.float64(", "").replace(")", ""), "x"),
+])  # fmt: skip
+def test_radians_are_doubted(angle, turn):
+    with pytest.warns(
+        UserWarning,
+        match=rf"must be in degrees, got .*: -?{abs(round(math.degrees(angle), 1)):g} degrees are that in radians",
+    ) as told:
+        turn(angle)
+    assert len(told) == 1
+    assert told[0].filename == __file__
+
+
+def test_no_number_of_degrees_is_taken_for_radians():
+    """All decimals with up to six digits after the point, to where radians end, and a million sums and products."""
+    some = np.arange(1, 12_600_000) / 1e6
+    step = math.pi / 1800
+    near = np.abs(some - np.round(some / step) * step) <= 4 * np.spacing(some)
+    assert not near.any()
+    rng = np.random.default_rng(5)
+    for angle in [
+        *(360 / rng.integers(29, 9999, 2000)),
+        *(rng.integers(1, 99, 2000) / 7),
+        *np.linspace(-12, 12, 1001),
+        0.0,
+        1e-9,
+    ]:
+        assert not is_of_radians(float(angle))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        co.Camera((0, 0, 5), (0, 0, 0), field_of_view=0.7)  # a telescope
+
+
+def test_radians_in_few_digits_are_doubted():
+    for degrees in (15, 30, 45, 90, -90, 180, 360):
+        with pytest.warns(UserWarning, match=rf": -?{abs(degrees)} degrees are that in radians"):
+            BALL.rotate("z", np.float32(math.radians(degrees)))
+    for angle in np.round(np.random.default_rng(1).uniform(-12, 12, 3000), 2):
+        BALL.rotate("z", np.float32(angle))
+
+
+def test_the_command_line_tells_of_radians(tmp_path):
+    (tmp_path / "x.yaml").write_text(
+        "bodies: [{shape: {Box: {}}, move: [{rotate: {axis: z, degrees: 1.5707963267948966}}]}]"
+    )
+    assert (
+        "note: rotate: degrees must be in degrees, got 1.5707963267948966: 90 degrees are that"
+        in run("info", tmp_path / "x.yaml").stderr
+    )
+
+
+STEEL, LEAD = (
+    co.matte("gray", name="steel", properties={"mu": 2.0}),
+    co.matte("blue", name="lead", properties={"mu": 3.0}),
+)
+BLOCKS = [co.Body(co.Box((0, 0, 0), (2, 1, 1)), STEEL, "one"), co.Body(co.Box((1, 0, 0), (3, 1, 1)), LEAD, "two"),
+          co.Body(co.Box((2.5, 0, 0), (4, 1, 1)), LEAD)]  # fmt: skip
+THROUGH = co.Rays([(-1, 0.5, 0.5), (-1, 0.4, 0.5), (-1, 9, 9)], (2, 0, 0))
+
+
+def test_overlaps_are_told_of_by_what_adds_them_up(caplog):
+    """From 1 to 2 steel and lead are both there, from 2.5 to 3 lead twice: 2 + 2 + 1.5 where there are 4."""
+    scene = co.Scene(BLOCKS)
+    assert scene.line_integral([1, 1, 1], THROUGH).tolist() == [5.5, 5.5, 0]
+    (record,) = caplog.records
+    assert record.levelname == "WARNING"
+    assert record.getMessage().startswith(
+        "line_integral: 2 rays go through two bodies at once, and such a stretch counts for each: body 0 'one' and body 1 'two' overlap on the ray from (-1.0, 0.5, 0.5) along (2.0, 0.0, 0.0)"
+    )
+    scene.line_integral([1, 1, 1], THROUGH)
+    assert len(caplog.records) == 1  # once for a scene
+    co.Scene(BLOCKS).spans(THROUGH).lengths(by="material")
+    assert "lengths: 2 rays" in caplog.records[1].getMessage()
+    assert "body 1 'two' and body 2 overlap" in caplog.records[1].getMessage()
+
+
+@pytest.mark.parametrize("ask", [
+    lambda scene: scene.line_integral([1, 0, 1], THROUGH), lambda scene: scene.spans(THROUGH).line_integral({"steel": 1, "lead": 0}),
+    lambda scene: scene.line_integral([1, -1, 1], THROUGH), lambda scene: scene.line_integral([1, 1, 1], THROUGH, overlaps="both"),
+    lambda scene: scene.lengths(THROUGH), lambda scene: scene.lengths(THROUGH, by="material", overlaps="both"),
+    lambda scene: scene.line_integral("mu", THROUGH, t_max=0.9), lambda scene: scene.line_integral("mu", (0, 5, 0), (0, 0, 1)),
+])  # fmt: skip
+def test_what_counts_nothing_twice_is_quiet(ask, caplog):
+    ask(co.Scene(BLOCKS))
+    assert caplog.records == []
+
+
+@pytest.mark.parametrize("shapes", [
+    [co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 0, 0), (2, 1, 1))],  # flush
+    [co.Box((0, 0, 0), (1, 1, 1)).rotate((1, 2, 3), 20), co.Box((1, 0, 0), (2, 1, 1)).rotate((1, 2, 3), 20)],
+    [co.Box((0, 0, 0), (0.3333334, 1, 1)), co.Box((0.3333333, 0, 0), (2, 1, 1))],  # as decimals round
+    [co.Sphere(2) - BALL, BALL], [co.Box((0, 0, 0), (1, 1, 1)), co.Box((0, 3, 0), (1, 4, 1))],
+])  # fmt: skip
+def test_neighbours_do_not_overlap(shapes):
+    rng = np.random.default_rng(2)
+    aims = rng.random((500, 3))
+    origins = rng.normal(size=(500, 3)) * 6
+    co.Scene(shapes).line_integral([1, 1], origins, aims - origins, overlaps="error")
+
+
+def test_overlaps_are_refused_where_that_is_asked():
+    scene = co.Scene(BLOCKS)
+    for ask in (scene.line_integral, scene.spans(THROUGH).line_integral):
+        rest = (THROUGH,) if ask == scene.line_integral else ()
+        with pytest.raises(
+            ValueError, match=r"line_integral: 2 rays go .* overlap on the ray .*; co.check\(scene\) finds all$"
+        ):
+            ask("mu", *rest, overlaps="error")
+        with pytest.raises(
+            ValueError, match=r"overlaps must be 'both', 'error' or None, got 'eror' \(did you mean 'error'\?\)"
+        ):
+            ask("mu", *rest, overlaps="eror")
+    with pytest.raises(ValueError, match="body 0 'one' and body 1 'two' overlap"):
+        scene.lengths(THROUGH, overlaps="error")
+    balls = co.Scene(co.Body(co.Spheres([(0, 0, 0), (1, 0, 0)], 1), LEAD))
+    with pytest.raises(ValueError, match="body 0 and body 1 overlap"):
+        balls.line_integral("mu", (-9, 0, 0), (1, 0, 0), overlaps="error")
+    endless = co.Scene([co.HalfSpace((0, 0, 1), 0), co.HalfSpace((0, 0, 1), 1)])
+    with pytest.raises(ValueError, match="body 0 and body 1 overlap"):
+        endless.line_integral([1, 1], (0, 0, 9), (0, 0, -1), t_min=-math.inf, overlaps="error")
+
+
+def test_overlaps_on_the_command_line(tmp_path):
+    co.Scene(BLOCKS).save(tmp_path / "s.yaml")
+    np.save(tmp_path / "r.npy", [[-1, 0.5, 0.5, 1, 0, 0.0]])
+    files = tmp_path / "s.yaml", tmp_path / "r.npy", "-o", tmp_path / "x.csv"
+    assert "body 0 'one' and body 1 'two' overlap" in refused(
+        "lengths", *files, "--property", "mu", "--overlaps", "error"
+    )
+    assert "overlaps must be 'both', 'error'" in refused("lengths", *files, "--overlaps", "no")
+    assert run("lengths", *files, "--property", "mu", "--overlaps", "both").exit_code == 0
+    assert (tmp_path / "x.csv").read_text() == "line_integral\n14.5\n"  # 2 * 2 + 3 * 2 + 3 * 1.5
+
+
+@pytest.mark.parametrize("density", [-1, -0.5, True, np.bool_(False), [1.0, -2.0], -math.inf])
+def test_densities_are_not_negative_nor_truth_values(density):
+    with pytest.raises(ValueError, match=r"Material: properties\['density'\] must be >= 0, got "):
+        co.matte("red", properties={"density": density})
+    co.matte("red", properties={"density": 0, "mu": density, "Density": "heavy"})
+
+
+@pytest.mark.parametrize(("rays", "eta"), [((4,), (4, 1)), ((2, 3), (2, 3, 1)), ((3,), (3, 3))])
+def test_a_column_of_etas_is_refused(rays, eta):
+    d = np.broadcast_to((0.0, 0.6, -0.8), (*rays, 3))
+    with pytest.raises(ValueError, match=r"refract: eta must be a number or have the rays' shape"):
+        co.refract(d, (0, 0, 1), np.full(eta, 1.2))
+    assert co.refract(d[:, None], (0, 0, 1), np.full((1, 5, *rays[1:]), 1.2))[1].shape == (rays[0], 5, *rays[1:])
+    assert co.refract((0, 0.6, -0.8), (0, 0, 1), np.full((5, 1), 1.2))[0].shape == (5, 1, 3)
+
+
+def test_what_is_in_a_scene():
+    assert BALL in SCENE
+    assert co.Sphere(1.0) in SCENE
+    assert co.Sphere(2) not in SCENE
+    assert "ball" in SCENE
+    assert SCENE["ball"] in SCENE
+    assert "steel" not in SCENE
+    for item, hint in (
+        (0, ""),
+        (None, ""),
+        (co.matte("red"), "; scene.materials has the materials"),
+        (HITS.body[0], ""),
+    ):
+        with pytest.raises(TypeError, match=f"Scene: `in` asks for a name, a shape or a Body, got .*{hint}$"):
+            item in SCENE  # noqa: B015
+
+
+def test_light_far_beyond_white_is_doubted():
+    with pytest.warns(UserWarning, match="most numbers of the array, up to 300, are beyond 1, which is white"):
+        co.Image(np.full((2, 2, 3), 300.0))
+    co.Image(np.array([[[0.2, 0.3, 400.0]] * 2] * 2))  # a few highlights
