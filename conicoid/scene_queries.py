@@ -111,6 +111,7 @@ class Queries:
 
         return queries.crossings(self.prepared, queries.as_rays("crossings", origins, directions), t_min, t_max)
 
+    @calm
     def stream(
         self, rays: Any, query: str = "first_hit", *, chunk: int | None = None, executor: Any = None, **options: Any
     ) -> Iterator[Any]:

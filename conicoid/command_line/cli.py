@@ -23,12 +23,14 @@ from .parts import (
     only_with,
     prepare,
     rays_for,
+    refuse_overwriting,
     refuse_stdin,
     refused_files,
     written,
 )
 from .pictures import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turntable
 from .terminal import Bar, compile_notes, say, show_table, user_mistakes
+from .workers import ClusterOption, WorkersOption, executor_of
 
 app = typer.Typer(
     cls=Commands,
@@ -187,19 +189,34 @@ def info(
     cls=Command,
     epilog="Examples:\n\n  conicoid trace scene.yaml rays.npy -o hits.npz\n\n"
     "  conicoid trace scene.yaml rays.csv -o spans.csv --spans\n\n"
+    "  conicoid trace scene.yaml many.npy -o hits.csv --chunk 1000000 --resume\n\n"
     "rays.npy has shape (N, 6): origin and direction. docs/files.md describes all files.",
 )
 def trace(
+    context: typer.Context,
     scene: SceneFile,
     rays: RayFile,
     output: Results,
     spans: Annotated[bool, typer.Option("--spans", help="Every stretch inside a body, not the first hit.")] = False,
+    chunk: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Read, trace and write so many rays at a time: memory holds no more.", show_default=False
+        ),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="With --chunk: go on where an earlier run stopped.")] = False,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     threads: Threads = None,
 ) -> None:
     """Follow rays through a scene and write what they hit."""
     with user_mistakes():
         from ..formats.ray_file import is_npz, write_hits, write_spans
 
+        only_with(context, "--chunk", chunk is not None, "resume", "workers", "cluster")
+        if chunk is not None:
+            _trace_in_chunks(scene, rays, output, spans, chunk, resume, (workers, cluster), threads)
+            return
         table = rays_for(rays, scene, output)
         loaded = load(scene, threads)
         from . import ray_tables
@@ -213,6 +230,28 @@ def trace(
         with written(output, ".csv") as file:
             (write_spans if spans else write_hits)(file, arrays)
         say(f"{name_of(output)}: {ray_tables.summary(arrays)}")
+
+
+def _trace_in_chunks(
+    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, where: tuple[Any, Any],
+    threads: int | None,
+) -> None:  # fmt: skip
+    """What `trace --chunk` does."""
+    from ..formats.ray_file import check_output
+
+    refuse_stdin(rays, "rays")
+    if output == STDOUT:
+        raise ValueError("trace: --chunk writes a file, which it goes on with: name one with -o")
+    check_output(output)
+    check_folder(output)
+    refuse_overwriting(output, scene, rays)
+    loaded = load(scene, threads)
+    from . import streamed
+
+    prepare(loaded)
+    with compile_notes(), Bar("tracing", "ray") as bar, executor_of("trace", *where) as executor:
+        found = streamed.trace(loaded, rays, output, spans, chunk, resume, executor, bar)
+    say(f"{output}: {found}")
 
 
 app.command(cls=Command, epilog=LENGTHS_EXAMPLES)(lengths)
