@@ -123,25 +123,29 @@ def test_any_number_of_workers_and_threads(workers, threads):
             assert np.array_equal(scene.render(130, 70, executor=how).pixels, scene.render(130, 70).pixels)
 
 
-def _kill_now_and_then(client, times, done, how=signal.SIGKILL):
+def pids(made):
+    """Of the workers' processes, by the nannies that watch them."""
+    return [nanny.pid for nanny in made.workers.values() if nanny.pid]
+
+
+def _kill_now_and_then(made, times, done):
     """Kill random workers of this machine while work goes on."""
     rng = random.Random(20)
     while times[0] > 0 and not done.is_set():
         time.sleep(rng.uniform(0.2, 0.8))
-        pids = list(client.run(os.getpid).values()) if how == signal.SIGKILL else []
-        if pids:
-            os.kill(rng.choice(pids), how)
+        if alive := pids(made):
+            os.kill(rng.choice(alive), signal.SIGKILL)
             times[0] -= 1
 
 
 @pytest.mark.deep
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
 def test_workers_killed_twenty_times():
-    scene, rays = subject.scene(), subject.rays(200_000)
+    scene, rays = subject.scene(), subject.rays(50_000)
     wanted = scene.first_hit(rays)
     with cluster(3) as made, distributed.Client(made) as client:
         left, done = [20], threading.Event()
-        killer = threading.Thread(target=_kill_now_and_then, args=(client, left, done))
+        killer = threading.Thread(target=_kill_now_and_then, args=(made, left, done))
         killer.start()
         how = co.cluster.Workers(client, chunk=2000, retries=20)
         while left[0] > 0:
@@ -158,7 +162,7 @@ def test_a_worker_that_stops_for_a_while():
     with cluster(2) as made, distributed.Client(made) as client:
         how = co.cluster.Workers(client, chunk=1000)
         assert scene.first_hit(rays[:10], executor=how) == scene.first_hit(rays[:10])
-        pid = next(iter(client.run(os.getpid).values()))
+        pid = pids(made)[0]
         os.kill(pid, signal.SIGSTOP)
         threading.Timer(5, os.kill, (pid, signal.SIGCONT)).start()
         assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
