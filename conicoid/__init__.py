@@ -44,9 +44,14 @@ _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "turntable": ".turntables.turntable", "export": ".viewer.html", "warmup": ".warmup",
 }  # fmt: skip
 
+_PACKAGES = ("cluster", "ct")
+"""Public names that are packages themselves."""
+
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
+    from . import cluster as cluster
+    from . import ct as ct
     from .checks.check import check as check
     from .checks.finding import Finding as Finding
     from .checks.finding import Findings as Findings
@@ -125,6 +130,8 @@ if TYPE_CHECKING:
 
 def __getattr__(name: str) -> Any:
     home = _HOMES.get(name)
+    if name in _PACKAGES:
+        return importlib.import_module(f".{name}", __name__)
     if home is None:
         raise AttributeError(f"module 'conicoid' has no attribute {name[:80]!r}{_meant(name)}")
     value = getattr(importlib.import_module(home, __name__), name)

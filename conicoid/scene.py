@@ -189,6 +189,8 @@ class Scene(Contents, Edits, Queries):
         labels: bool = False,
         normals: bool = False,
         progress: Callable[[int, int], Any] | None = None,
+        executor: Any = None,
+        resume: str | os.PathLike[str] | None = None,
     ) -> Image:
         """A picture `width` x `height` pixels large; with a camera and light that fit, where none is given.
 
@@ -200,12 +202,20 @@ class Scene(Contents, Edits, Queries):
         axes, labels, normals: drawn over the picture: the axes of the world with their scale, the names of the bodies
             (or numbers), arrows along the normals of what is seen.
         progress: progress(done, count) is called now and then.
+        executor: where its tiles are made, as for `first_hit`; the picture is the same to the bit.
+        resume: a file of finished tiles, kept up to date: where there are some of this picture, it goes on from them.
         """
         from .image import Image
         from .render import render
 
         drawn = {name: flag("render", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()}
-        image = Image._of_light(render(self, width, height, samples, integrator, seed, depth, progress, camera))
+        more: dict[str, Any] = {}
+        if executor is not None or resume is not None:
+            from .cluster.pictures import Job, rendered
+
+            more["elsewhere"] = lambda *job: rendered(self, Job(*job), executor, resume, progress)
+        given = width, height, samples, integrator, seed, depth, progress, camera
+        image = Image._of_light(render(self, *given, **more))
         if not any(drawn.values()):
             return image
         from .overlay import drawn_over

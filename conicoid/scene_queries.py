@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -29,54 +30,110 @@ class Queries:
         raise NotImplementedError
 
     @calm
-    def first_hit(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Hits:
+    def first_hit(
+        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        executor: Any = None,
+    ) -> Hits:  # fmt: skip
         """The nearest crossing of each ray in the open interval (t_min, t_max).
 
         origins, directions: (..., 3), which broadcast; or a `Rays` alone. Directions are of any length but 0.
         t_min, t_max: the interval, one for all rays or one for each, in units of the direction's length; where t_min
             is not below t_max it is empty, and nothing is hit.
 
+        executor: an executor, a Dask client or a `co.cluster.Workers` that does it in parts, to the same bits; the
+            other queries take it as well.
+
+        Arrays of Dask instead of NumPy's have lazy answers, arrays of Dask too.
         Raises ValueError for rays that cannot be traced, with the index of the first.
         """
+        if _goes_elsewhere(executor, origins, directions):
+            from .cluster.route import routed
+
+            found: Hits = routed(self, "first_hit", executor, origins, directions, t_min, t_max)
+            return found
         from .engine.queries import queries
 
         return queries.first_hit(self.prepared, queries.as_rays("first_hit", origins, directions), t_min, t_max)
 
     @calm
-    def occluded(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Any:
+    def occluded(
+        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        executor: Any = None,
+    ) -> Any:  # fmt: skip
         """bool (...): is there any crossing strictly between t_min and t_max?  Equals first_hit(...).t < inf.
 
         origins, directions, t_min, t_max: as for `first_hit`; in an empty interval, t_min >= t_max, there is none.
+        executor: as for `first_hit`.
         """
+        if _goes_elsewhere(executor, origins, directions):
+            from .cluster.route import routed
+
+            return routed(self, "occluded", executor, origins, directions, t_min, t_max)
         from .engine.queries import queries
 
         return queries.occluded(self.prepared, queries.as_rays("occluded", origins, directions), t_min, t_max)
 
     @calm
-    def spans(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Spans:
+    def spans(
+        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        executor: Any = None,
+    ) -> Spans:  # fmt: skip
         """Every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray.
 
         origins, directions, t_min, t_max: as for `first_hit`; an empty interval, t_min >= t_max, has no spans.
+        executor: as for `first_hit`.
         """
+        if _goes_elsewhere(executor, origins, directions):
+            from .cluster.route import routed
+
+            found: Spans = routed(self, "spans", executor, origins, directions, t_min, t_max)
+            return found
         from .engine.queries import queries
 
         return queries.spans(self.prepared, queries.as_rays("spans", origins, directions), t_min, t_max)
 
     @calm
-    def crossings(self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf) -> Crossings:
+    def crossings(
+        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        executor: Any = None,
+    ) -> Crossings:  # fmt: skip
         """Every crossing of each ray with solids and sheets, strictly between t_min and t_max, sorted along the ray.
 
         origins, directions, t_min, t_max: as for `first_hit`; an empty interval, t_min >= t_max, has no crossings.
+        executor: as for `first_hit`.
         """
+        if _goes_elsewhere(executor, origins, directions):
+            from .cluster.route import routed
+
+            found: Crossings = routed(self, "crossings", executor, origins, directions, t_min, t_max)
+            return found
         from .engine.queries import queries
 
         return queries.crossings(self.prepared, queries.as_rays("crossings", origins, directions), t_min, t_max)
 
     @calm
+    def stream(
+        self, rays: Any, query: str = "first_hit", *, chunk: int | None = None, executor: Any = None, **options: Any
+    ) -> Iterator[Any]:
+        """The answers to any number of rays, part by part and in order: neither rays nor answers are kept.
+
+        rays: `Rays`, those of `Rays.from_camera` or `from_scan`; (origins, directions), or one array (n, 6) of both,
+            which may be of `np.memmap`, zarr or what else is sliced; or an iterable of such, one part after the other.
+        query: the name of a query of rays; options: its other arguments, such as `t_max` or `values`, for all rays.
+        chunk: rays of a part; by default about a second's.
+        executor: as for `first_hit`; parts are sent ahead as its workers have time for them.
+
+        Yields the query's answer for each part. Raises what the query raises.
+        """
+        from .cluster.stream import stream
+
+        return stream(self, rays, query, chunk, executor, options)
+
+    @calm
     def lengths(
         self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
         by: Literal["body", "material"] = "body", overlaps: Literal["both", "error"] | None = None,
-        progress: Progress | None = None,
+        progress: Progress | None = None, executor: Any = None,
     ) -> FloatArray:  # fmt: skip
         """`spans(...).lengths(by)`, the same to the bit, for any number of rays: their spans are not kept.
 
@@ -84,10 +141,18 @@ class Queries:
         by: "body" for the shape (..., bodies), or "material" for (..., materials), in the order of `scene.materials`.
         overlaps: "both", "error" or None, as for `Spans.lengths`.
         progress: progress(done, count) is called with numbers of rays.
+        executor: as for `first_hit`.
         """
         from .engine.queries import integrals, queries
 
         callback("lengths", "progress", progress)
+        if _goes_elsewhere(executor, origins, directions):
+            from .cluster.route import routed
+
+            found: FloatArray = routed(
+                self, "lengths", executor, origins, directions, t_min, t_max, by, overlaps, progress
+            )
+            return found
         rays = queries.as_rays("lengths", origins, directions)
         return integrals.lengths(self.prepared, rays, t_min, t_max, by, progress, overlaps)
 
@@ -95,6 +160,7 @@ class Queries:
     def line_integral(
         self, values: Any, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
         otherwise: Any = None, overlaps: Literal["both", "error"] | None = None, progress: Progress | None = None,
+        executor: Any = None,
     ) -> Any:  # fmt: skip
         """`spans(...).line_integral(values)`, the same to the bit, for any number of rays: their spans are not kept.
 
@@ -106,32 +172,53 @@ class Queries:
         otherwise: stands for materials without such a value, which are a ValueError if it is not given.
         overlaps: "both", "error" or None, as for `Spans.line_integral`.
         progress: progress(done, count) is called with numbers of rays.
+        executor: as for `first_hit`.
         """
         from .engine.queries import integrals, queries
 
         callback("line_integral", "progress", progress)
+        if _goes_elsewhere(executor, origins, directions):
+            from .cluster.route import routed
+
+            more = values, otherwise, overlaps, progress
+            return routed(self, "line_integral", executor, origins, directions, t_min, t_max, *more)
         rays = queries.rays_after_values(values, origins, directions)
         return integrals.line_integral(self.prepared, values, rays, t_min, t_max, otherwise, progress, overlaps)
 
     @calm
-    def contains(self, points: Any) -> Any:
+    def contains(self, points: Any, *, executor: Any = None) -> Any:
         """bool (...): does any solid contain the point? Primitives hold their boundary, Booleans are exact.
 
         points: (..., 3), finite.
+        executor: as for `first_hit`.
         """
+        if _goes_elsewhere(executor, points):
+            from .cluster.route import located
+
+            return located(self, "contains", executor, points)
         from .engine.queries import queries
 
         return np.asarray(queries.body_at(self.prepared, points, "contains") >= 0)[()]
 
     @calm
-    def body_at(self, points: Any) -> Any:
+    def body_at(self, points: Any, *, executor: Any = None) -> Any:
         """int32 (...): the number of the first listed body that contains the point, or -1.
 
         points: (..., 3), finite.
+        executor: as for `first_hit`.
         """
+        if _goes_elsewhere(executor, points):
+            from .cluster.route import located
+
+            return located(self, "body_at", executor, points)
         from .engine.queries import queries
 
         return queries.body_at(self.prepared, points)
+
+
+def _goes_elsewhere(executor: Any, *arrays: Any) -> bool:
+    """Is a question for workers, or of rays that are not at hand as a whole?"""
+    return executor is not None or any(hasattr(a, "__dask_graph__") or hasattr(a, "_share") for a in arrays)
 
 
 QUERIES: dict[str, str] = {}

@@ -32,7 +32,7 @@ RAYS = co.Rays([(0, 0, 5), (0.1, 0, 5)], (0, 0, -1))
     (lambda: co.PointLight(pos=(1, 1, 1)), r"missing position; has no argument 'pos' \(did you mean position\?\)"),
     (lambda: co.Box(1, 2, 3, 4), r"^Box\(\) takes 2 arguments.*, got 4; call it as Box\(low, high\)$"),
     (lambda: co.Body(BALL, shape=BALL), r"^Body\(\) is given shape twice"),
-    (lambda: co.measure(BALL, n=5), r"^measure\(\) has no argument 'n'; call it as measure\(shape, rays, seed, progress\)$"),
+    (lambda: co.measure(BALL, n=5), r"^measure\(\) has no argument 'n'; call it as measure\(shape, rays, seed, progress, \*, executor\)$"),
     (lambda: co.Rays([(0, 0, 1)]), r"^Rays\(\) missing directions; call it as Rays\(origins, directions\)$"),
 ])  # fmt: skip
 def test_calls_that_do_not_fit_are_told_how(call, told):

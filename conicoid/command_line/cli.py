@@ -25,12 +25,14 @@ from .parts import (
     only_with,
     prepare,
     rays_for,
+    refuse_overwriting,
     refuse_stdin,
     refused_files,
     written,
 )
 from .pictures import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turntable
 from .terminal import Bar, compile_notes, say, show_table, user_mistakes
+from .workers import ClusterOption, WorkersOption, executor_of
 
 app = typer.Typer(
     cls=Commands,
@@ -189,9 +191,11 @@ def info(
     cls=Command,
     epilog="Examples:\n\n  conicoid trace scene.yaml rays.npy -o hits.npz\n\n"
     "  conicoid trace scene.yaml rays.csv -o spans.csv --spans\n\n"
+    "  conicoid trace scene.yaml many.npy -o hits.csv --chunk 1000000 --resume\n\n"
     "rays.npy has shape (N, 6): origin and direction. docs/files.md describes all files.",
 )
 def trace(
+    context: typer.Context,
     scene: SceneFile,
     rays: RayFile,
     output: Results,
@@ -201,15 +205,30 @@ def trace(
     ] = False,
     t_min: TMin = None,
     t_max: TMax = None,
+    chunk: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Read, trace and write so many rays at a time: memory holds no more.", show_default=False
+        ),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="With --chunk: go on where an earlier run stopped.")] = False,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     threads: Threads = None,
 ) -> None:
     """Follow rays through a scene and write what they hit."""
     with user_mistakes():
         from ..formats.ray_file import is_npz, write_hits, write_spans
 
+        only_with(context, "--chunk", chunk is not None, "resume", "workers", "cluster")
         all_fields = output != STDOUT and is_npz(output)
         if errors and all_fields:
             raise ValueError("trace: --errors goes with .csv; a .npz file has all fields in any case")
+        if chunk is not None:
+            if errors or t_min is not None or t_max is not None:
+                raise ValueError("trace: --chunk does not go with --errors, --t-min and --t-max")
+            _trace_in_chunks(scene, rays, output, spans, chunk, resume, (workers, cluster), threads)
+            return
         table = rays_for(rays, scene, output).within(t_min, t_max)
         loaded = load(scene, threads)
         from . import ray_tables
@@ -222,6 +241,28 @@ def trace(
         with written(output, ".csv") as file:
             (write_spans if spans else write_hits)(file, arrays)
         say(f"{name_of(output)}: {ray_tables.summary(arrays)}")
+
+
+def _trace_in_chunks(
+    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, where: tuple[Any, Any],
+    threads: int | None,
+) -> None:  # fmt: skip
+    """What `trace --chunk` does."""
+    from ..formats.ray_file import check_output
+
+    refuse_stdin(rays, "rays")
+    if output == STDOUT:
+        raise ValueError("trace: --chunk writes a file, which it goes on with: name one with -o")
+    check_output(output)
+    check_folder(output)
+    refuse_overwriting(output, scene, rays)
+    loaded = load(scene, threads)
+    from . import streamed
+
+    prepare(loaded)
+    with compile_notes(), Bar("tracing", "ray") as bar, executor_of("trace", *where) as executor:
+        found = streamed.trace(loaded, rays, output, spans, chunk, resume, executor, bar)
+    say(f"{output}: {found}")
 
 
 app.command(cls=Command, epilog=LENGTHS_EXAMPLES)(lengths)

@@ -23,6 +23,7 @@ from .parts import (
     written,
 )
 from .terminal import Bar, compile_notes, say, user_mistakes
+from .workers import ClusterOption, WorkersOption, executor_of
 
 if TYPE_CHECKING:
     from ..render.camera import AnyCamera
@@ -69,12 +70,18 @@ Section = Annotated[
         "--section", "--slice", metavar="AXIS=VALUE", help="A section, or slice, such as z=0.", show_default=False
     ),
 ]  # fmt: skip
+Resume = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE", help="Keep finished tiles in a file, and go on from those in it.", show_default=False
+    ),
+]  # fmt: skip
 Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the scene's.")]
 
 
 _OF_VIEWS = (
     "integrator", "seed", "depth", "position", "look_at", "up", "field_of_view", "orthographic", "fit", "axes",
-    "labels", "normals",
+    "labels", "normals", "resume", "workers", "cluster",
 )  # fmt: skip
 AXES = ("x", "y", "z")
 
@@ -105,6 +112,9 @@ def render(
     labels: Labels = False,
     normals: Normals = False,
     section: Section = None,
+    resume: Resume = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
@@ -123,15 +133,22 @@ def render(
         with said_warnings():
             camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
         prepare(loaded)
-        with compile_notes(), said_warnings(), Bar("rendering", "ray") as bar:
+        with (
+            compile_notes(),
+            said_warnings(),
+            Bar("rendering", "ray") as bar,
+            executor_of("render", workers, cluster) as executor,
+        ):
             image = loaded.section(*plane, width, height, samples) if plane else loaded.render(
                 width, height, samples, integrator, seed, depth=depth, camera=camera, axes=axes, labels=labels,
-                normals=normals, progress=in_rays(bar, width * height * samples),
+                normals=normals, progress=in_rays(bar, width * height * samples), executor=executor, resume=resume,
             )  # fmt: skip
         if plane is None and _sees_nothing(loaded, camera, width, height):
             say("note: no body is in view" + ("" if fit else "; --fit takes a camera that sees all that is bounded"))
         with written(output, ".png") as file:
             image.save(file)
+        if resume is not None:
+            resume.unlink(missing_ok=True)
         say(f"{name_of(output)}: {width} x {height} pixels")
 
 

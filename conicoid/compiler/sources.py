@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Iterator
+from typing import Any
 
 _PACKAGE = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 
@@ -35,7 +36,18 @@ def hash_of_sources() -> str:
     """A hash over every source file of the package and the compilers' versions; empty where they cannot be read."""
     from hashlib import sha256
 
-    digest = sha256(" ".join(map(_version, ("numba", "llvmlite"))).encode())
+    return _digest(sha256(" ".join(map(_version, ("numba", "llvmlite"))).encode()))[:20]
+
+
+def digest_of_files() -> str:
+    """A hash over every source file of the package alone; empty where they cannot be read."""
+    from hashlib import sha256
+
+    return _digest(sha256())
+
+
+def _digest(digest: Any) -> str:
+    """The hash with every source file in it, as hexadecimal digits; empty where they cannot be read."""
     try:
         paths = sorted(_files(_PACKAGE))
         for path in paths:
@@ -44,7 +56,7 @@ def hash_of_sources() -> str:
                 digest.update(file.read())
     except OSError:
         return ""
-    return digest.hexdigest()[:20] if paths else ""
+    return str(digest.hexdigest()) if paths else ""
 
 
 @functools.cache

@@ -10,10 +10,11 @@ whether they are to end: one ray may cross a hundred thousand leaves.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from ..compiler.beside import PATIENCE, is_main, started, wait_for
@@ -34,11 +35,22 @@ _FIRST = 8  # the first chunk is so many times smaller than the largest
 _chosen: list[int] = []
 
 
+class _Limit(threading.local):
+    """Threads that work begun in this thread may use; None for no limit."""
+
+    count: int | None = None
+
+
+_limit = _Limit()
+
+
 def thread_count() -> int:
-    """Threads in use: `set_threads`, CONICOID_THREADS, or the processors this process may use.
+    """Threads in use: `limited_to`, `set_threads`, CONICOID_THREADS, or the processors that the process may use.
 
     Raises ValueError where CONICOID_THREADS says something else than a number.
     """
+    if _limit.count is not None:
+        return _limit.count
     if _chosen:
         return _chosen[-1]
     wanted = threads_wanted()
@@ -56,6 +68,17 @@ def set_threads(count: int | None) -> None:
     if count is not None and (wanted is None or not 1 <= wanted <= MOST_THREADS):
         raise ValueError(f"set_threads: count must be an integer from 1 to {MOST_THREADS} or None, got {shown(count)}")
     _chosen[:] = [] if wanted is None else [wanted]
+
+
+@contextlib.contextmanager
+def limited_to(count: int | None) -> Iterator[None]:
+    """A block of this thread whose work takes `count` threads: a task of a worker that has others beside it."""
+    before = _limit.count
+    _limit.count = count
+    try:
+        yield
+    finally:
+        _limit.count = before
 
 
 def chunk_size(count: int, most: int) -> int:

@@ -71,7 +71,16 @@ def read_array(path: Path) -> tuple[Header, FloatArray | None]:
 
 
 def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatArray, Sequence[int]]:
+    (whole,) = csv_pieces(path, columns, header, None)
+    return whole
+
+
+def csv_pieces(
+    path: Path, columns: int, header: tuple[str, ...], most: int | None
+) -> Iterator[tuple[FloatArray, Sequence[int]]]:
+    """The rows of a .csv file and their lines, at most so many at a time; all of them, at least none, for None."""
     lines, values, heading, expected = array("q"), array("d"), "", f"{columns} numbers ({', '.join(header)})"
+    found_any = False
     try:
         with io.TextIOWrapper(open_regular(path), encoding="utf-8-sig") as file:
             for number, line in enumerate(_lines(path, file), start=1):
@@ -79,20 +88,25 @@ def _read_csv(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatA
                 if not words or words[0].startswith("#"):
                     continue
                 row = [_number(word) for word in words]
-                if not values and not heading and all(value is None for value in row):
+                if not found_any and not heading and all(value is None for value in row):
                     heading = line.strip()
                     _check_heading(f"{path.name}:{number}", heading, header)
                     continue
                 if len(row) != columns or None in row:
                     raise ValueError(f"{path.name}:{number}: must be {expected}, got {line.strip()[:60]!r}")
+                found_any = True
                 values.extend(value for value in row if value is not None)
                 lines.append(number)
+                if most is not None and len(lines) == most:
+                    yield np.array(values, dtype=np.float64).reshape(-1, columns), lines
+                    lines, values = array("q"), array("d")
     except UnicodeDecodeError:
         raise ValueError(f"{path.name} is not a text in UTF-8") from None
-    if not values and len(_cells(heading)) != columns:
+    if not found_any and len(_cells(heading)) != columns:
         found = f"only {heading[:60]!r}" if heading else "nothing"
         raise ValueError(f"{path.name} must have {expected} in each line, with commas or spaces between, got {found}")
-    return np.array(values, dtype=np.float64).reshape(-1, columns), lines
+    if lines or most is None:
+        yield np.array(values, dtype=np.float64).reshape(-1, columns), lines
 
 
 def _cells(heading: str) -> list[str]:

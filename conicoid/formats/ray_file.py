@@ -145,7 +145,12 @@ def _check_shapes(table: RayTable) -> None:
 
 def write_hits(path: str | os.PathLike[str], arrays: Arrays) -> None:
     """First hits to .npz (arrays of the rays' leading shape) or .csv (a line for each ray)."""
-    columns = {
+    write_table(path, arrays, hit_columns(arrays))
+
+
+def hit_columns(arrays: Arrays) -> dict[str, Any]:
+    """The columns of first hits in a .csv file."""
+    return {
         "t": arrays["t"],
         **{name: arrays["point"][..., i] for i, name in enumerate(("x", "y", "z"))},
         **{name: arrays["normal"][..., i] for i, name in enumerate(("normal_x", "normal_y", "normal_z"))},
@@ -153,16 +158,19 @@ def write_hits(path: str | os.PathLike[str], arrays: Arrays) -> None:
         **{name: arrays[name] for name in ("body", "face", "surface", "entering")},
         **{name: arrays[name] for name in ("t_error",) if name in arrays},
     }
-    write_table(path, arrays, columns)
 
 
 def write_spans(path: str | os.PathLike[str], arrays: Arrays) -> None:
     """Spans to .npz (offsets and rows) or .csv (a line for each span, beginning with its ray's number)."""
+    write_table(path, arrays, span_columns(arrays))
+
+
+def span_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
+    """The columns of spans in a .csv file; `first` is the number of the first ray."""
     counts = np.diff(arrays["offsets"])
-    columns = {"ray": np.repeat(np.arange(len(counts)), counts)}
+    columns = {"ray": np.repeat(np.arange(first, first + len(counts)), counts)}
     columns |= {name: arrays[name] for name in ("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped")}
-    columns |= {name: arrays[name] for name in ("t_enter_error", "t_exit_error") if name in arrays}
-    write_table(path, arrays, columns)
+    return columns | {name: arrays[name] for name in ("t_enter_error", "t_exit_error") if name in arrays}
 
 
 def write_values(
@@ -204,10 +212,11 @@ def write_table(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -
             np.savez(partial, **dict[str, Any](arrays))
             return
         with partial.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines(_lines(columns))
+            file.writelines(lines_of_columns(columns))
 
 
-def _lines(columns: Arrays) -> Iterator[str]:
+def lines_of_columns(columns: Arrays) -> Iterator[str]:
+    """The lines of a .csv file, its heading first."""
     yield ",".join(columns) + "\n"
     flat = [np.asarray(column).reshape(-1) for column in columns.values()]
     if not flat:

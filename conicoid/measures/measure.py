@@ -78,18 +78,25 @@ class Measures:
 
 @overload
 def measure(
-    shape: Shape | Body, rays: int | None = None, seed: int = 0, progress: Progress | None = None
+    shape: Shape | Body,
+    rays: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    *,
+    executor: Any = None,
 ) -> Measures: ...
 
 
 @overload
 def measure(
-    shape: Scene, rays: int | None = None, seed: int = 0, progress: Progress | None = None
+    shape: Scene, rays: int | None = None, seed: int = 0, progress: Progress | None = None, *, executor: Any = None
 ) -> SceneMeasures: ...
 
 
 @calm
-def measure(shape: Any, rays: int | None = None, seed: int = 0, progress: Progress | None = None) -> Any:
+def measure(
+    shape: Any, rays: int | None = None, seed: int = 0, progress: Progress | None = None, *, executor: Any = None
+) -> Any:
     """Volume, surface area, centroid and inertia of a bounded shape, with standard errors; of a scene, of every body.
 
     shape: a shape or a `Body`; or a `Scene`, of which every body is measured by itself, and `SceneMeasures` adds them
@@ -97,6 +104,7 @@ def measure(shape: Any, rays: int | None = None, seed: int = 0, progress: Progre
     rays: about how many are followed; where that is given, combinations are followed by rays in any case.
     seed: equal seeds give equal answers, for any number of threads.
     progress: progress(done, total) is called now and then.
+    executor: where it is done, as for `scene.first_hit`, a body a task; the same to the bit.
 
     Primitives have closed forms for the volume, centroid and inertia under any motion, and some for the
     area. So have prisms between planes and circular cylinders, and solids of revolution, in any Boolean
@@ -121,8 +129,13 @@ def measure(shape: Any, rays: int | None = None, seed: int = 0, progress: Progre
     if isinstance(shape, Scene):
         from .scene_measures import measure_scene
 
-        return measure_scene(shape, rays, seed, progress)
-    return measure_shape(shape, RAYS if rays is None else rays, rays is None, seed, progress)
+        return measure_scene(shape, rays, seed, progress, executor)
+    asked = shape, RAYS if rays is None else rays, rays is None, seed
+    if executor is not None:
+        from .elsewhere import on_workers
+
+        return on_workers(measure_shape, [(*asked, None)], executor, progress)[0]
+    return measure_shape(*asked, progress)
 
 
 def measure_shape(shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:

@@ -133,15 +133,23 @@ def _line(title: str, found: Measures, width: int) -> str:
     return f"{title:<{width}}{volume:>16}{error}"
 
 
-def measure_scene(scene: Scene, rays: int | None, seed: int, progress: Progress | None) -> SceneMeasures:
+def measure_scene(
+    scene: Scene, rays: int | None, seed: int, progress: Progress | None, executor: Any = None
+) -> SceneMeasures:
     """Each body by itself. The rays are for all together, but for at least ten thousand for each that needs them."""
     share = max(_FEWEST, (RAYS if rays is None else rays) // max(1, scene.body_count))
     bodies = scene[:]
-    found = []
-    for body in bodies:
-        found.append(_measured(body, share, rays is None, seed))
-        if progress is not None:
-            progress(len(found), len(bodies))
+    asked = share, rays is None, seed
+    if executor is not None:
+        from .elsewhere import on_workers
+
+        found = on_workers(_measured, [(body, *asked) for body in bodies], executor, progress)
+    else:
+        found = []
+        for body in bodies:
+            found.append(_measured(body, *asked))
+            if progress is not None:
+                progress(len(found), len(bodies))
     materials = scene.materials
     places = {material: place for place, material in enumerate(materials)}
     return SceneMeasures(

@@ -26,6 +26,7 @@ from ..shapes.validate import positive, shown, vector, what, whole
 from ..shapes.vector import FloatArray, Vector, VectorLike
 
 if TYPE_CHECKING:
+    from ..engine.answers.lazy_rays import LazyRays
     from ..engine.answers.rays import Rays
 
 UP = (0.0, 0.0, 1.0)
@@ -65,6 +66,12 @@ class Camera:
         """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length."""
         return rays_of(self, width, height)
 
+    def lazy_rays(self, width: int, height: int) -> LazyRays:
+        """`rays(width, height)`, made where they are traced; `Rays.from_camera` is the same."""
+        from .camera_rays import CameraRays
+
+        return CameraRays(self, width, height)
+
     def project(self, points: Any, width: int, height: int) -> FloatArray:
         """(..., 2): where points (..., 3) are seen on a picture of `width` x `height` pixels, (x, y) from its top left.
 
@@ -103,6 +110,12 @@ class OrthographicCamera:
         """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length."""
         return rays_of(self, width, height)
 
+    def lazy_rays(self, width: int, height: int) -> LazyRays:
+        """`rays(width, height)`, made where they are traced; `Rays.from_camera` is the same."""
+        from .camera_rays import CameraRays
+
+        return CameraRays(self, width, height)
+
     def project(self, points: Any, width: int, height: int) -> FloatArray:
         """(..., 2): where points (..., 3) are seen on a picture of `width` x `height` pixels, (x, y) from its top left.
 
@@ -139,11 +152,18 @@ def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
 
     width, height = checked_size(width, height)
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    return Rays(*lines_through(camera, x, y, width, height))
+
+
+def lines_through(
+    camera: AnyCamera, x: FloatArray, y: FloatArray, width: int, height: int
+) -> tuple[FloatArray, FloatArray]:
+    """Origins and unit directions through points (x, y) of a picture, in pixels."""
     u, v = ((2 * x - width) / height)[..., None], ((height - 2 * y) / height)[..., None]
     lens = camera.lens
     directions = lens[3] + u * lens[4] + v * lens[5]
     directions /= lengths(directions)[..., None]
-    return Rays(without_traces(lens[0] + u * lens[1] + v * lens[2]), without_traces(directions))
+    return without_traces(lens[0] + u * lens[1] + v * lens[2]), without_traces(directions)
 
 
 @calm

@@ -29,6 +29,7 @@ def render(
     depth: int = 10,
     progress: Progress | None = None,
     camera: AnyCamera | None = None,
+    elsewhere: Any = None,
 ) -> Film:
     """The scene's picture as (height, width, 3) float32 of linear light.
 
@@ -38,18 +39,22 @@ def render(
     The same arguments give the same picture to the bit, for any number of threads.
     progress(done, count) is called with numbers of tiles.
     camera: in place of the scene's.
+    elsewhere: fills the film in place of this process' threads: elsewhere(checked arguments).
     Raises ValueError for unknown integrators and senseless numbers.
     """
     width, height = checked_size(width, height)
     options = check_options(samples, integrator, seed, depth)
     samples, seed, depth = options["samples"], options["seed"], options["depth"]
     callback("render", "progress", progress)
+    view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)
+    if elsewhere is not None:
+        made: Film = elsewhere(width, height, samples, integrator, seed, depth, view)
+        return made
 
     from ..engine.threads import run_on
     from ..integrators.samples import Settings
     from . import tiles
 
-    view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)
     lens = view.lens
     film = np.zeros((height, width, 3), dtype=np.float32)
     settings = Settings(samples, seed, depth, look_of(scene, view) if INTEGRATORS[integrator].lit else None)

@@ -16,14 +16,14 @@ _BELOW_ROUNDING = 2.0**-60
 
 
 def real_array(owner: str, field: str, values: Any, expected: str = "an array of numbers") -> FloatArray:
-    """`values` as an array of float64, NaN and infinity among them; not a copy where it is one already.
+    """`values` as an array of float64, NaN and infinity among them; not a copy where it is one already, and is aligned.
 
     Raises ValueError that names object and field for anything but real numbers: texts, None, complex numbers, masked
     entries, numbers beyond float64, lists of uneven lengths.
     """
     name = f"{owner}: {field}" if owner else field
     if isinstance(values, np.ndarray) and values.dtype == np.float64 and not isinstance(values, masked_arrays()):
-        return values
+        return values if values.flags.aligned else values.copy()  # such come from networks and records
     if is_masked(values):
         raise ValueError(f"{name} must be {expected} without masked entries")
     try:

@@ -18,8 +18,13 @@ def said(thing: Any) -> dict[str, Any]:
 
 def restore(thing: Any, state: dict[str, Any]) -> None:
     """Give an object its attributes back; arrays are read-only, which pickles do not keep."""
-    vars(thing).update(state)
+    vars(thing).update({name: aligned(value) for name, value in state.items()})
     read_only(thing)
+
+
+def aligned(value: Any) -> Any:
+    """The same; a copy of an array that lies between the places of its numbers, as in a message of a network."""
+    return value.copy() if isinstance(value, np.ndarray) and not value.flags.aligned else value
 
 
 def read_only(thing: Any) -> None:

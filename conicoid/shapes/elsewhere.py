@@ -8,7 +8,7 @@ import numpy as np
 
 OF_SCENES = (
     "render", "section", "view", "first_hit", "occluded", "spans", "crossings", "lengths", "line_integral", "contains",
-    "body_at", "save", "prepare", "fitting_camera",
+    "body_at", "stream", "save", "prepare", "fitting_camera",
 )  # fmt: skip
 """What a scene of the shape can be asked."""
 OF_MEASURES = ("volume", "area", "centroid", "inertia")

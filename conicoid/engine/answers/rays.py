@@ -12,8 +12,9 @@ import numpy.typing as npt
 from ...shapes.arrays import real_array
 from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
+from ...shapes.carried import aligned
 from ...shapes.other_names import hinted
-from ...shapes.validate import DOMAIN, npz_path, shown
+from ...shapes.validate import DOMAIN, npz_path, shown, what
 from ...shapes.validate import path as checked_path
 from ...shapes.vector import FloatArray
 from .no_array import NoArray
@@ -21,6 +22,7 @@ from .parts import parts_of
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
+    from .lazy_rays import LazyRays
 
 
 _REASONS = {
@@ -95,6 +97,7 @@ class Rays(NoArray):
     def _keep(
         self, origins: FloatArray, directions: FloatArray, starts: npt.NDArray[np.int32], home: bytes | None = None
     ) -> None:
+        origins, directions, starts = map(aligned, (origins, directions, starts))
         for array in (origins, directions, starts):
             array.flags.writeable = False
         object.__setattr__(self, "origins", origins)
@@ -177,6 +180,28 @@ class Rays(NoArray):
         from ...formats.answer_file import read_rays_file
 
         return read_rays_file(checked_path("load", path))
+
+    @staticmethod
+    def from_camera(camera: Any, width: int, height: int) -> LazyRays:
+        """`camera.rays(width, height)`, made where they are traced: part by part, and on workers by them."""
+        from .lazy_rays import LazyRays
+
+        made = getattr(camera, "lazy_rays", None)
+        if not callable(made):
+            raise TypeError(f"from_camera: camera must be a Camera or an OrthographicCamera, got {what(camera)}")
+        found = made(width, height)
+        assert isinstance(found, LazyRays)
+        return found
+
+    @staticmethod
+    def from_scan(geometry: Any) -> LazyRays:
+        """The rays of all pixels of a scan, the `geometry` of `co.ct`, made where they are traced."""
+        from .lazy_rays import LazyRays
+
+        found = getattr(geometry, "lazy_rays", None)
+        if not isinstance(found, LazyRays):
+            raise TypeError(f"from_scan: geometry must be one of co.ct, got {what(geometry)}")
+        return found
 
     @property
     def shape(self) -> tuple[int, ...]:

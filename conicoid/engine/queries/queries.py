@@ -11,6 +11,7 @@ from ...shapes.validate import LARGEST, shown, what
 from ...shapes.vector import FloatArray
 from ..answers.answer import Answer
 from ..answers.hits import Hits
+from ..answers.lazy_rays import LazyRays
 from ..answers.rays import Rays, points_array
 from ..answers.spans import Crossings, Spans
 from ..arrays.first import coherent_packets, trace_first, trace_occluded, trace_ordered
@@ -40,6 +41,8 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
             hint = f"; intervals are named: {query}(rays, t_min={directions}, t_max=...)" if numbers else ""
             raise TypeError(f"{query}: directions must be left out where a Rays is given{hint}")
         return origins
+    if isinstance(origins, LazyRays):
+        return as_rays(query, origins.made(), directions)
     if directions is None and isinstance(origins, Answer):
         raise TypeError(
             f"{query}: origins must be arrays or a Rays, got {what(origins)}; use its .rays, or hits.spawn(...)"

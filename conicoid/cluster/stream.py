@@ -1,0 +1,114 @@
+"""Queries of more rays than memory holds: one part after the other, the parts in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from ..engine.answers.lazy_rays import ArrayRays, LazyRays
+from ..engine.answers.rays import Rays
+from ..engine.answers.spans import Crossings, Spans
+from ..shapes.carried import aligned
+from ..shapes.suggestion import close_to
+from ..shapes.validate import shown, what
+from . import queries
+from .course import Course, Piece, closing
+from .pace import Pace
+from .rays import Asked, Share
+from .recipe import Recipe, recipe_of
+from .task import prepared_first
+from .workers import Workers
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+QUERIES = ("first_hit", "occluded", "spans", "crossings", "lengths", "line_integral")
+_LEAST, _MOST = 4096, 1 << 20
+
+
+@prepared_first
+def _part(scene: Scene, query: str, options: dict[str, Any], share: Share) -> Any:
+    """The answer to one share, as it travels: without the scene, to whose tables the asker adds it again."""
+    made = share.made()
+    if query == "line_integral":
+        options = dict(options)
+        return scene.line_integral(options.pop("values"), made, None, share.t_min, share.t_max, **options)
+    found = getattr(scene, query)(made, None, share.t_min, share.t_max, **options)
+    if query == "first_hit":
+        return "hits", share, tuple(map(_compact, found._found)), found._doubtful
+    rows = isinstance(found, Spans | Crossings)
+    return ("rows", share, found.offsets, queries._columns(found)[1:]) if rows else found
+
+
+def stream(
+    scene: Any, rays: Any, query: str, chunk: int | None, executor: Any, options: dict[str, Any]
+) -> Iterator[Any]:
+    """`scene.stream`."""
+    if query not in QUERIES:
+        close = close_to(query, QUERIES) if isinstance(query, str) else ""
+        meant = f" (did you mean {close!r}?)" if close else ""
+        raise ValueError(f"stream: query must be one of {', '.join(QUERIES)}, got {shown(query)}{meant}")
+    if query == "line_integral" and "values" not in options:
+        raise TypeError("stream: line_integral needs values=")
+    limits = options.pop("t_min", 0.0), options.pop("t_max", float("inf"))
+    given = queries.workers_of("stream", executor)
+    workers = object.__new__(Workers)
+    vars(workers).update(vars(given), chunk=Workers(given.executor, chunk=chunk).chunk or given.chunk)
+    return _streamed(scene, _sources(rays), query, options, limits, workers)
+
+
+def _streamed(
+    scene: Scene, sources: Iterator[Any], query: str, options: dict[str, Any], limits: tuple[Any, Any],
+    workers: Workers,
+) -> Iterator[Any]:  # fmt: skip
+    pace = Pace(workers.chunk, _LEAST, _MOST, workers.count)
+
+    def pieces() -> Iterator[Piece]:
+        for source in sources:
+            asked = Asked(query, source, None, *limits)
+            pace.most = max(1, min(_MOST, workers.most_bytes // asked.bytes_each))
+            for a, b in pace.pieces(0, asked.count, max(1, 8 * asked.width)):
+                yield Piece(a, b, (asked.share(a, b),))
+
+    recipes = recipe_of(scene), Recipe(query), Recipe(options)
+    with closing(Course("stream", workers, _part, recipes).results(pieces(), pace.saw, 0)) as results:
+        for _, value in results:
+            yield _whole(scene, query, value)
+
+
+def _whole(scene: Scene, query: str, value: Any) -> Any:
+    """An answer as the query gives it, with the scene of the one who asked."""
+    if not isinstance(value, tuple):
+        return value
+    from ..engine.answers.hits import Hits
+    from ..engine.arrays.found import Found
+
+    kind, share, *rest = value
+    if kind == "hits":
+        return Hits(scene.prepared, share.made(), Found(*map(aligned, rest[0])), rest[1])
+    offsets, columns = rest
+    kept = [aligned(column) for column in columns]
+    made = share.made()
+    if query == "spans":
+        return queries.lists_of(Spans, scene, made, aligned(offsets), kept)
+    return queries.lists_of(Crossings, scene, made, aligned(offsets), kept)
+
+
+def _compact(column: Any) -> Any:
+    """An array without the room around it."""
+    return column.copy()
+
+
+def _sources(rays: Any) -> Iterator[Rays | LazyRays]:
+    """The parts of what a user has for rays, each with a length."""
+    if isinstance(rays, Rays | LazyRays):
+        yield rays
+    elif isinstance(rays, tuple) and len(rays) == 2 and all(hasattr(part, "shape") for part in rays):
+        yield ArrayRays(*rays)
+    elif hasattr(rays, "shape") and hasattr(rays, "__getitem__"):
+        yield ArrayRays(rays)
+    elif isinstance(rays, Iterable) and not isinstance(rays, str | bytes):
+        for part in rays:
+            yield from _sources(part)
+    else:
+        raise TypeError(f"stream: rays must be Rays, arrays or an iterable of such, got {what(rays)}")

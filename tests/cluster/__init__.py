@@ -1,0 +1,1 @@
+"""Work on workers: real processes and real schedulers."""

@@ -1,0 +1,63 @@
+"""A scene and rays that take every route, and what is asked of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import conicoid as co
+
+VALUES = [[1.0, 2.0], [0.5, 0.25], [3.0, 1.0], [0.125, 7.0]]
+
+
+def scene():
+    """Four bodies that overlap; the first rays of `rays` only touch the ball."""
+    return co.Scene([
+        co.Body(co.Sphere(1), name="ball", material=co.matte("red")),
+        co.Body(co.Box() - co.Sphere(1.2), name="corners"),
+        co.Cylinder((0, 0, -2), (0, 0, 2), 0.3),
+        co.Sphere(0.5, (1.1, 0, 0)),
+    ])  # fmt: skip
+
+
+def large_scene(count=5000):
+    """A recipe of more bytes than travel with each task."""
+    rng = np.random.default_rng(3)
+    return co.Scene([co.Spheres(rng.normal(size=(count, 3)), 0.02)])
+
+
+def rays(*shape):
+    rng = np.random.default_rng(len(shape))
+    origins = 4 * rng.normal(size=(*shape, 3))
+    directions = 0.3 * rng.normal(size=origins.shape) - origins
+    flat = origins.reshape(-1, 3), directions.reshape(-1, 3)
+    flat[0][:3], flat[1][:3] = (1, 0, 5), (0, 0, -1)
+    return co.Rays(origins, directions)
+
+
+def answers(scene, rays, **how):
+    """Every query of rays and points, by its name."""
+    ends = np.linspace(3, 9, rays.size).reshape(rays.shape)
+    points = np.clip(rays.origins, -1, 1)
+    return {
+        "first_hit": scene.first_hit(rays, **how),
+        "first_hit to ends": scene.first_hit(rays, None, -1, ends, **how),
+        "occluded": scene.occluded(rays, None, 0, ends, **how),
+        "spans": scene.spans(rays, **how),
+        "crossings": scene.crossings(rays, None, 0, ends, **how),
+        "lengths": scene.lengths(rays, by="material", **how),
+        "line_integral": scene.line_integral(VALUES, rays, **how),
+        "contains": scene.contains(points, **how),
+        "body_at": scene.body_at(points, **how),
+    }
+
+
+def same(one, other):
+    """Are two answers equal to the bit, in all their fields?"""
+    if isinstance(one, np.ndarray | np.generic):
+        return one.shape == other.shape and one.dtype == other.dtype and np.array_equal(one, other)
+    return one == other and one.rays == other.rays
+
+
+def differing(local, far):
+    """The names of the answers that are not the same."""
+    return [name for name in local if not same(local[name], far[name])]

@@ -1,0 +1,168 @@
+"""Dask: its executor, and arrays that stay lazy. The scheduler and its workers are real."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+from . import subject
+
+da = pytest.importorskip("dask.array")
+distributed = pytest.importorskip("distributed")
+
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+"""Of sockets that Dask closes after its loop."""
+
+
+def cluster(workers, threads=1, **options):
+    return distributed.LocalCluster(
+        n_workers=workers, threads_per_worker=threads, processes=True, dashboard_address=None, **options
+    )
+
+
+def lazy(rays, *chunks):
+    """The rays as arrays of Dask, in blocks that do not fit each other."""
+    origins = da.from_array(rays.origins, chunks=(*chunks, 2))
+    directions = da.from_array(rays.directions, chunks=(*(max(1, c // 2) for c in chunks), 3))
+    return origins, directions
+
+
+def check_arrays(scene, rays):
+    """Every query of arrays of Dask, by the scheduler that is active."""
+    lines, ends = lazy(rays, 2, 30), np.linspace(3, 9, rays.shape[-1])
+    local, hits = scene.first_hit(rays, None, 0, ends), scene.first_hit(*lines, t_max=ends)
+    fields = [name for name in dir(hits) if name not in ("blocks", "shape")]
+    values = da.compute(*(getattr(hits, name) for name in fields))
+    for name, found in zip(fields, values, strict=True):
+        lazily, wanted = getattr(hits, name), getattr(local, name)
+        assert (lazily.shape, lazily.dtype, found.dtype) == (wanted.shape, wanted.dtype, wanted.dtype), name
+        assert np.array_equal(found, wanted, equal_nan=wanted.dtype.kind == "f"), name
+    spans, wanted = scene.spans(*lines), scene.spans(rays)
+    sums = spans.counts, spans.lengths(), spans.line_integral(subject.VALUES), scene.occluded(*lines)
+    counts, lengths, integral, occluded = da.compute(*sums)
+    assert np.array_equal(counts.ravel(), np.diff(wanted.offsets))
+    assert np.array_equal(lengths, wanted.lengths())
+    assert np.array_equal(integral, wanted.line_integral(subject.VALUES))
+    assert np.array_equal(occluded, scene.occluded(rays))
+    points = np.clip(rays.origins, -1, 1)
+    assert np.array_equal(scene.body_at(da.from_array(points, chunks=20)).compute(), scene.body_at(points))
+    assert np.array_equal(scene.contains(da.from_array(points, chunks=20)).compute(), scene.contains(points))
+
+
+def test_arrays_are_lazy_and_the_same_to_the_bit():
+    check_arrays(subject.scene(), subject.rays(5, 40))
+
+
+def test_chunks_are_those_of_the_rays():
+    scene, rays = subject.scene(), subject.rays(6, 40)
+    origins = da.from_array(rays.origins, chunks=(2, 20, 3))
+    hits = scene.first_hit(origins, rays.directions)
+    assert hits.t.chunks == ((2, 2, 2), (20, 20))
+    assert hits.point.chunks == ((2, 2, 2), (20, 20), (3,))
+    assert scene.line_integral([1, 2, 3, 4], origins, (0, 0, 1)).chunks == ((2, 2, 2), (20, 20))
+    kept = hits.t.persist(scheduler="synchronous")
+    assert float(kept.min().compute(scheduler="synchronous")) == scene.first_hit(rays).t.min()
+
+
+def test_spans_as_a_bag():
+    scene, rays = subject.scene(), subject.rays(5, 40)
+    origins, directions = lazy(rays, 5, 40)
+    found = scene.spans(origins, directions).bag.map(lambda spans: spans.t_exit).compute(scheduler="synchronous")
+    assert sorted(np.concatenate(found)) == sorted(scene.spans(rays).t_exit)
+
+
+def test_mistakes_are_named_before_anything_is_computed():
+    scene, rays = subject.scene(), subject.rays(40)
+    origins = da.from_array(rays.origins, chunks=10)
+    with pytest.raises(TypeError, match="first_hit: directions are missing"):
+        scene.first_hit(origins)
+    with pytest.raises(ValueError, match=r"occluded: directions must be an array \(..., 3\) of known chunks"):
+        scene.occluded(origins, np.zeros((40, 2)))
+    with pytest.raises(ValueError, match="spans: origins, directions, t_min and t_max do not fit together"):
+        scene.spans(origins, rays.directions[:7])
+    with pytest.raises(TypeError, match="first_hit: executor must be left out for Dask's arrays"):
+        scene.first_hit(origins, rays.directions, executor=ThreadPoolExecutor(1))
+    with pytest.raises(AttributeError, match="LazyHits has no field 'normals'"):
+        _ = scene.first_hit(origins, rays.directions).normals
+
+
+def test_a_scheduler_and_its_workers():
+    scene, rays = subject.scene(), subject.rays(5, 40)
+    with cluster(1, 2) as made, distributed.Client(made) as client:
+        check_arrays(scene, rays)
+        large = subject.large_scene()
+        assert large.first_hit(rays, executor=client) == large.first_hit(rays)
+        picture = scene.render(70, 70, executor=client)
+        executor = client.get_executor()
+    assert np.array_equal(picture.pixels, scene.render(70, 70).pixels)
+    with pytest.raises(ValueError, match="first_hit: executor takes no more tasks"):
+        scene.first_hit(rays, executor=executor)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("workers", [1, 2, 3, 4])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_any_number_of_workers_and_threads(workers, threads):
+    scene, rays = subject.scene(), subject.rays(25, 400)
+    with cluster(workers, threads) as made, distributed.Client(made) as client:
+        check_arrays(scene, rays)
+        for chunk in (1, 7, 4096, rays.size):
+            some = rays if chunk > 7 else rays[:2, :50]
+            how = co.cluster.Workers(client, chunk=chunk)
+            assert subject.differing(subject.answers(scene, some), subject.answers(scene, some, executor=how)) == []
+            assert np.array_equal(scene.render(130, 70, executor=how).pixels, scene.render(130, 70).pixels)
+
+
+def pids(made):
+    """Of the workers' processes, by the nannies that watch them."""
+    return [nanny.pid for nanny in made.workers.values() if nanny.pid]
+
+
+def _kill_now_and_then(made, times, done):
+    """Kill random workers of this machine while work goes on."""
+    rng = random.Random(20)
+    while times[0] > 0 and not done.is_set():
+        time.sleep(rng.uniform(0.2, 0.8))
+        if alive := pids(made):
+            os.kill(rng.choice(alive), signal.SIGKILL)
+            times[0] -= 1
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
+def test_workers_killed_twenty_times():
+    scene, rays = subject.scene(), subject.rays(50_000)
+    wanted = scene.first_hit(rays)
+    with cluster(3) as made, distributed.Client(made) as client:
+        left, done = [20], threading.Event()
+        killer = threading.Thread(target=_kill_now_and_then, args=(made, left, done))
+        killer.start()
+        how = co.cluster.Workers(client, chunk=2000, retries=20)
+        while left[0] > 0:
+            assert np.array_equal(scene.first_hit(rays, executor=how).t, wanted.t)
+        done.set()
+        killer.join()
+        assert scene.first_hit(rays, executor=how) == wanted
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGSTOP")
+def test_a_worker_that_stops_for_a_while():
+    scene, rays = subject.scene(), subject.rays(100_000)
+    with cluster(2) as made, distributed.Client(made) as client:
+        how = co.cluster.Workers(client, chunk=1000)
+        assert scene.first_hit(rays[:10], executor=how) == scene.first_hit(rays[:10])
+        pid = pids(made)[0]
+        os.kill(pid, signal.SIGSTOP)
+        threading.Timer(5, os.kill, (pid, signal.SIGCONT)).start()
+        assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)

@@ -1,0 +1,52 @@
+"""Worker processes that are killed or stopped while they work."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sys
+import threading
+import time
+
+import pytest
+
+import conicoid as co
+
+from . import subject
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
+
+
+def hunted(pool, times, signals, done):
+    rng = random.Random(7)
+    while times[0] > 0 and not done.is_set():
+        time.sleep(rng.uniform(0.05, 0.4))
+        if pool.pids:
+            pid = rng.choice(pool.pids)
+            os.kill(pid, signals[0])
+            if len(signals) > 1:
+                time.sleep(rng.uniform(0.05, 0.4))
+                os.kill(pid, signals[1])
+            times[0] -= 1
+
+
+@pytest.mark.parametrize(
+    ("times", "signals"),
+    [
+        (2, (signal.SIGKILL,)),
+        pytest.param(20, (signal.SIGKILL,), marks=pytest.mark.deep),
+        pytest.param(20, (signal.SIGSTOP, signal.SIGCONT), marks=pytest.mark.deep),
+    ],
+)
+def test_nothing_is_lost(times, signals):
+    scene, rays = subject.scene(), subject.rays(3000)
+    wanted, left, done = scene.first_hit(rays), [times], threading.Event()
+    with co.cluster.Processes(2, retries=20) as pool:
+        how = co.cluster.Workers(pool, chunk=500, retries=20)
+        killer = threading.Thread(target=hunted, args=(pool, left, signals, done))
+        killer.start()
+        while left[0] > 0:
+            assert scene.first_hit(rays, executor=how) == wanted
+        killer.join()
+        assert scene.first_hit(rays, executor=how) == wanted

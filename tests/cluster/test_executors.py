@@ -1,0 +1,319 @@
+"""Queries on executors: the same bits as without, however they are cut, and plain words for what cannot be."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import re
+import threading
+import time
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.cluster import recipe, task
+from conicoid.cluster.pace import Pace
+
+from . import subject
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with co.cluster.Processes(2) as pool:
+        yield pool
+
+
+@pytest.mark.parametrize("chunk", [7, 4096, None])
+def test_processes_answer_to_the_bit(processes, chunk):
+    scene, rays = subject.scene(), subject.rays(5, 40)
+    local = subject.answers(scene, rays)
+    far = subject.answers(scene, rays, executor=co.cluster.Workers(processes, chunk=chunk))
+    assert subject.differing(local, far) == []
+
+
+@pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="processes are not forked here")
+def test_pools_of_the_standard_library():
+    scene, rays = subject.scene(), subject.rays(100)
+    local = subject.answers(scene, rays)
+    pools = ThreadPoolExecutor(2), ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("fork"))
+    for pool in pools:
+        with co.cluster.Workers(pool, chunk=33) as workers:
+            assert subject.differing(local, subject.answers(scene, rays, executor=workers)) == []
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("workers", [1, 2, 3, 4])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_any_number_of_workers_threads_and_chunks(workers, threads):
+    scene, rays = subject.scene(), subject.rays(25, 400)
+    local, picture = subject.answers(scene, rays), scene.render(130, 70)
+    with co.cluster.Processes(workers) as pool:
+        for chunk in (1, 7, 4096, rays.size):
+            some = rays if chunk > 7 else rays[:2, :50]
+            wanted = local if chunk > 7 else subject.answers(scene, some)
+            how = co.cluster.Workers(pool, chunk=chunk, threads=threads)
+            assert subject.differing(wanted, subject.answers(scene, some, executor=how)) == []
+            assert np.array_equal(scene.render(130, 70, executor=how).pixels, picture.pixels)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
+def test_every_way_to_start_processes(method):
+    scene, rays = subject.scene(), subject.rays(25, 40)
+    local = subject.answers(scene, rays)
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method)) as pool:
+        assert subject.differing(local, subject.answers(scene, rays, executor=pool)) == []
+
+
+def test_loky():
+    loky = pytest.importorskip("joblib.externals.loky")
+    scene, rays = subject.scene(), subject.rays(50)
+    pool = loky.get_reusable_executor(max_workers=1)
+    try:
+        assert scene.first_hit(rays, executor=pool) == scene.first_hit(rays)
+    finally:
+        pool.shutdown(kill_workers=True)
+
+
+def test_answers_know_the_scene(processes):
+    scene, rays = subject.scene(), subject.rays(50)
+    hits = scene.first_hit(rays, executor=processes)
+    assert "ball" in hits.name
+    again = scene.first_hit(hits.spawn((0.0, 0.0, 1.0)), executor=processes)  # they know the surface that they start on
+    assert again == scene.first_hit(scene.first_hit(rays).spawn((0.0, 0.0, 1.0)))
+
+
+def test_no_rays_and_one(processes):
+    scene = subject.scene()
+    for rays in (co.Rays(np.zeros((0, 3)), np.zeros((0, 3))), co.Rays((0, 0, 5), (0, 0, -1))):
+        for query in ("first_hit", "occluded", "spans", "crossings", "lengths"):
+            local, far = getattr(scene, query)(rays), getattr(scene, query)(rays, executor=processes)
+            assert np.all(local == far)
+            assert np.shape(local) == np.shape(far) if query in ("occluded", "lengths") else local.shape == far.shape
+
+
+def test_large_scenes_travel_once(processes):
+    scene, rays = subject.large_scene(), subject.rays(600)
+    made = recipe.recipe_of(scene)
+    assert len(made.data) > recipe.SMALL
+    assert len(pickle.dumps(made.reference())) < 300  # bytes of the scene in each task
+    far = scene.first_hit(rays, executor=co.cluster.Workers(processes, chunk=50))
+    assert far == scene.first_hit(rays)
+
+
+def test_without_a_shared_disk_a_recipe_is_sent_on_demand(processes, monkeypatch):
+    scene, rays = subject.large_scene(), subject.rays(600)
+    monkeypatch.setattr(recipe.Recipe, "_written", lambda self: None)  # as where no disk has room
+    far = scene.first_hit(rays, executor=co.cluster.Workers(processes, chunk=50))
+    assert far == scene.first_hit(rays)
+
+
+def test_damaged_recipes_are_not_unpickled(tmp_path):
+    scene = subject.large_scene()
+    reference = recipe.recipe_of(scene).reference()
+    with open(reference.path, "r+b") as file:
+        file.write(b"other")
+    other = recipe.Reference(reference.key, None, reference.path)
+    recipe._own.pop(reference.key)
+    assert recipe.found(other) == ()
+
+
+def test_progress_and_window(processes):
+    told = []
+    workers = co.cluster.Workers(processes, chunk=10, window=3, progress=lambda *step: told.append(step))
+    subject.scene().occluded(subject.rays(100), executor=workers)
+    assert told[-1] == (100, 100)
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+
+
+class Counting(ThreadPoolExecutor):
+    """Notes how many tasks are sent and not yet asked for."""
+
+    def __init__(self):
+        super().__init__(1)
+        self.futures, self.most = [], 0
+
+    def submit(self, *arguments):
+        future = super().submit(*arguments)
+        self.futures.append(future)
+        return future
+
+
+def test_memory_is_bounded_by_the_window():
+    pool = Counting()
+    workers = co.cluster.Workers(pool, chunk=10, window=4)
+    parts = subject.scene().stream(subject.rays(1000), executor=workers)
+    next(parts)
+    assert len(pool.futures) <= 1 + 4 + 1  # that which asks for the version, and the window
+    parts.close()
+    pool.shutdown()
+
+
+class Waiting(ThreadPoolExecutor):
+    """Tells its version, and does no task."""
+
+    def __init__(self):
+        super().__init__(1)
+        self.futures = []
+
+    def submit(self, call, *arguments):
+        if arguments == ("conicoid.__version__",):
+            return super().submit(call, *arguments)
+        self.futures.append(Future())
+        return self.futures[-1]
+
+
+def test_what_is_queued_is_cancelled():
+    def interrupted(done, count):
+        raise KeyboardInterrupt
+
+    with Waiting() as pool, pytest.raises(KeyboardInterrupt):
+        workers = co.cluster.Workers(pool, chunk=10, window=5, progress=interrupted)
+        subject.scene().occluded(subject.rays(1000), executor=workers)
+    assert [future.cancelled() for future in pool.futures] == [True] * 5
+
+
+def test_closed_executors_are_named(processes):
+    closed = co.cluster.Processes(1)
+    closed.shutdown()
+    with pytest.raises(ValueError, match=r"first_hit: executor takes no more tasks, it was shut down"):
+        subject.scene().first_hit(subject.rays(5), executor=closed)
+
+
+@pytest.mark.parametrize("wrong", [3, "tcp://here:1", ThreadPoolExecutor, object()])
+def test_what_is_no_executor(wrong):
+    with pytest.raises(TypeError, match=r"first_hit: executor must be a concurrent.futures.Executor"):
+        subject.scene().first_hit(subject.rays(5), executor=wrong)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (dict(chunk=0), "Workers: chunk must be a whole number >= 1 or None, got 0"),
+        (dict(window=1.5), "Workers: window must be a whole number >= 1 or None, got 1.5"),
+        (dict(threads=-1), "Workers: threads must be a whole number >= 1 or None, got -1"),
+    ],
+)
+def test_senseless_numbers(options, message):
+    with pytest.raises(ValueError, match=re.escape(message)), ThreadPoolExecutor(1) as pool:
+        co.cluster.Workers(pool, **options)
+
+
+class Answering(ThreadPoolExecutor):
+    """Workers that say something else when they are asked for their version."""
+
+    def __init__(self, version):
+        super().__init__(1)
+        self.version = version
+
+    def submit(self, call, *arguments):
+        if arguments == ("conicoid.__version__",):
+            return super().submit(lambda: self.version)
+        return super().submit(call, *arguments)
+
+
+def test_workers_of_another_version_are_refused():
+    told = f"first_hit: executor: its workers have conicoid 0.0.9, and this process has {co.__version__}"
+    with Answering("0.0.9") as pool, pytest.raises(ValueError, match=re.escape(told)):
+        subject.scene().first_hit(subject.rays(5), executor=pool)
+
+
+def test_workers_without_conicoid_are_refused():
+    with Answering(None) as pool, pytest.raises(ValueError, match="first_hit: executor: its workers have no conicoid"):
+        subject.scene().first_hit(subject.rays(5), executor=pool)
+
+
+def test_a_worker_of_other_sources_refuses():
+    asked = "0.1.0 (sources 12345678)"
+    told = f"has conicoid {task.edition()}, and this process has {asked}"
+    with pytest.raises(ValueError, match=re.escape(told)):
+        task.run(asked, (), 1, os.getpid)
+
+
+class Breaking(ThreadPoolExecutor):
+    """Breaks at its second task, as a pool does whose process dies."""
+
+    def __init__(self):
+        super().__init__(1)
+        self.tasks = 0
+
+    def submit(self, *arguments):
+        self.tasks += 1
+        if self.tasks == 2:
+            future = Future()
+            future.set_exception(BrokenProcessPool("a process died"))
+            return future
+        return super().submit(*arguments)
+
+
+def test_a_broken_pool_is_made_again():
+    scene, rays, made = subject.scene(), subject.rays(100), []
+
+    def make():
+        made.append(Breaking() if not made else ThreadPoolExecutor(1))
+        return made[-1]
+
+    with co.cluster.Workers(make, chunk=9) as workers:
+        assert scene.first_hit(rays, executor=workers) == scene.first_hit(rays)
+    assert len(made) == 2
+    with Breaking() as pool, pytest.raises(ValueError, match=r"executor is broken.*co.cluster.Processes\(n\)"):
+        scene.first_hit(rays, executor=pool)
+
+
+def test_chunks_follow_the_rate():
+    pace = Pace(None, 4096, 1 << 20, 2)
+    assert next(pace.pieces(0, 10**9)) == (0, 4096)
+    pace.saw(4096, 0.001)  # four million a second
+    assert pace.size == 8 * 4096
+    for _ in range(9):
+        pace.saw(pace.size, pace.size / 4e6)
+    assert pace.size == 1 << 20
+    pace.saw(1 << 20, 4.0)
+    assert pace.size == 1 << 18
+    pieces = list(Pace(None, 10, 1000, 2).pieces(0, 35))
+    assert pieces == [(0, 10), (10, 20), (20, 30), (30, 35)]
+
+
+def test_errors_of_tasks_reach_the_asker(processes):
+    wrong = np.concatenate([subject.rays(9).origins, np.zeros((9, 3))], axis=1)  # which a worker finds out
+    with pytest.raises(ValueError, match=r"Rays: direction must not be zero.* for ray\[0\]"):
+        list(subject.scene().stream(wrong, executor=processes))
+
+
+def test_threads_of_a_task():
+    from conicoid.engine.threads import limited_to, thread_count
+
+    co.set_threads(3)
+    try:
+        with limited_to(1):
+            assert thread_count() == 1
+            others = []
+            thread = threading.Thread(target=lambda: others.append(thread_count()))
+            thread.start()
+            thread.join()
+        assert others == [3]  # those of other threads are not bound by it
+        assert thread_count() == 3
+    finally:
+        co.set_threads(None)
+
+
+def test_tasks_of_processes_that_die(processes):
+    first = processes.submit(os.getpid).result()
+    with pytest.raises(co.cluster.processes.WorkerDied), co.cluster.Processes(1, retries=1) as mortal:
+        mortal.submit(os._exit, 1).result()
+    assert processes.submit(pow, 2, 5).result() == 32
+    assert first in processes.pids
+
+
+def test_tasks_that_take_too_long_are_ended():
+    began = time.monotonic()
+    with co.cluster.Processes(1, retries=0, timeout=1) as pool:
+        slow = pool.submit(time.sleep, 3600)
+        with pytest.raises(co.cluster.processes.WorkerDied):
+            slow.result()
+        assert pool.submit(abs, -1).result() == 1
+    assert time.monotonic() - began < 600
