@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..files import load_openmc, save
+from ..formats import openmc, scene_file
 from ..formats.errors import SceneFileError
 from ..render.camera import Camera
 from ..scene import Scene
@@ -57,7 +57,7 @@ def file_to_picture(kind: str, shapes: Callable[[Balls], list[Shape]], most: int
     def measure(size: Size) -> Measured:
         each, side = balls(fewer(most, size)), str(size.width)
         with place() as mine, place() as other:
-            save(in_picture(shapes(each)), mine.folder / "scene.yaml")
+            scene_file.write(in_picture(shapes(each)), mine.folder / "scene.yaml")
             povray.write_scene(other.folder / "scene.pov", kind, each)
             ours = [sys.executable, "-m", "conicoid", "render", "scene.yaml", "-o", _PICTURE, "--samples", "1"]
             ours += ["--width", side, "--height", side]
@@ -144,7 +144,8 @@ def core_opens(size: Size) -> Measured:
         write_core(where.folder / "geometry.xml", across, _PINS)
         begin = time.perf_counter()
         try:
-            scene = load_openmc(where.folder / "geometry.xml", max_bodies=4 * pins)
+            parts = openmc.read(where.folder / "geometry.xml", max_bodies=4 * pins)
+            scene = Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
         except (SceneFileError, MemoryError) as error:
             raise Absent(f"cannot be opened: {str(error).splitlines()[0][:100]}") from None
         half = 0.5 * across * _PINS * 1.26

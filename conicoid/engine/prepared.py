@@ -14,7 +14,8 @@ from ..shapes.body import Body
 from ..shapes.labels import Labels
 from ..shapes.repeated import Repeated
 from ..shapes.repeated_labels import labels_of
-from .lowering import Lowered, lower
+from . import lowering
+from .lowering import Lowered
 from .lowering.edited.edit import Kept, edit
 from .lowering.edited.pieces import runs
 from .lowering.stages import PLANTED, Progress, Stages
@@ -98,7 +99,8 @@ def prepare(bodies: Sequence[Body], before: Prepared | None = None, progress: Pr
     made = before.edited(bodies, progress) if before is not None else None
     if made is None:
         stages = Stages(progress, len(bodies))
-        made = Prepared.of(lower(bodies, stages), bodies)
+        lowered = lowering.lower(bodies) if progress is None else lowering.lower(bodies, stages)
+        made = Prepared.of(lowered, bodies)
         stages.reached(PLANTED)
     return made
 
