@@ -241,8 +241,7 @@ class Scene(Contents, Queries):
         from .image import Image
         from .render.section import section_pixels
 
-        materials = [body.material for body in self._bodies]
-        return Image._of_light(section_pixels(self.prepared, materials, self.extent, plane, at, width, height, samples))
+        return Image._of_light(section_pixels(self.prepared, self._bodies, self.extent, plane, at, width, height, samples))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a scene file at `path` that `co.load` reads as an equal scene; `co.save` says more."""

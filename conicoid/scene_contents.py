@@ -11,7 +11,7 @@ from .scene_parts import as_index, named, numbered
 from .shapes.base import Solid
 from .shapes.body import Body
 from .shapes.calls import explained_methods
-from .shapes.labels import counted, first_numbers, one_ball
+from .shapes.labels import counted, distinct_materials, first_numbers, one_body
 from .shapes.validate import shown
 
 
@@ -28,7 +28,7 @@ class Contents:
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """The entries as listed. A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here."""
+        """The entries as listed. A `Spheres` or `Boxes` is one entry and many bodies: body numbers go to `body`."""
         return self._bodies
 
     @property
@@ -62,10 +62,10 @@ class Contents:
     def body(self, number: Any) -> Body:
         """The body of a `number`, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
 
-        It has its entry's material and name. IndexError for numbers that there are not, -1, a miss, among them.
+        So one of `Boxes` is a `Box`. It has its own material, and its entry's name. IndexError for numbers that there are not, -1, a miss, among them.
         """
         entry, ball = numbered(self._firsts, number)
-        return one_ball(self._bodies[entry], ball)
+        return one_body(self._bodies[entry], ball)
 
     @overload
     def __getitem__(self, name: str | int | np.integer[Any]) -> Body: ...
@@ -132,4 +132,4 @@ class Contents:
 
         Those are different that differ in anything: two of one name, say, in their colour.
         """
-        return tuple(dict.fromkeys(body.material for body in self._bodies))
+        return distinct_materials(self._bodies)

@@ -11,6 +11,7 @@ import numpy as np
 
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
+from .shapes.bulk import Bulk
 from .shapes.spheres import Spheres
 from .shapes.suggestion import known_names
 from .shapes.validate import shown, what
@@ -90,8 +91,9 @@ def exchanged(
         raise TypeError(f"replace: which must be the name of an entry or the number of its body, got {shown(which)}")
     entry = named(bodies, which) if isinstance(which, str) else numbered(firsts, which, "replace: which number")[0]
     old = bodies[entry]
-    if not isinstance(which, str) and isinstance(old.shape, Spheres):
-        raise ValueError(f"replace: body {which} is one ball of an entry of {len(old.shape):,}; name the entry instead")
+    if not isinstance(which, str) and isinstance(old.shape, Bulk):
+        one = "ball" if isinstance(old.shape, Spheres) else "body"
+        raise ValueError(f"replace: body {which} is one {one} of an entry of {len(old.shape):,}; name the entry instead")
     new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
     changes = {"name": new.name or old.name, **labels}
     return (*bodies[:entry], dataclasses.replace(new, **changes), *bodies[entry + 1 :])

@@ -68,9 +68,7 @@ def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = N
     layout = Layout(collected.contents)
     counts = np.array(collected.items, np.int32)
     starts = (np.cumsum(counts) - counts).astype(np.int32)
-    exact = Exact(
-        [body.shape for body in bodies], *(_at(places, starts) for places in (layout.surfaces, layout.polygons))
-    )
+    exact = Exact([body.shape for body in bodies], starts, layout.surfaces.first, layout.polygons.first)
     surfaces: SurfaceArrays = layout.surface_columns(exact)
     tables, boxes = layout.tables(surfaces)
     first_face = layout.faces.first
@@ -85,8 +83,3 @@ def lower(bodies: Sequence[Body], progress: Callable[[int, int], Any] | None = N
         dataclasses.replace(surfaces.rest, vertices=layout.lost_of_corners()),
         ExactTables(exact, surfaces.single),
     )
-
-
-def _at(places: Any, bodies: Ints) -> Any:
-    """Where the rows of some bodies begin; at the end for those behind the last."""
-    return np.append(places.first, places.count)[bodies]
