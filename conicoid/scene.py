@@ -241,7 +241,9 @@ class Scene(Contents, Queries):
         from .image import Image
         from .render.section import section_pixels
 
-        return Image._of_light(section_pixels(self.prepared, self._bodies, self.extent, plane, at, width, height, samples))
+        return Image._of_light(
+            section_pixels(self.prepared, self._bodies, self.extent, plane, at, width, height, samples)
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a scene file at `path` that `co.load` reads as an equal scene; `co.save` says more."""

@@ -93,7 +93,9 @@ def exchanged(
     old = bodies[entry]
     if not isinstance(which, str) and isinstance(old.shape, Bulk):
         one = "ball" if isinstance(old.shape, Spheres) else "body"
-        raise ValueError(f"replace: body {which} is one {one} of an entry of {len(old.shape):,}; name the entry instead")
+        raise ValueError(
+            f"replace: body {which} is one {one} of an entry of {len(old.shape):,}; name the entry instead"
+        )
     new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
     changes = {"name": new.name or old.name, **labels}
     return (*bodies[:entry], dataclasses.replace(new, **changes), *bodies[entry + 1 :])

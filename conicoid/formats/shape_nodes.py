@@ -12,7 +12,6 @@ import functools
 import operator
 from typing import Any
 
-
 from ..shapes import REGISTRY, Shape, Sheet
 from ..shapes.about import about
 from ..shapes.bulk import Bulk
@@ -23,7 +22,7 @@ from .bulk_nodes import read_many
 from .expansion import MAX_PARTS, PARTS, Allowance, Sizes
 from .fields import Arguments, ShapeKind, fields_of
 from .kinds import Choice, Fixed, Kind, Number, OneOf, Several
-from .nodes import Listing, Node, Scalar, Table, is_text, shortened
+from .nodes import Listing, Node, Scalar, Table, is_text
 from .reading import BAD, Bad, Reader, TooManyProblems
 
 MAX_LEVELS = 100

@@ -142,7 +142,9 @@ class Bulk(Shape, abstract=True):
 
 def _alone(shape: Bulk) -> TypeError:
     name = type(shape).__name__
-    return TypeError(f"{name}: does not combine with other shapes, it is an entry of a scene; {name}(...).single(i) does")
+    return TypeError(
+        f"{name}: does not combine with other shapes, it is an entry of a scene; {name}(...).single(i) does"
+    )
 
 
 def reach_of_points(points: Sequence[FloatArray], rows: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -208,4 +210,3 @@ def _check_numbers(owner: str, field: str, values: FloatArray) -> None:
         rows = np.flatnonzero(bad if values.ndim == 1 else bad.any(axis=1))
         if len(rows):
             raise ValueError(f"{owner}: {field}[{rows[0]}] must be {expected}, got {shown(_plain(values[rows[0]]))}")
-

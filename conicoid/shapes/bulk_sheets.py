@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -25,8 +25,8 @@ class Discs(Bulk, Sheet):
     centers: Any
     normals: Any
     radii: Any
-    columns = {"centers": ("x", "y", "z"), "normals": ("normal x", "normal y", "normal z"), "radii": ("radius",)}
-    leaves = (("centers", "normals", "radii"),)
+    columns: ClassVar = {"centers": ("x", "y", "z"), "normals": ("normal x", "normal y", "normal z"), "radii": ("radius",)}
+    leaves: ClassVar = (("centers", "normals", "radii"),)
 
     def check_rows(self) -> None:
         self.refuse("radii", self.radii <= 0, "> 0")
@@ -50,8 +50,8 @@ class Triangles(Bulk, Sheet):
     a: Any
     b: Any
     c: Any
-    columns = {"a": ("a x", "a y", "a z"), "b": ("b x", "b y", "b z"), "c": ("c x", "c y", "c z")}
-    leaves = (("a", "b", "c"),)
+    columns: ClassVar = {"a": ("a x", "a y", "a z"), "b": ("b x", "b y", "b z"), "c": ("c x", "c y", "c z")}
+    leaves: ClassVar = (("a", "b", "c"),)
 
     @classmethod
     def of_mesh(cls, vertices: Any, faces: Any) -> Triangles:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -32,8 +32,8 @@ class Cylinders(Bulk, Solid):
     starts: Any
     ends: Any
     radii: Any
-    columns = {"starts": _START, "ends": _END, "radii": ("radius",)}
-    leaves = (("starts", "ends", "radii", 0.0, 360.0),)
+    columns: ClassVar = {"starts": _START, "ends": _END, "radii": ("radius",)}
+    leaves: ClassVar = (("starts", "ends", "radii", 0.0, 360.0),)
 
     def check_rows(self) -> None:
         self.refuse("radii", self.radii <= 0, "> 0")
@@ -59,8 +59,8 @@ class Capsules(Bulk, Solid):
     starts: Any
     ends: Any
     radii: Any
-    columns = {"starts": _START, "ends": _END, "radii": ("radius",)}
-    leaves = (("starts", "ends", "radii", 0.0, 360.0), ("radii", "starts"), ("radii", "ends"))
+    columns: ClassVar = {"starts": _START, "ends": _END, "radii": ("radius",)}
+    leaves: ClassVar = (("starts", "ends", "radii", 0.0, 360.0), ("radii", "starts"), ("radii", "ends"))
 
     def check_rows(self) -> None:
         self.refuse("radii", self.radii <= 0, "> 0")
@@ -86,8 +86,8 @@ class Cones(Bulk, Solid):
     ends: Any
     start_radii: Any
     end_radii: Any
-    columns = {"starts": _START, "ends": _END, "start_radii": ("start radius",), "end_radii": ("end radius",)}
-    leaves = (("starts", "ends", "start_radii", "end_radii"),)
+    columns: ClassVar = {"starts": _START, "ends": _END, "start_radii": ("start radius",), "end_radii": ("end radius",)}
+    leaves: ClassVar = (("starts", "ends", "start_radii", "end_radii"),)
 
     def check_rows(self) -> None:
         self.refuse("start_radii", self.start_radii < 0, ">= 0")
@@ -113,8 +113,8 @@ class Ellipsoids(Bulk, Solid):
 
     centers: Any
     radii: Any
-    columns = {"centers": ("x", "y", "z"), "radii": ("radius x", "radius y", "radius z")}
-    leaves = (("radii", "centers"),)
+    columns: ClassVar = {"centers": ("x", "y", "z"), "radii": ("radius x", "radius y", "radius z")}
+    leaves: ClassVar = (("radii", "centers"),)
 
     def check_rows(self) -> None:
         self.refuse("radii", (self.radii <= 0).any(axis=1), "> 0")
@@ -137,8 +137,8 @@ class Boxes(Bulk, Solid):
 
     lows: Any
     highs: Any
-    columns = {"lows": ("low x", "low y", "low z"), "highs": ("high x", "high y", "high z")}
-    leaves = (("lows", "highs"),)
+    columns: ClassVar = {"lows": ("low x", "low y", "low z"), "highs": ("high x", "high y", "high z")}
+    leaves: ClassVar = (("lows", "highs"),)
 
     def check_rows(self) -> None:
         bad = np.flatnonzero(~(self.lows < self.highs).all(axis=1))
@@ -158,4 +158,3 @@ def _reach_of_frustums(
     starts: FloatArray, ends: FloatArray, first: FloatArray, last: FloatArray, rows: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     return reach_of_discs((starts, ends), ends - starts, (first, last), rows)
-

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .body import Body
-from .carried import said
 from .bulk import Bulk
+from .carried import said
 
 
 def numbers_of(body: Body) -> int:

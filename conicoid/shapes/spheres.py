@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -29,7 +29,7 @@ class Spheres(Bulk, Solid):
 
     centers: Any
     radii: Any
-    columns = {"centers": ("x", "y", "z"), "radii": ("radius",)}
+    columns: ClassVar = {"centers": ("x", "y", "z"), "radii": ("radius",)}
 
     @calm
     def __post_init__(self) -> None:

@@ -69,7 +69,7 @@ class Exact:
         return int(self._starts[int(np.searchsorted(self._starts, body, side="right")) - 1])
 
     def _shape(self, body: int) -> Shape:
-        """The shape of a body, where its surfaces and their names are kept; balls of a `Spheres` have them in common."""
+        """The shape of a body, where its surfaces and their names are kept; a `Spheres` keeps those of its balls."""
         entry = int(np.searchsorted(self._starts, body, side="right")) - 1
         shape = self._shapes[entry]
         if not isinstance(shape, Bulk) or isinstance(shape, Spheres):

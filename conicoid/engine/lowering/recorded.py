@@ -225,7 +225,7 @@ class Motions:
 def _worked_out_motion(motion: Motion) -> tuple[bool, Longs, Any]:
     """A row of each of the three that `Motions.work_out` gives, by arithmetic of 3,000 bits."""
     wides = np.zeros((25, WIDTH), np.int64)
-    numbers = [x for linear, shift in (motion.affine, motion.inverse) for x in (*(y for line in linear for y in line), *shift)]
+    numbers = [x for linear, shift in (motion.affine, motion.inverse) for line in (*linear, shift) for x in line]
     factor = motion.similarity
     for row, number in enumerate([*numbers, *(() if factor is None else (factor,))]):
         wides[row] = wide_row(ex.exact(number))
@@ -341,9 +341,7 @@ class Primitives:
                 numbers = np.concatenate([numbers, np.tile(np.array(more), (len(numbers), 1))], axis=1)
             self._many.append((key, _Many(shape, leaf, steps, numbers, row, np.ascontiguousarray(places[:, leaf]))))
 
-    def _motion(
-        self, form: Hashable, steps: tuple[Step, ...], uses: int = 1
-    ) -> tuple[Hashable, list[float], int]:
+    def _motion(self, form: Hashable, steps: tuple[Step, ...], uses: int = 1) -> tuple[Hashable, list[float], int]:
         """(what is alike in shapes of a form under such steps, the steps' numbers where these count, their motion)."""
         if all(type(step) is Translate for step in steps):
             return (form, len(steps)), [x for step in steps for x in step.offset], 0  # type: ignore[union-attr]

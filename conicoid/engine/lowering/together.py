@@ -220,7 +220,7 @@ def _narrowed(bodies: Sequence[tuple[Boolean, Plan]], parts: Sequence[Floats]) -
 
 
 def _alike(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int], Any]]:
-    """(the forms of their parts, bodies of these forms) of some bodies; tables (bodies, parts) have numbers of forms."""
+    """(the forms of their parts, bodies of these forms) of some bodies; tables (bodies, parts) has numbers of forms."""
     if not len(which):
         return
     forms = form_of[tables[which]].astype(np.int64)
