@@ -62,7 +62,9 @@ class Contents:
     def body(self, number: Any) -> Body:
         """The body of a `number`, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
 
-        So one of `Boxes` is a `Box`. It has its own material, and its entry's name. IndexError for numbers that there are not, -1, a miss, among them.
+        So one of `Boxes` is a `Box`. It has its own material, and its entry's name.
+
+        IndexError for numbers that there are not, -1, a miss, among them.
         """
         entry, ball = numbered(self._firsts, number)
         return one_body(self._bodies[entry], ball)

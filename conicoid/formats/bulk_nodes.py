@@ -1,4 +1,4 @@
-"""Many bodies of one kind in a scene file: arrays written out, or those of a .npy, .npz or .csv file beside the scene."""
+"""Many bodies of one kind in a scene file: arrays written out, or those of a .npy, .npz or .csv file beside it."""
 
 from __future__ import annotations
 
@@ -95,7 +95,9 @@ def read_index(node: Node, reader: Reader, where: str) -> Any:
     if not isinstance(node, Table):
         return Several(Integer()).read(node, reader, where)
     entries = reader.entries(node, where, ("file",), ("file",))
-    name = BAD if isinstance(entries, Bad) or "file" not in entries else Text().read(entries["file"], reader, where)
+    name: Any = BAD
+    if not isinstance(entries, Bad) and "file" in entries:
+        name = Text().read(entries["file"], reader, where)
     if name is BAD:
         return BAD
 

@@ -213,14 +213,11 @@ class _SceneReader:
         """Materials of many bodies in one entry, and which each has."""
         materials, index = entries.get("materials"), entries.get("material_index")
         found: Any = None
-        if materials is not None:
-            listed = isinstance(materials, Listing)
-            found = (
-                [self._material(item, f"{where}: materials[{i}]") for i, item in enumerate(materials.items)]  # type: ignore[attr-defined]
-                if listed
-                else self.reader.expected(materials, f"{where}: materials", "a list of materials")
-            )
-            found = BAD if listed and any(isinstance(item, Bad) for item in found) else found
+        if isinstance(materials, Listing):
+            found = [self._material(item, f"{where}: materials[{i}]") for i, item in enumerate(materials.items)]
+            found = BAD if any(isinstance(item, Bad) for item in found) else found
+        elif materials is not None:
+            found = self.reader.expected(materials, f"{where}: materials", "a list of materials")
         return found, None if index is None else read_index(index, self.reader, f"{where}: material_index")
 
     def _name(self, node: Node, where: str) -> Any:

@@ -11,7 +11,9 @@ import numpy as np
 
 from ..shapes.base import Shape
 from ..shapes.body import Body
+from ..shapes.bulk import Bulk
 from ..shapes.calm import calm
+from ..shapes.motion import STILL
 from ..shapes.region import Boolean, Complement, Union
 from ..shapes.sphere import Sphere
 from ..shapes.validate import callback, integer, what
@@ -98,9 +100,8 @@ def measure(shape: Any, rays: int | None = None, seed: int = 0, progress: Progre
     Primitives have closed forms for the volume, centroid and inertia under any motion, and some for the
     area. So have prisms between planes and circular cylinders, and solids of revolution, in any Boolean
     combination: pins, pipes, boxes, shells, most bodies of imported models. Everything else comes from the exact
-    chords of about a million rays. The solids of a `Spheres`,
-    `Boxes` and so on count as their union, and of many sheets the areas are added up. An empty solid measures zero, and so does
-    the volume of a sheet.
+    chords of about a million rays. The solids of a `Spheres`, `Boxes` and so on count as their union, and of many
+    sheets the areas are added up. An empty solid measures zero, and so does the volume of a sheet.
 
     What is larger than float64 holds is inf, as the inertia of a ball of radius 1e90, and what is smaller 0.
 
@@ -137,13 +138,8 @@ def measure_shape(shape: Shape, rays: int, by_form: bool, seed: int, progress: P
 def _sheets(shape: Bulk, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:
     """Of many sheets: what their areas add up to. They have no volume."""
     parts = [measure_shape(shape.single(index), rays, by_form, seed, progress) for index in range(len(shape))]
-    nothing, unknown = np.full(3, np.nan), (np.zeros(3), np.zeros((3, 3)))
     area, error = math.fsum(part.area for part in parts), math.hypot(*(part.area_error for part in parts))
-    inertia = np.full((3, 3), np.nan) if not parts else parts[0].inertia
-    centroid = parts[0].centroid if parts else nothing
-    return measures_of(
-        0.0, area, centroid, inertia, 0.0, error, *unknown, sum(part.rays for part in parts)
-    )  # fmt: skip
+    return _closed(Moments(0.0, np.full(3, np.nan), np.zeros((3, 3))), area, error, sum(part.rays for part in parts))
 
 
 def _exponent(box: FittedBox) -> int:
@@ -202,7 +198,7 @@ def _plain(shape: Shape) -> Shape:
         return shape
     if len(shape) == 0:
         return Sphere() - Sphere()
-    singles = (shape.single(index) for index in range(len(shape)))
+    singles: Any = (shape.single(index) for index in range(len(shape)))
     return Union(tuple(dataclasses.replace(one, motion=STILL) for one in singles), motion=shape.motion)
 
 

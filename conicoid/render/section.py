@@ -32,9 +32,9 @@ _MOST_SAMPLES = 256
 
 
 def section_pixels(
-    scene: Prepared, bodies: Sequence[Body], extent: Box, plane: Any, at: Any, width: Any, height: Any, samples: Any
+    scene: Prepared, listed: Sequence[Body], extent: Box, plane: Any, at: Any, width: Any, height: Any, samples: Any
 ) -> Any:
-    """(height, width, 3) float32 of linear light. `bodies` are the entries of the scene.
+    """(height, width, 3) float32 of linear light. `listed` are the entries of the scene.
 
     plane: "x", "y" or "z", an axis across it, which `at` says where; the window fits. Or an `OrthographicCamera`: the
     plane through its position across its view, and its window.
@@ -47,7 +47,7 @@ def section_pixels(
     if grid is None or not 1 <= grid <= _MOST_SAMPLES:
         raise ValueError(f"section: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {shown(samples)}")
     steps = math.isqrt(grid - 1) + 1
-    materials, _, place_of = looks(bodies, scene.lowered.body_item)
+    materials, _, place_of = looks(listed, scene.lowered.body_item)
     colors = np.array([_color(material) for material in materials] + [_NOTHING])
     entries = np.append(place_of, len(materials))
     groups = _groups(materials, entries)

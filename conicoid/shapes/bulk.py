@@ -71,7 +71,7 @@ class Bulk(Shape, abstract=True):
         if type(other) is not type(self):
             return NotImplemented
         same = (np.array_equal(getattr(self, name), getattr(other, name)) for name in self.columns)
-        return self.motion == other.motion and all(same)  # type: ignore[attr-defined]
+        return self.motion == other.motion and all(same)
 
     def __hash__(self) -> int:
         first = getattr(self, next(reversed(self.columns)))
@@ -84,10 +84,14 @@ class Bulk(Shape, abstract=True):
     def numbers(self, leaf: int) -> FloatArray:
         """(N, n) numbers of one primitive of each body, in the order of its fields."""
         parts = [
-            getattr(self, part).reshape(len(self), -1) if isinstance(part, str) else np.full((len(self), 1), part)
-            for part in self.leaves[leaf]
+            self._flat(part) if isinstance(part, str) else np.full((len(self), 1), part) for part in self.leaves[leaf]
         ]
         return np.concatenate(parts, axis=1)
+
+    def _flat(self, name: str) -> FloatArray:
+        """(N, n) numbers of a field."""
+        values: FloatArray = getattr(self, name)
+        return values if values.ndim == 2 else values[:, None]
 
     @classmethod
     def headings(cls) -> tuple[str, ...]:
@@ -96,12 +100,13 @@ class Bulk(Shape, abstract=True):
 
     def table(self) -> FloatArray:
         """(N, columns) all numbers, but for the motion."""
-        return np.concatenate([getattr(self, name).reshape(len(self), -1) for name in self.columns], axis=1)
+        return np.concatenate([self._flat(name) for name in self.columns], axis=1)
 
     @classmethod
     def of_table(cls, table: FloatArray) -> Any:
         """From what `table` gives."""
-        fields, at = {}, 0
+        fields: dict[str, Any] = {}
+        at = 0
         for name, headings in cls.columns.items():
             values = table[:, at : at + len(headings)]
             fields[name] = values if len(headings) > 1 else values[:, 0]

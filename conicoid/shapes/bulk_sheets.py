@@ -25,7 +25,11 @@ class Discs(Bulk, Sheet):
     centers: Any
     normals: Any
     radii: Any
-    columns: ClassVar = {"centers": ("x", "y", "z"), "normals": ("normal x", "normal y", "normal z"), "radii": ("radius",)}
+    columns: ClassVar = {
+        "centers": ("x", "y", "z"),
+        "normals": ("normal x", "normal y", "normal z"),
+        "radii": ("radius",),
+    }
     leaves: ClassVar = (("centers", "normals", "radii"),)
 
     def check_rows(self) -> None:
@@ -44,7 +48,8 @@ class Discs(Bulk, Sheet):
 class Triangles(Bulk, Sheet):
     """N triangles a[i], b[i], c[i] as N bodies with consecutive ids; `Triangles.of_mesh` takes vertices and faces.
 
-    `a`, `b`, `c` (N, 3) or one corner for all. A scene entry only: solids do not clip it. Face and uv as for `Triangle`.
+    `a`, `b`, `c` (N, 3) or one corner for all. A scene entry only: solids do not clip it. Face and uv as for
+    `Triangle`.
     """
 
     a: Any
@@ -70,8 +75,8 @@ class Triangles(Bulk, Sheet):
             raise ValueError(f"Triangles: faces must be integers of shape (N, 3), got {found}")
         bad = np.flatnonzero(((corners < 0) | (corners >= len(points))).any(axis=1))
         if len(bad):
-            found = tuple(corners[bad[0]].tolist())
-            raise ValueError(f"Triangles: faces[{bad[0]}] must be at least 0 and below {len(points)}, got {found}")
+            these = tuple(corners[bad[0]].tolist())
+            raise ValueError(f"Triangles: faces[{bad[0]}] must be at least 0 and below {len(points)}, got {these}")
         return cls(*(points[corners[:, k]] for k in range(3)))
 
     def check_rows(self) -> None:
@@ -85,8 +90,8 @@ class Triangles(Bulk, Sheet):
                 self.single(index)
             except ValueError:
                 corners = ", ".join(str(self.row(index, name)) for name in self.columns)
-                found = f"a[{index}], b[{index}], c[{index}] must not lie on a line, got {corners}"
-                raise ValueError(f"Triangles: {found}") from None
+                corner = f"a[{index}], b[{index}], c[{index}]"
+                raise ValueError(f"Triangles: {corner} must not lie on a line, got {corners}") from None
 
     def single(self, index: int) -> Triangle:
         a, b, c = (self.row(index, name) for name in self.columns)

@@ -97,15 +97,19 @@ class Labels:
     def of(cls, bodies: Sequence[Body]) -> Labels:
         """Of all entries of a scene."""
         firsts = first_numbers(bodies)[:-1]
-        names, materials = [body.name for body in bodies], [body.material for body in bodies]
-        solid = [not body.shape.is_sheet for body in bodies]
+        names, materials = tuple(body.name for body in bodies), tuple(body.material for body in bodies)
+        solid = tuple(not body.shape.is_sheet for body in bodies)
         if all(body.materials is None for body in bodies):
-            return cls(firsts, tuple(names), tuple(materials), tuple(solid))
+            return cls(firsts, names, materials, solid)
         runs = [_runs(body) for body in bodies]
         counts = [len(begins) for begins, _ in runs]
         every = np.concatenate([first + begins for first, (begins, _) in zip(firsts, runs, strict=True)])
-        names, solid = ([each for each, n in zip(of, counts, strict=True) for _ in range(n)] for of in (names, solid))
-        return cls(every, tuple(names), tuple(each for _, made_of in runs for each in made_of), tuple(solid))
+        return cls(
+            every,
+            tuple(name for name, count in zip(names, counts, strict=True) for _ in range(count)),
+            tuple(each for _, made_of in runs for each in made_of),
+            tuple(each for each, count in zip(solid, counts, strict=True) for _ in range(count)),
+        )
 
     def of_only(self, numbers: Any) -> Labels:
         """Of those entries alone that some numbers belong to."""

@@ -166,7 +166,8 @@ class Together:
         rest = [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
         if self._plans or self._many:
             rows_of = _found_rows(found, len(owners))
-            for like in (*self._plans.values(), *self._many):
+            every: list[_Planned | _Many] = [*self._plans.values(), *self._many]
+            for like in every:
                 composed, others = self._composed(like, rows_of)
                 results += composed
                 rest += others
@@ -180,7 +181,7 @@ class Together:
         places = first[:, None] + np.arange(count, dtype=np.int32)
         frames = like.frames_of(frame_rows, self._primitives.frames)
         known = (rows.table[places] >= 0).all(axis=1) & ~np.isnan(frames[:, 0])
-        left = [(like.of(i)[0], int(bodies[i])) for i in np.flatnonzero(~known).tolist()]
+        left: list[tuple[Shape, int]] = [(like.of(i)[0], int(bodies[i])) for i in np.flatnonzero(~known).tolist()]
         numbers = {id(form): number for number, form in enumerate(rows.forms)}
         form_of = np.array([numbers[id(form)] for form in rows.forms], np.int32)
         results: list[Found] = []

@@ -77,8 +77,8 @@ def _next_of_root(t: Longs, j: int) -> int:
         left = left * base + float(t[2, k])
     for k in range(3):
         root = root * base + (float(t[1, k]) if k < j else 0.0)
-    # The quotient is off by less than 2^-20, as its parts are by less than 2^-50 of themselves: q is right, or too large
-    # by one for that, and one for its square, which may be more than the rest where the root has one limb
+    # The quotient is off by less than 2^-20, as its parts are by less than 2^-50 of themselves: q is right, or one too
+    # large. Where the root has one limb, which may be small, the square of q counts as well
     if j == 1:
         left, root = left / (base * base), root / base
         quotient = left / (root + np.sqrt(root * root + left))
