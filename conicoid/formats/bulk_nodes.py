@@ -76,7 +76,7 @@ def _read_file(cls: type[Bulk], node: Node, reader: Reader, where: str) -> Any:
         return BAD
 
     def load() -> Bulk:
-        path = _found(beside(reader.folder, name), name)
+        path = _read(name, lambda: _found(beside(reader.folder, name), name))
         if path.suffix.lower() == ".npz":
             return cls(**_arrays(path, tuple(cls.columns)))
         headings = cls.headings()
@@ -102,7 +102,7 @@ def read_index(node: Node, reader: Reader, where: str) -> Any:
         return BAD
 
     def load() -> Any:
-        path = _found(beside(reader.folder, name), name)
+        path = _read(name, lambda: _found(beside(reader.folder, name), name))
         found, values = _read(name, lambda: read_array(path))
         if values is None or values.ndim != 1 or not (np.isfinite(values) & (values == np.floor(values))).all():
             raise ValueError(f"{path.name} must hold integers of shape (N,), got {found}")

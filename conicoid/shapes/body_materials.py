@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import real_array
 from .base import Shape
 from .bulk import Bulk
 from .material import as_material
@@ -38,16 +39,14 @@ def _checked_index(index: Any, materials: int, bodies: int) -> Index:
             found = f"{materials:,} materials for {bodies:,} bodies"
             raise ValueError(f"Body: materials must be as many as bodies where there is no material_index, got {found}")
         index = np.arange(bodies)
-    values = np.asarray(index)
-    if values.size == 0:
-        values = np.zeros(0, np.int32)
-    if values.dtype.kind not in "iu":
+    values = real_array("Body", "material_index", index)
+    if not (values == np.floor(values)).all():
         raise ValueError(f"Body: material_index must be integers, got {shown(index)}")
     if values.shape != (bodies,):
         raise ValueError(f"Body: material_index must have shape ({bodies},) as there are bodies, got {values.shape}")
     bad = np.flatnonzero((values < 0) | (values >= materials))
     if len(bad):
-        found = f"at least 0 and below {materials}, got {values[bad[0]]}"
+        found = f"at least 0 and below {materials}, got {values[bad[0]]:g}"
         raise ValueError(f"Body: material_index[{bad[0]}] must be {found}")
     result = values.astype(np.int32)
     result.flags.writeable = False

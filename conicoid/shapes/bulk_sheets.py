@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from .arrays import real_array
 from .base import Sheet
 from .bulk import Bulk, reach_of_discs, reach_of_points
 from .disc import Disc
@@ -64,19 +65,21 @@ class Triangles(Bulk, Sheet):
 
         vertices: (V, 3) points. faces: (N, 3) indices of the corners of each triangle.
         """
-        points = np.asarray(vertices, dtype=np.float64)
+        points = real_array("Triangles", "vertices", vertices)
         if points.ndim != 2 or points.shape[1] != 3:
             raise ValueError(f"Triangles: vertices must have shape (V, 3), got {points.shape}")
-        corners = np.asarray(faces)
-        if corners.size == 0:
-            corners = np.zeros((0, 3), np.int64)
-        if corners.ndim != 2 or corners.shape[1] != 3 or corners.dtype.kind not in "iu":
-            found = f"{corners.dtype} of shape {corners.shape}"
-            raise ValueError(f"Triangles: faces must be integers of shape (N, 3), got {found}")
+        given = real_array("Triangles", "faces", faces)
+        given = given.reshape(-1, 3) if given.size == 0 else given
+        if given.ndim != 2 or given.shape[1] != 3:
+            raise ValueError(f"Triangles: faces must have shape (N, 3), got {given.shape}")
+        uneven = np.flatnonzero((given != np.floor(given)).any(axis=1))
+        if len(uneven):
+            raise ValueError(f"Triangles: faces[{uneven[0]}] must be integers, got {given[uneven[0]]}")
+        corners = np.clip(given, -1, len(points)).astype(np.int64)
         bad = np.flatnonzero(((corners < 0) | (corners >= len(points))).any(axis=1))
         if len(bad):
-            these = tuple(corners[bad[0]].tolist())
-            raise ValueError(f"Triangles: faces[{bad[0]}] must be at least 0 and below {len(points)}, got {these}")
+            these = ", ".join(f"{index:g}" for index in given[bad[0]].tolist())
+            raise ValueError(f"Triangles: faces[{bad[0]}] must be at least 0 and below {len(points)}, got ({these})")
         return cls(*(points[corners[:, k]] for k in range(3)))
 
     def check_rows(self) -> None:
