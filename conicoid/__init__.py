@@ -21,6 +21,8 @@ _SHAPES = {
     "HyperbolicCylinder": "hyperbolic_cylinder", "HyperbolicParaboloid": "hyperbolic_paraboloid",
     "OneSheetHyperboloid": "one_sheet_hyperboloid", "ParabolicCylinder": "parabolic_cylinder", "Plane": "plane",
     "Polygon": "polygon", "Polyhedron": "polyhedron", "Quadric": "quadric", "Sphere": "sphere", "Spheres": "spheres",
+    "Boxes": "bulk_solids", "Capsules": "bulk_solids", "Cones": "bulk_solids", "Cylinders": "bulk_solids",
+    "Ellipsoids": "bulk_solids", "Discs": "bulk_sheets", "Triangles": "bulk_sheets",
     "Triangle": "triangle", "TwoSheetHyperboloid": "two_sheet_hyperboloid",
     "Union": "region", "Intersection": "region", "Difference": "region", "Complement": "region",
     "Painted": "region",
@@ -79,6 +81,13 @@ if TYPE_CHECKING:
     from .shapes.base import Solid as Solid
     from .shapes.body import Body as Body
     from .shapes.box import Box as Box
+    from .shapes.bulk_sheets import Discs as Discs
+    from .shapes.bulk_sheets import Triangles as Triangles
+    from .shapes.bulk_solids import Boxes as Boxes
+    from .shapes.bulk_solids import Capsules as Capsules
+    from .shapes.bulk_solids import Cones as Cones
+    from .shapes.bulk_solids import Cylinders as Cylinders
+    from .shapes.bulk_solids import Ellipsoids as Ellipsoids
     from .shapes.checker import Checker as Checker
     from .shapes.cone import Cone as Cone
     from .shapes.cylinder import Cylinder as Cylinder

@@ -239,8 +239,9 @@ class Scene(Contents, Edits, Queries):
         from .image import Image
         from .render.section import section_pixels
 
-        materials = [body.material for body in self._bodies]
-        return Image._of_light(section_pixels(self.prepared, materials, self.extent, plane, at, width, height, samples))
+        return Image._of_light(
+            section_pixels(self.prepared, self._bodies, self.extent, plane, at, width, height, samples)
+        )
 
     @staticmethod
     def load(path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None) -> Scene:

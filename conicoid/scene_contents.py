@@ -11,7 +11,7 @@ from .scene_parts import Bodies, as_index, named, numbered
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.calls import explained_methods
-from .shapes.labels import counted, first_numbers, one_ball
+from .shapes.labels import counted, distinct_materials, first_numbers, one_body
 from .shapes.material import Material
 from .shapes.repeated import Repeated
 from .shapes.validate import shown, what
@@ -32,8 +32,9 @@ class Contents:
     def bodies(self) -> Bodies:
         """The entries as listed; those of an imported model are made one by one as they are asked for.
 
-        A `Spheres` is one entry and many bodies, so body numbers go to `body`, not here. An index below 0 is refused,
-        as -1 is the number of a miss; and so is one of an answer (NumPy's integers) where another body has that number.
+        A `Spheres` or `Boxes` is one entry and many bodies, so body numbers go to `body`, not here. An index below 0 is
+        refused, as -1 is the number of a miss; and so is one of an answer (NumPy's integers) where another body has
+        that number.
         """
         return self._bodies
 
@@ -68,10 +69,12 @@ class Contents:
     def body(self, number: Any) -> Body:
         """The body of a `number`, as `hits.body` and `body_at` tell it; a ball of a `Spheres` as a `Sphere` of its own.
 
-        It has its entry's material and name. IndexError for numbers that there are not, -1, a miss, among them.
+        So one of `Boxes` is a `Box`. It has its own material, and its entry's name.
+
+        IndexError for numbers that there are not, -1, a miss, among them.
         """
         entry, ball = numbered(self._firsts, number)
-        return one_ball(self._bodies[entry], ball)
+        return one_body(self._bodies[entry], ball)
 
     @overload
     def __getitem__(self, name: str | int | np.integer[Any]) -> Body: ...
@@ -139,6 +142,8 @@ class Contents:
     @cached_property
     def _firsts(self) -> Any:
         """The first body number of each entry, and last how many there are."""
+        if isinstance(self._bodies, Repeated):
+            return np.arange(len(self._bodies) + 1)
         return first_numbers(self._bodies)
 
     @property
@@ -154,4 +159,4 @@ class Contents:
         """
         if isinstance(self._bodies, Repeated):
             return self._bodies.distinct_materials
-        return tuple(dict.fromkeys(body.material for body in self._bodies))
+        return distinct_materials(self._bodies)

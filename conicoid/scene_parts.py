@@ -11,6 +11,7 @@ import numpy as np
 
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
+from .shapes.bulk import Bulk
 from .shapes.repeated import Repeated
 from .shapes.spheres import Spheres
 from .shapes.suggestion import known_names
@@ -40,7 +41,7 @@ class Entries(tuple[Body, ...]):
         if isinstance(index, str):
             raise TypeError(f"Scene: bodies[...] takes an integer, got {shown(index)}; scene[name] has names")
         number = as_index(index)
-        if number is None or (number >= 0 and not any(isinstance(body.shape, Spheres) for body in self[:number])):
+        if number is None or (number >= 0 and not any(isinstance(body.shape, Bulk) for body in self[:number])):
             return super().__getitem__(index)
         if number < 0:
             told = (
@@ -161,8 +162,9 @@ def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str,
         raise TypeError(f"{owner}: {field} must be the name of an entry or the number of its body, got {shown(which)}")
     entry = numbered(firsts(), which, f"{owner}: {field} number" if field == "which" else f"{owner}: {field}")[0]
     shape = bodies[entry].shape
-    if isinstance(shape, Spheres):
-        raise ValueError(f"{owner}: body {which} is one ball of an entry of {len(shape):,}; name the entry instead")
+    if isinstance(shape, Bulk):
+        one = "ball" if isinstance(shape, Spheres) else "body"
+        raise ValueError(f"{owner}: body {which} is one {one} of an entry of {len(shape):,}; name the entry instead")
     return entry
 
 

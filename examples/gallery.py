@@ -12,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 import balls_and_barrel
 import boolean_solids
 import bored_box
+import caffeine
 import chess_pawn
 import cylinder_patch
 import die
@@ -44,6 +45,7 @@ PICTURES = {
     "gear_plate": gear_plate.picture,
     "engine": engine.picture,
     "steinmetz": steinmetz.picture,
+    "caffeine": caffeine.picture,
     "reactor_pin": reactor_pin.picture,
     "boolean_solids": boolean_solids.picture,
 }

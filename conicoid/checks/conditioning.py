@@ -12,6 +12,7 @@ import numpy as np
 
 from ..shapes import exact as ex
 from ..shapes.base import Shape
+from ..shapes.bulk import Bulk
 from ..shapes.motion import STILL, Motion
 from ..shapes.polygon import Polygon
 from ..shapes.region import Boolean, ClippedSheet
@@ -75,6 +76,12 @@ def _examined(scene: Scene, progress: Progress | None) -> Iterator[Conditioning 
     for item, body in enumerate(scene.bodies):
         if isinstance(body.shape, Spheres):
             yield Balls.of(body.shape, first)
+            first += len(body.shape)
+        elif isinstance(body.shape, Bulk):
+            for index in range(len(body.shape)):
+                worst = examiner.worst(body.shape.single(index), first + index)
+                if worst is not None:
+                    yield worst
             first += len(body.shape)
         else:
             worst = examiner.worst(body.shape, first)

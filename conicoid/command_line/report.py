@@ -9,7 +9,7 @@ import numpy as np
 from ..formats.errors import printable
 from ..shapes.checker import Checker
 from ..shapes.color import srgb_encode
-from ..shapes.labels import counted, with_bytes
+from ..shapes.labels import counted, distinct_materials, numbers_of, with_bytes
 from ..shapes.quadric import Quadric
 
 if TYPE_CHECKING:
@@ -28,13 +28,13 @@ def listing(scene: Scene) -> list[str]:
     rows, number = [("id", "name", "material", "shape", "bounds")], 0
     quadrics: dict[int, str] = {}
     for body in scene.bodies[:LISTED]:
-        count = len(getattr(body.shape, "radii", ())) if type(body.shape).__name__ == "Spheres" else 1
+        count = numbers_of(body)
         ids = f"{number}" if count == 1 else f"{number}-{number + count - 1}" if count else "none"
         number += count
         name, kind = printable(body.name or ""), type(body.shape).__name__
         if isinstance(body.shape, Quadric):
             quadrics[len(rows)] = str(body.shape.classification)
-        rows.append((ids, name, _material(body.material), kind, _box(*body.shape.bounds)))
+        rows.append((ids, name, _material_of(body), kind, _box(*body.shape.bounds)))
     if len(rows) == 1:
         return ["no bodies"]
     widths = [max([least, *(len(row[k]) for row in rows)]) for k, least in enumerate(_WIDTHS, 1)]
@@ -80,6 +80,12 @@ def not_looked_for(scene: Scene) -> list[str]:
 
     reason = why_not(scene)
     return [f"undefined regions were not looked for: {reason}"] if reason else []
+
+
+def _material_of(body: Any) -> str:
+    """The material of an entry; of several, how many there are."""
+    used = distinct_materials([body])
+    return _material(used[0]) if len(used) == 1 else f"{len(used)} materials"
 
 
 def _material(material: Any) -> str:

@@ -12,23 +12,23 @@ import numpy as np
 
 from ..shapes import Shape
 from ..shapes.body import Body
+from ..shapes.bulk import Bulk
 from ..shapes.material import Material, spelled
 from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
 from ..shapes.properties import Properties
-from ..shapes.spheres import Spheres
 from .expansion import parts_of
 from .fields import fields_of
 from .kinds import Several
 from .shape_nodes import operand_field
 from .yaml_writer import Real
 
-INLINE_SPHERES = 100
+INLINE_BODIES = 100
 LEVELS_INLINE = 20
 
 Identity: TypeAlias = tuple[Any, ...]
 
-KeepSpheres = Callable[[Spheres], str]
-"""Writes the balls to a file and returns its name."""
+KeepTable = Callable[[str, Any], str]
+"""Writes an array to a file, for what it is of (`spheres`), and returns its name."""
 
 
 class ShapeWriter:
@@ -40,11 +40,11 @@ class ShapeWriter:
     def __init__(
         self,
         shapes: Iterable[Shape],
-        keep_spheres: KeepSpheres,
+        keep_table: KeepTable,
         defaults: bool = False,
         material_names: Mapping[Material, str] | None = None,
     ) -> None:
-        self.keep_spheres = keep_spheres
+        self.keep_table = keep_table
         self.defaults = defaults  # are a shape's fields at their defaults written too?
         self.named: dict[str, Any] = {}
         self.names: dict[Identity, str] = {}
@@ -72,18 +72,22 @@ class ShapeWriter:
         return {"shape": name} | move if move else name
 
     def _fields(self, shape: Shape) -> Any:
-        if isinstance(shape, Spheres):
-            return self._spheres(shape)
+        if isinstance(shape, Bulk):
+            return self._many(shape)
         kind = operand_field(type(shape))
         if kind is None:
             return self.record(shape)
         operands = [self.data(part) for part in parts_of(shape)]
         return operands if isinstance(kind, Several) else operands[0]
 
-    def _spheres(self, spheres: Spheres) -> dict[str, Any]:
-        if len(spheres) > INLINE_SPHERES:
-            return {"file": self.keep_spheres(spheres)}
-        return {"centers": spheres.centers.tolist(), "radii": spheres.radii.tolist()}
+    def _many(self, shape: Bulk) -> dict[str, Any]:
+        if len(shape) > INLINE_BODIES:
+            return {"file": self.keep_table(type(shape).__name__.lower(), shape.table())}
+        return {name: getattr(shape, name).tolist() for name in shape.columns}
+
+    def index(self, values: Any) -> Any:
+        """The places of many bodies' materials."""
+        return {"file": self.keep_table("materials", values)} if len(values) > INLINE_BODIES else values.tolist()
 
     def record(self, item: Any) -> dict[str, Any]:
         """The arguments that rebuild a dataclass, those at their defaults left out (or those that are None)."""
@@ -184,6 +188,9 @@ def body_data(body: Body, writer: ShapeWriter) -> dict[str, Any]:
         data |= {"shape": shape} | ({"move": move} if move else {})
     else:
         data["shape"] = shape
+    if body.materials is not None:
+        names = [None if each is None else writer.material(each) for each in body.materials]
+        return data | {"materials": names, "material_index": writer.index(body.material_index)}
     return data | ({"material": writer.material(body.material)} if body.material is not None else {})
 
 

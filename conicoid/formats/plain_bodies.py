@@ -14,9 +14,9 @@ from typing import Any, TypeAlias
 
 from ..shapes import REGISTRY, Shape
 from ..shapes.body import Body
+from ..shapes.bulk import Bulk
 from ..shapes.material import Material, as_material
 from ..shapes.motion import AXES, STILL, Motion
-from ..shapes.spheres import Spheres
 from .fields import fields_of
 from .kinds import Fixed, Kind, Maybe, Number, Several
 from .nodes import Listing, Node, Scalar, Table, is_text
@@ -172,7 +172,7 @@ class _MadeBy:
 def _made_by(name: str) -> _MadeBy | None:
     """None for what is not a class, and for bulk shapes."""
     cls = REGISTRY.get(name)
-    if cls is None or issubclass(cls, Spheres):
+    if cls is None or issubclass(cls, Bulk):
         return None
     operand = operand_field(cls)
     if operand is not None:

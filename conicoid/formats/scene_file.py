@@ -13,16 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
-import numpy as np
-
 from ..shapes import REGISTRY
 from ..shapes.base import Shape, Solid
 from ..shapes.body import Body
 from ..shapes.material import Material, renamed
-from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
 from . import scene_text, yaml_parser
 from .atomic import real_path, write_text
+from .bulk_nodes import read_index
 from .collector import without_collector
 from .data_files import array_name, keep_array
 from .errors import Problem, SceneFileError
@@ -203,10 +201,25 @@ class _SceneReader:
         named = None if name is None or _is_null(name) else self._name(name, where)
         shape = shapes.moved(shapes.read(entries["shape"], where), entries.get("move"), where)
         material = self._material(entries["material"], f"{where}: material") if "material" in entries else None
-        if any(isinstance(part, Bad) for part in (shape, material, named)):
+        several = self._several(entries, where)
+        if any(isinstance(part, Bad) for part in (shape, material, named, *several)):
             return BAD
-        body: Body | Bad = self.reader.made(node, where, lambda: Body(shape, material, named))
+        materials, index = several
+        body: Body | Bad = self.reader.made(
+            node, where, lambda: Body(shape, material, named, materials=materials, material_index=index)
+        )
         return body
+
+    def _several(self, entries: Mapping[str, Node], where: str) -> tuple[Any, Any]:
+        """Materials of many bodies in one entry, and which each has."""
+        materials, index = entries.get("materials"), entries.get("material_index")
+        found: Any = None
+        if isinstance(materials, Listing):
+            found = [self._material(item, f"{where}: materials[{i}]") for i, item in enumerate(materials.items)]
+            found = BAD if any(isinstance(item, Bad) for item in found) else found
+        elif materials is not None:
+            found = self.reader.expected(materials, f"{where}: materials", "a list of materials")
+        return found, None if index is None else read_index(index, self.reader, f"{where}: material_index")
 
     def _name(self, node: Node, where: str) -> Any:
         name = Text().read(node, self.reader, f"{where}: name")
@@ -274,9 +287,8 @@ def _write(
     stem = re.sub(r"[^\w.-]", "_", final.stem)[:40]
     bulk: dict[str, FloatArray] = {}
 
-    def keep(spheres: Spheres) -> str:
-        table = np.column_stack((spheres.centers, spheres.radii))
-        name = array_name(final.parent, f"{stem}-spheres", table)
+    def keep(of: str, table: FloatArray) -> str:
+        name = array_name(final.parent, f"{stem}-{of}", table)
         bulk[name] = table
         return name
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ..shapes import REGISTRY, Shape, Sheet, Solid
+from ..shapes.bulk import Bulk
 from ..shapes.region import Difference, Intersection
-from ..shapes.spheres import Spheres
+from .bulk_nodes import INDEX, array_kind
 from .fields import Arguments, tagged
 from .kinds import Fixed, Number, Schema, Several
 from .sections import VERSION, BackgroundKind, CameraKind, light_kind, material_kind
@@ -67,11 +68,21 @@ def _body() -> Schema:
             "name": {"type": ["string", "null"], "minLength": 1},
             "shape": {"$ref": "#/$defs/shape"},
             "move": {"$ref": "#/$defs/move"},
-            "material": {"anyOf": [{"type": ["string", "null"]}, {"$ref": "#/$defs/material"}]},
+            "material": _material(),
+            "materials": {
+                "type": "array",
+                "items": _material(),
+                "description": "Of many bodies in one entry, such as Spheres, in place of a material.",
+            },
+            "material_index": INDEX,
         },
         "required": ["shape"],
         "additionalProperties": False,
     }
+
+
+def _material() -> Schema:
+    return {"anyOf": [{"type": ["string", "null"]}, {"$ref": "#/$defs/material"}]}
 
 
 def _shapes(base: type) -> Schema:
@@ -80,10 +91,10 @@ def _shapes(base: type) -> Schema:
 
 
 def _arguments(cls: type[Shape]) -> Schema:
-    if issubclass(cls, Spheres):
-        radii = {"anyOf": [{"type": "number"}, Several(Number()).schema()]}
-        inline = {"centers": Several(VECTOR).schema(), "radii": radii}
-        text = "A .npy or .csv file beside the scene with columns x, y, z, radius."
+    if issubclass(cls, Bulk):
+        inline = {name: array_kind(cls, name).schema() for name in cls.columns}
+        arrays = f", or an .npz file with the arrays {', '.join(cls.columns)}"
+        text = f"A .npy or .csv file beside the scene with columns {', '.join(cls.headings())}{arrays}."
         return {
             "anyOf": [
                 {"type": "object", "properties": inline, "required": list(inline), "additionalProperties": False},

@@ -13,7 +13,7 @@ from .reading import BAD, Reader
 
 VERSION = 1
 SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "domain", "bodies")
-BODY = ("name", "shape", "move", "material")
+BODY = ("name", "shape", "move", "material", "materials", "material_index")
 
 
 class CameraKind(Kind):

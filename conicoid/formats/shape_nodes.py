@@ -10,28 +10,23 @@ from __future__ import annotations
 
 import functools
 import operator
-import re
-from collections.abc import Sequence
 from typing import Any
-
-import numpy as np
 
 from ..shapes import REGISTRY, Shape, Sheet
 from ..shapes.about import about
+from ..shapes.bulk import Bulk
 from ..shapes.elsewhere import CLASSES
 from ..shapes.motion import AXES, STILL, Motion
 from ..shapes.region import Difference, Intersection
-from ..shapes.spheres import Spheres
-from .data_files import beside, read_rows
+from .bulk_nodes import read_many
 from .expansion import MAX_PARTS, PARTS, Allowance, Sizes
 from .fields import Arguments, ShapeKind, fields_of
-from .kinds import Choice, Fixed, Kind, Number, OneOf, Several, Text
-from .nodes import Listing, Node, Scalar, Table, is_text, shortened
+from .kinds import Choice, Fixed, Kind, Number, OneOf, Several
+from .nodes import Listing, Node, Scalar, Table, is_text
 from .reading import BAD, Bad, Reader, TooManyProblems
 
 MAX_LEVELS = 100
 MAX_STEPS = 1000
-SPHERE_COLUMNS = ("x", "y", "z", "radius")
 
 VECTOR = Fixed(Number(), 3)
 
@@ -158,8 +153,8 @@ class ShapeReader:
         if key.text not in REGISTRY:
             return self._unknown(key, where)
         cls = REGISTRY[key.text]
-        if issubclass(cls, Spheres):
-            return self._spheres(value, f"{where}: Spheres")
+        if issubclass(cls, Bulk):
+            return read_many(cls, value, self.reader, f"{where}: {cls.__name__}")
         if (field := operand_field(cls)) is None:
             return Arguments(cls).read(value, self.reader, where)
         where = f"{where}: {cls.__name__}"
@@ -184,40 +179,6 @@ class ShapeReader:
         for i, item in enumerate(value.items):
             shapes.append(self.read(item, f"{where}[{i}]"))
         return BAD if BAD in shapes else tuple(shapes)
-
-    def _spheres(self, value: Node, where: str) -> Any:
-        entries = self.reader.entries(value, where, ("centers", "radii", "file"))
-        if isinstance(entries, Bad):
-            return BAD
-        if set(entries) not in ({"centers", "radii"}, {"file"}):
-            return self.reader.report(value, where, "either centers and radii, or file, must be given")
-        if "file" in entries:
-            return self._spheres_file(entries["file"], where)
-        numbers = Several(Number())
-        centers = Several(VECTOR).read(entries["centers"], self.reader, f"{where}: centers")
-        radii = OneOf((Number(), numbers)).read(entries["radii"], self.reader, f"{where}: radii")
-        if centers is BAD or radii is BAD:
-            return BAD
-        return self.reader.made(value, where, lambda: Spheres(np.array(centers).reshape(len(centers), 3), radii))
-
-    def _spheres_file(self, node: Node, where: str) -> Any:
-        name = Text().read(node, self.reader, f"{where}: file")
-        if name is BAD:
-            return BAD
-
-        def load() -> Spheres:
-            try:
-                table, lines = read_rows(beside(self.reader.folder, name), 4, SPHERE_COLUMNS)
-            except OSError as error:
-                raise ValueError(
-                    f"{shortened(name)!r} cannot be read: {(error.strerror or str(error)).lower()}"
-                ) from None
-            try:
-                return Spheres(table[:, :3], table[:, 3])
-            except ValueError as error:
-                raise ValueError(_in_line(str(error), shortened(name), lines)) from None
-
-        return self.reader.made(node, f"{where}: file", load)
 
     def moved(self, shape: Any, moves: Node | None, where: str) -> Any:
         """The shape after the steps of a `move` list; mistakes are reported for a BAD shape too."""
@@ -282,15 +243,6 @@ def combined(cls: Any, operands: Any) -> Any:
     if len(sheets) == 1 and cls is Intersection:
         return functools.reduce(operator.and_, (part for part in operands if part is not sheets[0]), sheets[0])
     return cls(operands)
-
-
-def _in_line(message: str, name: str, lines: Sequence[int]) -> str:
-    """A message about one of the balls of a file with the line it stands in, where the file has lines."""
-    row = re.search(r"\[(\d+)\]", message)
-    if row is None or not int(row[1]) < len(lines):
-        return message
-    owner, _, rest = message.partition(": ")
-    return f"{owner}: {name}:{lines[int(row[1])]}: {rest}"
 
 
 def moved_by(shape: Shape, motion: Motion) -> Shape:

@@ -11,11 +11,12 @@ import numpy as np
 
 from ..shapes.base import Shape
 from ..shapes.body import Body
+from ..shapes.bulk import Bulk
 from ..shapes.calm import calm
+from ..shapes.motion import STILL
 from ..shapes.other_names import hinted
 from ..shapes.region import Boolean, Complement, Union
 from ..shapes.sphere import Sphere
-from ..shapes.spheres import Spheres
 from ..shapes.validate import callback, integer, what
 from ..shapes.vector import FloatArray
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums
@@ -109,8 +110,8 @@ def measure(
     Primitives have closed forms for the volume, centroid and inertia under any motion, and some for the
     area. So have prisms between planes and circular cylinders, and solids of revolution, in any Boolean
     combination: pins, pipes, boxes, shells, most bodies of imported models. Everything else comes from the exact
-    chords of about a million rays. Balls of a `Spheres` count as their union. An empty solid measures zero, and so does
-    the volume of a sheet.
+    chords of about a million rays. The solids of a `Spheres`, `Boxes` and so on count as their union, and of many
+    sheets the areas are added up. An empty solid measures zero, and so does the volume of a sheet.
 
     What is larger than float64 holds is inf, as the inertia of a ball of radius 1e90, and what is smaller 0.
 
@@ -140,11 +141,20 @@ def measure(
 
 def measure_shape(shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:
     """Of one shape; with `by_form`, combinations by their closed forms where these are known."""
+    if isinstance(shape, Bulk) and shape.is_sheet:
+        return _sheets(shape, rays, by_form, seed, progress)
     shape = _plain(shape)
     exponent = _exponent(fitted_box(shape))
     if exponent:
         shape = shape.scale(2.0**-exponent)
     return _in_units(_measured(shape, rays, by_form, seed, progress), exponent)
+
+
+def _sheets(shape: Bulk, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:
+    """Of many sheets: what their areas add up to. They have no volume."""
+    parts = [measure_shape(shape.single(index), rays, by_form, seed, progress) for index in range(len(shape))]
+    area, error = math.fsum(part.area for part in parts), math.hypot(*(part.area_error for part in parts))
+    return _closed(Moments(0.0, np.full(3, np.nan), np.zeros((3, 3))), area, error, sum(part.rays for part in parts))
 
 
 def _exponent(box: FittedBox) -> int:
@@ -195,16 +205,16 @@ def _measured(shape: Shape, rays: int, by_form: bool, seed: int, progress: Progr
 
 
 def _plain(shape: Shape) -> Shape:
-    """Balls as their union; what is only painted, or alone in a combination, as it is."""
+    """Many bodies as their union; what is only painted, or alone in a combination, as it is."""
     while isinstance(shape, Boolean) and len(shape.operands) == 1 and not isinstance(shape, Complement):
         inner = shape.operands[0]
         shape = dataclasses.replace(inner, motion=inner.motion.then(shape.motion))
-    if not isinstance(shape, Spheres):
+    if not isinstance(shape, Bulk):
         return shape
     if len(shape) == 0:
         return Sphere() - Sphere()
-    balls = (Sphere(r, tuple(c)) for c, r in zip(shape.centers.tolist(), shape.radii.tolist(), strict=True))
-    return Union(tuple(balls), motion=shape.motion)
+    singles: Any = (shape.single(index) for index in range(len(shape)))
+    return Union(tuple(dataclasses.replace(one, motion=STILL) for one in singles), motion=shape.motion)
 
 
 def _closed(moments: Moments, area: float, area_error: float = 0.0, rays: int = 0) -> Measures:

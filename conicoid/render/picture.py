@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..integrators import INTEGRATORS
+from ..shapes.labels import looks
 from ..shapes.material import DEFAULT, Material
 from ..shapes.suggestion import close_to
 from ..shapes.validate import callback, shown, whole
@@ -71,13 +72,13 @@ def look_of(scene: Any, camera: AnyCamera) -> Any:
     """Materials, lights and background as kernels take them; lights fit the camera where the scene has none."""
     from ..shading.look import lower_look
 
-    materials = [DEFAULT if body.material is None else body.material for body in scene.bodies]
+    found, sheets, place_of = looks(scene.bodies, scene.lowered.body_item)
+    materials = [DEFAULT if material is None else material for material in found]
     for i, material in enumerate(materials):
         if not isinstance(material, Material):
             raise TypeError(f"render: material of bodies[{i}] must be a Material, got {type(material).__name__}")
-    sheets = [body.shape.is_sheet for body in scene.bodies]
     lights = scene.lights or fitting_lights(camera)
-    return lower_look(materials, sheets, scene.lowered.body_item, lights, scene.background, scene.lowered.face_paint)
+    return lower_look(materials, sheets, place_of, lights, scene.background, scene.lowered.face_paint)
 
 
 def check_options(samples: Any, integrator: Any, seed: Any, depth: Any) -> dict[str, Any]:

@@ -10,13 +10,17 @@ import numpy as np
 
 from ..shapes.checker import Checker
 from ..shapes.color import linear_rgb
+from ..shapes.labels import looks
 from ..shapes.material import Material
 from ..shapes.validate import number, shown, what, whole
 from ..shapes.vector import Box, FloatArray
 from .camera import OrthographicCamera, checked_size
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..engine.prepared import Prepared
+    from ..shapes.body import Body
 
 AXES = ("x", "y", "z")
 _FACING = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
@@ -28,9 +32,9 @@ _MOST_SAMPLES = 256
 
 
 def section_pixels(
-    scene: Prepared, materials: list[Any], extent: Box, plane: Any, at: Any, width: Any, height: Any, samples: Any
+    scene: Prepared, listed: Sequence[Body], extent: Box, plane: Any, at: Any, width: Any, height: Any, samples: Any
 ) -> Any:
-    """(height, width, 3) float32 of linear light. `materials` are those of the entries.
+    """(height, width, 3) float32 of linear light. `listed` are the entries of the scene.
 
     plane: "x", "y" or "z", an axis across it, which `at` says where; the window fits. Or an `OrthographicCamera`: the
     plane through its position across its view, and its window.
@@ -43,8 +47,9 @@ def section_pixels(
     if grid is None or not 1 <= grid <= _MOST_SAMPLES:
         raise ValueError(f"section: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {shown(samples)}")
     steps = math.isqrt(grid - 1) + 1
+    materials, _, place_of = looks(listed, scene.lowered.body_item)
     colors = np.array([_color(material) for material in materials] + [_NOTHING])
-    entries = np.append(scene.lowered.body_item, len(materials))
+    entries = np.append(place_of, len(materials))
     groups = _groups(materials, entries)
     x, y = ((np.arange(steps * size) + 0.5) / steps for size in (width, height))
     film = np.empty((height, width, 3), np.float32)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .base import Shape
+from .body_materials import checked_materials
 from .calls import explained_methods
+from .carried import restore
 from .elsewhere import no_attribute, no_operator
 from .material import as_material
 from .validate import shown, what
@@ -20,16 +22,20 @@ from .validate import shown, what
 class Body:
     """One entry of a scene.
 
-    shape: a solid or a sheet; a `Spheres` is one entry and many bodies.
+    shape: a solid or a sheet; a `Spheres`, `Cylinders` and so on is one entry and many bodies.
     material: a Material; or a colour, which is the matte one: "red" is matte("red"). None is the default matte one.
     name: a text, unique in a scene, or None.
+    materials: of many bodies in one entry, what takes the place of `material`: materials and colours, with
+    material_index: (N,) for each body its place among them. Left out, there is one of the materials for each body.
 
-    Raises TypeError for anything else.
+    Raises TypeError for anything else, ValueError for an index that there is not.
     """
 
     shape: Shape
     material: Any = None
     name: str | None = None
+    materials: Any = field(default=None, kw_only=True)
+    material_index: Any = field(default=None, kw_only=True, compare=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.shape, Shape):
@@ -37,6 +43,10 @@ class Body:
             raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {what(self.shape)}{hint}")
         if self.material is not None:
             object.__setattr__(self, "material", as_material("Body", self.material, _meant_as_name(self)))
+        if self.materials is not None or self.material_index is not None:
+            materials, index = checked_materials(self.shape, self.material, self.materials, self.material_index)
+            object.__setattr__(self, "materials", materials)
+            object.__setattr__(self, "material_index", index)
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise ValueError(f"Body: name must be a non-empty text or None, got {shown(self.name)}")
 
@@ -48,7 +58,11 @@ class Body:
             )
         if not isinstance(other, Body):
             return NotImplemented
-        return (self.shape, self.material, self.name) == (other.shape, other.material, other.name)
+        mine, its = ((one.shape, one.material, one.name, one.materials) for one in (self, other))
+        return mine == its and np.array_equal(self.material_index, other.material_index)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        restore(self, state)
 
     __array_ufunc__ = None  # so that arrays ask the body
 

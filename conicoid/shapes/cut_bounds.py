@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from .ball_bounds import in_common
 from .base import PrimitiveSolid, Solid
 from .boxes import EVERYWHERE, common, is_empty
 from .cells import All, Any_, Cell, Face, Not, Tree
@@ -80,6 +81,8 @@ def cut_bounds(parts: Sequence[Part], cuts: Cuts, share: bool, known: KnownBoxes
     box = common([cuts.box, *boxes])
     if is_empty(box) or (len(parts) < 2 and not cuts.planes and not share):
         return box, cuts
+    if not share and not cuts.planes and (found := in_common(parts, boxes)) is not None:
+        return (found[:3], found[3:]), NO_CUTS
     faces = _faces(parts)
     own = [[s for s in surfaces if isinstance(s, PlaneSurface)] for surfaces in faces]
     everything = Cuts((*cuts.planes, *(plane for planes in own for plane in planes)))

@@ -1,4 +1,4 @@
-"""Names and materials by body number: a number for each entry of a scene's list, one for each ball of a `Spheres`."""
+"""Names and materials by body number: a number for each entry of a scene's list, one for each body of many in one."""
 
 from __future__ import annotations
 
@@ -11,14 +11,43 @@ import numpy as np
 import numpy.typing as npt
 
 from .body import Body
+from .bulk import Bulk
 from .carried import said
-from .sphere import Sphere
-from .spheres import Spheres
 
 
 def numbers_of(body: Body) -> int:
     """How many body numbers an entry takes."""
-    return len(body.shape) if isinstance(body.shape, Spheres) else 1
+    return len(body.shape) if isinstance(body.shape, Bulk) else 1
+
+
+def material_of(body: Body, index: int) -> Any:
+    """The material of one of the bodies of an entry."""
+    return body.material if body.materials is None else body.materials[body.material_index[index]]
+
+
+def distinct_materials(bodies: Iterable[Body]) -> tuple[Any, ...]:
+    """The different materials, in the order of the first body of each; None is that of bodies without."""
+    found: dict[Any, None] = {}
+    for body in bodies:
+        if body.materials is None:
+            found[body.material] = None
+        else:
+            used, first = np.unique(body.material_index, return_index=True)
+            found.update((body.materials[place], None) for place in used[np.argsort(first)].tolist())
+    return tuple(found)
+
+
+def looks(bodies: Sequence[Body], item_of: Any) -> tuple[list[Any], list[bool], Any]:
+    """(materials, is it of a sheet for each, the place of each body's among them); item_of: the entry of each body."""
+    materials, sheets, place_of = [body.material for body in bodies], [body.shape.is_sheet for body in bodies], item_of
+    for entry, body in enumerate(bodies):
+        if body.materials is not None:
+            if place_of is item_of:
+                place_of = item_of.copy()
+            place_of[item_of == entry] = len(materials) + body.material_index
+            materials += body.materials
+            sheets += [body.shape.is_sheet] * len(body.materials)
+    return materials, sheets, place_of
 
 
 def counted(count: int, one: str, many: str) -> str:
@@ -41,18 +70,20 @@ def first_numbers(bodies: Iterable[Body]) -> npt.NDArray[np.int64]:
     return np.cumsum([0, *map(numbers_of, bodies)], dtype=np.int64)
 
 
-def one_ball(body: Body, index: int) -> Body:
-    """One ball of an entry of `Spheres` as a body, with the entry's material and name; any other entry itself."""
+def one_body(body: Body, index: int) -> Body:
+    """One of many bodies in an entry as a body, with its material and the entry's name; any other entry itself."""
     shape = body.shape
-    if not isinstance(shape, Spheres):
+    if not isinstance(shape, Bulk):
         return body
-    ball = Sphere(float(shape.radii[index]), tuple(shape.centers[index].tolist()), motion=shape.motion)
-    return Body(ball, body.material, body.name)
+    return Body(shape.single(index), material_of(body, index), body.name)
 
 
 @dataclass(frozen=True)
 class Labels:
-    """What bodies are called and made of. Entry k has the numbers from firsts[k] on, up to the next entry's."""
+    """What bodies are called and made of. Entry k has the numbers from firsts[k] on, up to the next entry's.
+
+    Of many bodies in one entry, those that follow one another and have one material count as an entry here.
+    """
 
     firsts: npt.NDArray[np.int64]
     names: tuple[str | None, ...]
@@ -67,7 +98,18 @@ class Labels:
         """Of all entries of a scene."""
         firsts = first_numbers(bodies)[:-1]
         names, materials = tuple(body.name for body in bodies), tuple(body.material for body in bodies)
-        return cls(firsts, names, materials, tuple(not body.shape.is_sheet for body in bodies))
+        solid = tuple(not body.shape.is_sheet for body in bodies)
+        if all(body.materials is None for body in bodies):
+            return cls(firsts, names, materials, solid)
+        runs = [_runs(body) for body in bodies]
+        counts = [len(begins) for begins, _ in runs]
+        every = np.concatenate([first + begins for first, (begins, _) in zip(firsts, runs, strict=True)])
+        return cls(
+            every,
+            tuple(name for name, count in zip(names, counts, strict=True) for _ in range(count)),
+            tuple(each for _, made_of in runs for each in made_of),
+            tuple(each for each, count in zip(solid, counts, strict=True) for _ in range(count)),
+        )
 
     def of_only(self, numbers: Any) -> Labels:
         """Of those entries alone that some numbers belong to."""
@@ -113,6 +155,15 @@ class Labels:
     @cached_property
     def _materials(self) -> Any:
         return _table(self.materials)
+
+
+def _runs(body: Body) -> tuple[npt.NDArray[np.int64], Sequence[Any]]:
+    """Where bodies of an entry begin that have one material, and these."""
+    index = body.material_index
+    if body.materials is None or not len(index):
+        return np.zeros(1, np.int64), [body.material]
+    begins = np.flatnonzero(np.concatenate([[True], index[1:] != index[:-1]]))
+    return begins, [body.materials[place] for place in index[begins].tolist()]
 
 
 def _table(values: Sequence[Any]) -> Any:

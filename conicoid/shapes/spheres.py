@@ -10,15 +10,17 @@ import numpy as np
 from .arrays import real_array
 from .base import Solid
 from .boxes import EVERYWHERE
+from .bulk import Bulk
 from .calm import calm
 from .motion import Motion
 from .row_vectors import product
+from .sphere import Sphere
 from .validate import DOMAIN, outside_domain
 from .vector import Box, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Spheres(Solid):
+class Spheres(Bulk, Solid):
     """N balls |x - centers[i]|² <= radii[i]² as N bodies with consecutive ids.
 
     `centers` (N, 3), `radii` (N,) or one number for all. A scene entry only: it does not combine
@@ -27,7 +29,7 @@ class Spheres(Solid):
 
     centers: Any
     radii: Any
-    combines: ClassVar[bool] = False
+    columns: ClassVar = {"centers": ("x", "y", "z"), "radii": ("radius",)}
 
     @calm
     def __post_init__(self) -> None:
@@ -57,20 +59,8 @@ class Spheres(Solid):
             values.flags.writeable = False
             object.__setattr__(self, field, values)
 
-    def __len__(self) -> int:
-        return len(self.radii)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Spheres):
-            return NotImplemented
-        return (
-            self.motion == other.motion
-            and np.array_equal(self.centers, other.centers)
-            and np.array_equal(self.radii, other.radii)
-        )
-
-    def __hash__(self) -> int:
-        return hash((len(self), self.motion, self.radii.tobytes()[:64]))
+    def single(self, index: int) -> Sphere:
+        return Sphere(self.row(index, "radii"), self.row(index, "centers"), motion=self.motion)
 
     def placed(self, outer: Motion) -> tuple[FloatArray, FloatArray, float | None]:
         """(centers in the world, linear part (3, 3), its factor if it is a similarity, else None)."""

@@ -13,7 +13,7 @@ from .support import points_support
 from .validate import vector
 from .vector import Vector, VectorLike
 
-_CLEAR = 2.0**-45
+CLEAR = 2.0**-45
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Triangle(PrimitiveSheet):
         """
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.a, self.b, self.c
         x, y, z, u, v, w = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-        return any(abs(p - q) > _CLEAR * (abs(p) + abs(q)) for p, q in ((y * w, z * v), (z * u, x * w), (x * v, y * u)))
+        return any(abs(p - q) > CLEAR * (abs(p) + abs(q)) for p, q in ((y * w, z * v), (z * u, x * w), (x * v, y * u)))
 
     def _edges(self) -> tuple[ex.Row, ex.Row]:
         a, b, c = (ex.exact_row(point) for point in (self.a, self.b, self.c))

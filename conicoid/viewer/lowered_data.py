@@ -15,6 +15,7 @@ from ..render.fit import fitting_lights
 from ..scene import Scene
 from ..shading.look import Look, lower_look
 from ..shading.materials import CHECKER_SPACE, CHECKER_UV
+from ..shapes.labels import looks
 from ..shapes.material import DEFAULT
 from .limits import check
 
@@ -57,10 +58,10 @@ def view_of(scene: Scene) -> Camera | OrthographicCamera:
 
 def look_of(scene: Scene, lights: Any) -> Look:
     """Materials and lights as records."""
-    materials = [DEFAULT if body.material is None else body.material for body in scene.bodies]
-    sheets = [body.shape.is_sheet for body in scene.bodies]
     lowered = scene.lowered
-    return lower_look(materials, sheets, lowered.body_item, lights, scene.background, lowered.face_paint)
+    found, sheets, place_of = looks(scene.bodies, lowered.body_item)
+    materials = [DEFAULT if material is None else material for material in found]
+    return lower_look(materials, sheets, place_of, lights, scene.background, lowered.face_paint)
 
 
 def camera_data(camera: Camera | OrthographicCamera) -> dict[str, Any]:

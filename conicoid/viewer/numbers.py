@@ -15,8 +15,8 @@ from ..formats.data_files import save_array
 from ..formats.scene_file import scene_data
 from ..formats.yaml_writer import dump
 from ..scene import Scene
+from ..shapes.bulk import Bulk
 from ..shapes.coefficients import NAMES as COEFFICIENTS
-from ..shapes.spheres import Spheres
 
 MOST = 40
 """Numbers of one body that get a slider."""
@@ -28,7 +28,7 @@ def numbers_of(scene: Scene, item: int) -> list[dict[str, Any]]:
     """{label, path, value, low, high} of the numbers of an entry of the scene, at most `MOST`."""
     if not 0 <= item < len(scene.bodies):
         raise ValueError(f"numbers: item must be in [0, {len(scene.bodies)}), got {item}")
-    if isinstance(scene.bodies[item].shape, Spheres):
+    if isinstance(scene.bodies[item].shape, Bulk):
         return []
     data = _data(scene, None)
     found: list[dict[str, Any]] = []
@@ -72,12 +72,12 @@ def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
     """A scene file's data, its lists copied; large sets of balls go to the folder."""
     count = 0
 
-    def keep(spheres: Spheres) -> str:
+    def keep(_: str, table: Any) -> str:
         nonlocal count
         count += 1
-        name = f"spheres-{count}.npy"
+        name = f"many-{count}.npy"
         if folder is not None:
-            save_array(folder / name, np.column_stack((spheres.centers, spheres.radii)))
+            save_array(folder / name, table)
         return name
 
     copied: dict[str, Any] = _copied(scene_data(scene, keep, defaults=True))

@@ -23,6 +23,7 @@ SCENES = {
     "gear_plate": "A gear with 324 bores",
     "engine": "An engine, cut open",
     "steinmetz": "Steinmetz solids",
+    "caffeine": "Caffeine",
     "reactor_pin": "A fuel assembly",
 }
 """Example programs with one scene, which the gallery shows alive, and their titles."""

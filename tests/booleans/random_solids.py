@@ -8,6 +8,7 @@ import numpy as np
 
 import conicoid as co
 from conicoid.shapes import REGISTRY
+from conicoid.shapes.bulk import Bulk
 
 from ..contract.examples import examples_of
 from ..shapes.random_pairs import flat, quadric, random_step, something_left
@@ -15,7 +16,8 @@ from ..shapes.random_pairs import flat, quadric, random_step, something_left
 NAMES = [
     n
     for n in sorted(REGISTRY)
-    if n not in ("Union", "Intersection", "Difference", "Complement", "Painted", "ClippedSheet", "Spheres")
+    if n not in ("Union", "Intersection", "Difference", "Complement", "Painted", "ClippedSheet")
+    and not issubclass(REGISTRY[n], Bulk)
 ]
 EXAMPLES = [shape for name in NAMES for shape in examples_of(name)]
 SOLIDS = [shape for shape in EXAMPLES if not shape.is_sheet]

@@ -6,6 +6,7 @@ gets a line in `SPECIAL`. A new shape with fields of the usual kinds needs nothi
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
@@ -16,13 +17,16 @@ import conicoid as co
 from conicoid.formats.fields import ShapeKind, fields_of
 from conicoid.formats.kinds import Choice, Fixed, Flag, Kind, Maybe, Named, Number, OneOf, Several, Text
 from conicoid.shapes import REGISTRY, Sheet, Solid
+from conicoid.shapes.bulk import Bulk
 from conicoid.shapes.light import LIGHTS
 from conicoid.shapes.material import CONSTRUCTORS, Material
 
 COMBINED = ("Union", "Intersection", "Difference", "Complement", "Painted", "ClippedSheet")
 PRIMITIVES = sorted(set(REGISTRY) - set(COMBINED))
-SOLIDS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Solid) and name != "Spheres"]
-SHEETS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Sheet)]
+SOLIDS = [
+    name for name in PRIMITIVES if issubclass(REGISTRY[name], Solid) and getattr(REGISTRY[name], "combines", True)
+]
+SHEETS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Sheet) and not issubclass(REGISTRY[name], Bulk)]
 
 
 def within_domain(x: float) -> float:
@@ -82,6 +86,29 @@ def _spheres() -> st.SearchStrategy[Any]:
     return built("Spheres", rows.map(lambda r: {"centers": [c for c, _ in r], "radii": [k for _, k in r]}))
 
 
+MANY = {
+    "Cylinders": {"starts": points, "ends": points, "radii": positive},
+    "Capsules": {"starts": points, "ends": points, "radii": positive},
+    "Cones": {"starts": points, "ends": points, "start_radii": positive, "end_radii": positive},
+    "Ellipsoids": {"centers": points, "radii": st.tuples(*[positive] * 3)},
+    "Boxes": {"lows": points, "highs": points.map(lambda p: tuple(x + 5 for x in p))},
+    "Discs": {"centers": points, "normals": points, "radii": positive},
+    "Triangles": {"a": points, "b": points, "c": points},
+}
+
+
+def _many(name: str) -> st.SearchStrategy[Any]:
+    """One array for each field, of equally many bodies, which are more than stand in the file itself now and then."""
+    rows = st.lists(st.fixed_dictionaries(MANY[name]), max_size=4)
+    often = st.sampled_from([1, 1, 40])
+    return built(
+        name,
+        st.tuples(rows, often).map(
+            lambda drawn: {field: [row[field] for row in drawn[0]] * drawn[1] for field in MANY[name]}
+        ),
+    )
+
+
 def built(name: str, arguments: st.SearchStrategy[dict[str, Any]]) -> st.SearchStrategy[Any]:
     """Shapes of a class from arguments, those that it refuses left out."""
 
@@ -97,6 +124,7 @@ def built(name: str, arguments: st.SearchStrategy[dict[str, Any]]) -> st.SearchS
 SPECIAL: dict[str, Any] = {
     "Cylinder": lambda: _round("Cylinder"), "CylinderPatch": lambda: _round("CylinderPatch"),
     "Polyhedron": _polyhedra, "Quadric": _quadrics, "Ellipsoid": _ellipsoids, "Spheres": _spheres,
+    **{name: functools.partial(_many, name) for name in MANY},
     "Polygon": lambda: built("Polygon", flat_points.map(lambda vertices: {"vertices": vertices})),
     "Triangle": lambda: built("Triangle", st.fixed_dictionaries({"a": points, "b": points, "c": points})),
     "Box": lambda: built("Box", st.tuples(points, st.tuples(*[st.floats(0.5, 9)] * 3)).map(
@@ -218,7 +246,8 @@ backgrounds = st.one_of(st.none(), colors, st.builds(co.Sky, colors, colors, st.
 
 @st.composite
 def scenes(draw: Any) -> co.Scene:
-    shapes = draw(st.lists(st.one_of(solids(), sheets(), moved(primitive("Spheres"))), max_size=4))
+    many = [moved(primitive(name)) for name in ("Spheres", *MANY)]
+    shapes = draw(st.lists(st.one_of(solids(), sheets(), *many), max_size=4))
     names = draw(st.lists(st.one_of(st.none(), texts), min_size=len(shapes), max_size=len(shapes)))
     given = [name for name in names if name is not None]
     assume(len(set(given)) == len(given))

@@ -70,7 +70,7 @@ def lower(bodies: Sequence[Body], stages: Stages | None = None) -> Lowered:
     layout = Layout(collected.contents)
     counts = np.array(collected.items, np.int32)
     starts = (np.cumsum(counts) - counts).astype(np.int32)
-    exact = Exact(_shapes(bodies), *(_at(places, starts) for places in (layout.surfaces, layout.polygons)))
+    exact = Exact(_shapes(bodies), starts, layout.surfaces.first, layout.polygons.first)
     surfaces: SurfaceArrays = layout.surface_columns(exact)
     stages.reached(MERGED)
     tables, boxes = layout.tables(surfaces)
@@ -105,8 +105,3 @@ class _Shapes:
 def _shapes(bodies: Sequence[Body]) -> Shapes:
     """The shape of each body."""
     return _Shapes(bodies) if isinstance(bodies, Repeated) else [body.shape for body in bodies]
-
-
-def _at(places: Any, bodies: Ints) -> Any:
-    """Where the rows of some bodies begin; at the end for those behind the last."""
-    return np.append(places.first, places.count)[bodies]

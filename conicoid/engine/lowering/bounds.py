@@ -2,8 +2,8 @@
 
 They are what `shapes.region.region_bounds` finds with more work: unions surround, and parts of an intersection narrow
 one another. Where only one part of an intersection has a bound, and the others are complements of what has none
-outside, the box is that part's. Where several have, it is the box that is common to them if every side of it is
-reached: by the middle of a face of a box, or a pole of an ellipsoid, that lies within all other parts.
+outside, the box is that part's. Where several have, and these are balls and boxes along the axes, it is that of
+`shapes.ball_bounds`.
 """
 
 from __future__ import annotations
@@ -14,10 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...shapes.base import PrimitiveSolid, Shape, Solid
-from ...shapes.box import Box
-from ...shapes.cells import Cell
-from ...shapes.ellipsoid import Ellipsoid
+from ...shapes.ball_bounds import bounds_nothing_outside, simple, within_balls
+from ...shapes.base import Shape, Solid
 from ...shapes.region import Complement, Difference, Intersection, Painted, Union
 from ...shapes.sphere import Sphere
 from ..tables import Floats
@@ -27,10 +25,6 @@ from .plan import folded
 from .trees import EMPTY
 
 Mask = npt.NDArray[np.bool_]
-_ROUND = (Sphere, Ellipsoid)
-"""Kinds whose outside no box bounds, if nothing cuts them."""
-_WITHIN = 1e-6
-"""What is within an ellipsoid or a box by this share of its size is within it in spite of rounding."""
 
 
 def box_columns(rows: Floats) -> Floats:
@@ -40,11 +34,11 @@ def box_columns(rows: Floats) -> Floats:
 
 @dataclass
 class _Part:
-    """A primitive of each body: its boxes, whether it is a ball, a box, or else; where its axes are the world's."""
+    """A primitive of each body: its boxes, is it a ball, and for which bodies is it that, or an upright box."""
 
     boxes: Floats
-    kind: str
-    aligned: Mask
+    is_ball: bool
+    simple: Mask
 
 
 @dataclass
@@ -72,18 +66,10 @@ def boxes_of(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[Fl
 
 def _of_primitive(shape: Shape, rows: Floats) -> _Bounded:
     boxes = box_columns(rows)
-    entries = (rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3] != 0).sum(axis=2)
-    kind = "round" if isinstance(shape, Sphere) else "box" if isinstance(shape, Box) else ""
-    part = _Part(boxes, kind, np.asarray((entries == 1).all(axis=1)))
-    return _Bounded(boxes, np.ones(len(rows), bool), _bounds_nothing_outside(shape), (part,))
-
-
-def _bounds_nothing_outside(shape: Shape) -> bool:
-    """Is the outside of a solid without a plane or a quadric that would bound it?"""
-    if not isinstance(shape, PrimitiveSolid) or type(shape).outside_bounds_under is not Solid.outside_bounds_under:
-        return False
-    tree = shape.tree()
-    return isinstance(tree, Cell) and (len(tree.faces) > 1 or isinstance(shape, _ROUND))
+    back = rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3]
+    part = _Part(boxes, isinstance(shape, Sphere), simple(type(shape), back))
+    hole = isinstance(shape, Solid) and bounds_nothing_outside(shape)
+    return _Bounded(boxes, np.ones(len(rows), bool), hole, (part,))
 
 
 def _combined(kind: Hashable, parts: Sequence[_Bounded]) -> _Bounded:
@@ -109,8 +95,8 @@ def _combined(kind: Hashable, parts: Sequence[_Bounded]) -> _Bounded:
     if any(part.parts is None for part in bounded):  # planes would be handed on to the parts of a union
         return nowhere
     together = tuple(each for part in bounded for each in part.parts or ())
-    boxes_in_common, reached = _common(together)
-    return _Bounded(boxes_in_common, known & reached, False, together)
+    boxes_in_common, good = _common(together)
+    return _Bounded(boxes_in_common, known & good, False, together)
 
 
 def _around(boxes: Sequence[Floats]) -> Floats:
@@ -125,45 +111,6 @@ def _around(boxes: Sequence[Floats]) -> Floats:
 
 
 def _common(parts: Sequence[_Part]) -> tuple[Floats, Mask]:
-    """(the boxes common to primitives, is every side of them reached by a point of all).
-
-    Ends of parts whose axes are the world's are the least floats that hold them. So where the part that makes a side
-    has a point there that is well within the others, nothing that holds their common points ends before.
-    """
-    low = np.max([part.boxes[:, :3] for part in parts], axis=0)
-    high = np.min([part.boxes[:, 3:] for part in parts], axis=0)
-    sure = np.asarray(np.logical_and.reduce([part.aligned & bool(part.kind) for part in parts]))
-    sure &= np.asarray((low < high).all(axis=1)) & np.isfinite(low).all(axis=1) & np.isfinite(high).all(axis=1)
-    with np.errstate(all="ignore"):
-        for axis in range(3):
-            for end in (low, high):
-                reached = np.zeros(len(low), bool)
-                for part in parts:
-                    reached |= _reaches(part, parts, axis, end, low, high)
-                sure &= reached
-    return np.concatenate([low, high], axis=1), sure
-
-
-def _reaches(part: _Part, parts: Sequence[_Part], axis: int, end: Floats, low: Floats, high: Floats) -> Mask:
-    """Has a part a point on the end of the common box along an axis that is well within the others?"""
-    own = part.boxes[:, :3] if end is low else part.boxes[:, 3:]
-    middle = (low + high) / 2 if part.kind == "box" else (part.boxes[:, :3] + part.boxes[:, 3:]) / 2
-    point = middle.copy()
-    point[:, axis] = end[:, axis]
-    reached = own[:, axis] == end[:, axis]
-    across = [k for k in range(3) if k != axis]
-    size = high - low
-    reached &= np.asarray(
-        ((point - low)[:, across] > _WITHIN * size[:, across]).all(axis=1)
-        & ((high - point)[:, across] > _WITHIN * size[:, across]).all(axis=1)
-    )
-    for other in parts:
-        if other is part:
-            continue
-        if other.kind == "round":
-            center, half = (other.boxes[:, :3] + other.boxes[:, 3:]) / 2, (other.boxes[:, 3:] - other.boxes[:, :3]) / 2
-            reached &= np.asarray((((point - center) / half) ** 2).sum(axis=1) < 1 - _WITHIN)
-        elif part.kind == "round":
-            its = other.boxes[:, :3] if end is low else other.boxes[:, 3:]
-            reached &= its[:, axis] != end[:, axis]
-    return reached
+    """(the boxes around what primitives have in common, are these known)."""
+    boxes, good = within_balls([part.boxes for part in parts], [part.is_ball for part in parts])
+    return boxes, np.asarray(np.logical_and.reduce([good, *(part.simple for part in parts)]))

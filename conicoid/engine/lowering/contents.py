@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from ...shapes import exact as ex
 from ...shapes.base import Shape
 from ...shapes.body import Body
+from ...shapes.bulk import Bulk
 from ...shapes.material import Material
 from ...shapes.motion import STILL
 from ...shapes.repeated import Repeated
 from ...shapes.spheres import Spheres
 from ...shapes.surface import Key, Surface
 from ...shapes.vector import FloatArray
-from ..tables import Floats, Ints
+from ..tables import Floats, Longs
 from .layout import Balls, Contents
 from .moved import moved_rows
 from .parts import part_of, stretched_balls
@@ -40,17 +41,20 @@ class Exact:
     are worked out at the first question and kept with the shape.
     """
 
-    def __init__(self, shapes: Shapes, first: Ints, first_outline: Ints) -> None:
-        self._shapes, self._first, self._first_outline = shapes, first, first_outline
+    def __init__(self, shapes: Shapes, starts: Any, first: Longs, first_outline: Longs) -> None:
+        """shapes: of the entries of a scene; starts: the number of each one's first body.
+
+        first, first_outline: of each body, the number of its first surface, and of its first outline.
+        """
+        self._shapes, self._starts, self._first, self._first_outline = shapes, starts, first, first_outline
 
     def __getitem__(self, index: int) -> Surface:
-        surfaces, own = self._of(index)
+        _, surfaces, own = self._of(index)
         return surfaces[own]
 
     def name(self, index: int) -> tuple[Key, int]:
         """The exact name of a surface, and its sense."""
-        surfaces, own = self._of(index)
-        shape = self._shapes[int(np.searchsorted(self._first, index, side="right")) - 1]
+        shape, surfaces, own = self._of(index)
         names: dict[int, tuple[Key, int]] = shape.kept.setdefault("names", {})
         if own not in names:
             names[own] = surfaces[own].key()
@@ -58,15 +62,32 @@ class Exact:
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
         """The corners of a polygon."""
-        which = int(np.searchsorted(self._first_outline, polygon, side="right")) - 1
-        return part_of(self._shapes[which]).outlines[polygon - int(self._first_outline[which])]
+        body = int(np.searchsorted(self._first_outline, polygon, side="right")) - 1
+        return part_of(self._shape(body)).outlines[polygon - int(self._first_outline[body])]
 
-    def _of(self, index: int) -> tuple[Sequence[Surface], int]:
-        """The surfaces of the body that one belongs to, and which of them it is."""
-        which = int(np.searchsorted(self._first, index, side="right")) - 1
-        shape = self._shapes[which]
-        surfaces = shape.kept["balls"][2] if isinstance(shape, Spheres) else part_of(shape).exact
-        return surfaces, index - int(self._first[which])
+    def _of(self, index: int) -> tuple[Shape, Sequence[Surface], int]:
+        """The shape of the body that a surface belongs to, all surfaces of that, and which of them it is."""
+        body = int(np.searchsorted(self._first, index, side="right")) - 1
+        shape = self._shape(body)
+        if isinstance(shape, Spheres):
+            return shape, shape.kept["balls"][2], body - self._start(body)
+        return shape, part_of(shape).exact, index - int(self._first[body])
+
+    def _start(self, body: int) -> int:
+        """The first body of the entry that one belongs to."""
+        return int(self._starts[int(np.searchsorted(self._starts, body, side="right")) - 1])
+
+    def _shape(self, body: int) -> Shape:
+        """The shape of a body, where its surfaces and their names are kept; a `Spheres` keeps those of its balls."""
+        entry = int(np.searchsorted(self._starts, body, side="right")) - 1
+        shape = self._shapes[entry]
+        if not isinstance(shape, Bulk) or isinstance(shape, Spheres):
+            return shape
+        singles: dict[int, Shape] = shape.kept.setdefault("singles", {})
+        own = body - int(self._starts[entry])
+        if own not in singles:
+            singles[own] = shape.single(own)
+        return singles[own]
 
 
 class Collected:
@@ -111,6 +132,9 @@ class Collected:
                 done += 1
                 if not stages.many:
                     stages.bodies(done)
+            elif isinstance(body.shape, Bulk):
+                self._together.add_many(body.shape, before)
+                self.contents.body_count += len(body.shape)
             else:
                 self.contents.body_count += 1
                 self._add_one(body.shape, before)

@@ -48,6 +48,12 @@ def plan_of(solid: Boolean) -> Plan | None:
     return Plan(tuple(key), leaves, painted)
 
 
+def primitives(shape: Shape) -> list[tuple[Shape, tuple[Step, ...]]]:
+    """The primitives of a shape with the steps that move each: its own where it is one."""
+    plan = plan_of(shape) if isinstance(shape, Boolean) else None
+    return [(shape, shape.motion.steps)] if plan is None else plan.leaves
+
+
 def folded(key: Sequence[Hashable], leaves: Sequence[Any], combined: Callable[[Any, list[Any]], Any]) -> Any:
     """What a plan makes of something for each of its leaves: combined(kind of node, operands), from the leaves up."""
     results: list[Any] = []

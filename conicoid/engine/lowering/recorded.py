@@ -12,13 +12,14 @@ import dataclasses
 import operator
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 
 from ...forks import lock
 from ...shapes import exact as ex
 from ...shapes.base import Primitive, Shape
+from ...shapes.bulk import Bulk
 from ...shapes.motion import STILL, Affine, Motion, Step, Translate
 from ...shapes.recorder import Tape
 from ...shapes.traced import Plain
@@ -28,6 +29,7 @@ from ..tapes.wide import WIDTH
 from .composed import FORMS, Form
 from .parts import Part, worked_out
 from .pattern import FRAME_NUMBERS
+from .plan import primitives
 
 FEWEST = 8
 """Shapes of one kind that are worth a new recording, which takes as long as some of them alone."""
@@ -164,10 +166,15 @@ class Motions:
     """The motions of many shapes, each once: their products, inverses and factors in numbers of 253 bits and more."""
 
     known: dict[tuple[Step, ...], int] = field(default_factory=dict)
+    uses: list[int] = field(default_factory=list)
 
-    def row(self, steps: tuple[Step, ...]) -> int:
-        """The number of a motion."""
-        return self.known.setdefault(steps, len(self.known))
+    def row(self, steps: tuple[Step, ...], uses: int = 1) -> int:
+        """The number of a motion, which so many more shapes have."""
+        row = self.known.setdefault(steps, len(self.known))
+        if row == len(self.uses):
+            self.uses.append(0)
+        self.uses[row] += uses
+        return row
 
     def work_out(self) -> tuple[Longs, list[bool | None], Floats]:
         """(motions, 25, WIDTH) wide numbers; of each, whether it is a similarity, and None where that is not known.
@@ -178,6 +185,7 @@ class Motions:
         kinds: list[bool | None] = [None] * len(self.known)
         back = np.full((len(self.known), FRAME_NUMBERS), np.nan)
         like: dict[Hashable, tuple[list[int], list[list[float]], list[tuple[Step, ...]]]] = {}
+        few: set[int] = set()  # of which there are too few for a recording
         for steps, row in self.known.items():
             told = [said(step) for step in steps]
             if all(one is not None for one in told):
@@ -212,22 +220,21 @@ class Motions:
                 for row in at.tolist():
                     kinds[row] = similar
             for which in left.tolist() if len(left) < FEWEST else ():
-                numbers_of_one, back[rows[which]] = _alone(all_steps[which])
-                table[rows[which], : len(numbers_of_one)] = numbers_of_one
-                kinds[rows[which]] = len(numbers_of_one) == 25
+                few.add(rows[which])
+        for steps, row in self.known.items():
+            if kinds[row] is None and (row in few or self.uses[row] >= FEWEST):  # those of a body, or of many shapes
+                kinds[row], table[row], back[row] = _worked_out_motion(Motion(steps))
         return table, kinds, back
 
 
-def _alone(steps: tuple[Step, ...]) -> tuple[Longs, list[float]]:
-    """The wide numbers of a motion that is not worth a recording, and the rows of its inverse, rounded.
-
-    It may be that of a body whose parts are worth theirs.
-    """
-    motion = Motion(steps)
-    numbers = [x for rows, shift in (motion.affine, motion.inverse) for row in (*rows, shift) for x in row]
+def _worked_out_motion(motion: Motion) -> tuple[bool, Longs, Any]:
+    """A row of each of the three that `Motions.work_out` gives, by arithmetic of 3,000 bits."""
+    wides = np.zeros((25, WIDTH), np.int64)
+    numbers = [x for linear, shift in (motion.affine, motion.inverse) for line in (*linear, shift) for x in line]
     factor = motion.similarity
-    wide = np.array([wide_row(ex.exact(x)) for x in (*numbers, *(() if factor is None else (factor,)))])
-    return wide, [entry for row in motion.inverse_rows for entry in row]
+    for row, number in enumerate([*numbers, *(() if factor is None else (factor,))]):
+        wides[row] = wide_row(ex.exact(number))
+    return factor is not None, wides, np.array(motion.inverse_rows).ravel()
 
 
 def _given_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
@@ -247,15 +254,75 @@ def _given_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
     return Motion((known,))  # type: ignore[arg-type]
 
 
-@dataclass
-class Like:
+class Like(Protocol):
     """Shapes that are made alike, and what was said of each."""
+
+    def __len__(self) -> int: ...
+
+    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
+        """One of the shapes, and the steps that move it."""
+        ...
+
+    def columns(self) -> tuple[Floats, Ints, Ints]:
+        """(n, numbers) what was said, and of each shape its motion and its place."""
+        ...
+
+
+@dataclass
+class _Listed:
+    """Shapes of bodies that stand alone."""
 
     shapes: list[Shape] = field(default_factory=list)
     steps: list[tuple[Step, ...]] = field(default_factory=list)
     numbers: list[list[float]] = field(default_factory=list)
     motions: list[int] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
+
+    def __len__(self) -> int:
+        return len(self.shapes)
+
+    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
+        """`Like.of`"""
+        return self.shapes[index], self.steps[index]
+
+    def columns(self) -> tuple[Floats, Ints, Ints]:
+        """`Like.columns`"""
+        numbers = np.array(self.numbers).reshape(len(self), -1)
+        return numbers, np.array(self.motions, np.int32), np.array(self.places, np.int32)
+
+
+@dataclass
+class _Many:
+    """One primitive of each of many bodies in one entry."""
+
+    shape: Bulk
+    leaf: int
+    steps: tuple[Step, ...]
+    numbers: Floats
+    motion: int
+    places: Ints
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
+        """`Like.of`"""
+        return primitives(self.shape.single(index))[self.leaf]
+
+    def columns(self) -> tuple[Floats, Ints, Ints]:
+        """`Like.columns`"""
+        return self.numbers, np.full(len(self), self.motion, np.int32), self.places
+
+
+@dataclass
+class _Given:
+    """Some shapes that are made alike: which, their numbers, the numbers of motions, and the motion of each."""
+
+    like: Like
+    chosen: Longs
+    numbers: Floats
+    table: Longs
+    motions: Ints
 
 
 class Primitives:
@@ -265,7 +332,25 @@ class Primitives:
         self._motions = Motions()
         self.frames = np.zeros((0, FRAME_NUMBERS))
         """Of motions, by the numbers that `frame` gave, the way back; NaN where that is not known."""
-        self._like: dict[Hashable, Like] = {}
+        self._like: dict[Hashable, _Listed] = {}
+        self._many: list[tuple[Hashable, _Many]] = []
+
+    def add_many(self, shape: Bulk, places: Ints) -> None:
+        """Take in the primitives of many bodies; places (bodies, primitives)."""
+        for leaf, (primitive, steps) in enumerate(primitives(shape.single(0))):
+            told = said(primitive)
+            assert told is not None
+            numbers = shape.numbers(leaf)
+            key, more, row = self._motion(told.form, steps, len(shape))
+            if more:
+                numbers = np.concatenate([numbers, np.tile(np.array(more), (len(numbers), 1))], axis=1)
+            self._many.append((key, _Many(shape, leaf, steps, numbers, row, np.ascontiguousarray(places[:, leaf]))))
+
+    def _motion(self, form: Hashable, steps: tuple[Step, ...], uses: int = 1) -> tuple[Hashable, list[float], int]:
+        """(what is alike in shapes of a form under such steps, the steps' numbers where these count, their motion)."""
+        if all(type(step) is Translate for step in steps):
+            return (form, len(steps)), [x for step in steps for x in step.offset], 0  # type: ignore[union-attr]
+        return (form, "moved"), [], self._motions.row(steps, uses)
 
     def add(self, shape: Shape, steps: tuple[Step, ...], place: int) -> bool:
         """Take in a shape that is moved by steps; False where it has to be lowered alone."""
@@ -274,15 +359,11 @@ class Primitives:
         told = said(shape)
         if told is None:
             return False
-        if all(type(step) is Translate for step in steps):
-            key: Hashable = (told.form, len(steps))
-            told.numbers.extend(x for step in steps for x in step.offset)  # type: ignore[union-attr]
-            row = 0
-        else:
-            key, row = (told.form, "moved"), self._motions.row(steps)
+        key, more, row = self._motion(told.form, steps)
+        told.numbers.extend(more)
         like = self._like.get(key)
         if like is None:
-            like = self._like[key] = Like()
+            like = self._like[key] = _Listed()
         like.shapes.append(shape)
         like.steps.append(steps)
         like.numbers.append(told.numbers)
@@ -290,14 +371,14 @@ class Primitives:
         like.places.append(place)
         return True
 
-    def frame(self, steps: tuple[Step, ...]) -> int:
+    def frame(self, steps: tuple[Step, ...], uses: int = 1) -> int:
         """A number by which `frames` knows the motion of these steps; to be asked for before they are lowered."""
-        return self._motions.row(steps)
+        return self._motions.row(steps, uses)
 
     @property
     def kinds(self) -> int:
         """How many kinds there are of what is made alike."""
-        return len(self._like)
+        return len(self._like) + len(self._many)
 
     def lowered(
         self, told: Callable[[int], Any] = lambda _: None
@@ -306,38 +387,38 @@ class Primitives:
         table, similar, self.frames = self._motions.work_out()
         results: list[tuple[Form, Ints, Floats]] = []
         left: list[tuple[Shape, int]] = []
-        for number, (key, like) in enumerate(self._like.items()):
-            told(number)
-            for kind, chosen in _by_motion(key, like, similar):
-                found, rest = self._of_a_kind(key, kind, like, chosen, table)
-                results += found
-                left += [(like.shapes[i], like.places[i]) for i in rest]
+        every: list[tuple[Hashable, Like]] = [*self._like.items(), *self._many]
+        for done, (key, like) in enumerate(every):
+            told(done)
+            numbers, motions, places = like.columns()
+            for kind, chosen in _by_motion(key, motions, similar):
+                given = _Given(like, chosen, numbers[chosen], table, motions[chosen])
+                found, rest = self._of_a_kind(key, kind, given)
+                results += [(form, places[chosen[which]], rows) for form, which, rows in found]
+                left += [(like.of(i)[0], int(places[i])) for i in chosen[rest].tolist()]
         return results, left
 
     def _of_a_kind(
-        self, key: Hashable, similar: bool | None, like: Like, chosen: Longs, table: Longs
-    ) -> tuple[list[tuple[Form, Ints, Floats]], list[int]]:
-        """`lowered` for some shapes that are made alike; those that are left by their numbers among them."""
+        self, key: Hashable, similar: bool | None, of: _Given
+    ) -> tuple[list[tuple[Form, Longs, Floats]], Longs]:
+        """`lowered` for some shapes that are made alike, by their numbers among them; those that are left."""
         if similar is None:
-            return [], chosen.tolist()
+            return [], np.arange(len(of.chosen))
         moved = isinstance(key, tuple) and key[1] == "moved"
 
         def record(which: int, tape: Tape) -> Form:
-            index = int(chosen[which])
-            part = _record(like.shapes[index], like.steps[index], tape, moved, similar)
-            alone = worked_out(dataclasses.replace(like.shapes[index], motion=Motion(like.steps[index])))
+            shape, steps = of.like.of(int(of.chosen[which]))
+            part = _record(shape, steps, tape, moved, similar)
+            alone = worked_out(dataclasses.replace(shape, motion=Motion(steps)))
             if part.pattern != alone.pattern or list(map(_bits, part.row)) != list(map(_bits, alone.row)):
                 raise TypeError("it is not the same where it is recorded")
             for number in part.row:
                 tape.write(number)
             return FORMS.of(part.pattern, part.tree)
 
-        inputs = np.array([like.numbers[i] for i in chosen.tolist()]).reshape(len(chosen), -1)
-        rows = np.array(like.motions, np.int32)[chosen]
-        given = table if moved else _NO_NUMBERS
-        found, left = _RECORDINGS.play((key, similar), record, inputs, given, rows)
-        places = np.array(like.places, np.int32)[chosen]
-        return [(form, places[which], played.floats) for form, which, played in found], chosen[left].tolist()
+        given = of.table if moved else _NO_NUMBERS
+        found, left = _RECORDINGS.play((key, similar), record, of.numbers, given, of.motions)
+        return [(form, which, played.floats) for form, which, played in found], left
 
 
 def _bits(number: Any) -> str:
@@ -345,13 +426,12 @@ def _bits(number: Any) -> str:
     return float(number.value if isinstance(number, Plain) else number).hex()
 
 
-def _by_motion(key: Hashable, like: Like, similar: list[bool | None]) -> list[tuple[bool | None, Longs]]:
+def _by_motion(key: Hashable, motions: Ints, similar: list[bool | None]) -> list[tuple[bool | None, Longs]]:
     """Those whose motions are similarities, those whose are none, and those of which it is not known."""
-    every = np.arange(len(like.shapes))
     if not (isinstance(key, tuple) and key[1] == "moved"):
-        return [(True, every)]
-    kinds = [similar[row] for row in like.motions]
-    chosen = ((kind, every[[each is kind for each in kinds]]) for kind in (True, False, None))
+        return [(True, np.arange(len(motions)))]
+    kinds = np.array([-1 if each is None else int(each) for each in similar])[motions]
+    chosen = ((kind, np.flatnonzero(kinds == number)) for kind, number in ((True, 1), (False, 0), (None, -1)))
     return [(kind, which) for kind, which in chosen if len(which)]
 
 

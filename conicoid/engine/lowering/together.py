@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from array import array
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ...shapes.base import Shape
+from ...shapes.bulk import Bulk
 from ...shapes.material import Material
 from ...shapes.motion import STILL, Motion
 from ...shapes.region import Boolean, region_bounds
@@ -32,6 +34,48 @@ class _Planned:
     numbers: list[int] = field(default_factory=list)
     first: list[int] = field(default_factory=list)
     frames: list[int] = field(default_factory=list)
+
+    def of(self, index: int) -> tuple[Boolean, Plan]:
+        """One of the bodies, and its plan."""
+        return self.shapes[index], self.plans[index]
+
+    def frames_of(self, rows: Ints, known: Floats) -> Floats:
+        """World to own coordinates of each body, from rows of those that are known."""
+        pairs = zip(self.shapes, rows.tolist(), strict=True)
+        return np.array([known[row] if row >= 0 else _frame(shape.motion) for shape, row in pairs])
+
+    def columns(self) -> tuple[Ints, Ints, Ints]:
+        """Numbers, places and frames as arrays."""
+        numbers, first, frames = (np.array(each, np.int32) for each in (self.numbers, self.first, self.frames))
+        return numbers, first, frames
+
+
+@dataclass
+class _Many:
+    """Many Boolean bodies in one entry: the number of the first, the place of its first leaf, and the frame of all."""
+
+    shape: Bulk
+    number: int
+    first: int
+    frame: int
+
+    def of(self, index: int) -> tuple[Boolean, Plan]:
+        """`_Planned.of`"""
+        shape = self.shape.single(index)
+        assert isinstance(shape, Boolean)
+        plan = plan_of(shape)
+        assert plan is not None
+        return shape, plan
+
+    def frames_of(self, rows: Ints, known: Floats) -> Floats:
+        """`_Planned.frames_of`"""
+        return np.tile(known[self.frame] if self.frame >= 0 else _frame(self.shape.motion), (len(rows), 1))
+
+    def columns(self) -> tuple[Ints, Ints, Ints]:
+        """`_Planned.columns`"""
+        count, leaves = len(self.shape), len(self.shape.leaves)
+        every = np.arange(count, dtype=np.int32)
+        return self.number + every, self.first + leaves * every, np.full(count, self.frame, np.int32)
 
 
 @dataclass
@@ -60,8 +104,9 @@ class Together:
 
     def __init__(self) -> None:
         self._primitives = Primitives()
-        self._owners: list[int] = []  # of each place: the number of its body, -1 for a part of one
+        self._owners = array("i")  # of each place: the number of its body, -1 for a part of one
         self._plans: dict[Hashable, _Planned] = {}
+        self._many: list[_Many] = []
         self.paints: dict[int, dict[int, Material]] = {}
 
     def add(self, shape: Shape, number: int) -> bool:
@@ -72,6 +117,25 @@ class Together:
             return False
         self._owners.append(number)
         return True
+
+    def add_many(self, shape: Bulk, number: int) -> None:
+        """Take in many bodies in one entry, from a number on."""
+        if not len(shape):
+            return
+        first, leaves = len(self._owners), len(shape.leaves)
+        places = first + np.arange(len(shape) * leaves, dtype=np.int32).reshape(-1, leaves)
+        self._primitives.add_many(shape, places)
+        if leaves == 1:
+            owners = np.arange(number, number + len(shape), dtype=np.int32)
+        else:
+            owners = np.full(places.size, -1, np.int32)
+            self._many.append(_Many(shape, number, first, self._frame_of(shape.motion, len(shape))))
+        self._owners.frombytes(owners.tobytes())
+
+    def _frame_of(self, motion: Motion, uses: int = 1) -> int:
+        """The number by which the frames of primitives know a motion; -1 for one that is known at once."""
+        steps = motion.steps
+        return self._primitives.frame(steps, uses) if len(steps) > 1 or (steps and motion.shift is None) else -1
 
     def _add_planned(self, shape: Boolean, number: int) -> bool:
         plan = plan_of(shape)
@@ -87,10 +151,7 @@ class Together:
         like.plans.append(plan)
         like.numbers.append(number)
         like.first.append(first)
-        steps = shape.motion.steps
-        like.frames.append(
-            self._primitives.frame(steps) if len(steps) > 1 or (steps and shape.motion.shift is None) else -1
-        )
+        like.frames.append(self._frame_of(shape.motion))
         return True
 
     def lowered(self, told: Callable[[int, int], Any] = lambda *_: None) -> tuple[list[Found], list[tuple[Shape, int]]]:
@@ -98,7 +159,7 @@ class Together:
 
         told(done, count) is called for the kinds that there are.
         """
-        kinds = self._primitives.kinds + len(self._plans)
+        kinds = self._primitives.kinds + len(self._plans) + len(self._many)
         found, left = self._primitives.lowered(lambda done: told(done, kinds))
         owners = np.array(self._owners, np.int32)
         results: list[Found] = []
@@ -107,45 +168,40 @@ class Together:
             if alone.any():
                 results.append((form.pattern, owners[places[alone]], rows[alone]))
         rest = [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
-        if self._plans:
+        if self._plans or self._many:
             rows_of = _found_rows(found, len(owners))
-            for done, like in enumerate(self._plans.values(), start=self._primitives.kinds):
+            every: list[_Planned | _Many] = [*self._plans.values(), *self._many]
+            for done, like in enumerate(every, start=self._primitives.kinds):
                 told(done, kinds)
                 composed, others = self._composed(like, rows_of)
                 results += composed
                 rest += others
         return results, rest
 
-    def _composed(self, like: _Planned, rows: _Rows) -> tuple[list[Found], list[tuple[Shape, int]]]:
+    def _composed(self, like: _Planned | _Many, rows: _Rows) -> tuple[list[Found], list[tuple[Shape, int]]]:
         """Bodies of one plan; those that are left."""
-        key, count = like.plans[0].key, len(like.plans[0].leaves)
-        places = np.array(like.first, np.int32)[:, None] + np.arange(count, dtype=np.int32)
-        frames = np.array(
-            [_frame(shape, row, self._primitives.frames) for shape, row in zip(like.shapes, like.frames, strict=True)]
-        )
+        _, plan = like.of(0)
+        key, count = plan.key, len(plan.leaves)
+        bodies, first, frame_rows = like.columns()
+        places = first[:, None] + np.arange(count, dtype=np.int32)
+        frames = like.frames_of(frame_rows, self._primitives.frames)
         known = (rows.table[places] >= 0).all(axis=1) & ~np.isnan(frames[:, 0])
-        left: list[tuple[Shape, int]] = [(like.shapes[i], like.numbers[i]) for i in np.flatnonzero(~known).tolist()]
+        left: list[tuple[Shape, int]] = [(like.of(i)[0], int(bodies[i])) for i in np.flatnonzero(~known).tolist()]
         numbers = {id(form): number for number, form in enumerate(rows.forms)}
         form_of = np.array([numbers[id(form)] for form in rows.forms], np.int32)
         results: list[Found] = []
-        kept = np.flatnonzero(known)
-        if not len(kept):
-            return results, left
-        kinds, which = np.unique(form_of[rows.table[places[kept]]], axis=0, return_inverse=True)
-        for kind, forms in enumerate(kinds):
-            chosen = kept[which.reshape(-1) == kind]
-            made = Composition.of(key, [rows.forms[form] for form in forms.tolist()])
+        for forms, chosen in _alike(form_of, rows.table[places], np.flatnonzero(known)):
+            made = Composition.of(key, [rows.forms[form] for form in forms])
             parts = [rows.of(places[chosen, part]) for part in range(count)]
-            leaves = [leaf for leaf, _ in like.plans[int(chosen[0])].leaves]  # those of the others have the same forms
+            leaves = [leaf for leaf, _ in like.of(int(chosen[0]))[1].leaves]  # those of the others have the same forms
             boxes, known_boxes = boxes_of(key, leaves, parts)
             others = np.flatnonzero(~known_boxes)
             if len(others):
-                narrowed = [(like.shapes[i], like.plans[i]) for i in chosen[others].tolist()]
+                narrowed = [like.of(i) for i in chosen[others].tolist()]
                 boxes[others] = _narrowed(narrowed, [box_columns(part[others]) for part in parts])
-            bodies = np.array(like.numbers, np.int32)[chosen]
-            results.append((made.pattern, bodies, made.rows(parts, boxes, frames[chosen])))
-            for i in chosen.tolist() if like.plans[0].painted else ():
-                self._paint(like.numbers[i], like.plans[i].painted, made)
+            results.append((made.pattern, bodies[chosen], made.rows(parts, boxes, frames[chosen])))
+            for i in chosen.tolist() if plan.painted else ():
+                self._paint(int(bodies[i]), like.of(i)[1].painted, made)
         return results, left
 
     def _paint(self, number: int, painted: list[tuple[int, int, Material]], made: Composition) -> None:
@@ -169,11 +225,22 @@ def _narrowed(bodies: Sequence[tuple[Boolean, Plan]], parts: Sequence[Floats]) -
     return found
 
 
-def _frame(shape: Boolean, row: int, frames: Floats) -> Any:
-    """World to own coordinates of a body."""
-    if row >= 0:
-        return frames[row]
-    return np.array(Motion(shape.motion.steps).inverse_rows).ravel() if shape.motion.steps else _IN_PLACE
+def _alike(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int], Any]]:
+    """(the forms of their parts, bodies of these forms) of some bodies; tables (bodies, parts) has numbers of forms."""
+    if not len(which):
+        return
+    forms = form_of[tables[which]].astype(np.int64)
+    code = forms[:, 0]
+    for part in range(1, forms.shape[1]):
+        code = np.unique(code, return_inverse=True)[1].reshape(-1) * len(form_of) + forms[:, part]
+    _, first, group = np.unique(code, return_index=True, return_inverse=True)
+    for number, example in enumerate(first.tolist()):
+        yield forms[example].tolist(), which[group.reshape(-1) == number]
+
+
+def _frame(motion: Motion) -> Any:
+    """World to own coordinates of a body whose motion is a translation, or none."""
+    return np.array(Motion(motion.steps).inverse_rows).ravel() if motion.steps else _IN_PLACE
 
 
 def _found_rows(found: list[tuple[Form, Ints, Floats]], count: int) -> _Rows:

@@ -12,6 +12,7 @@ from ...shapes import number
 from ...shapes.number import Number
 from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Signs
+from .order import in_order
 from .tape import ELSEWHERE, HELD, OPEN, OPERATIONS, play
 from .wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
 
@@ -99,7 +100,7 @@ class Recording:
     @classmethod
     def of(cls, tape: Tape) -> Recording:
         """From what was recorded."""
-        code = [(OPERATIONS.index(which), *operands) for which, *operands in tape.code]
+        code = [(OPERATIONS.index(which), *operands) for which, *operands in in_order(tape)]
         constants = [wide_row(value) for _, value in tape.constants.values()]
         return cls(
             np.array(code, np.int32).reshape(-1, 5),

@@ -44,7 +44,7 @@ def _registers(wides: int, plains: int) -> tuple[Longs, Floats, Longs]:
 
 
 @helper
-def _wide_step(step: tuple[int, int, int, int], w: Longs, t: Longs, free: int) -> bool:
+def _wide_step(step: tuple[int, int, int, int], w: Longs, t: Longs) -> bool:
     """An operation between wide registers; is its result known?"""
     which, d, a, b = step
     if which == ADD:
@@ -56,7 +56,7 @@ def _wide_step(step: tuple[int, int, int, int], w: Longs, t: Longs, free: int) -
     elif which == DIVIDE:
         return wide.divide(w, d, a, b, t)
     elif which == ROOT:
-        return square_root(w, d, a, free, t)
+        return square_root(w, d, a, t)
     else:
         wide.copy(w, d, a)
         w[d, SIGN] = -w[a, SIGN] if which == NEGATE else 1
@@ -139,7 +139,7 @@ def _played(
         which, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
         known = True
         if ADD <= which <= SIZE:
-            known = _wide_step((which, d, a, b), w, t, free)
+            known = _wide_step((which, d, a, b), w, t)
         elif PLAIN_ADD <= which <= UNIT_SIGN:
             known = _plain_step((which, d, a, b), c, f)
         elif which == INPUT:

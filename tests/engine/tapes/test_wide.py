@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from fractions import Fraction
 from typing import Any
@@ -9,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from conicoid.engine.tapes.order import in_order
 from conicoid.engine.tapes.play import Recording
 from conicoid.engine.tapes.tape import ELSEWHERE, HELD, OPEN
 from conicoid.engine.tapes.wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
 from conicoid.shapes import number
-from conicoid.shapes.number import Number, exact, fraction
+from conicoid.shapes.number import Number, exact, fraction, rounded, sqrt
 from conicoid.shapes.recorder import Tape
 
 NOTHING = np.zeros((1, 0, WIDTH), np.int64)
@@ -195,3 +197,47 @@ def test_numbers_of_many_bits_are_cut_with_a_bound():
         row = wide_row(one)
         assert 0 <= row[COUNT] <= LIMBS
         assert abs(value(row) - fraction(one)) + one.off * Fraction(2) ** one.exponent <= bound(row)
+
+
+@pytest.mark.parametrize("root", [1, 3, 9, 2**28 - 1, 2**28 + 1, 2**56 - 1, 2**56 + 3, 2**84 + 5])
+@pytest.mark.parametrize("shift", [-1, 0, 1])
+def test_roots_of_squares_and_of_their_neighbours(root: int, shift: int) -> None:
+    """A square has its root exactly. Beside it the root is the true one, whose leading limb may be small."""
+    tape = Tape()
+    parts = [tape.input(float(part)) for part in _parts(root)]
+    whole = exact(parts[0])
+    for part in parts[1:]:
+        whole = whole + exact(part)
+    found = sqrt(whole * whole + shift)
+    tape.write(rounded(found))
+    tape.write(rounded(found - whole))
+    played = Recording.of(tape).play(np.array([_parts(root)]), NOTHING, np.zeros(1, np.int32))
+    true = math.isqrt((root * root + shift) << 1200)
+    assert played.state[0] == HELD
+    assert played.floats[0, 0] == float(Fraction(true, 1 << 600))
+    assert played.floats[0, 1] == (float(Fraction(true - (root << 600), 1 << 600)) if shift else 0.0)
+
+
+def _parts(whole: int) -> list[float]:
+    """Three floats whose sum is a whole number."""
+    parts = []
+    for _ in range(3):
+        parts.append(float(whole))
+        whole -= int(parts[-1])
+    return parts
+
+
+def test_a_tape_is_played_with_its_tests_first() -> None:
+    """What is not needed is left out; the test of one number comes before what is made of the other."""
+    tape = Tape()
+    a, b = tape.input(2.0), tape.input(3.0)
+    far = exact(b) * exact(b) * exact(b)
+    assert a > 1.0
+    _ = exact(a) * exact(a)
+    tape.write(rounded(far))
+    operations = [operation[0] for operation in in_order(tape)]
+    assert operations.index("plain sign") < operations.index("widen")
+    assert operations.count("multiply") == 2
+    played = Recording.of(tape).play(np.array([[2.0, 5.0], [0.5, 5.0]]), NOTHING, np.zeros(2, np.int32))
+    assert played.state.tolist() == [HELD, ELSEWHERE]
+    assert played.floats[0, 0] == 125.0

@@ -124,11 +124,13 @@ def edit(old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress
 
 def _exact(bodies: Sequence[Body], joined: Joined) -> Exact:
     """The exact surfaces of bodies, on demand."""
-    firsts = []
+    pieces, firsts = joined.pieces, []
     for axis in (SURFACES, POLYGONS):
-        first = np.zeros(len(bodies), np.int64)
-        for source, rows, at, shift in joined.pieces.moved(ENTRIES, axis):
-            laid = joined.laid[source]
-            first[at] = laid.starts(axis)[laid.first_body[rows]] + shift
+        first = np.zeros(int(pieces.total[BODIES]), np.int64)
+        for source, rows, at, shift in pieces.moved(BODIES, axis):
+            first[at] = joined.laid[source].starts(axis)[rows] + shift
         firsts.append(first)
-    return Exact(_Shapes(bodies), firsts[0], firsts[1])  # type: ignore[arg-type]
+    starts = np.zeros(len(bodies), np.int64)
+    for source, rows, at, shift in pieces.moved(ENTRIES, BODIES):
+        starts[at] = joined.laid[source].first_body[rows] + shift
+    return Exact(_Shapes(bodies), starts, firsts[0], firsts[1])
