@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from .color import BRIGHT, Color, are_bytes, bytes_hint, checked_color, grey_hint
+from .color import BRIGHT, BYTE, Color, are_bytes, bytes_hint, checked_color, grey_hint
 from .validate import nonnegative, what
 from .warned import warn
 
@@ -18,7 +18,7 @@ def _light(owner: str, field: str, value: Any) -> Color:
         raise ValueError(
             f"{owner}: {field} must be linear light, of which 1 is white, got {color}; {bytes_hint(color)}; {brighter}"
         )
-    if not isinstance(color, str) and max(color) > BRIGHT:
+    if not isinstance(color, str) and BRIGHT < max(color) <= BYTE:
         warn(
             f"{owner}: {field} {color} is linear light, {max(color):g} times white; co.Sky(..., intensity=...) says so"
         )

@@ -22,8 +22,8 @@ Amount: TypeAlias = float | Vector | str
 """One number for all channels, or a colour."""
 
 _HEX = "0123456789abcdefABCDEF"
-_BYTE = 255
-BRIGHT = 16.0
+BYTE = 255
+BRIGHT = 30.0
 """Of such light more would make a body white that is nearly black."""
 _EXPECTED = "three linear numbers, '#rrggbb' or a CSS colour name"
 
@@ -107,7 +107,7 @@ def checked_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> C
 
 def are_bytes(rgb: Sequence[float], bright: float = 1.0) -> bool:
     """Whether numbers of a colour are plainly from 0 to 255: whole ones, and one above what is `bright`."""
-    return bright < max(rgb) <= _BYTE and min(rgb) >= 0 and all(channel.is_integer() for channel in rgb)
+    return bright < max(rgb) <= BYTE and min(rgb) >= 0 and all(channel.is_integer() for channel in rgb)
 
 
 def bytes_hint(rgb: Sequence[float]) -> str:
@@ -126,7 +126,7 @@ def grey_hint(value: float) -> str:
         return ""
     if 0 <= value <= 1:
         return f"; that grey is [{value:g}, {value:g}, {value:g}]"
-    whole = float(value).is_integer() and value > _BYTE
+    whole = float(value).is_integer() and value > BYTE
     return f"; that colour is '#{int(value):06x}'" if whole else ""
 
 

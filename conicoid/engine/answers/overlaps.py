@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
     from .spans import Spans
 
 BOTH, ERROR = "both", "error"
-_log = logging.getLogger("conicoid")
 _THIN, _ROUNDED = 1e-5, 1e-9
 """Of the longest stretch, and of the distance: less is what numbers with few digits leave between walls."""
 
@@ -45,7 +43,7 @@ def tell_overlaps(owner: str, spans: Spans, overlaps: str | None, kinds: Any, co
         return
     if overlaps == ERROR:
         raise ValueError(_told(owner, spans, *found) + "; co.check(scene) finds all")
-    _once(spans._labels, lambda: _log.warning("%s", _told(owner, spans, *found) + _MEANT))
+    _once(spans._labels, lambda: _log(_told(owner, spans, *found) + _MEANT))
 
 
 _MEANT = "; overlaps='both' says that it is meant, and overlaps='error' refuses it"
@@ -89,6 +87,12 @@ def _told(owner: str, spans: Spans, one: Any, other: Any) -> str:
 
 def _body(number: int, name: Any) -> str:
     return f"body {number}" + (f" {shown(name)}" if name else "")
+
+
+def _log(text: str) -> None:
+    import logging
+
+    logging.getLogger("conicoid").warning("%s", text)
 
 
 def _once(labels: Labels, tell: Callable[[], None]) -> None:
