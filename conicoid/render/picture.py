@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..integrators import INTEGRATORS
-from ..shapes.labels import looks
 from ..shapes.material import DEFAULT, Material
+from ..shapes.repeated_labels import looks_of
 from ..shapes.suggestion import close_to
 from ..shapes.validate import callback, shown, whole
 from .camera import AnyCamera, as_camera, checked_size
@@ -72,7 +72,7 @@ def look_of(scene: Any, camera: AnyCamera) -> Any:
     """Materials, lights and background as kernels take them; lights fit the camera where the scene has none."""
     from ..shading.look import lower_look
 
-    found, sheets, place_of = looks(scene.bodies, scene.lowered.body_item)
+    found, sheets, place_of = looks_of(scene.bodies, scene.lowered.body_item)
     materials = [DEFAULT if material is None else material for material in found]
     for i, material in enumerate(materials):
         if not isinstance(material, Material):

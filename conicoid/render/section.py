@@ -10,8 +10,8 @@ import numpy as np
 
 from ..shapes.checker import Checker
 from ..shapes.color import linear_rgb
-from ..shapes.labels import looks
 from ..shapes.material import Material
+from ..shapes.repeated_labels import looks_of
 from ..shapes.validate import number, shown, what, whole
 from ..shapes.vector import Box, FloatArray
 from .camera import OrthographicCamera, checked_size
@@ -47,7 +47,7 @@ def section_pixels(
     if grid is None or not 1 <= grid <= _MOST_SAMPLES:
         raise ValueError(f"section: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {shown(samples)}")
     steps = math.isqrt(grid - 1) + 1
-    materials, _, place_of = looks(listed, scene.lowered.body_item)
+    materials, _, place_of = looks_of(listed, scene.lowered.body_item)
     colors = np.array([_color(material) for material in materials] + [_NOTHING])
     entries = np.append(place_of, len(materials))
     groups = _groups(materials, entries)

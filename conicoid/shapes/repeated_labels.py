@@ -10,13 +10,20 @@ import numpy as np
 import numpy.typing as npt
 
 from .body import Body
-from .labels import Labels
+from .labels import Labels, looks
 from .repeated import Repeated
 
 
 def labels_of(bodies: Sequence[Body]) -> Labels:
     """What the bodies of a scene are called and made of."""
     return RepeatedLabels(bodies) if isinstance(bodies, Repeated) else Labels.of(bodies)
+
+
+def looks_of(bodies: Sequence[Body], item_of: Any) -> tuple[list[Any], list[bool], Any]:
+    """`looks` for any bodies of a scene."""
+    if not isinstance(bodies, Repeated):
+        return looks(bodies, item_of)
+    return list(bodies.materials), [False] * len(bodies.materials), bodies.kinds
 
 
 class RepeatedLabels(Labels):

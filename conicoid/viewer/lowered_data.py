@@ -15,8 +15,8 @@ from ..render.fit import fitting_lights
 from ..scene import Scene
 from ..shading.look import Look, lower_look
 from ..shading.materials import CHECKER_SPACE, CHECKER_UV
-from ..shapes.labels import looks
 from ..shapes.material import DEFAULT
+from ..shapes.repeated_labels import looks_of
 from .limits import check
 
 ASPECT = 4 / 3
@@ -59,7 +59,7 @@ def view_of(scene: Scene) -> Camera | OrthographicCamera:
 def look_of(scene: Scene, lights: Any) -> Look:
     """Materials and lights as records."""
     lowered = scene.lowered
-    found, sheets, place_of = looks(scene.bodies, lowered.body_item)
+    found, sheets, place_of = looks_of(scene.bodies, lowered.body_item)
     materials = [DEFAULT if material is None else material for material in found]
     return lower_look(materials, sheets, place_of, lights, scene.background, lowered.face_paint)
 
