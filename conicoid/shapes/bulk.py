@@ -36,7 +36,7 @@ class Bulk(Shape, abstract=True):
 
     @abstractmethod
     def single(self, index: int) -> Shape:
-        """One of them as a shape of its own, under the same motion."""
+        """One of them, by its `index`, as a shape of its own under the same motion."""
 
     def check_rows(self) -> None:
         """Refuse bodies that there cannot be, by `refuse`; each number is known to be finite and of the domain."""
@@ -58,7 +58,10 @@ class Bulk(Shape, abstract=True):
         self.check_rows()
 
     def refuse(self, field: str, bad: Any, expected: str) -> None:
-        """Raise ValueError for the first body that is bad, if any is: "Cylinders: radii[3] must be > 0, got -1.0"."""
+        """Raise ValueError for the first body of which a `field` is bad, and say what was `expected`.
+
+        As in "Cylinders: radii[3] must be > 0, got -1.0".
+        """
         found = np.flatnonzero(bad)
         if len(found):
             value = getattr(self, field)[found[0]]
@@ -78,11 +81,11 @@ class Bulk(Shape, abstract=True):
         return hash((type(self), len(self), self.motion, first.tobytes()[:64]))
 
     def row(self, index: int, name: str) -> Any:
-        """The number of a field of one body as a float, or its three as a tuple."""
+        """The number of the field `name` of body `index` as a float, or its three as a tuple."""
         return _plain(getattr(self, name)[index])
 
     def numbers(self, leaf: int) -> FloatArray:
-        """(N, n) numbers of one primitive of each body, in the order of its fields."""
+        """(N, n) numbers of one primitive, number `leaf`, of each body, in the order of its fields."""
         parts = [
             self._flat(part) if isinstance(part, str) else np.full((len(self), 1), part) for part in self.leaves[leaf]
         ]

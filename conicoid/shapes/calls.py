@@ -78,9 +78,12 @@ def misfit(
     trace = error.__traceback__
     if trace is None or trace.tb_next is not None:  # it comes from within the function
         return None
-    names = inspect.signature(function).parameters
+    names: Mapping[str, inspect.Parameter] = inspect.signature(function).parameters
     if any(parameter.kind in _OPEN for parameter in names.values()):
-        return None
+        positional = [name for name, parameter in names.items() if parameter.kind in _POSITIONAL]
+        if len(args) <= len(positional) or _OPEN[0] in {parameter.kind for parameter in names.values()}:
+            return None
+        names, keywords = {name: one for name, one in names.items() if one.kind not in _OPEN}, {}
     is_method = next(iter(names), "") in ("self", "cls")
     problems = _problems(names, args, keywords, is_method)
     owner = _owner(function, args, is_method)

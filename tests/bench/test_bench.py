@@ -199,14 +199,16 @@ def test_programs_of_peers_are_programs(programs, peer):
 
 
 def test_a_core_has_its_pins(tmp_path):
+    """Four assemblies of 3 x 3 pins, of which the middle one is a tube, with 0.8 mm between them."""
     core.write_core(tmp_path / "geometry.xml", 2, 3)
     scene = co.load_openmc(tmp_path / "geometry.xml")
-    pitch = 1.26
-    centers = (np.arange(6) - 2.5) * pitch
+    pitch, gap = 1.26, 0.08
+    centers = np.array([side * (1.5 * pitch + gap / 2) + k * pitch for side in (-1, 1) for k in (-1, 0, 1)])
     x, y = np.meshgrid(centers, centers)
     points = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
-    fuel, clad, water = (scene.body_at(points + (off, 0, 0)) for off in (0.0, 0.44, 0.55))
-    assert len(set(fuel.tolist())) == len(set(clad.tolist())) == 36
+    pins = np.tile([0, 1, 0], 2)[:, None] * np.tile([0, 1, 0], 2) == 0
+    fuel, clad, water = (scene.body_at(points[pins.ravel()] + (off, 0, 0)) for off in (0.0, 0.44, 0.55))
+    assert len(set(fuel.tolist())) == len(set(clad.tolist())) == 32
     assert (fuel >= 0).all()
     assert (water >= 0).all()
     assert not set(fuel.tolist()) & set(clad.tolist())

@@ -72,7 +72,7 @@ def some_shape(rng) -> co.Shape:
 def edit(scene: co.Scene, rng, names) -> co.Scene:
     """One edit: of the first or the last entry in some cases."""
     last = len(scene.bodies) - 1
-    name = scene.bodies[rng.choice([0, last, rng.integers(0, last + 1)])].name
+    name = scene.bodies[int(rng.choice([0, last, rng.integers(0, last + 1)]))].name
     what = rng.integers(0, 4)
     if what == 0:
         new = [co.Body(some_shape(rng), name=next(names)) for _ in range(rng.integers(1, 3))]
