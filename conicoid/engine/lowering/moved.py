@@ -177,11 +177,17 @@ class _Moved:
         return self.known[which]
 
     def _leads(self, key: Any) -> _Alone:
-        """One body for each value of a key."""
-        _, leads, index = np.unique(key, return_index=True, return_inverse=True)
-        return _Alone(
-            leads.astype(np.int32), index.astype(np.int32), np.array([self._alone(int(which)) for which in leads])
-        )
+        """One body for each value of a key; those on the diagonal, if there are some, as they serve several axes."""
+        index = self.shifts.index
+        share = index / (1.0 + index.max(axis=1, keepdims=True))
+        some = index.max(axis=1) > 0
+        aside = np.ptp(share[some], axis=0) if some.any() else np.zeros(index.shape[1])
+        order = np.lexsort((aside, key))
+        begins = np.concatenate([[True], np.diff(np.asarray(key)[order]) != 0])
+        leads, which = order[begins], np.empty(len(order), np.int32)
+        which[order] = np.cumsum(begins) - 1
+        alone = np.array([self._alone(lead) for lead in leads.tolist()])
+        return _Alone(leads.astype(np.int32), which, alone)
 
     def _along(self, axis: int) -> _Alone:
         """By the shift along an axis."""

@@ -55,7 +55,10 @@ class ImportedBodies(Repeated):
             yield from sorted(int(numbers[at]) for at in found)
 
     def is_rigid(self, kind: int) -> bool:
-        """Is no part of a piece so thin that rounding may close it, at any of its places?"""
+        """Is no part of a piece so thin that rounding may close it, at any of its places?
+
+        And are normals of planes that slant floats, so that equal distances along them are equal planes?
+        """
         context = self._pieces[kind].context
         if not context.is_unmoved:
             return False
@@ -66,6 +69,8 @@ class ImportedBodies(Repeated):
             for side in _sides(group.parts):
                 surface = side.surface
                 if isinstance(surface, FlatSurface):
+                    if surface.axis is None and any(Fraction(float(n)) != n for n in surface.normal):
+                        return False
                     size = max(map(abs, surface.normal))
                     x, y, z = (n / size for n in surface.normal)
                     sign = 1 if (x, y, z) > ORIGIN else -1
