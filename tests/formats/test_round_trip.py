@@ -19,6 +19,7 @@ from conicoid.shapes import Shape
 
 from .strategies import PRIMITIVES, moved, primitive, scenes, sheets, solids
 
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")  # of numbers that may be meant otherwise
 RELAXED = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
 
 
