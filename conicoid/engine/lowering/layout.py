@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ...shapes.surface import Key, Surface
 from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Longs, Signs, Tables
+from .given import Given, Leading, columns_of
 from .limits import with_limits
-from .moved import MovedRows
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, SIZES, UV_NUMBERS, Group
 from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, finished
 
@@ -39,14 +36,14 @@ class Contents:
 
 
 @dataclass
-class _Places:
+class Places:
     """Where the rows of each body begin in a column of the tables, and how many there are in all."""
 
     first: Longs
     count: int
 
     @classmethod
-    def of(cls, contents: Contents, each: Sequence[int]) -> _Places:
+    def of(cls, contents: Contents, each: Sequence[int]) -> Places:
         """`each`: how many the bodies of each group have."""
         counts = np.zeros(contents.body_count, np.int64)
         for group, number in zip(contents.groups, each, strict=True):
@@ -59,91 +56,6 @@ class _Places:
         return self.first[group.bodies][:, None] + np.arange(each)
 
 
-@dataclass
-class _Given:
-    """The surfaces of all bodies as they came, and of each one that it is surely the same as: its lead."""
-
-    kinds: Signs
-    lead: Longs
-    leads: Longs  # those that lead, rising
-    is_lead: npt.NDArray[np.bool_]
-    rank: Longs  # of one that leads, its number among these
-    row: Longs  # its number among those of its kind
-
-    @classmethod
-    def of(cls, groups: Sequence[Group], places: _Places) -> _Given:
-        """Those of the bodies of all groups."""
-        kinds, lead = np.empty(places.count, np.int8), np.arange(places.count)
-        for group in groups:
-            at = places.rows(group, len(group.pattern.kinds))
-            kinds[at] = group.pattern.kinds
-            if isinstance(group.rows, MovedRows):
-                for number, (_, column, _) in enumerate(group.pattern.records):
-                    if column in group.rows.leads:
-                        lead[at[:, number]] = at[group.rows.leads[column], number]
-        for same in _of_one_form(groups, places):
-            numbers, anchors = (np.concatenate(part) for part in zip(*same, strict=True))
-            _, first, index = np.unique(anchors.view("V24").ravel(), return_index=True, return_inverse=True)
-            least = np.full(len(first), places.count)
-            np.minimum.at(least, index, numbers)
-            lead[numbers] = least[index]
-        is_lead = lead == np.arange(places.count)
-        row = np.empty(places.count, np.int64)
-        for kind in SIZES:
-            own = is_lead & (kinds == kind)
-            row[own] = np.arange(own.sum())
-        return cls(kinds, lead, np.flatnonzero(is_lead), is_lead, np.cumsum(is_lead) - 1, row)
-
-    def count(self, kind: int) -> int:
-        """How many of a kind lead."""
-        return int((self.kinds[self.leads] == kind).sum())
-
-    def all_of(self, surfaces: SurfaceArrays) -> SurfaceArrays:
-        """What is known of those that lead, for all."""
-        if len(self.leads) == len(self.lead):
-            return surfaces
-        rank, count = self.rank[self.lead], len(self.leads)
-        ids = np.concatenate([surfaces.ids[:count][rank], surfaces.ids[count:]])
-        senses = np.concatenate([surfaces.senses[:count][rank], surfaces.senses[count:]])
-        return dataclasses.replace(surfaces, ids=ids, senses=senses, single=self.leads[surfaces.single])
-
-
-def _of_one_form(groups: Sequence[Group], places: _Places) -> list[list[tuple[Longs, Floats]]]:
-    """Numbers and anchors of curved surfaces that are one if their anchors are."""
-    found: dict[Hashable, list[tuple[Longs, Floats]]] = {}
-    for group in groups:
-        if isinstance(group.rows, MovedRows):
-            first = places.first[group.bodies]
-            for number, (_, column, _) in enumerate(group.pattern.records):
-                form = group.rows.forms.get(column)
-                if form is not None:
-                    anchors = np.ascontiguousarray(group.rows[:, column : column + 3]) + 0.0
-                    found.setdefault(form, []).append((first + number, anchors))
-    return list(found.values())
-
-
-@dataclass
-class _Leading:
-    """Exact surfaces by their numbers among those that lead."""
-
-    exact: ExactSurfaces
-    leads: Longs
-
-    def __getitem__(self, index: int) -> Surface:
-        return self.exact[int(self.leads[index])]
-
-    def name(self, index: int) -> tuple[Key, int]:
-        """The exact name of a surface, and its sense."""
-        return self.exact.name(int(self.leads[index]))
-
-
-def _columns_of(group: Group, which: Longs | None, first: int, last: int) -> Floats:
-    """Some columns of some of a group's bodies; of all, for None."""
-    if which is None:
-        return group.rows[:, first:last]
-    return group.rows.of(which, first, last) if isinstance(group.rows, MovedRows) else group.rows[which, first:last]
-
-
 class Layout:
     """The columns of `Tables` but for the tree, from the contents of a scene."""
 
@@ -151,8 +63,8 @@ class Layout:
         self.contents, groups = contents, contents.groups
         patterns = [group.pattern for group in groups]
 
-        def places(counts: Any) -> _Places:
-            return _Places.of(contents, [counts(pattern) for pattern in patterns])
+        def places(counts: Any) -> Places:
+            return Places.of(contents, [counts(pattern) for pattern in patterns])
 
         self.surfaces = places(lambda p: len(p.kinds))
         self.cells, self.planes = places(lambda p: len(p.cells)), places(lambda p: len(p.planes))
@@ -164,7 +76,7 @@ class Layout:
 
     def surface_columns(self, exact: ExactSurfaces) -> SurfaceArrays:
         """The table of surfaces, each once. `exact` gives the surfaces before they were rounded."""
-        given = _Given.of(self.contents.groups, self.surfaces)
+        given = Given.of(self.contents.groups, self.surfaces)
         records = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
         lost = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
         senses = np.ones(len(given.leads), np.int8)
@@ -173,7 +85,7 @@ class Layout:
             for number, (kind, column, sense) in enumerate(group.pattern.records):
                 lead = given.is_lead[at[:, number]]
                 which = np.flatnonzero(lead) if not lead.all() else None
-                numbers = _columns_of(group, which, column, sense + 1)
+                numbers = columns_of(group, which, column, sense + 1)
                 size, mine = SIZES[kind], at[:, number] if which is None else at[which, number]
                 records[kind][given.row[mine]] = numbers[:, :size]
                 lost[kind][given.row[mine]] = numbers[:, size : 2 * size]
@@ -183,7 +95,7 @@ class Layout:
         kinds = given.kinds[given.leads]
         known = Surfaces(
             kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], rest, balls,
-            _Leading(exact, given.leads), compact=len(given.leads) < len(given.lead),
+            Leading(exact, given.leads), compact=len(given.leads) < len(given.lead),
         )  # fmt: skip
         return given.all_of(finished(known))
 
@@ -264,7 +176,7 @@ class Layout:
             vertices=vertices,
         )
 
-    def _put(self, table: Ints, places: _Places, group: Group, rows: Ints, shifts: dict[int, Longs]) -> None:
+    def _put(self, table: Ints, places: Places, group: Group, rows: Ints, shifts: dict[int, Longs]) -> None:
         """Rows of a pattern for each body of a group; numbers in some columns count on from a body's first one."""
         at = places.rows(group, len(rows))
         table[at] = rows
@@ -338,7 +250,7 @@ class Layout:
         return lost
 
 
-def _table(places: _Places, width: int) -> Ints:
+def _table(places: Places, width: int) -> Ints:
     return np.zeros((places.count, width), np.int32)
 
 
