@@ -22,12 +22,19 @@ from conicoid.engine.culling import (
     put_groups,
     put_numbers,
 )
-from conicoid.engine.packets.frontier import ITEM_COUNT, narrow_frontier, new_frontier
+from conicoid.engine.packets.frontier import (
+    ITEM_COUNT,
+    _put_in_buckets,
+    find_frontier,
+    narrow_frontier,
+    new_frontier,
+    new_level,
+)
 from conicoid.engine.packets.lanes import GROUPS_AT, SIZE, close_lanes, put_group_beams, put_ray
 from conicoid.engine.packets.tile import new_tile, open_tile
 from conicoid.engine.queries.queries import arrays_of
 from conicoid.engine.ray import Ray
-from conicoid.engine.tree.walk import reciprocal
+from conicoid.engine.tree.walk import reciprocal, scene_tree
 
 from .test_simd_lists import stretch
 
@@ -212,3 +219,55 @@ def test_hits_are_the_same_where_a_tile_holds_nodes():
     apart = scene.first_hit(rays.origins.reshape(-1, 3)[order], rays.directions.reshape(-1, 3)[order])
     assert np.array_equal(together.t.ravel()[order], apart.t)
     assert 0.3 < np.isfinite(apart.t).mean() < 1.0
+
+
+def test_many_nodes_are_put_nearly_in_order_and_none_is_lost():
+    rng, count, other = np.random.default_rng(6), 3000, ITEM_ROW
+
+    @numba.njit
+    def put(found, t):
+        level = new_level()
+        level.found[7 : 7 + count], level.t[7 : 7 + count] = found, t
+        _put_in_buckets(level, 7, count, other)
+        return level.found[other : other + count].copy(), level.t[other : other + count].copy()
+
+    for t in (rng.uniform(2, 900, count), np.full(count, 3.0), np.where(rng.uniform(size=count) < 0.9, 0.0, 1e300)):
+        found, times = put(np.arange(count), t)
+        assert np.array_equal(np.sort(found), np.arange(count))
+        assert np.array_equal(times, t[found])
+        assert (np.maximum.accumulate(times) - times <= (t.max() - t.min()) / 200).all()
+
+
+def test_nodes_beyond_the_horizon_stay_closed():
+    """What begins before it is as without one; behind it are fewer items, and all of the scene is below some item."""
+    scene, rays = deep_scene()
+    beam = beam_of(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
+
+    @numba.njit
+    def seen(geometry, horizon):
+        items = new_frontier()
+        find_frontier(geometry, items, new_level(), beam, 0, scene_tree(geometry), horizon)
+        return items
+
+    near, far = seen(scene.prepared.geometry, 4.0), seen(scene.prepared.geometry, math.inf)
+    codes = near[CODE : CODE + int(near[ITEM_COUNT])]
+    entered = near[ENTERED : ENTERED + len(codes)]
+    assert near[ITEM_COUNT] < 0.5 * far[ITEM_COUNT]
+    assert (codes[entered > 8.0] >= 0).mean() > 0.9, "nodes"
+    assert (codes[entered < 2.0] >= 0).mean() < 0.1, "balls and leaves"
+
+
+def test_hits_are_the_same_where_a_tile_sees_further_than_the_one_before():
+    """A wall with slots before a deep lattice: beside tiles that end at the wall lie others that see through it."""
+    x, y, z = (part.ravel() for part in np.meshgrid(np.arange(40.0), np.arange(20.0), np.arange(40.0)))
+    slots = [co.Box((a, -9, -3), (a + 1.0, 9, -2)) for a in (-7.3, 0.4, 6.8)]
+    wall = co.Box((-40, -20, -3), (40, 20, -2)) - slots[0] - slots[1] - slots[2]
+    scene = co.Scene([co.Spheres(np.stack([x - 19.5, y - 9.5, z + 4.0], axis=1), np.full(len(x), 0.35)), wall])
+    rays = co.Camera((0.3, 0.2, -30), (0, 0, 0), up=(0, 1, 0), field_of_view=34).rays(288, 96)
+    order = np.random.default_rng(3).permutation(288 * 96)
+    together, apart = scene.first_hit(rays), scene.first_hit(rays[np.unravel_index(order, rays.shape)])
+    for field in ("t", "body", "face", "surface", "entering"):
+        assert np.array_equal(getattr(together, field).ravel()[order], getattr(apart, field)), field
+    seen = np.isin(np.arange(32_001), together.body)
+    assert seen[:-1].sum() > 300, "balls through the slots"
+    assert 0.5 < (together.body == 32_000).mean() < 0.95

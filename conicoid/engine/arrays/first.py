@@ -14,7 +14,7 @@ from ..packets.first import trace_packet
 from ..packets.lanes import BEST, DOUBT, LANES, SIZE, lane_hit, put_turns
 from ..packets.load import coherent, fill_lanes, packet_row
 from ..packets.packet import new_packet
-from ..packets.tile import PACKETS, ask_for_packet, new_tile, open_quarter, open_tile, tile_packet
+from ..packets.tile import PACKETS, ask_for_packet, new_tile, note_sight, open_quarter, open_tile, tile_packet
 from ..ray import DEAD, RayArrays, load_ray, scaled_ray
 from ..single.first import first_crossing
 from ..streams.stream import new_stream, octant_of, put_stream_ray, stream_hit, trace_stream
@@ -48,6 +48,7 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
             together, doubtful = coherent(geometry, lanes), 0
             if together:
                 trace_packet(geometry, scratch, bundle, scratch.nothing, False)
+                note_sight(memory, lanes)
                 doubtful = put_turns(lanes)
             for row in range(8):
                 first, n = packet_row(packet, row, width, count)

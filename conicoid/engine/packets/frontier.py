@@ -1,7 +1,8 @@
 """The frontier of a tile: what part of the tree it sees, so that not each of its packets starts at the roots.
 
 The beam that holds all rays of the tile goes down the tree first, the nearest first, to balls and to leaves of other
-things. Of these items quarters of the tile keep what their beams meet, and of those each packet, eight at a time.
+things, as far as the rays are expected to see. Of these items quarters of the tile keep what their beams meet, and of
+those each packet, eight at a time.
 (The entry points of multi-level ray tracing, taken down to the leaves: Reshetov, Soupikov, Hurley, SIGGRAPH 2005.)
 """
 
@@ -33,7 +34,8 @@ from ..tree.walk import ask_for
 
 _MOST_FOUND = MOST_ITEMS - 1024  # nodes and leaves: the rest is for the balls of the nearest leaves
 _MOST_ROOTS = 64
-_SORTED = 64  # so many are put in order; their children follow that
+_SORTED = 64  # so many are put in order exactly, more by buckets
+_BUCKETS = 256
 _AHEAD = 10
 
 
@@ -49,6 +51,7 @@ class Level(NamedTuple):
 
     found: Any  # int64: nodes and leaves; the upper half is the number of the box, -1 for none
     t: Floats  # where the beam enters
+    places: Any  # int64: of buckets
 
 
 @allocator
@@ -62,7 +65,7 @@ def new_frontier() -> Floats:
 @allocator
 def new_level() -> Level:
     """Memory for one thread."""
-    return Level(np.empty(2 * ITEM_ROW, np.int64), np.empty(2 * ITEM_ROW))
+    return Level(np.empty(2 * ITEM_ROW, np.int64), np.empty(2 * ITEM_ROW), np.empty(_BUCKETS + 1, np.int64))
 
 
 @inline
@@ -83,19 +86,42 @@ def _sort(level: Level, begin: int, end: int) -> None:
 
 
 @inline
+def _put_in_buckets(level: Level, begin: int, count: int, other: int) -> None:
+    """Put a level at level.found[other:], nearly in order of where the beam enters: by stretches of equal length.
+
+    Two passes, however many there are; a comparing sort of thousands took longer than tracing their tile.
+    """
+    t, places, low, high = level.t, level.places, level.t[begin], level.t[begin]
+    for k in range(begin, begin + count):
+        low, high = min(low, t[k]), max(high, t[k])
+    scale = (_BUCKETS - 1) / (high - low) if high > low else 0.0
+    for bucket in range(_BUCKETS + 1):
+        places[bucket] = 0
+    for k in range(begin, begin + count):
+        places[1 + whole((t[k] - low) * scale)] += 1
+    for bucket in range(_BUCKETS):
+        places[bucket + 1] += places[bucket]
+    for k in range(begin, begin + count):
+        bucket = whole((t[k] - low) * scale)
+        slot = other + places[bucket]
+        places[bucket] += 1
+        level.found[slot], t[slot] = level.found[k], t[k]
+
+
+@inline
 def _descend(
-    geometry: Geometry, level: Level, beam: Floats, start: int, begin: int, count: int, other: int
+    geometry: Geometry, level: Level, beam: Floats, start: int, begin: int, count: int, other: int, horizon: float
 ) -> tuple[int, int]:
     """Replace the nodes of a level by their children that the beam meets, at level.found[other:], in order.
 
-    Returns how many there are then, and how many nodes were replaced.
+    Those that the beam enters beyond the horizon stay. Returns how many there are then, and how many were replaced.
     """
     found, end, nodes = level.found, other, 0
     for k in range(begin, begin + count):
         code = _code(found[k])
         if k + _AHEAD < begin + count:
             ask_for(geometry, _code(found[k + _AHEAD]))
-        if code >= 0 and end - other + begin + count - k + 8 <= _MOST_FOUND:
+        if code >= 0 and level.t[k] <= horizon and end - other + begin + count - k + 8 <= _MOST_FOUND:
             end += put_children(
                 geometry.floats, node_at(geometry, code),
                 geometry.integers, geometry.places[table.NODE_CHILDREN] + 8 * code, 8 * code,
@@ -119,11 +145,14 @@ def _put(geometry: Geometry, items: Floats, k: int, code: Any, box: Any, t: floa
 
 
 @helper
-def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats, start: int, tree: int) -> None:
+def find_frontier(
+    geometry: Geometry, items: Floats, level: Level, beam: Floats, start: int, tree: int, horizon: float
+) -> None:
     """The nodes, leaves and balls of a tree that a beam (beam[start:]) meets, roughly from the nearest to the farthest.
 
     Whatever a ray within the beam can meet at t >= 0 is one of the items or below one; ENTERED never decreases along
-    them, so that a packet may stop at the first that is entered beyond its reach.
+    them, so that a packet may stop at the first that is entered beyond its reach. Beyond the horizon nodes are not
+    opened: where the rays are expected to end before it that would be waste, and where they do not, packets open them.
     """
     roots, nodes = integer(geometry, table.TREE_ROOT, tree), 1
     count, here, other = integer(geometry, table.TREE_ROOT, tree + 1) - roots, 0, ITEM_ROW
@@ -135,7 +164,10 @@ def find_frontier(geometry: Geometry, items: Floats, level: Level, beam: Floats,
     while nodes > 0:
         if count <= _SORTED:
             _sort(level, here, here + count)
-        count, nodes = _descend(geometry, level, beam, start, here, count, other)
+        else:
+            _put_in_buckets(level, here, count, other)
+            here, other = other, here
+        count, nodes = _descend(geometry, level, beam, start, here, count, other, horizon)
         here, other = other, here
     end = 0
     for k in range(here, here + count):

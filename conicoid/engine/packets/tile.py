@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiler.jit import allocator, helper, inline
+from ...compiler.jit import allocator, choose, helper, inline
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, prefetch, widen
 from ..ray import RayArrays
 from ..tables import Floats, Geometry
 from ..tree.walk import reciprocal, scene_tree
 from .frontier import Level, find_frontier, narrow_frontier, new_frontier, new_level
-from .lanes import LANES, put_origin
+from .lanes import ALL, BEST, LANES, put_origin
 from .load import packet_row, packets_across
 
 _SIDE = 4
@@ -25,6 +25,9 @@ PACKETS = _SIDE * _SIDE
 _ORIGINS, _DIRECTIONS = 0, 48
 _QUARTERS = 4
 _WHOLE = _QUARTERS * BEAM
+
+_HORIZON, _FURTHEST, _HITS, _RAYS = 0, 1, 2, 3
+"""How far a tile is expected to see, its furthest hit so far, how many hits, of how many rays."""
 
 
 class Tile(NamedTuple):
@@ -34,12 +37,19 @@ class Tile(NamedTuple):
     beams: Floats  # of the quarters, and of the whole tile
     seen: Floats  # a frontier
     level: Level
+    sight: Floats  # see `_HORIZON`
 
 
 @allocator
 def new_tile() -> Tile:
     """Memory for one thread."""
-    return Tile(np.empty(_QUARTERS * 96), np.empty((_QUARTERS + 1) * BEAM), new_frontier(), new_level())
+    return Tile(
+        np.empty(_QUARTERS * 96),
+        np.empty((_QUARTERS + 1) * BEAM),
+        new_frontier(),
+        new_level(),
+        np.array([math.inf, 0.0, 0.0, 0.0]),
+    )
 
 
 @inline
@@ -126,14 +136,30 @@ def _put_beam(beams: Floats, at: int, extremes: Floats, first: int, last: int) -
 @helper
 def open_tile(geometry: Geometry, tile: Tile, lanes: Floats, rays: RayArrays, number: int, width: int) -> bool:
     """Find the frontier of a tile (t >= 0). True if all its rays share an origin, which is in all lanes then."""
-    beams = tile.beams
+    beams, sight = tile.beams, tile.sight
+    sight[_HORIZON] = sight[_FURTHEST] if 2.0 * sight[_HITS] > sight[_RAYS] else math.inf
+    sight[_FURTHEST] = sight[_HITS] = sight[_RAYS] = 0.0
     for quarter in range(_QUARTERS):
         _put_extremes(tile.extremes, 96 * quarter, rays, number, quarter, width)
     shared = _put_beam(beams, _WHOLE, tile.extremes, 0, 96 * _QUARTERS)
-    find_frontier(geometry, tile.seen, tile.level, beams, _WHOLE, scene_tree(geometry))
+    find_frontier(geometry, tile.seen, tile.level, beams, _WHOLE, scene_tree(geometry), sight[_HORIZON])
     if shared:
         put_origin(lanes, beams[_WHOLE + LOW_O] + 0.0, beams[_WHOLE + LOW_O + 1] + 0.0, beams[_WHOLE + LOW_O + 2] + 0.0)
     return shared
+
+
+@inline
+def note_sight(tile: Tile, lanes: Floats) -> None:
+    """How far a traced packet of the tile has seen: tiles are expected to see as far as the one before."""
+    furthest, hits = 0.0, 0.0
+    for i in range(ALL):
+        t = lanes[BEST + i]
+        furthest = max(furthest, choose(t < math.inf, t, 0.0))
+        hits += choose(t < math.inf, 1.0, 0.0)
+    sight = tile.sight
+    sight[_FURTHEST] = max(sight[_FURTHEST], furthest)
+    sight[_HITS] += hits
+    sight[_RAYS] += LANES
 
 
 @helper
