@@ -128,7 +128,7 @@ class Image:
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         """(height, width, 3) uint8 of sRGB, what a PNG holds: for `np.asarray` and `plt.imshow`."""
-        from .formats.png import srgb_bytes
+        from .formats.srgb import srgb_bytes
 
         if copy is False:
             raise ValueError("Image: the array of bytes is always made anew; image.pixels needs no copy")

@@ -109,7 +109,7 @@ class Scene(Contents, Edits, Queries):
         from .render.fit import extent
         from .scene_parts import boxes_of
 
-        return extent(boxes_of(self._bodies))
+        return extent(boxes_of(self._bodies, self._prepared))
 
     def fitting_camera(self, aspect: float = 4 / 3) -> Camera:
         """The camera of pictures `aspect` times as wide as high, where the scene has none: all bodies are in view."""
@@ -129,9 +129,9 @@ class Scene(Contents, Edits, Queries):
     def bounds(self) -> Box:
         """(low, high) around all bodies; ±inf where unbounded, (inf, -inf) for an empty scene."""
         from .scene_parts import boxes_of
-        from .shapes.boxes import around
+        from .shapes.boxes import around_rows
 
-        return around(boxes_of(self._bodies))
+        return around_rows(boxes_of(self._bodies, self._prepared))
 
     @property
     @calm

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -16,7 +16,10 @@ from .shapes.repeated import Repeated
 from .shapes.spheres import Spheres
 from .shapes.suggestion import known_names
 from .shapes.validate import shown, what
-from .shapes.vector import Box
+from .shapes.vector import FloatArray
+
+if TYPE_CHECKING:
+    from .engine.prepared import Prepared
 
 _SUGGESTED = 1000
 """Bodies of many whose names are looked at for what may have been meant."""
@@ -93,9 +96,18 @@ def refuse_same_names(bodies: Sequence[Body]) -> None:
             raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {shown(body.name)}")
 
 
-def boxes_of(bodies: Bodies) -> list[Box]:
-    """Boxes around bodies: one around each, or around all that are one another moved."""
-    return bodies.boxes if isinstance(bodies, Repeated) else [body.shape.bounds for body in bodies]
+def boxes_of(bodies: Bodies, prepared: Prepared | None) -> FloatArray:
+    """Boxes around bodies, (n, 6) low and high: around each, or around all that are one another moved.
+
+    Those of a prepared scene are at hand, and the same to the bit but for bulk balls, where they are an ulp wider.
+    """
+    if isinstance(bodies, Repeated):
+        boxes = bodies.boxes
+    elif prepared is None or any(isinstance(body.shape, Spheres) for body in bodies):
+        boxes = [body.shape.bounds for body in bodies]
+    else:
+        return prepared.lowered.boxes
+    return np.array(boxes, np.float64).reshape(-1, 6)
 
 
 def refuse_second(lights: Any) -> None:

@@ -7,7 +7,7 @@ import os
 from typing import Any
 
 from .atomic import replacing
-from .png import srgb_bytes
+from .srgb import srgb_bytes
 
 OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     ".jpg": ("JPEG", dict(quality=92, subsampling=0)),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from fractions import Fraction
 
 import numpy as np
@@ -20,13 +19,12 @@ _MARGIN = 1.08
 
 
 @calm
-def extent(boxes: Iterable[Box]) -> Box:
-    """The box around all finite bounds; unbounded axes are cut to the size of the rest, or to ±1."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for a, b in boxes:
-        if (a <= b).all():
-            low = np.minimum(low, np.where(np.isfinite(a), a, np.inf))
-            high = np.maximum(high, np.where(np.isfinite(b), b, -np.inf))
+def extent(boxes: FloatArray) -> Box:
+    """The box around all finite bounds (n, 6); unbounded axes are cut to the size of the rest, or to ±1."""
+    some = boxes[(boxes[:, :3] <= boxes[:, 3:]).all(axis=1)]
+    low, high = some[:, :3], some[:, 3:]
+    low = np.where(np.isfinite(low), low, np.inf).min(axis=0, initial=np.inf)
+    high = np.where(np.isfinite(high), high, -np.inf).max(axis=0, initial=-np.inf)
     low, high = np.where(np.isfinite(low), low, np.nan), np.where(np.isfinite(high), high, np.nan)
     sizes = high - low
     size = float(np.nanmax(sizes)) if np.isfinite(sizes).any() and np.nanmax(sizes) > 0 else 2.0

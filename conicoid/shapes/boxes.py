@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .vector import Box
+from .vector import Box, FloatArray
 
 EVERYWHERE: Box = (np.full(3, -np.inf), np.full(3, np.inf))
 
@@ -18,6 +18,12 @@ def around(boxes: Sequence[Box]) -> Box:
         if (a <= b).all():
             low, high = np.minimum(low, a), np.maximum(high, b)
     return low, high
+
+
+def around_rows(boxes: FloatArray) -> Box:
+    """The same of boxes in an array (n, 6), low and high."""
+    some = boxes[(boxes[:, :3] <= boxes[:, 3:]).all(axis=1)]
+    return some[:, :3].min(axis=0, initial=np.inf), some[:, 3:].max(axis=0, initial=-np.inf)
 
 
 def common(boxes: Sequence[Box]) -> Box:

@@ -241,3 +241,11 @@ def test_sheets_have_no_inside(sheet):
     hits = sheet.scene.first_hit(*sheet.rays)
     assert not sheet.scene.contains(points).any()
     assert not sheet.scene.contains(hits.point[np.isfinite(hits.t)]).any()
+
+
+def test_bounds_of_a_prepared_scene_are_those_of_its_shapes(subject):
+    shapes = [subject.shape, subject.shape.translate((0.1, 7.3, -2.6))]
+    before, after = co.Scene(shapes), co.Scene(shapes)
+    after.prepare()
+    for name in ("bounds", "extent"):
+        assert np.array_equal(getattr(before, name), getattr(after, name)), name

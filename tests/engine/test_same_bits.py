@@ -19,7 +19,7 @@ import numpy as np
 import conicoid as co
 from conicoid.colormap import mapped
 from conicoid.formats.openmc.palette import color_of
-from conicoid.formats.png import srgb_bytes
+from conicoid.formats.srgb import srgb_bytes
 from conicoid.render.fit import fitting_camera
 
 random = np.random.default_rng(1)

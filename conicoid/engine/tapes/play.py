@@ -13,7 +13,7 @@ from ...shapes.number import Number
 from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Signs
 from .order import in_order
-from .tape import ELSEWHERE, HELD, OPEN, OPERATIONS, play
+from .tape import ELSEWHERE, HELD, OPEN, OPERATIONS, SINE_COSINE, play
 from .wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
 
 Longs = npt.NDArray[np.int64]
@@ -53,6 +53,10 @@ def _series() -> Longs:
     with number.mpmath_of(number.BITS) as mp:
         degree = number.of_mpmath(mp.pi / 180, number.BITS - 64)
     return np.array([wide_row(value) for value in (degree, *reversed(coefficients))])
+
+
+_NO_SERIES = np.zeros((_TERMS + 1, WIDTH), np.int64)
+"""For tapes without a sine, which are most: it takes mpmath to find the others."""
 
 
 @dataclass
@@ -118,10 +122,11 @@ class Recording:
         floats = np.empty((count, len(self.written)))
         wides = np.empty((count if self.wide_outputs else 0, self.wide_outputs, WIDTH), np.int64)
         state = np.zeros(count, np.int8)
+        series = _series() if (self.code[:, 0] == SINE_COSINE).any() else _NO_SERIES
         inputs, rows = np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
         for begin in range(0, count, _AT_ONCE):  # Ctrl-C is heard in between
             play(
-                self.code, self.written, self.numbers, self.constants, _series(), inputs, given, rows, floats, wides,
+                self.code, self.written, self.numbers, self.constants, series, inputs, given, rows, floats, wides,
                 state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
             )  # fmt: skip
         return Played(floats, wides, state)
