@@ -29,7 +29,9 @@ from ..engine.packets.lanes import (
     put_lane_beam,
     put_ray,
 )
+from ..engine.packets.load import coherent
 from ..engine.packets.packet import new_lanes, with_lanes
+from ..engine.single.first import first_crossing
 from ..engine.tables import Floats, Geometry, whole
 from ..shading.local import shadow_ray, shown
 from ..shading.look import Look
@@ -145,7 +147,14 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
     put_lane_beam(lanes, False)
     if light.parallel == 0:
         put_beam_from(lanes, light.position[0], light.position[1], light.position[2])
-    trace_packet(geometry, scratch, with_lanes(samples.packet, lanes), materials.opaque, True)
+    if coherent(geometry, lanes):
+        trace_packet(geometry, scratch, with_lanes(samples.packet, lanes), materials.opaque, True)
+    else:
+        for i in range(count):
+            if wave.sights[i, _ASKS] != 0.0:
+                at = np.uint64(i)
+                hit = first_crossing(geometry, scratch, lane_ray(lanes, i, lanes[T_MAX + at]), materials.opaque, True)
+                lanes[BEST + at] = hit.t
     for i in range(count):
         if wave.sights[i, _ASKS] == 0.0:
             continue

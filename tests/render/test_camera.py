@@ -85,13 +85,11 @@ def test_the_default_camera_has_all_corners_in_view_and_not_far_off(aspect):
 
 def test_the_extent_of_unbounded_scenes_is_finite():
     inf = math.inf
-    low, high = extent(
-        [(np.array([-1.0, -1, 0]), np.array([1.0, 1, 1])), (np.full(3, -inf), np.array([inf, inf, 0.0]))]
-    )
+    low, high = extent(np.array([[-1.0, -1, 0, 1, 1, 1], [-inf, -inf, -inf, inf, inf, 0.0]]))
     assert (low == (-1, -1, 0)).all()
     assert (high == (1, 1, 1)).all()
-    low, high = extent([(np.full(3, -inf), np.full(3, inf))])
+    low, high = extent(np.array([[-inf] * 3 + [inf] * 3]))
     assert (low == -1).all()
     assert (high == 1).all()
-    low, high = extent([])
+    low, high = extent(np.zeros((0, 6)))
     assert (low < high).all()
