@@ -103,7 +103,7 @@ def _exact() -> None:
 
 def _many() -> None:
     """Bodies that are lowered together."""
-    from .engine.lowering.recorded import FEWEST
+    from .engine.lowering.recordings import FEWEST
     from .scene import Scene
     from .shapes.sphere import Sphere
 

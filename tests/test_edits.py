@@ -7,7 +7,7 @@ import pytest
 
 import conicoid as co
 from conicoid.engine import lowering, prepared
-from conicoid.engine.lowering import layout, parts, recorded
+from conicoid.engine.lowering import layout, parts, recordings
 from conicoid.engine.lowering.edited import edit as edited
 from conicoid.engine.prepared import Prepared
 
@@ -44,7 +44,7 @@ def _same(a: co.Scene, b: co.Scene) -> None:
 @pytest.fixture
 def worked_out(monkeypatch):
     """The shapes that are lowered, one after the other: nothing has been recorded, of which others could be lowered."""
-    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
     seen: list[co.Shape] = []
     work = parts.worked_out
 

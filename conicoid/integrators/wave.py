@@ -152,9 +152,9 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
     else:
         for i in range(count):
             if wave.sights[i, _ASKS] != 0.0:
-                at = np.uint64(i)
-                hit = first_crossing(geometry, scratch, lane_ray(lanes, i, lanes[T_MAX + at]), materials.opaque, True)
-                lanes[BEST + at] = hit.t
+                lane = np.uint64(i)
+                ray = lane_ray(lanes, i, lanes[T_MAX + lane])
+                lanes[BEST + lane] = first_crossing(geometry, scratch, ray, materials.opaque, True).t
     for i in range(count):
         if wave.sights[i, _ASKS] == 0.0:
             continue

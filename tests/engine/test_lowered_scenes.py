@@ -14,7 +14,7 @@ import pytest
 
 import conicoid as co
 from conicoid.engine import lowering
-from conicoid.engine.lowering import recorded
+from conicoid.engine.lowering import recordings
 
 from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS
 
@@ -52,7 +52,7 @@ def assert_same_tables(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     shapes = solids_of(random.Random(seed))
     together = columns(shapes)
     with monkeypatch.context() as patched:
-        patched.setattr(recorded, "FEWEST", 10**9)
+        patched.setattr(recordings, "FEWEST", 10**9)
         alone = columns(solids_of(random.Random(seed)))
     for name, column in alone.items():
         assert column.dtype == together[name].dtype, name

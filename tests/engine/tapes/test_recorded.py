@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.engine.lowering import recorded
+from conicoid.engine.lowering import recordings
 from conicoid.engine.lowering.parts import worked_out
 from conicoid.engine.lowering.plan import plan_of
 from conicoid.engine.lowering.together import Together
@@ -162,17 +162,17 @@ def test_a_plan_has_leaves_from_left_to_right_with_all_that_moves_them():
 
 
 def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
-    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
     bodies = Together()
-    for number_ in range(recorded.FEWEST - 1):
+    for number_ in range(recordings.FEWEST - 1):
         bodies.add(co.Sphere(1, (number_, 0, 0)), number_)
     found, left = bodies.lowered()
     assert not found
-    assert len(left) == recorded.FEWEST - 1
+    assert len(left) == recordings.FEWEST - 1
 
 
 def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
-    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
     shapes = [co.Polyhedron([(0, 0, 1.0), (1.0, 0, 0)], [1.0, 2.0 + k]) for k in range(20)]
     assert together(shapes, 20) == {}
     scene = co.Scene(shapes)
@@ -182,7 +182,7 @@ def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
 def test_threads_may_record_at_once(monkeypatch):
     from concurrent.futures import ThreadPoolExecutor
 
-    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
     rng = random.Random(2)
     shapes = [KINDS["Cylinder"](rng) for _ in range(60)]
 
@@ -202,6 +202,6 @@ def test_a_shape_that_goes_by_the_types_of_its_numbers_is_not_recorded(monkeypat
     def by_type(self):
         return tree(self if isinstance(self.radius, float) else co.Sphere(7.0))
 
-    monkeypatch.setattr(recorded, "_RECORDINGS", recorded.Recordings())
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
     monkeypatch.setattr(co.Sphere, "tree", by_type)
     assert together([co.Sphere(2.0, (k, 0, 0)) for k in range(20)], 20) == {}
