@@ -10,6 +10,7 @@ from concurrent.futures import BrokenExecutor, CancelledError, Future
 from dataclasses import dataclass
 from typing import Any
 
+from .dask_client import DaskExecutor, Lost
 from .recipe import Recipe
 from .task import Done, Missing, edition, run
 from .workers import Workers
@@ -17,7 +18,7 @@ from .workers import Workers
 _PATIENCE = 0.2  # seconds between two looks at Ctrl-C and at the progress
 _IN_FLIGHT = 3  # tasks for each worker
 _LOST = {"KilledWorker", "CommClosedError", "FutureCancelledError", "FuturesCancelledError", "FutureLostError"}
-"""What Dask raises for tasks whose worker, or connection, was lost."""
+"""What Dask raises for tasks whose worker, or connection, was lost. Without Dask these classes cannot be imported."""
 
 
 @dataclass
@@ -142,7 +143,14 @@ class Course:
             except TimeoutError:
                 if future.done() and not future.cancelled() and future.exception() is not None:
                     raise
+                self._check_open(future)
                 tell()
+
+    def _check_open(self, future: Any) -> None:
+        """Raise ValueError where a client was closed while its tasks are awaited: they are not done any more."""
+        executor = self.workers.executor
+        if isinstance(executor, DaskExecutor) and not executor.is_open and not future.done():
+            raise ValueError(f"{self.owner}: executor was shut down, or lost its scheduler, before all was done")
 
     def _again(self, piece: Piece, error: Exception) -> None:
         """Whether a piece may be sent again after an error; raises it where that is not the worker's end."""
@@ -161,7 +169,7 @@ class Course:
 
 def _is_loss(error: BaseException) -> bool:
     """Did a task end with its worker, and not by itself?"""
-    return isinstance(error, BrokenExecutor | CancelledError) or type(error).__name__ in _LOST
+    return isinstance(error, BrokenExecutor | CancelledError | Lost) or type(error).__name__ in _LOST
 
 
 @contextlib.contextmanager

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from ..shapes.validate import callback, shown, what, whole
+from .dask_client import DaskExecutor
 
 if TYPE_CHECKING:
     from ..engine.threads import Progress
@@ -46,20 +46,18 @@ class Workers:
     @property
     def count(self) -> int:
         """Workers at work at the same time, as far as the executor tells; else the processors of this machine."""
+        if isinstance(self.executor, DaskExecutor):
+            return self.executor.count
         for name in ("_max_workers", "num_workers"):
             found = getattr(self.executor, name, None)
             if isinstance(found, int) and found > 0:
                 return found
-        client = getattr(self.executor, "_client", None)
-        if client is not None:
-            with contextlib.suppress(Exception):  # a client that is closed, which submitting tells of
-                return max(1, sum(map(int, client.ncores().values())))
         return os.cpu_count() or 1
 
     @property
     def is_dask(self) -> bool:
         """Is it an executor of Dask?"""
-        return type(self.executor).__module__.startswith("distributed.")
+        return isinstance(self.executor, DaskExecutor)
 
     @property
     def most_bytes(self) -> int:
@@ -98,11 +96,13 @@ def _submits(executor: Any) -> bool:
 
 
 def _as_executor(owner: str, executor: Any) -> Any:
-    """What has the interface of executors; a Dask client's executor for the client."""
+    """What has the interface of executors; of a Dask client, and of its own executor, one that loses nothing."""
     if not _submits(executor):
         raise TypeError(f"{owner}: executor must be a concurrent.futures.Executor or a Workers, got {what(executor)}")
     if callable(getattr(executor, "get_executor", None)):
-        return executor.get_executor()
+        return DaskExecutor(executor)
+    if type(executor).__module__.startswith("distributed."):
+        return DaskExecutor(executor._client, executor)
     return executor
 
 
