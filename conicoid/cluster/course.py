@@ -10,6 +10,7 @@ from concurrent.futures import BrokenExecutor, CancelledError, Future
 from dataclasses import dataclass
 from typing import Any
 
+from ..engine.answers.notes import tell_once
 from .dask_client import DaskExecutor, Lost
 from .recipe import Recipe
 from .task import Done, Missing, edition, run
@@ -61,6 +62,7 @@ class Course:
                         self.sent.append(piece)
                 if self.sent:
                     answer = self._awaited(self.sent[0], done, total)
+                    self._pass_on(answer.notes)
                     piece = self.sent.popleft()
                     saw(piece.end - piece.begin, answer.seconds)
                     done += piece.end - piece.begin
@@ -71,6 +73,11 @@ class Course:
             for piece in self.sent:
                 if piece.future is not None:
                     piece.future.cancel()
+
+    def _pass_on(self, notes: tuple[str, ...]) -> None:
+        """Log what workers have to say of a scene, once, though each of them says it."""
+        for note in notes:
+            tell_once(self.shared[0].labels, lambda: note)  # noqa: B023 - called at once
 
     def _tell(self, done: int, total: int) -> None:
         if self.workers.progress is not None:

@@ -48,6 +48,11 @@ class Recipe:
             _own[self.key] = self
             self.thing = thing
 
+    @property
+    def labels(self) -> Any:
+        """Of a scene, what its bodies are called and made of."""
+        return self.thing.scene().prepared.labels
+
     def reference(self, whole: bool = False) -> Reference:
         """What a task carries; `whole` for a worker that has nothing but the task."""
         if whole or len(self.data) <= SMALL:

@@ -11,15 +11,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..engine.answers.notes import gathered
 from ..engine.threads import limited_to
 from .recipe import Reference, found
 
 
 class Done(NamedTuple):
-    """What a task brings back; `seconds` are those of the work itself, without what is made ready for it."""
+    """What a task brings back; `seconds` are those of the work itself, without what is made ready for it.
+
+    notes: what would have been logged here, for the one who asked.
+    """
 
     value: Any
     seconds: float
+    notes: tuple[str, ...] = ()
 
 
 class Missing(NamedTuple):
@@ -52,13 +57,13 @@ def run(
         if not thing:
             return Missing(here())
         shared += thing
-    with limited_to(threads), np.errstate(all="ignore"):
+    with limited_to(threads), np.errstate(all="ignore"), gathered() as notes:
         ready = getattr(call, "ready", None)
         if ready is not None:
             ready(*shared)
         began = time.perf_counter()
         value = call(*shared, *arguments)
-        return Done(value, time.perf_counter() - began)
+        return Done(value, time.perf_counter() - began, tuple(notes))
 
 
 def here() -> str:

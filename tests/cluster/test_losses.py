@@ -42,7 +42,8 @@ def done_by(executor, call, *arguments, patience=100, **how):
         assert time.monotonic() < until, "nothing comes back"
 
     course = Course("test", co.cluster.Workers(executor, progress=still, **how), call, ())
-    return [value for _, value in course.results(iter([Piece(0, 1, arguments)]), lambda *_: None, 1)][0]
+    ((_, value),) = course.results(iter([Piece(0, 1, arguments)]), lambda *_: None, 1)
+    return value
 
 
 @pytest.mark.parametrize("of", ["client", "its own executor"])
