@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import pydoc
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Future
@@ -18,6 +19,7 @@ from .workers import Workers
 
 _PATIENCE = 0.2  # seconds between two looks at Ctrl-C and at the progress
 _IN_FLIGHT = 3  # tasks for each worker
+_COUNTED = 2.0  # seconds between two counts of the workers
 _LOST = {"KilledWorker", "CommClosedError", "FutureCancelledError", "FuturesCancelledError", "FutureLostError"}
 """What Dask raises for tasks whose worker, or connection, was lost. Without Dask these classes cannot be imported."""
 
@@ -43,8 +45,18 @@ class Course:
 
     def __init__(self, owner: str, workers: Workers, call: Callable[..., Any], shared: tuple[Recipe, ...]) -> None:
         self.owner, self.workers, self.call, self.shared = owner, workers, call, shared
-        self.window = workers.window or _IN_FLIGHT * workers.count
         self.sent: deque[Piece] = deque()
+        self._looked, self._window = 0.0, 0
+
+    @property
+    def window(self) -> int:
+        """How many pieces may be on their way; workers may come and go, so they are counted now and then."""
+        if self.workers.window:
+            return self.workers.window
+        now = time.monotonic()
+        if not self._window or now - self._looked > _COUNTED:
+            self._looked, self._window = now, _IN_FLIGHT * self.workers.count
+        return self._window
 
     def results(
         self, pieces: Iterator[Piece], saw: Callable[[int, float], Any], total: int, done: int = 0

@@ -30,7 +30,7 @@ from .parts import (
 )
 from .pictures import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turntable
 from .terminal import Bar, compile_notes, say, show_table, user_mistakes
-from .workers import ClusterOption, WorkersOption, executor_of
+from .workers import ClusterOption, SlurmOption, WorkersOption, executor_of
 
 app = typer.Typer(
     cls=Commands,
@@ -225,6 +225,7 @@ def trace(
     resume: Annotated[bool, typer.Option("--resume", help="With --chunk: go on where an earlier run stopped.")] = False,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
+    slurm: SlurmOption = None,
     threads: Threads = None,
 ) -> None:
     """Follow rays through a scene and write what they hit."""
@@ -232,13 +233,13 @@ def trace(
         from ..formats.ray_file import write_hits, write_spans
 
         parts = chunk is not None or {rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"}
-        only_with(context, "--chunk", bool(parts), "resume", "workers", "cluster")
+        only_with(context, "--chunk", bool(parts), "resume", "workers", "cluster", "slurm")
         all_fields = output != STDOUT and output.suffix.lower() in (".npz", ".zarr")
         if errors and all_fields:
             raise ValueError(f"trace: --errors goes with .csv; a {output.suffix} file has all fields in any case")
         if parts:
             limits = dict(t_min=t_min, t_max=t_max, errors=errors)
-            where = workers, cluster
+            where = workers, cluster, slurm
             _trace_in_chunks(scene, rays, output, spans, chunk or CHUNK, resume, where, threads, limits)
             return
         table = rays_for(rays, scene, output).within(t_min, t_max)
@@ -260,7 +261,7 @@ CHUNK = 1_000_000
 
 
 def _trace_in_chunks(
-    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, where: tuple[Any, Any],
+    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, where: tuple[Any, Any, Any],
     threads: int | None, options: dict[str, Any],
 ) -> None:  # fmt: skip
     """What `trace --chunk` does."""
