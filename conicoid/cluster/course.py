@@ -13,8 +13,9 @@ from typing import Any
 
 from ..engine.answers.notes import tell_once
 from .dask_client import DaskExecutor, Lost
+from .edition import edition
 from .recipe import Recipe
-from .task import Done, Missing, edition, run
+from .task import Done, Missing, run
 from .workers import Workers
 
 _PATIENCE = 0.2  # seconds between two looks at Ctrl-C and at the progress
@@ -63,6 +64,9 @@ class Course:
     ) -> Iterator[tuple[Piece, Any]]:
         """Every piece with its value, in order. What is still queued when this ends, however it ends, is cancelled."""
         self._ask_version()
+        if not self.workers.are_here:
+            for recipe in self.shared:
+                recipe.share_tables(edition(), self.workers.store)
         try:
             more = True
             while more or self.sent:

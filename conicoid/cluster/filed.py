@@ -28,8 +28,8 @@ from ..formats.ray_file import (
 from ..formats.ray_stream import RayStream
 from ..formats.result_parts import ResultParts
 from ..formats.stored import Stored
+from .edition import edition
 from .recipe import recipe_of
-from .task import edition
 
 if TYPE_CHECKING:
     from ..engine.answers.hits import Hits

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import platform
 import time
@@ -13,6 +12,7 @@ import numpy as np
 
 from ..engine.answers.notes import gathered
 from ..engine.threads import limited_to
+from .edition import edition
 from .recipe import Reference, found
 
 
@@ -31,15 +31,6 @@ class Missing(NamedTuple):
     """The answer of a worker that lacks a recipe."""
 
     worker: str
-
-
-@functools.cache
-def edition() -> str:
-    """Version and sources of this process' Conicoid: tasks are done only by the same."""
-    from .. import __version__
-    from ..compiler.sources import digest_of_files
-
-    return f"{__version__} (sources {digest_of_files()[:8] or 'unknown'})"
 
 
 def run(

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 from ..shapes.validate import callback, shown, what, whole
+from ..shapes.validate import path as checked_path
 from .dask_client import DaskExecutor
 
 if TYPE_CHECKING:
@@ -27,6 +29,9 @@ class Workers:
     retries: how often a task is sent again that was lost with its worker.
     threads: of a task, on its worker: 1 where the executor has a worker for each processor.
     progress: progress(done, count) is called now and then.
+    store: a folder that workers share, of files of prepared tables, which they map instead of preparing a large scene
+        each; it keeps them for later runs. None: a folder of this machine, for as long as the scene is in use. Only you
+        should be able to write to it.
 
     As a context manager it shuts the executor down in the end.
     Raises TypeError for what is no executor, ValueError for senseless numbers.
@@ -34,12 +39,13 @@ class Workers:
 
     def __init__(
         self, executor: Any, *, chunk: int | None = None, window: int | None = None, retries: int = 3,
-        threads: int | None = 1, progress: Progress | None = None,
+        threads: int | None = 1, progress: Progress | None = None, store: str | os.PathLike[str] | None = None,
     ) -> None:  # fmt: skip
         callback("Workers", "progress", progress)
         self.chunk, self.window = _number("chunk", chunk, 1), _number("window", window, 1)
         self.retries, self.threads = _number("retries", retries, 0) or 0, _number("threads", threads, 1)
         self.progress = progress
+        self.store = None if store is None else _folder(store)
         self._make: Callable[[], Any] | None = None if _submits(executor) or not callable(executor) else executor
         self.executor: Any = _as_executor("Workers", self._make() if self._make else executor)
 
@@ -58,6 +64,11 @@ class Workers:
     def is_dask(self) -> bool:
         """Is it an executor of Dask?"""
         return isinstance(self.executor, DaskExecutor)
+
+    @property
+    def are_here(self) -> bool:
+        """Are they threads of this process, which have all that it has?"""
+        return isinstance(self.executor, ThreadPoolExecutor) or getattr(self.executor, "is_here", False)
 
     @property
     def most_bytes(self) -> int:
@@ -104,6 +115,13 @@ def _as_executor(owner: str, executor: Any) -> Any:
     if type(executor).__module__.startswith("distributed."):
         return DaskExecutor(executor._client, executor)
     return executor
+
+
+def _folder(path: Any) -> str:
+    found = os.path.abspath(checked_path("Workers", path, "store"))
+    if not os.path.isdir(found):
+        raise FileNotFoundError(2, "no such folder", found)
+    return found
 
 
 def _number(name: str, value: Any, least: int) -> int | None:

@@ -15,7 +15,7 @@ from ..formats.atomic import replacing
 from ..render.picture import look_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from ..cluster.workers import Workers
     from ..render.camera import AnyCamera
@@ -59,15 +59,16 @@ class Frames:
         """Make a frame."""
         self._keep(path, self.scene.render(camera=camera, progress=progress, **self.options)._repr_png_())
 
-    def render_on(self, workers: Workers, missing: Sequence[tuple[Path, AnyCamera]], progress: Any) -> None:
-        """Make several on workers, a frame a task; each is kept as it comes back."""
+    def render_on(
+        self, workers: Workers, missing: Sequence[tuple[Path, AnyCamera]], told: Callable[[int], Any]
+    ) -> None:
+        """Make several on workers, a frame a task; each is kept as it comes back, and told(done) is called."""
         pieces = (Piece(k, k + 1, (camera,)) for k, (_, camera) in enumerate(missing))
         course = Course("turntable", workers, frame, (recipe_of(self.scene), Recipe(self.options)))
         with closing(course.results(pieces, lambda *_: None, len(missing))) as results:
             for piece, content in results:
                 self._keep(missing[piece.begin][0], content)
-                if progress is not None:
-                    progress(piece.end)
+                told(piece.end)
 
     def _keep(self, path: Path, content: bytes) -> None:
         self.folder.mkdir(exist_ok=True)

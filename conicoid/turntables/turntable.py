@@ -98,7 +98,12 @@ def turntable(
     else:
         missing = {file: view for file, view in zip(files, views, strict=True) if not made.is_there(file)}
         there, rendered = frames - len(missing), len(missing)
-        made.render_on(workers, list(missing.items()), progress and (lambda done: progress(there + done, frames)))
+
+        def told(done: int) -> None:
+            if progress is not None:
+                progress(there + done, frames)
+
+        made.render_on(workers, list(missing.items()), told)
     write_movie(target, files, seconds)
     if not keep:
         _remove(files, place)

@@ -16,6 +16,7 @@ import pytest
 
 import conicoid as co
 from conicoid.cluster import recipe, task
+from conicoid.cluster.edition import edition
 from conicoid.cluster.pace import Pace
 
 from . import subject
@@ -229,7 +230,7 @@ def test_workers_without_conicoid_are_refused():
 
 def test_a_worker_of_other_sources_refuses():
     asked = "0.1.0 (sources 12345678)"
-    told = f"has conicoid {task.edition()}, and this process has {asked}"
+    told = f"has conicoid {edition()}, and this process has {asked}"
     with pytest.raises(ValueError, match=re.escape(told)):
         task.run(asked, (), 1, os.getpid)
 
