@@ -27,11 +27,12 @@ _LOST = {"KilledWorker", "CommClosedError", "FutureCancelledError", "FuturesCanc
 
 @dataclass
 class Piece:
-    """A task: its share of the work, and what it is called with."""
+    """A task: its share of the work, and what it is called with; `told` is for whoever made it."""
 
     begin: int
     end: int
     arguments: tuple[Any, ...]
+    told: Any = None
     future: Future[Any] | None = None
     sent_to: Any = None
     lost: int = 0

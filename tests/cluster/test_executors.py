@@ -70,16 +70,6 @@ def test_every_way_to_start_processes(method):
         assert subject.differing(local, subject.answers(scene, rays, executor=pool)) == []
 
 
-def test_loky():
-    loky = pytest.importorskip("joblib.externals.loky")
-    scene, rays = subject.scene(), subject.rays(50)
-    pool = loky.get_reusable_executor(max_workers=1)
-    try:
-        assert scene.first_hit(rays, executor=pool) == scene.first_hit(rays)
-    finally:
-        pool.shutdown(kill_workers=True)
-
-
 def test_answers_know_the_scene(processes):
     scene, rays = subject.scene(), subject.rays(50)
     hits = scene.first_hit(rays, executor=processes)
