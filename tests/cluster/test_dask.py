@@ -95,8 +95,11 @@ def test_a_scheduler_and_its_workers():
     scene, rays = subject.scene(), subject.rays(5, 40)
     with cluster(1, 2) as made, distributed.Client(made) as client:
         check_arrays(scene, rays)
-        large = subject.large_scene()
+        large, local = subject.large_scene(), subject.answers(scene, rays)
         assert large.first_hit(rays, executor=client) == large.first_hit(rays)
+        for chunk in (7, rays.size):  # of the grid that the deep suite goes through
+            how = co.cluster.Workers(client, chunk=chunk)
+            assert subject.differing(local, subject.answers(scene, rays, executor=how)) == []
         picture = scene.render(70, 70, executor=client)
         executor = client.get_executor()
     assert np.array_equal(picture.pixels, scene.render(70, 70).pixels)
