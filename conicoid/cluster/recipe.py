@@ -156,7 +156,7 @@ def found(reference: Reference) -> tuple[Any, ...]:
             return (thing,)
         if reference.key not in _kept and reference.tables is not None:
             path, digest = reference.tables
-            with contextlib.suppress(OSError):  # it is on another machine
+            with contextlib.suppress(OSError):  # it is on another machine, or another file by now
                 _kept[reference.key] = opened(path, edition(), digest)
         if reference.key not in _kept:
             data = reference.data if reference.data is not None else _read(reference)

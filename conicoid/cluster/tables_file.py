@@ -127,10 +127,14 @@ def _first(head: bytes) -> int:
     return at + -at % _LINE
 
 
+class Replaced(OSError):
+    """Another file has taken the place of one of tables, as where two programs write the same at the same time."""
+
+
 class TablesFile:
     """A file of tables that is mapped. Raises ValueError for what is none, and for one of another edition; OSError.
 
-    digest: the hash of its head; None where whoever opens it trusts the folder.
+    digest: the hash of its head, without which it is not read; None where whoever opens it trusts the folder.
     """
 
     def __init__(self, path: str | os.PathLike[str], edition: str, digest: bytes | None = None) -> None:
@@ -143,7 +147,7 @@ class TablesFile:
                 raise ValueError(f"{self.path}: is not a file of tables")
             head = file.read(length)
             if digest is not None and _hash(head) != digest:
-                raise ValueError(f"{self.path}: is not the file of tables that it was")
+                raise Replaced(f"{self.path}: is not the file of tables that it was")
             told = json.loads(head)
             if told["edition"] != edition:
                 raise ValueError(f"{self.path}: holds tables of conicoid {told['edition']}; this process has {edition}")

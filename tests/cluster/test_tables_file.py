@@ -13,7 +13,7 @@ import pytest
 import conicoid as co
 from conicoid.cluster import recipe
 from conicoid.cluster.edition import edition
-from conicoid.cluster.tables_file import LaterBodies, TablesFile, opened
+from conicoid.cluster.tables_file import LaterBodies, Replaced, TablesFile, opened
 
 from . import subject
 
@@ -109,7 +109,7 @@ def test_other_editions_and_damage_are_refused(kept, tmp_path):
     _, path, digest = kept
     with pytest.raises(ValueError, match=r"holds tables of conicoid .*; this process has 0\.0\.9"):
         opened(path, "0.0.9 (sources 12345678)", digest)
-    with pytest.raises(ValueError, match="is not the file of tables that it was"):
+    with pytest.raises(Replaced, match="is not the file of tables that it was"):
         opened(path, edition(), b"another hash")
     data = bytearray(Path(path).read_bytes())
     for name, content, message in (
@@ -161,6 +161,15 @@ def test_without_room_each_prepares_for_itself(tmp_path, monkeypatch):
     assert recipe.recipe_of(scene).reference().tables is None
     with pytest.raises(FileNotFoundError, match="no such folder"):
         co.cluster.Workers(co.cluster.Processes(1), store=tmp_path / "nowhere")
+
+
+def test_a_file_that_another_program_replaced_is_not_read(kept):
+    scene, path, _ = kept
+    reference = recipe.Reference(recipe.recipe_of(scene).key, recipe.recipe_of(scene).data, None, (path, b"another"))
+    recipe._own.pop(reference.key)
+    (again,) = recipe.found(reference)
+    assert not isinstance(again.bodies, LaterBodies)  # it was made from what was said
+    assert again == scene
 
 
 def test_stretched_balls_are_prepared_by_each(tmp_path):
