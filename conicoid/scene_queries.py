@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import os
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -113,21 +113,26 @@ class Queries:
 
     @calm
     def stream(
-        self, rays: Any, query: str = "first_hit", *, chunk: int | None = None, executor: Any = None, **options: Any
-    ) -> Iterator[Any]:
+        self, rays: Any, query: str = "first_hit", *, chunk: int | None = None, executor: Any = None,
+        out: str | os.PathLike[str] | None = None, **options: Any,
+    ) -> Any:  # fmt: skip
         """The answers to any number of rays, part by part and in order: neither rays nor answers are kept.
 
         rays: `Rays`, those of `Rays.from_camera` or `from_scan`; (origins, directions), or one array (n, 6) of both,
-            which may be of `np.memmap`, zarr or what else is sliced; or an iterable of such, one part after the other.
+            which may be of `np.memmap`, zarr or what else is sliced; an iterable of such, one part after the other; or
+            the name of a file of rays, .npy, .npz, .csv, .parquet or .zarr, that is read part by part.
         query: the name of a query of rays; options: its other arguments, such as `t_max` or `values`, for all rays.
         chunk: rays of a part; by default about a second's.
         executor: as for `first_hit`; parts are sent ahead as its workers have time for them.
+        out: a .npz, .csv, .parquet or .zarr that is to hold first hits or spans, as `conicoid trace` writes them; it
+            appears whole or not at all.
 
-        Yields the query's answer for each part. Raises what the query raises.
+        Yields the query's answer for each part; with `out` it returns how many rays there were. Raises what the query
+        raises, ImportError for .parquet and .zarr without pyarrow and zarr, OSError for what cannot be read or written.
         """
         from .cluster.stream import stream
 
-        return stream(self, rays, query, chunk, executor, options)
+        return stream(self, rays, query, chunk, executor, out, options)
 
     @calm
     def lengths(

@@ -13,7 +13,7 @@ from hashlib import blake2b
 from pathlib import Path
 
 from ..shapes.validate import path as checked_path
-from .task import edition
+from .edition import edition
 
 _MAGIC = b"conicoid parts 1\n"
 _HEAD = struct.Struct("<QQQI")

@@ -4,29 +4,35 @@ from __future__ import annotations
 
 import contextlib
 import pydoc
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Future
 from dataclasses import dataclass
 from typing import Any
 
+from ..engine.answers.notes import tell_once
+from .dask_client import DaskExecutor, Lost
+from .edition import edition
 from .recipe import Recipe
-from .task import Done, Missing, edition, run
+from .task import Done, Missing, run
 from .workers import Workers
 
 _PATIENCE = 0.2  # seconds between two looks at Ctrl-C and at the progress
 _IN_FLIGHT = 3  # tasks for each worker
+_COUNTED = 2.0  # seconds between two counts of the workers
 _LOST = {"KilledWorker", "CommClosedError", "FutureCancelledError", "FuturesCancelledError", "FutureLostError"}
-"""What Dask raises for tasks whose worker, or connection, was lost."""
+"""What Dask raises for tasks whose worker, or connection, was lost. Without Dask these classes cannot be imported."""
 
 
 @dataclass
 class Piece:
-    """A task: its share of the work, and what it is called with."""
+    """A task: its share of the work, and what it is called with; `told` is for whoever made it."""
 
     begin: int
     end: int
     arguments: tuple[Any, ...]
+    told: Any = None
     future: Future[Any] | None = None
     sent_to: Any = None
     lost: int = 0
@@ -41,14 +47,27 @@ class Course:
 
     def __init__(self, owner: str, workers: Workers, call: Callable[..., Any], shared: tuple[Recipe, ...]) -> None:
         self.owner, self.workers, self.call, self.shared = owner, workers, call, shared
-        self.window = workers.window or _IN_FLIGHT * workers.count
         self.sent: deque[Piece] = deque()
+        self._looked, self._window = 0.0, 0
+
+    @property
+    def window(self) -> int:
+        """How many pieces may be on their way; workers may come and go, so they are counted now and then."""
+        if self.workers.window:
+            return self.workers.window
+        now = time.monotonic()
+        if not self._window or now - self._looked > _COUNTED:
+            self._looked, self._window = now, _IN_FLIGHT * self.workers.count
+        return self._window
 
     def results(
         self, pieces: Iterator[Piece], saw: Callable[[int, float], Any], total: int, done: int = 0
     ) -> Iterator[tuple[Piece, Any]]:
         """Every piece with its value, in order. What is still queued when this ends, however it ends, is cancelled."""
         self._ask_version()
+        if not self.workers.are_here:
+            for recipe in self.shared:
+                recipe.share_tables(edition(), self.workers.store)
         try:
             more = True
             while more or self.sent:
@@ -60,6 +79,7 @@ class Course:
                         self.sent.append(piece)
                 if self.sent:
                     answer = self._awaited(self.sent[0], done, total)
+                    self._pass_on(answer.notes)
                     piece = self.sent.popleft()
                     saw(piece.end - piece.begin, answer.seconds)
                     done += piece.end - piece.begin
@@ -70,6 +90,11 @@ class Course:
             for piece in self.sent:
                 if piece.future is not None:
                     piece.future.cancel()
+
+    def _pass_on(self, notes: tuple[str, ...]) -> None:
+        """Log what workers have to say of a scene, once, though each of them says it."""
+        for note in notes:
+            tell_once(self.shared[0].labels, lambda: note)  # noqa: B023 - called at once
 
     def _tell(self, done: int, total: int) -> None:
         if self.workers.progress is not None:
@@ -142,7 +167,14 @@ class Course:
             except TimeoutError:
                 if future.done() and not future.cancelled() and future.exception() is not None:
                     raise
+                self._check_open(future)
                 tell()
+
+    def _check_open(self, future: Any) -> None:
+        """Raise ValueError where a client was closed while its tasks are awaited: they are not done any more."""
+        executor = self.workers.executor
+        if isinstance(executor, DaskExecutor) and not executor.is_open and not future.done():
+            raise ValueError(f"{self.owner}: executor was shut down, or lost its scheduler, before all was done")
 
     def _again(self, piece: Piece, error: Exception) -> None:
         """Whether a piece may be sent again after an error; raises it where that is not the worker's end."""
@@ -161,7 +193,7 @@ class Course:
 
 def _is_loss(error: BaseException) -> bool:
     """Did a task end with its worker, and not by itself?"""
-    return isinstance(error, BrokenExecutor | CancelledError) or type(error).__name__ in _LOST
+    return isinstance(error, BrokenExecutor | CancelledError | Lost) or type(error).__name__ in _LOST
 
 
 @contextlib.contextmanager

@@ -13,6 +13,7 @@ class _Here(Executor):
     """One task at a time, in the caller's thread."""
 
     _max_workers = 1
+    is_here = True
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()

@@ -18,8 +18,9 @@ from ..engine.answers.weights import BODY, checked_by, weights_of
 from ..engine.threads import limited_to
 from ..shapes.labels import counted
 from ..shapes.validate import what
+from .edition import edition
 from .recipe import found, recipe_of
-from .task import edition, here
+from .task import here
 
 if TYPE_CHECKING:
     from ..scene import Scene

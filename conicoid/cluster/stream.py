@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..engine.answers.lazy_rays import ArrayRays, LazyRays
 from ..engine.answers.rays import Rays
 from ..engine.answers.spans import Crossings, Spans
+from ..formats.ray_stream import RayStream, TimedRays
 from ..shapes.carried import aligned
 from ..shapes.suggestion import close_to
+from ..shapes.validate import path as checked_path
 from ..shapes.validate import shown, what
 from . import queries
 from .course import Course, Piece, closing
@@ -24,6 +28,8 @@ if TYPE_CHECKING:
 
 QUERIES = ("first_hit", "occluded", "spans", "crossings", "lengths", "line_integral")
 _LEAST, _MOST = 4096, 1 << 20
+_READ = 1 << 18  # rays that are read from a file at a time
+_LIMITS = 0.0, float("inf")
 
 
 @prepared_first
@@ -41,8 +47,8 @@ def _part(scene: Scene, query: str, options: dict[str, Any], share: Share) -> An
 
 
 def stream(
-    scene: Any, rays: Any, query: str, chunk: int | None, executor: Any, options: dict[str, Any]
-) -> Iterator[Any]:
+    scene: Any, rays: Any, query: str, chunk: int | None, executor: Any, out: Any, options: dict[str, Any]
+) -> Any:
     """`scene.stream`."""
     if query not in QUERIES:
         close = close_to(query, QUERIES) if isinstance(query, str) else ""
@@ -50,11 +56,23 @@ def stream(
         raise ValueError(f"stream: query must be one of {', '.join(QUERIES)}, got {shown(query)}{meant}")
     if query == "line_integral" and "values" not in options:
         raise TypeError("stream: line_integral needs values=")
-    limits = options.pop("t_min", 0.0), options.pop("t_max", float("inf"))
+    limits = options.pop("t_min", _LIMITS[0]), options.pop("t_max", _LIMITS[1])
     given = queries.workers_of("stream", executor)
     workers = object.__new__(Workers)
     vars(workers).update(vars(given), chunk=Workers(given.executor, chunk=chunk).chunk or given.chunk)
-    return _streamed(scene, _sources(rays), query, options, limits, workers)
+    if isinstance(rays, str | os.PathLike):
+        file = RayStream(rays)
+        file.check_ends(*(None if limit == usual else limit for limit, usual in zip(limits, _LIMITS, strict=True)))
+        rays, shape, home = file.pieces(workers.chunk or _READ), file.shape, file.source.home
+    else:
+        shape = rays.shape if isinstance(rays, Rays | LazyRays) else None
+        home = rays._home if isinstance(rays, Rays) else None
+    answers = _streamed(scene, _sources(rays), query, options, limits, workers)
+    if out is None:
+        return answers
+    from .filed import file_answers
+
+    return file_answers(scene, query, Path(checked_path("stream", out, "out")), shape, home, answers)
 
 
 def _streamed(
@@ -65,7 +83,9 @@ def _streamed(
 
     def pieces() -> Iterator[Piece]:
         for source in sources:
-            asked = Asked(query, source, None, *limits)
+            rays, *own = source if isinstance(source, TimedRays) else (source, None, None)
+            ends = (limit if end is None else end for end, limit in zip(own, limits, strict=True))
+            asked = Asked(query, rays, None, *ends)
             pace.most = max(1, min(_MOST, workers.most_bytes // asked.bytes_each))
             for a, b in pace.pieces(0, asked.count, max(1, 8 * asked.width)):
                 yield Piece(a, b, (asked.share(a, b),))
@@ -99,9 +119,9 @@ def _compact(column: Any) -> Any:
     return column.copy()
 
 
-def _sources(rays: Any) -> Iterator[Rays | LazyRays]:
+def _sources(rays: Any) -> Iterator[Rays | LazyRays | TimedRays]:
     """The parts of what a user has for rays, each with a length."""
-    if isinstance(rays, Rays | LazyRays):
+    if isinstance(rays, Rays | LazyRays | TimedRays):
         yield rays
     elif isinstance(rays, tuple) and len(rays) == 2 and all(hasattr(part, "shape") for part in rays):
         yield ArrayRays(*rays)

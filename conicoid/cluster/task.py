@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import platform
 import time
@@ -11,30 +10,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..engine.answers.notes import gathered
 from ..engine.threads import limited_to
+from .edition import edition
 from .recipe import Reference, found
 
 
 class Done(NamedTuple):
-    """What a task brings back; `seconds` are those of the work itself, without what is made ready for it."""
+    """What a task brings back; `seconds` are those of the work itself, without what is made ready for it.
+
+    notes: what would have been logged here, for the one who asked.
+    """
 
     value: Any
     seconds: float
+    notes: tuple[str, ...] = ()
 
 
 class Missing(NamedTuple):
     """The answer of a worker that lacks a recipe."""
 
     worker: str
-
-
-@functools.cache
-def edition() -> str:
-    """Version and sources of this process' Conicoid: tasks are done only by the same."""
-    from .. import __version__
-    from ..compiler.sources import digest_of_files
-
-    return f"{__version__} (sources {digest_of_files()[:8] or 'unknown'})"
 
 
 def run(
@@ -52,13 +48,13 @@ def run(
         if not thing:
             return Missing(here())
         shared += thing
-    with limited_to(threads), np.errstate(all="ignore"):
+    with limited_to(threads), np.errstate(all="ignore"), gathered() as notes:
         ready = getattr(call, "ready", None)
         if ready is not None:
             ready(*shared)
         began = time.perf_counter()
         value = call(*shared, *arguments)
-        return Done(value, time.perf_counter() - began)
+        return Done(value, time.perf_counter() - began, tuple(notes))
 
 
 def here() -> str:

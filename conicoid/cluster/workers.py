@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 from ..shapes.validate import callback, shown, what, whole
+from ..shapes.validate import path as checked_path
+from .dask_client import DaskExecutor
 
 if TYPE_CHECKING:
     from ..engine.threads import Progress
@@ -27,6 +29,9 @@ class Workers:
     retries: how often a task is sent again that was lost with its worker.
     threads: of a task, on its worker: 1 where the executor has a worker for each processor.
     progress: progress(done, count) is called now and then.
+    store: a folder that workers share, of files of prepared tables, which they map instead of preparing a large scene
+        each; it keeps them for later runs. None: a folder of this machine, for as long as the scene is in use. Only you
+        should be able to write to it.
 
     As a context manager it shuts the executor down in the end.
     Raises TypeError for what is no executor, ValueError for senseless numbers.
@@ -34,32 +39,36 @@ class Workers:
 
     def __init__(
         self, executor: Any, *, chunk: int | None = None, window: int | None = None, retries: int = 3,
-        threads: int | None = 1, progress: Progress | None = None,
+        threads: int | None = 1, progress: Progress | None = None, store: str | os.PathLike[str] | None = None,
     ) -> None:  # fmt: skip
         callback("Workers", "progress", progress)
         self.chunk, self.window = _number("chunk", chunk, 1), _number("window", window, 1)
         self.retries, self.threads = _number("retries", retries, 0) or 0, _number("threads", threads, 1)
         self.progress = progress
+        self.store = None if store is None else _folder(store)
         self._make: Callable[[], Any] | None = None if _submits(executor) or not callable(executor) else executor
         self.executor: Any = _as_executor("Workers", self._make() if self._make else executor)
 
     @property
     def count(self) -> int:
         """Workers at work at the same time, as far as the executor tells; else the processors of this machine."""
+        if isinstance(self.executor, DaskExecutor):
+            return self.executor.count
         for name in ("_max_workers", "num_workers"):
             found = getattr(self.executor, name, None)
             if isinstance(found, int) and found > 0:
                 return found
-        client = getattr(self.executor, "_client", None)
-        if client is not None:
-            with contextlib.suppress(Exception):  # a client that is closed, which submitting tells of
-                return max(1, sum(map(int, client.ncores().values())))
         return os.cpu_count() or 1
 
     @property
     def is_dask(self) -> bool:
         """Is it an executor of Dask?"""
-        return type(self.executor).__module__.startswith("distributed.")
+        return isinstance(self.executor, DaskExecutor)
+
+    @property
+    def are_here(self) -> bool:
+        """Are they threads of this process, which have all that it has?"""
+        return isinstance(self.executor, ThreadPoolExecutor) or getattr(self.executor, "is_here", False)
 
     @property
     def most_bytes(self) -> int:
@@ -98,12 +107,21 @@ def _submits(executor: Any) -> bool:
 
 
 def _as_executor(owner: str, executor: Any) -> Any:
-    """What has the interface of executors; a Dask client's executor for the client."""
+    """What has the interface of executors; of a Dask client, and of its own executor, one that loses nothing."""
     if not _submits(executor):
         raise TypeError(f"{owner}: executor must be a concurrent.futures.Executor or a Workers, got {what(executor)}")
     if callable(getattr(executor, "get_executor", None)):
-        return executor.get_executor()
+        return DaskExecutor(executor)
+    if type(executor).__module__.startswith("distributed."):
+        return DaskExecutor(executor._client, executor)
     return executor
+
+
+def _folder(path: Any) -> str:
+    found = os.path.abspath(checked_path("Workers", path, "store"))
+    if not os.path.isdir(found):
+        raise FileNotFoundError(2, "no such folder", found)
+    return found
 
 
 def _number(name: str, value: Any, least: int) -> int | None:

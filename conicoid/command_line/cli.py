@@ -13,8 +13,6 @@ from .parts import (
     STDOUT,
     Command,
     Commands,
-    RayFile,
-    Results,
     SceneFile,
     Threads,
     TMax,
@@ -32,7 +30,7 @@ from .parts import (
 )
 from .pictures import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turntable
 from .terminal import Bar, compile_notes, say, show_table, user_mistakes
-from .workers import ClusterOption, WorkersOption, executor_of
+from .workers import ClusterOption, SlurmOption, WorkersOption, executor_of
 
 app = typer.Typer(
     cls=Commands,
@@ -197,11 +195,24 @@ def info(
 def trace(
     context: typer.Context,
     scene: SceneFile,
-    rays: RayFile,
-    output: Results,
+    rays: Annotated[
+        Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz, .csv, .parquet or .zarr.", show_default=False)
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output",
+            "-o",
+            show_default=False,
+            help="The results, .npz, .csv, .parquet or .zarr; - is .csv on standard output.",
+        ),
+    ],
     spans: Annotated[bool, typer.Option("--spans", help="Every stretch inside a body, not the first hit.")] = False,
     errors: Annotated[
-        bool, typer.Option("--errors", help="To .csv, t_error or those of both ends as well; .npz has all fields.")
+        bool,
+        typer.Option(
+            "--errors", help="To .csv or .parquet, t_error or those of both ends as well; .npz has all fields."
+        ),
     ] = False,
     t_min: TMin = None,
     t_max: TMax = None,
@@ -214,20 +225,22 @@ def trace(
     resume: Annotated[bool, typer.Option("--resume", help="With --chunk: go on where an earlier run stopped.")] = False,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
+    slurm: SlurmOption = None,
     threads: Threads = None,
 ) -> None:
     """Follow rays through a scene and write what they hit."""
     with user_mistakes():
-        from ..formats.ray_file import is_npz, write_hits, write_spans
+        from ..formats.ray_file import write_hits, write_spans
 
-        only_with(context, "--chunk", chunk is not None, "resume", "workers", "cluster")
-        all_fields = output != STDOUT and is_npz(output)
+        parts = chunk is not None or {rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"}
+        only_with(context, "--chunk", bool(parts), "resume", "workers", "cluster", "slurm")
+        all_fields = output != STDOUT and output.suffix.lower() in (".npz", ".zarr")
         if errors and all_fields:
-            raise ValueError("trace: --errors goes with .csv; a .npz file has all fields in any case")
-        if chunk is not None:
-            if errors or t_min is not None or t_max is not None:
-                raise ValueError("trace: --chunk does not go with --errors, --t-min and --t-max")
-            _trace_in_chunks(scene, rays, output, spans, chunk, resume, (workers, cluster), threads)
+            raise ValueError(f"trace: --errors goes with .csv; a {output.suffix} file has all fields in any case")
+        if parts:
+            limits = dict(t_min=t_min, t_max=t_max, errors=errors)
+            where = workers, cluster, slurm
+            _trace_in_chunks(scene, rays, output, spans, chunk or CHUNK, resume, where, threads, limits)
             return
         table = rays_for(rays, scene, output).within(t_min, t_max)
         loaded = load(scene, threads)
@@ -243,26 +256,37 @@ def trace(
         say(f"{name_of(output)}: {ray_tables.summary(arrays)}")
 
 
+CHUNK = 1_000_000
+"""Rays at a time of files that are read or written part by part in any case."""
+
+
 def _trace_in_chunks(
-    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, where: tuple[Any, Any],
-    threads: int | None,
+    scene: Path, rays: Path, output: Path, spans: bool, chunk: int, resume: bool, where: tuple[Any, Any, Any],
+    threads: int | None, options: dict[str, Any],
 ) -> None:  # fmt: skip
     """What `trace --chunk` does."""
+    from ..cluster.filed import SUFFIXES, trace_file
     from ..formats.ray_file import check_output
+    from ..formats.ray_stream import RayStream
+    from ..shapes.labels import counted
 
     refuse_stdin(rays, "rays")
     if output == STDOUT:
         raise ValueError("trace: --chunk writes a file, which it goes on with: name one with -o")
-    check_output(output)
+    check_output(output, SUFFIXES)
     check_folder(output)
     refuse_overwriting(output, scene, rays)
+    stream = RayStream(rays)
+    stream.check_ends(options["t_min"], options["t_max"])
     loaded = load(scene, threads)
-    from . import streamed
-
     prepare(loaded)
+    query = "spans" if spans else "first_hit"
     with compile_notes(), Bar("tracing", "ray") as bar, executor_of("trace", *where) as executor:
-        found = streamed.trace(loaded, rays, output, spans, chunk, resume, executor, bar)
-    say(f"{output}: {found}")
+        found, count = trace_file(
+            loaded, stream, output, query, chunk=chunk, resume=resume, executor=executor, told=bar, **options
+        )
+    told = counted(count, "ray", "rays")
+    say(f"{output}: " + (f"{counted(found, 'span', 'spans')} of {told}" if spans else f"{found:,} of {told} hit"))
 
 
 app.command(cls=Command, epilog=LENGTHS_EXAMPLES)(lengths)

@@ -23,7 +23,7 @@ from .parts import (
     written,
 )
 from .terminal import Bar, compile_notes, say, user_mistakes
-from .workers import ClusterOption, WorkersOption, executor_of
+from .workers import ClusterOption, SlurmOption, WorkersOption, executor_of
 
 if TYPE_CHECKING:
     from ..render.camera import AnyCamera
@@ -38,7 +38,7 @@ RENDER_EXAMPLES = (
 )
 TURNTABLE_EXAMPLES = (
     "Examples:\n\n  conicoid turntable scene.yaml -o spin.gif\n\n"
-    "  conicoid turntable scene.yaml -o spin.mp4 --width 1280 --height 720 --frames 120\n\n"
+    "  conicoid turntable scene.yaml -o spin.mp4 --width 1280 --height 720 --frames 120 --workers 4\n\n"
     "Frames are kept beside the output and taken again, so what was interrupted goes on. "
     'A .mp4 needs `pip install ".\\[video]"` in the repository.'
 )
@@ -81,7 +81,7 @@ Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the 
 
 _OF_VIEWS = (
     "integrator", "seed", "depth", "position", "look_at", "up", "field_of_view", "orthographic", "fit", "axes",
-    "labels", "normals", "resume", "workers", "cluster",
+    "labels", "normals", "resume", "workers", "cluster", "slurm",
 )  # fmt: skip
 AXES = ("x", "y", "z")
 
@@ -115,6 +115,7 @@ def render(
     resume: Resume = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
+    slurm: SlurmOption = None,
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
@@ -137,7 +138,7 @@ def render(
             compile_notes(),
             said_warnings(),
             Bar("rendering", "ray") as bar,
-            executor_of("render", workers, cluster) as executor,
+            executor_of("render", workers, cluster, slurm) as executor,
         ):
             image = loaded.section(*plane, width, height, samples) if plane else loaded.render(
                 width, height, samples, integrator, seed, depth=depth, camera=camera, axes=axes, labels=labels,
@@ -179,6 +180,9 @@ def turntable(
         Path | None, typer.Option(help="Where frames are kept.", show_default="OUTPUT-frames")
     ] = None,
     keep: Annotated[bool, typer.Option(help="Keep the frames in the end.")] = True,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    slurm: SlurmOption = None,
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Turn a scene about once: the camera goes around what it looks at."""
@@ -196,11 +200,13 @@ def turntable(
         if fit:
             loaded = loaded.replace(camera=None)
         prepare(loaded)
-        with compile_notes(), Bar("turning", "ray") as bar:
+        where = executor_of("turntable", workers, cluster, slurm)
+        with compile_notes(), Bar("turning", "ray") as bar, where as executor:
             rendered = turn(
                 loaded, output, frames=frames, seconds=seconds, width=width, height=height, samples=samples,
                 integrator=integrator, seed=seed, depth=depth, camera=camera, axes=axes, labels=labels,
                 normals=normals, folder=folder, keep=keep, progress=in_rays(bar, width * height * samples * frames),
+                executor=executor,
             )  # fmt: skip
         taken = f", {frames - rendered} of them were there" if rendered < frames else ""
         say(f"{output}: {frames} frames of {width} x {height} pixels{taken}")

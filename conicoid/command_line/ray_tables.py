@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..engine.answers.rays import Rays, first_wrong, lines_of
+from ..formats.ray_file import ERRORS_OF_HITS, ERRORS_OF_SPANS, HITS, SPANS
 from ..shapes.labels import counted
 
 if TYPE_CHECKING:
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 PIECE = 1 << 18
-HITS = ("t", "point", "normal", "uv", "body", "face", "surface", "entering")
-SPANS = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped")
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 Progress = Callable[[int, int], Any]
@@ -32,7 +31,7 @@ def first_hits(
     from ..formats.hits_file import ROWS, heads_of, rows_of
 
     rays, t_min, t_max = _flat(table)
-    names = ROWS if all_fields else (*HITS, *(["t_error"] if errors else []))
+    names = ROWS if all_fields else (*HITS, *(ERRORS_OF_HITS if errors else ()))
     pieces: dict[str, list[Any]] = {name: [] for name in names}
     for piece in _pieces(len(rays), progress):
         hits = scene.first_hit(rays[piece], None, t_min[piece], t_max[piece])
@@ -51,7 +50,7 @@ def first_hits(
 def spans(scene: Scene, table: RayTable, progress: Progress, all_fields: bool = False, errors: bool = False) -> Arrays:
     """offsets (rays + 1), and the rows of all rays, flattened, one after the other; or all that `spans.save` writes."""
     rays, t_min, t_max = _flat(table)
-    names = (*SPANS, *(("t_enter_error", "t_exit_error") if errors else ()))
+    names = (*SPANS, *(ERRORS_OF_SPANS if errors else ()))
     counts: list[Any] = [np.zeros(1, np.int64)]
     pieces: list[Any] = []
     for piece in _pieces(len(rays), progress):

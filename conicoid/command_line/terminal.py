@@ -43,8 +43,10 @@ def fitted(message: str) -> str:
 
 def first_cause(error: BaseException) -> str:
     """The first line of what went wrong first: packages wrap what their own libraries say in pages of advice."""
-    while isinstance(error.__cause__ or error.__context__, ImportError):
-        error = error.__cause__ or error.__context__ or error
+    while isinstance(
+        before := error.__cause__ or (None if error.__suppress_context__ else error.__context__), ImportError
+    ):
+        error = before
     return str(error).strip().partition("\n")[0]
 
 

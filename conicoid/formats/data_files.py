@@ -90,7 +90,7 @@ def csv_pieces(
                 row = [_number(word) for word in words]
                 if not found_any and not heading and all(value is None for value in row):
                     heading = line.strip()
-                    _check_heading(f"{path.name}:{number}", heading, header)
+                    check_heading(f"{path.name}:{number}", heading, header)
                     continue
                 if len(row) != columns or None in row:
                     raise ValueError(f"{path.name}:{number}: must be {expected}, got {line.strip()[:60]!r}")
@@ -122,6 +122,13 @@ def _aliases(name: str) -> set[str]:
     return {"".join(words), words[0][0] + "".join(words[1:]), words[-1], _COSINES.get(name, words[-1])}
 
 
+def named_columns(names: Sequence[str], header: tuple[str, ...]) -> list[str] | None:
+    """Which of some names stand for the columns, each by one of its own; None where not all of them are there."""
+    plain = {"".join(c for c in name.casefold() if c.isalnum()): name for name in names}
+    found = [[plain[own] for own in sorted(_aliases(name) - {name.split()[-1]}) if own in plain] for name in header]
+    return [one[0] for one in found] if all(found) else None
+
+
 _OTHERS = {"diameter", "diam", "theta", "phi", "azimuth", "elevation", "polar", "inclination", "distance", "range"}
 _OF_ENDS = ("2", "end", "target", "stop", "last", "final")
 
@@ -132,7 +139,7 @@ def _is_something_else(plain: str) -> bool:
     return plain in _OTHERS or of_end
 
 
-def _check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
+def check_heading(place: str, heading: str, header: tuple[str, ...]) -> None:
     """ValueError for a header line that has the name of a column in the place of another."""
     for i, cell in enumerate(_cells(heading)):
         plain = "".join(c for c in cell.casefold() if c.isalnum())

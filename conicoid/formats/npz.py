@@ -17,7 +17,7 @@ from .npy import FLAGS, Header, NotPlain, read_header, read_values
 FREE_BYTES, TIMES = 256 << 20, 50
 """Compressed arrays may always take so much memory, and so many times the size of their file in addition."""
 _LONGEST_READ = 4 << 20
-_DAMAGE = (
+DAMAGE = (
     zipfile.BadZipFile, zipfile.LargeZipFile, zlib.error, struct.error, EOFError, OSError, LookupError,
     NotImplementedError, RuntimeError, ArithmeticError, AttributeError, TypeError, ValueError, MemoryError,
 )  # fmt: skip
@@ -54,8 +54,8 @@ class Archive:
         self.left = FREE_BYTES + TIMES * size
         try:
             self.zip = zipfile.ZipFile(_Bounded(file))
-        except _DAMAGE as error:
-            raise NotPlain(_reason(error)) from None
+        except DAMAGE as error:
+            raise NotPlain(reason_of(error)) from None
         self.members: dict[str, zipfile.ZipInfo] = {}
         for info in self.zip.infolist():
             name = info.filename.removesuffix(".npy")
@@ -89,8 +89,8 @@ class Archive:
                 return self._values(info, file, is_flag)
         except (NotPlain, _Refused):
             raise
-        except _DAMAGE as error:
-            raise NotPlain(_reason(error)) from None
+        except DAMAGE as error:
+            raise NotPlain(reason_of(error)) from None
 
     def _values(self, info: zipfile.ZipInfo, file: IO[bytes], is_flag: bool) -> FloatArray:
         header = read_header(file)
@@ -119,7 +119,7 @@ class _Refused(ValueError):
     """An array that could be read and is not: the text says why."""
 
 
-def _reason(error: BaseException) -> str:
+def reason_of(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return "there is not enough memory for it"
     return printable((str(error).splitlines() or [type(error).__name__])[0][:120])

@@ -24,6 +24,10 @@ from .regular import check_memory, open_regular
 COLUMNS = ("origin x", "origin y", "origin z", "direction x", "direction y", "direction z")
 ARRAYS = ("origins", "directions", "t_min", "t_max")
 STARTS = ("starts", "starts_home")
+HITS = ("t", "point", "normal", "uv", "body", "face", "surface", "entering")
+SPANS = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped")
+"""The fields of hits and spans that tables of results have, but for error bounds."""
+ERRORS_OF_HITS, ERRORS_OF_SPANS = ("t_error",), ("t_enter_error", "t_exit_error")
 BYTES_OF_A_RAY = 400
 """Its numbers and those of its hit, while they are put together."""
 Arrays = Mapping[str, np.ndarray[Any, Any]]
@@ -197,11 +201,11 @@ def is_npz(path: str | os.PathLike[str]) -> bool:
     return Path(path).suffix.lower() == ".npz"
 
 
-def check_output(path: str | os.PathLike[str]) -> None:
+def check_output(path: str | os.PathLike[str], suffixes: tuple[str, ...] = (".npz", ".csv")) -> None:
     """ValueError now, rather than after the work, where the results could not be written."""
     file = Path(path)
-    if file.suffix.lower() not in (".npz", ".csv"):
-        raise ValueError(f"{file}: results are written as .npz or .csv")
+    if file.suffix.lower() not in suffixes:
+        raise ValueError(f"{file}: results are written as {', '.join(suffixes[:-1])} or {suffixes[-1]}")
 
 
 def write_table(path: str | os.PathLike[str], arrays: Arrays, columns: Arrays) -> None:

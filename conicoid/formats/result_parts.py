@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,9 @@ from typing import Any
 import numpy as np
 
 from .atomic import replacing, write_text
+from .parquet_file import write_parquet
+from .stored import Stored, write_npz
+from .zarr_folder import write_zarr
 
 
 class ResultParts:
@@ -77,20 +79,20 @@ class ResultParts:
             os.replace(self.folder / name, partial)
         shutil.rmtree(self.folder)
 
-    def finish_arrays(self, shape: tuple[int, ...], flat: tuple[str, ...], more: Mapping[str, Any]) -> None:
-        """The columns become a .npz file with more arrays, each in the rays' shape but for those that are flat."""
-        with (
-            replacing(self.output) as partial,
-            zipfile.ZipFile(partial, "w", zipfile.ZIP_STORED, allowZip64=True) as archive,
-        ):
-            for name, (kind, last) in self.kinds.items():
-                leading = (self.rays,) if name in flat else shape
-                header = dict(descr=kind, fortran_order=False, shape=(*leading, *last))
-                with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                    np.lib.format.write_array_header_1_0(member, header)
-                    with open(self.folder / name, "rb") as column:
-                        shutil.copyfileobj(column, member, 1 << 20)
-            for name, array in more.items():
-                with archive.open(f"{name}.npy", "w") as member:
-                    np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
+    def stored(self, name: str, shape: tuple[int, ...]) -> Stored:
+        """A column as an array whose rows have a leading shape."""
+        column = self.column(name)
+        return Stored((column,), (*shape, *column.shape[1:]))
+
+    def finish_arrays(self, arrays: Mapping[str, Stored], more: Mapping[str, Any]) -> None:
+        """Stored arrays and some in memory become the output, a .npz file or a .zarr folder."""
+        if self.output.suffix.lower() == ".zarr":
+            write_zarr(self.output, arrays, more)
+        else:
+            write_npz(self.output, arrays, more)
+        shutil.rmtree(self.folder)
+
+    def finish_table(self) -> None:
+        """All columns become the output, a .parquet file."""
+        write_parquet(self.output, {name: self.column(name) for name in self.kinds})
         shutil.rmtree(self.folder)

@@ -16,12 +16,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..cluster.task import prepared_first
+from ..shapes.row_vectors import dot_rows, product
 from ..shapes.validate import SMALLEST
 from ..shapes.vector import FloatArray
+from .elsewhere import followed_on
 from .frames import FittedBox
 from .hull import Rectangles, Sight
 
 if TYPE_CHECKING:
+    from ..cluster.workers import Workers
     from ..scene import Scene
 
 VOLUME, FIRST, SECOND, AREA = 0, slice(1, 4), slice(4, 10), 10
@@ -44,62 +48,21 @@ class Sums:
     rays: int = 0
 
 
-@dataclass
-class Family:
-    """Rays along one axis of the box; those of all families together end at the `last` of `total`."""
+@dataclass(frozen=True)
+class View:
+    """Rays along one axis of a box."""
 
-    scene: Scene
     box: FittedBox
-    sight: Sight
-    seed: int
-    sums: Sums
-    last: int
-    progress: Progress | None
-    total: int
+    axis: int
 
-    @property
-    def left(self) -> int:
-        """Rays still to be followed."""
-        return self.last - self.sums.rays
-
-    def estimate(self, rectangles: Rectangles, count: int) -> None:
-        """Add what `count` random rays through each rectangle find."""
-        for begin, part in rectangles.pieces(CHUNK // count + 1):
-            random = np.random.default_rng((self.seed, self.sight.axis, begin))
-            places = part.low[:, None] + part.size[:, None] * random.random((len(part), count, 2))
-            found = self._integrals(places.reshape(-1, 2)).reshape(-1, count, 11) * part.areas[:, None, None]
-            mean = found.mean(axis=1)
-            apart = (found - mean[:, None]).reshape(-1, 11)
-            self.sums.values += np.ascontiguousarray(mean.T).sum(axis=1)
-            self.sums.covariance += apart.T @ apart / (count * (count - 1))
-
-    def ranges(self, rectangles: Rectangles) -> FloatArray:
-        """How much volume and area differ among the corners of each rectangle, as shares of their sums."""
-        corners = (rectangles.low[:, None] + rectangles.size[:, None] * _CORNERS).reshape(-1, 2)
-        # Neighbours share corners: follow each once
-        half = np.delete(self.box.half, self.sight.axis)
-        with np.errstate(invalid="ignore"):
-            key = np.nan_to_num((corners + half) / (2 * half) * 2.0**30).round().astype(np.int64) @ (2**31, 1)
-        _, first, back = np.unique(key, return_index=True, return_inverse=True)
-        found = [np.zeros((0, 2))]
-        for begin in range(0, len(first), CHUNK):
-            found.append(self._integrals(corners[first[begin : begin + CHUNK]])[:, (VOLUME, AREA)])
-        ranges = np.ptp(np.concatenate(found)[back].reshape(-1, 4, 2), axis=1) * rectangles.areas[:, None]
-        sums = ranges.sum(axis=0)
-        result: FloatArray = (ranges / np.where(sums > 0, sums, 1.0)).sum(axis=1)
-        return result
-
-    def _integrals(self, places: FloatArray) -> FloatArray:
-        """What each ray adds for a unit of the area across, (n, 11)."""
-        axis, across = self.sight.axis, [i for i in range(3) if i != self.sight.axis]
+    def integrals(self, scene: Scene, places: FloatArray) -> FloatArray:
+        """What each ray adds for a unit of the area across, (n, 11); places (n, 2) across the axis."""
+        axis, across = self.axis, [i for i in range(3) if i != self.axis]
         start = np.zeros((len(places), 3))
         start[:, across] = places
         ray, t, sign, cosine = _crossings(
-            self.scene, _started(start @ self.box.axes.T + self.box.center), self.box.axes[:, axis]
+            scene, _started(product(start, self.box.axes.T) + self.box.center), self.box.axes[:, axis]
         )
-        self.sums.rays += len(places)
-        if self.progress is not None:
-            self.progress(min(self.sums.rays, self.last), self.total)
         # ∫ t^k dt over the chords, k = 0, 1, 2, from their ends; each volume is found three times
         length, first, second = (np.bincount(ray, sign * t**k / (3 * k), len(places)) for k in (1, 2, 3))
         powers = np.empty((3, len(places)))
@@ -112,6 +75,88 @@ class Family:
             result[:, 4 + k] = second if i == j == axis else powers[along] * start[:, fixed]
         result[:, AREA] = np.bincount(ray, cosine, len(places))
         return result
+
+
+@dataclass
+class Family:
+    """Rays along one axis of the box; those of all families together end at the `last` of `total`.
+
+    They go in pieces, each with random numbers of its own, whose sums are added in order: what comes out is the same
+    wherever the pieces are followed.
+    """
+
+    scene: Scene
+    box: FittedBox
+    sight: Sight
+    seed: int
+    sums: Sums
+    last: int
+    progress: Progress | None
+    total: int
+    workers: Workers | None = None
+
+    @property
+    def left(self) -> int:
+        """Rays still to be followed."""
+        return self.last - self.sums.rays
+
+    def estimate(self, rectangles: Rectangles, count: int) -> None:
+        """Add what `count` random rays through each rectangle find."""
+        pieces = rectangles.pieces(CHUNK // count + 1)
+        items = ((len(part) * count, (self.seed, begin, part, count)) for begin, part in pieces)
+        for values, covariance in self._followed(_estimated, items):
+            self.sums.values += values
+            self.sums.covariance += covariance
+
+    def ranges(self, rectangles: Rectangles) -> FloatArray:
+        """How much volume and area differ among the corners of each rectangle, as shares of their sums."""
+        corners = (rectangles.low[:, None] + rectangles.size[:, None] * _CORNERS).reshape(-1, 2)
+        # Neighbours share corners: follow each once
+        half = np.delete(self.box.half, self.sight.axis)
+        with np.errstate(invalid="ignore"):
+            key = np.nan_to_num((corners + half) / (2 * half) * 2.0**30).round().astype(np.int64) @ (2**31, 1)
+        _, first, back = np.unique(key, return_index=True, return_inverse=True)
+        places = (corners[first[begin : begin + CHUNK]] for begin in range(0, len(first), CHUNK))
+        found = [np.zeros((0, 2)), *self._followed(_at_corners, ((len(some), some) for some in places))]
+        ranges = np.ptp(np.concatenate(found)[back].reshape(-1, 4, 2), axis=1) * rectangles.areas[:, None]
+        sums = ranges.sum(axis=0)
+        result: FloatArray = (ranges / np.where(sums > 0, sums, 1.0)).sum(axis=1)
+        return result
+
+    def _followed(self, call: Callable[..., Any], items: Iterator[tuple[int, Any]]) -> Iterator[Any]:
+        """call(scene, view, item) of each (rays, item), in order, here or on workers."""
+        view = View(self.box, self.sight.axis)
+        if self.workers is None:
+            found: Iterator[tuple[int, Any]] = ((rays, call(self.scene, view, item)) for rays, item in items)
+        else:
+            found = followed_on(self.workers, self.scene, view, call, items)
+        for rays, value in found:
+            self.sums.rays += rays
+            if self.progress is not None:
+                self.progress(min(self.sums.rays, self.last), self.total)
+            yield value
+
+
+@prepared_first
+def _estimated(scene: Scene, view: View, item: tuple[int, int, Rectangles, int]) -> tuple[FloatArray, FloatArray]:
+    """The sums (11,) of a piece of rectangles, and their covariance (11, 11)."""
+    seed, begin, part, count = item
+    random = np.random.default_rng((seed, view.axis, begin))
+    places = part.low[:, None] + part.size[:, None] * random.random((len(part), count, 2))
+    found = view.integrals(scene, places.reshape(-1, 2)).reshape(-1, count, 11) * part.areas[:, None, None]
+    mean = found.mean(axis=1)
+    apart = np.ascontiguousarray((found - mean[:, None]).reshape(-1, 11).T)
+    covariance = np.empty((11, 11))
+    for i in range(11):  # written out, as BLAS adds up in an order that depends on its threads
+        for j in range(i + 1):
+            covariance[i, j] = covariance[j, i] = (apart[i] * apart[j]).sum()
+    return np.ascontiguousarray(mean.T).sum(axis=1), covariance / (count * (count - 1))
+
+
+@prepared_first
+def _at_corners(scene: Scene, view: View, places: FloatArray) -> FloatArray:
+    """Volume and area of rays, (n, 2)."""
+    return np.ascontiguousarray(view.integrals(scene, places)[:, (VOLUME, AREA)])
 
 
 def _started(points: FloatArray) -> FloatArray:
@@ -133,4 +178,4 @@ def _crossings(scene: Scene, origins: FloatArray, direction: FloatArray) -> Iter
     faces = np.stack([found.surface, found.face, np.ones_like(found.face)])
     normals_of(scene.geometry, faces, points, 0, len(points), normals)
     solid = 0.0 if scene.bodies[0].shape.is_sheet else 1.0
-    return iter((ray, found.t, np.where(found.entering, -solid, solid), np.abs(normals @ direction)))
+    return iter((ray, found.t, np.where(found.entering, -solid, solid), np.abs(dot_rows(normals, direction))))

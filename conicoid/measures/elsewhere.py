@@ -1,15 +1,21 @@
-"""Measures that are taken on workers: a body a task."""
+"""Measures that are taken on workers: a body a task, or pieces of the rays through one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..cluster.course import Course, Piece, closing
+from ..cluster.recipe import Recipe, recipe_of
 from ..cluster.workers import as_workers
 
 if TYPE_CHECKING:
+    from ..cluster.workers import Workers
     from ..engine.threads import Progress
+
+_TOGETHER = 8
+"""Pieces of a task, each of some ten milliseconds; fewer where they are few."""
 
 
 def on_workers(
@@ -21,3 +27,27 @@ def on_workers(
     course = Course("measure", workers, call, ())
     with closing(course.results(pieces, lambda *_: None, len(asked))) as results:
         return [value for _, value in results]
+
+
+def followed_on(
+    workers: Workers, scene: Any, view: Any, call: Callable[..., Any], items: Iterator[tuple[int, Any]]
+) -> Iterator[tuple[int, Any]]:
+    """(rays, call(scene, view, item)) of each (rays, item), in order."""
+    course = Course("measure", workers, _together, (recipe_of(scene), Recipe((call, view))))
+    with closing(course.results(_pieces(items, 2 * workers.count), lambda *_: None, 0)) as results:
+        for piece, values in results:
+            yield from zip(piece.told, values, strict=True)
+
+
+def _pieces(items: Iterator[tuple[int, Any]], workers: int) -> Iterator[Piece]:
+    """The first items one by one, that all workers have something to do, and then some at a time."""
+    for place in itertools.count():
+        some = list(itertools.islice(items, 1 if place < workers else _TOGETHER))
+        if not some:
+            return
+        yield Piece(place, place + 1, ([item for _, item in some],), told=[rays for rays, _ in some])
+
+
+def _together(scene: Any, asked: tuple[Callable[..., Any], Any], items: list[Any]) -> list[Any]:
+    call, view = asked
+    return [call(scene, view, item) for item in items]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from ..cluster.workers import as_workers
 from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.bulk import Bulk
@@ -26,6 +27,7 @@ from .regions import closed_region
 from .sample import sample
 
 if TYPE_CHECKING:
+    from ..cluster.workers import Workers
     from ..scene import Scene
     from .scene_measures import SceneMeasures
 
@@ -105,7 +107,8 @@ def measure(
     rays: about how many are followed; where that is given, combinations are followed by rays in any case.
     seed: equal seeds give equal answers, for any number of threads.
     progress: progress(done, total) is called now and then.
-    executor: where it is done, as for `scene.first_hit`, a body a task; the same to the bit.
+    executor: where it is done, as for `scene.first_hit`: of a scene a body a task, of one shape pieces of its rays; the
+        same to the bit.
 
     Primitives have closed forms for the volume, centroid and inertia under any motion, and some for the
     area. So have prisms between planes and circular cylinders, and solids of revolution, in any Boolean
@@ -131,28 +134,28 @@ def measure(
         from .scene_measures import measure_scene
 
         return measure_scene(shape, rays, seed, progress, executor)
-    asked = shape, RAYS if rays is None else rays, rays is None, seed
-    if executor is not None:
-        from .elsewhere import on_workers
-
-        return on_workers(measure_shape, [(*asked, None)], executor, progress)[0]
-    return measure_shape(*asked, progress)
+    workers = None if executor is None else as_workers("measure", executor)
+    return measure_shape(shape, RAYS if rays is None else rays, rays is None, seed, progress, workers)
 
 
-def measure_shape(shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:
+def measure_shape(
+    shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None, workers: Workers | None = None
+) -> Measures:
     """Of one shape; with `by_form`, combinations by their closed forms where these are known."""
     if isinstance(shape, Bulk) and shape.is_sheet:
-        return _sheets(shape, rays, by_form, seed, progress)
+        return _sheets(shape, rays, by_form, seed, progress, workers)
     shape = _plain(shape)
     exponent = _exponent(fitted_box(shape))
     if exponent:
         shape = shape.scale(2.0**-exponent)
-    return _in_units(_measured(shape, rays, by_form, seed, progress), exponent)
+    return _in_units(_measured(shape, rays, by_form, seed, progress, workers), exponent)
 
 
-def _sheets(shape: Bulk, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:
+def _sheets(
+    shape: Bulk, rays: int, by_form: bool, seed: int, progress: Progress | None, workers: Workers | None
+) -> Measures:
     """Of many sheets: what their areas add up to. They have no volume."""
-    parts = [measure_shape(shape.single(index), rays, by_form, seed, progress) for index in range(len(shape))]
+    parts = [measure_shape(shape.single(index), rays, by_form, seed, progress, workers) for index in range(len(shape))]
     area, error = math.fsum(part.area for part in parts), math.hypot(*(part.area_error for part in parts))
     return _closed(Moments(0.0, np.full(3, np.nan), np.zeros((3, 3))), area, error, sum(part.rays for part in parts))
 
@@ -190,7 +193,9 @@ def _in_units(measures: Measures, exponent: int) -> Measures:
     )  # fmt: skip
 
 
-def _measured(shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None) -> Measures:
+def _measured(
+    shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None, workers: Workers | None
+) -> Measures:
     box = fitted_box(shape)
     nothing = Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
     if box.is_empty:
@@ -200,7 +205,7 @@ def _measured(shape: Shape, rays: int, by_form: bool, seed: int, progress: Progr
         moments, area = found_form
     if moments is not None and area is not None:
         return _closed(moments, area)
-    found = _sampled(sample(shape, box, rays, seed, progress), box)
+    found = _sampled(sample(shape, box, rays, seed, progress, workers), box)
     return found if moments is None else _closed(moments, found.area, found.area_error, found.rays)
 
 

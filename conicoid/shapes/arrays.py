@@ -80,8 +80,11 @@ def without_traces(vectors: FloatArray) -> FloatArray:
     What is below 1e-100 and 2^-60 of the largest component is less than the rounding of the vector's length.
     """
     sizes = np.abs(vectors)
+    small = sizes < SMALLEST
+    if not small.any():  # as almost always
+        return vectors
     with np.errstate(all="ignore"):
-        trace = (sizes < SMALLEST) & (sizes <= _BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
+        trace = small & (sizes <= _BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
     return np.where(trace, 0.0, vectors) if trace.any() else vectors
 
 

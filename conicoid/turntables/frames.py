@@ -8,9 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..cluster.course import Course, Piece, closing
+from ..cluster.recipe import Recipe, recipe_of
+from ..cluster.task import prepared_first
+from ..formats.atomic import replacing
 from ..render.picture import look_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from ..cluster.workers import Workers
     from ..render.camera import AnyCamera
     from ..scene import Scene
 
@@ -32,7 +39,7 @@ class Frames:
 
     def path(self, camera: AnyCamera) -> Path:
         """Where the picture by a camera is, or is to be."""
-        key = _digest(self._key, type(camera).__name__, camera.lens, look_of(self.scene, camera))
+        key = _digest(self._key, type(camera).__name__, camera, camera.lens, look_of(self.scene, camera))
         return self.folder / f"{key.hex()}.png"
 
     def is_there(self, path: Path) -> bool:
@@ -50,9 +57,29 @@ class Frames:
 
     def render(self, path: Path, camera: AnyCamera, progress: Any) -> None:
         """Make a frame."""
-        image = self.scene.render(camera=camera, progress=progress, **self.options)
+        self._keep(path, self.scene.render(camera=camera, progress=progress, **self.options)._repr_png_())
+
+    def render_on(
+        self, workers: Workers, missing: Sequence[tuple[Path, AnyCamera]], told: Callable[[int], Any]
+    ) -> None:
+        """Make several on workers, a frame a task; each is kept as it comes back, and told(done) is called."""
+        pieces = (Piece(k, k + 1, (camera,)) for k, (_, camera) in enumerate(missing))
+        course = Course("turntable", workers, frame, (recipe_of(self.scene), Recipe(self.options)))
+        with closing(course.results(pieces, lambda *_: None, len(missing))) as results:
+            for piece, content in results:
+                self._keep(missing[piece.begin][0], content)
+                told(piece.end)
+
+    def _keep(self, path: Path, content: bytes) -> None:
         self.folder.mkdir(exist_ok=True)
-        image.save(path)
+        with replacing(path) as part:
+            part.write_bytes(content)
+
+
+@prepared_first
+def frame(scene: Scene, options: dict[str, Any], camera: AnyCamera) -> bytes:
+    """A frame as the bytes of its file."""
+    return scene.render(camera=camera, **options)._repr_png_()
 
 
 def _digest(*parts: Any) -> bytes:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..cluster.workers import as_workers
 from ..formats.atomic import checked_place
 from ..formats.movie import check_movie, write_movie
 from ..render.camera import AnyCamera, as_camera, checked_size
@@ -52,6 +53,7 @@ def turntable(
     folder: str | os.PathLike[str] | None = None,
     keep: bool = True,
     progress: Callable[[int, int], Any] | None = None,
+    executor: Any = None,
 ) -> int:
     """A `scene` turned about once in `seconds`, a .gif, .webp or .mp4 at `path`; returns how many frames were rendered.
 
@@ -62,6 +64,7 @@ def turntable(
     Frames are .png files in `folder` (by default `spin-frames` beside spin.gif), named by all that they are made
     from. Those that are there already are taken: a turntable that was interrupted goes on, a changed scene has
     others. `keep=False` removes them in the end. `progress(done, count)` is called now and then.
+    `executor` is where frames are made, a task each, as for `scene.first_hit`: a worker that dies costs its own frame.
     Raises ValueError for what cannot be written and ImportError where a .mp4 lacks its encoder
     (extra `video`: `pip install ".[video]"` in the repository), both before the first frame.
     """
@@ -79,6 +82,7 @@ def turntable(
     keep = flag("turntable", "keep", keep)
     callback("turntable", "progress", progress)
     as_camera("turntable", camera)
+    workers = None if executor is None else as_workers("turntable", executor)
     place = (
         target.with_name(f"{target.stem}-frames")
         if folder is None
@@ -87,18 +91,34 @@ def turntable(
     check_movie(target, width, height, int(frames), seconds)
     checked_place(target)
     made = Frames(scene, place, dict(width=width, height=height, **options))
-    rendered, files = 0, []
-    for i, view in enumerate(_views(scene, camera, int(frames), width / height)):
-        file = made.path(view)
-        if not made.is_there(file):
-            made.render(file, view, progress and _share(progress, i, int(frames)))
-            rendered += 1
-        files.append(file)
-        if progress is not None:
-            progress(i + 1, int(frames))
+    views = list(_views(scene, camera, frames, width / height))
+    files = [made.path(view) for view in views]
+    if workers is None:
+        rendered = _rendered(made, list(zip(files, views, strict=True)), progress)
+    else:
+        missing = {file: view for file, view in zip(files, views, strict=True) if not made.is_there(file)}
+        there, rendered = frames - len(missing), len(missing)
+
+        def told(done: int) -> None:
+            if progress is not None:
+                progress(there + done, frames)
+
+        made.render_on(workers, list(missing.items()), told)
     write_movie(target, files, seconds)
     if not keep:
         _remove(files, place)
+    return rendered
+
+
+def _rendered(made: Frames, wanted: list[tuple[Path, AnyCamera]], progress: Callable[[int, int], Any] | None) -> int:
+    """Render here what is not there; returns how many these were."""
+    rendered, frames = 0, len(wanted)
+    for i, (file, view) in enumerate(wanted):
+        if not made.is_there(file):
+            made.render(file, view, progress and _share(progress, i, frames))
+            rendered += 1
+        if progress is not None:
+            progress(i + 1, frames)
     return rendered
 
 

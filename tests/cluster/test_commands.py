@@ -67,9 +67,6 @@ def test_mistakes(files):
         return result.stderr
 
     assert "--resume goes with --chunk" in told("trace", scene, files / "rays.npy", "-o", files / "x.csv", "--resume")
-    assert "spans of chunks are written as .csv" in told(
-        "trace", scene, files / "rays.npy", "-o", files / "x.npz", "--spans", "--chunk", 9
-    )
     assert "give either --workers or --cluster" in told(
         "render", scene, "-o", files / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"
     )

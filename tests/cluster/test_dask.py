@@ -16,18 +16,13 @@ import pytest
 import conicoid as co
 
 from . import subject
+from .schedulers import cluster
 
 da = pytest.importorskip("dask.array")
 distributed = pytest.importorskip("distributed")
 
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 """Of sockets that Dask closes after its loop."""
-
-
-def cluster(workers, threads=1, **options):
-    return distributed.LocalCluster(
-        n_workers=workers, threads_per_worker=threads, processes=True, dashboard_address=None, **options
-    )
 
 
 def lazy(rays, *chunks):
@@ -100,8 +95,11 @@ def test_a_scheduler_and_its_workers():
     scene, rays = subject.scene(), subject.rays(5, 40)
     with cluster(1, 2) as made, distributed.Client(made) as client:
         check_arrays(scene, rays)
-        large = subject.large_scene()
+        large, local = subject.large_scene(), subject.answers(scene, rays)
         assert large.first_hit(rays, executor=client) == large.first_hit(rays)
+        for chunk in (7, rays.size):  # of the grid that the deep suite goes through
+            how = co.cluster.Workers(client, chunk=chunk)
+            assert subject.differing(local, subject.answers(scene, rays, executor=how)) == []
         picture = scene.render(70, 70, executor=client)
         executor = client.get_executor()
     assert np.array_equal(picture.pixels, scene.render(70, 70).pixels)
@@ -141,7 +139,7 @@ def _kill_now_and_then(made, times, done):
 @pytest.mark.deep
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
 def test_workers_killed_twenty_times():
-    scene, rays = subject.scene(), subject.rays(50_000)
+    scene, rays = subject.scene(), subject.rays(200_000)
     wanted = scene.first_hit(rays)
     with cluster(3) as made, distributed.Client(made) as client:
         left, done = [20], threading.Event()

@@ -16,6 +16,7 @@ import pytest
 
 import conicoid as co
 from conicoid.cluster import recipe, task
+from conicoid.cluster.edition import edition
 from conicoid.cluster.pace import Pace
 
 from . import subject
@@ -67,16 +68,6 @@ def test_every_way_to_start_processes(method):
     local = subject.answers(scene, rays)
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method)) as pool:
         assert subject.differing(local, subject.answers(scene, rays, executor=pool)) == []
-
-
-def test_loky():
-    loky = pytest.importorskip("joblib.externals.loky")
-    scene, rays = subject.scene(), subject.rays(50)
-    pool = loky.get_reusable_executor(max_workers=1)
-    try:
-        assert scene.first_hit(rays, executor=pool) == scene.first_hit(rays)
-    finally:
-        pool.shutdown(kill_workers=True)
 
 
 def test_answers_know_the_scene(processes):
@@ -229,7 +220,7 @@ def test_workers_without_conicoid_are_refused():
 
 def test_a_worker_of_other_sources_refuses():
     asked = "0.1.0 (sources 12345678)"
-    told = f"has conicoid {task.edition()}, and this process has {asked}"
+    told = f"has conicoid {edition()}, and this process has {asked}"
     with pytest.raises(ValueError, match=re.escape(told)):
         task.run(asked, (), 1, os.getpid)
 

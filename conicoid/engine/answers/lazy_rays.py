@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ...shapes.arrays import real_array
 from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
 from ...shapes.vector import FloatArray
+from ..threads import run_chunks
 from .no_array import NoArray
 from .rays import Rays
+
+_BLOCK = 1 << 12
 
 
 @explained_methods
@@ -20,6 +25,8 @@ class LazyRays(NoArray):
     """
 
     instead = "rays.made()"
+    _in_blocks = True
+    """Are they worked out, and not read?"""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -49,9 +56,22 @@ class LazyRays(NoArray):
     @calm
     def part(self, begin: int, end: int, shape: tuple[int, ...] | None = None) -> Rays:
         """Flat rays `begin` to `end`, counted with the last axis the fastest; in another shape of so many if given."""
-        origins, directions = self._lines(begin, end)
+        origins, directions = self._many_lines(begin, end)
         made = shape or (end - begin,)
         return Rays(origins.reshape((*made, 3)), directions.reshape((*made, 3)))
+
+    def _many_lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
+        """`_lines`, some at a time, that what is worked out stays near the processor, and by all threads."""
+        count = end - begin
+        if not self._in_blocks or count <= _BLOCK:
+            return self._lines(begin, end)
+        origins, directions = np.empty((count, 3)), np.empty((count, 3))
+
+        def fill(first: int, last: int) -> None:
+            origins[first:last], directions[first:last] = self._lines(begin + first, begin + last)
+
+        run_chunks(fill, count, _BLOCK)
+        return origins, directions
 
     def _lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
         """Origins and directions (n, 3) of flat rays `begin` to `end`."""
@@ -67,6 +87,8 @@ class LazyRays(NoArray):
 
 class ArrayRays(LazyRays):
     """Rays in two arrays (n, 3), or one (n, 6), which may be on a disk: what is sliced is read, and nothing else."""
+
+    _in_blocks = False
 
     def __init__(self, origins: Any, directions: Any = None) -> None:
         self._origins, self._directions = origins, directions

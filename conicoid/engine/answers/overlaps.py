@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...shapes.labels import Labels, counted
+from ...shapes.labels import counted
 from ...shapes.suggestion import close_to
 from ...shapes.validate import shown
+from .notes import tell_once
 
 if TYPE_CHECKING:
     from .spans import Spans
@@ -43,7 +43,7 @@ def tell_overlaps(owner: str, spans: Spans, overlaps: str | None, kinds: Any, co
         return
     if overlaps == ERROR:
         raise ValueError(_told(owner, spans, *found) + "; co.check(scene) finds all")
-    _once(spans._labels, lambda: _log(_told(owner, spans, *found) + _MEANT))
+    tell_once(spans._labels, lambda: _told(owner, spans, *found) + _MEANT)
 
 
 _MEANT = "; overlaps='both' says that it is meant, and overlaps='error' refuses it"
@@ -87,16 +87,3 @@ def _told(owner: str, spans: Spans, one: Any, other: Any) -> str:
 
 def _body(number: int, name: Any) -> str:
     return f"body {number}" + (f" {shown(name)}" if name else "")
-
-
-def _log(text: str) -> None:
-    import logging
-
-    logging.getLogger("conicoid").warning("%s", text)
-
-
-def _once(labels: Labels, tell: Callable[[], None]) -> None:
-    """Tell it of a scene's first answer alone."""
-    if not vars(labels).get("_told_overlaps"):
-        vars(labels)["_told_overlaps"] = True
-        tell()

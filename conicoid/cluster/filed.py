@@ -1,0 +1,202 @@
+"""Answers to more rays than memory holds, kept in files: each part as it comes, and all of them as one in the end."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..engine.answers.rays import Rays
+from ..engine.answers.spans import Spans
+from ..formats.hits_file import ROWS, heads_of, rows_of
+from ..formats.lists_file import arrays_of_lists
+from ..formats.ray_file import (
+    ERRORS_OF_HITS,
+    ERRORS_OF_SPANS,
+    HITS,
+    SPANS,
+    check_output,
+    hit_columns,
+    lines_of_columns,
+    span_columns,
+)
+from ..formats.ray_stream import RayStream
+from ..formats.result_parts import ResultParts
+from ..formats.stored import Stored
+from .edition import edition
+from .recipe import recipe_of
+
+if TYPE_CHECKING:
+    from ..engine.answers.hits import Hits
+    from ..scene import Scene
+
+SUFFIXES = (".npz", ".csv", ".parquet", ".zarr")
+"""Of results that are written part by part."""
+_TEXT = "lines"
+_BLOCK = 1 << 22
+
+
+class Filed:
+    """The answers to a query on their way into a file; `found` hits or spans of `rays` rays are there.
+
+    Until it is whole there is a folder beside the file, which `resume` goes on with. Raises ValueError where that is of
+    other work, and for suffixes of no such files.
+    """
+
+    def __init__(self, scene: Scene, query: str, output: Path, key: str, *, errors: bool, resume: bool) -> None:
+        check_output(output, SUFFIXES)
+        if query not in ("first_hit", "spans"):
+            raise ValueError(f"stream: out holds first_hit or spans, got {query}")
+        self.scene, self.query, self.errors = scene, query, errors
+        self.suffix = output.suffix.lower()
+        told = f"{query} {errors} {self.suffix} {key} {edition()}"
+        digest = hashlib.blake2b(recipe_of(scene).key + told.encode(), digest_size=16).hexdigest()
+        self._parts = ResultParts(output, digest, resume)
+
+    @property
+    def rays(self) -> int:
+        return self._parts.rays
+
+    @property
+    def found(self) -> int:
+        return self._parts.found
+
+    def add(self, answer: Hits | Spans) -> None:
+        """The answers to some more rays."""
+        spans = isinstance(answer, Spans)
+        found = len(answer.body) if spans else int((answer.body >= 0).sum())
+        if self.suffix in (".npz", ".zarr"):
+            rows = self._span_rows(answer) if isinstance(answer, Spans) else _hit_rows(answer)
+        elif self.suffix == ".csv":
+            rows = {_TEXT: self._text(answer)}
+        else:
+            rows = self._columns(answer)
+        self._parts.add(rows, len(answer), found)
+
+    def finish(self, shape: tuple[int, ...] | None, home: bytes | None) -> None:
+        """Put all together, for rays of this leading shape, or for those that came one after the other.
+
+        home: the scene whose surfaces the rays start on.
+        """
+        parts, nothing = self._parts, np.zeros((0, 3))
+        none = Rays._spawned(nothing, nothing, Rays(nothing, nothing)._starts, home)
+        if not parts.rays:
+            self.add(getattr(self.scene, self.query)(none))
+        if self.suffix == ".csv":
+            parts.finish_text(_TEXT)
+        elif self.suffix == ".parquet":
+            parts.finish_table()
+        else:
+            leading = shape or (parts.rays,)
+            prepared = self.scene.prepared
+            labels = prepared.labels.of_only(_distinct(parts.column("body")))
+            if self.query == "spans":
+                arrays, more = self._spans_of(leading), arrays_of_lists(self.scene.spans(none).detached())
+                more = {name: more[name] for name in ("body_count", "materials")}
+            else:
+                flat = {name: parts.stored(name, (parts.rays,) if name == "starts" else leading) for name in ROWS}
+                arrays, more = flat, {}
+            parts.finish_arrays(arrays, more | heads_of(none, prepared.key, labels))
+
+    def give_up(self) -> None:
+        """Remove what is there of it."""
+        shutil.rmtree(self._parts.folder, ignore_errors=True)
+
+    def _spans_of(self, leading: tuple[int, ...]) -> dict[str, Stored]:
+        """The arrays of spans: what is of rays has their shape, and both ends are rows of one."""
+        parts, arrays = self._parts, {}
+        for name in parts.kinds:
+            if name == "ends_1":
+                continue
+            if name == "ends_0":
+                both = parts.column(name), parts.column("ends_1")
+                arrays["ends"] = Stored(both, (2, len(both[0])))
+            else:
+                vectors = name in ("origins", "directions")
+                arrays[name] = parts.stored(name, leading if vectors else (len(parts.column(name)),))
+        return arrays
+
+    def _span_rows(self, spans: Spans) -> dict[str, Any]:
+        arrays = arrays_of_lists(spans.detached())
+        offsets = self.found + arrays["offsets"].astype(np.int64)
+        rows = {name: arrays[name] for name in (*ERRORS_OF_SPANS, *SPANS)}
+        rows |= {f"ends_{k}": arrays["ends"][k] for k in (0, 1)}
+        rows |= {name: arrays[name].reshape(-1, 3) for name in ("origins", "directions")}
+        starts = np.broadcast_to(arrays["starts"], (len(spans),))
+        return rows | {"starts": starts, "offsets": offsets[1 if self.rays else 0 :]}
+
+    def _columns(self, answer: Hits | Spans) -> dict[str, Any]:
+        """Columns of a table, flat."""
+        spans = isinstance(answer, Spans)
+        more = (ERRORS_OF_SPANS if spans else ERRORS_OF_HITS) if self.errors else ()
+        names = ("offsets", *SPANS, *more) if spans else (*HITS, *more)
+        arrays = {name: getattr(answer, name) for name in names}
+        columns = span_columns(arrays, self.rays) if spans else hit_columns(arrays)
+        return {name: np.asarray(column).reshape(-1) for name, column in columns.items()}
+
+    def _text(self, answer: Hits | Spans) -> bytes:
+        """Lines of a .csv file, with its heading where they are the first."""
+        lines = lines_of_columns(self._columns(answer))
+        heading = next(lines)
+        return ("" if self.rays else heading).encode() + "".join(lines).encode()
+
+
+def _hit_rows(hits: Hits) -> dict[str, Any]:
+    """All that `hits.save` writes of each ray."""
+    rows = rows_of(hits.detached())
+    return {name: np.broadcast_to(rows[name], hits.shape) if name == "starts" else rows[name] for name in ROWS}
+
+
+def _distinct(column: Any) -> Any:
+    """The different numbers of a column that memory need not hold."""
+    found = np.zeros(0, column.dtype)
+    for begin in range(0, len(column), _BLOCK):
+        found = np.union1d(found, np.asarray(column[begin : begin + _BLOCK]))
+    return found
+
+
+def trace_file(
+    scene: Scene, rays: RayStream, output: Path, query: str, *, chunk: int, resume: bool, errors: bool,
+    t_min: float | None, t_max: float | None, executor: Any, told: Callable[[int, int], Any],
+) -> tuple[int, int]:  # fmt: skip
+    """Trace a file of rays into a file of answers; returns how many were found, and of how many rays."""
+    key = f"{_state(rays.path)} {t_min} {t_max}"
+    filed = Filed(scene, query, output, key, errors=errors, resume=resume)
+    total = 0 if rays.shape is None else int(np.prod(rays.shape))
+    limits: dict[str, Any] = {name: end for name, end in (("t_min", t_min), ("t_max", t_max)) if end is not None}
+    pieces = rays.pieces(chunk, filed.rays)
+    for answer in scene.stream(pieces, query, chunk=chunk, executor=executor, **limits):
+        filed.add(answer)
+        told(filed.rays, max(filed.rays, total))
+    filed.finish(rays.shape if query == "first_hit" else None, rays.source.home)
+    return filed.found, filed.rays
+
+
+def file_answers(
+    scene: Scene, query: str, out: Path, shape: tuple[int, ...] | None, home: bytes | None, answers: Iterator[Any]
+) -> int:
+    """Write all answers into a new file, whole or not at all; returns of how many rays they were."""
+    filed = Filed(scene, query, out, "", errors=True, resume=False)
+    try:
+        for answer in answers:
+            filed.add(answer)
+        filed.finish(shape, home)
+    except BaseException:
+        filed.give_up()
+        raise
+    return filed.rays
+
+
+def _state(path: Path) -> str:
+    """What tells a file, or a folder of files, as it is from what it was or will be."""
+    stats = [os.stat(file) for file in ([path] if path.is_file() else sorted(_files(path)))]
+    return f"{sum(s.st_size for s in stats)} {max((s.st_mtime_ns for s in stats), default=0)} {len(stats)}"
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    return (file for file in folder.rglob("*") if file.is_file())

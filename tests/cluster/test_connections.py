@@ -1,0 +1,93 @@
+"""Connections that break while work goes on: of workers to their scheduler, and of the one who asks."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+import conicoid as co
+
+from . import subject
+from .proxy import Proxy
+from .schedulers import cluster
+
+distributed = pytest.importorskip("distributed")
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning", "ignore::RuntimeWarning"
+)
+
+
+@pytest.fixture
+def wires():
+    """(address, proxy) of a scheduler without workers that is reached over a proxy; and its own address."""
+    with cluster(0) as made:
+        host, _, port = made.scheduler_address.removeprefix("tcp://").partition(":")
+        proxy = Proxy((host, int(port)))
+        try:
+            yield f"tcp://127.0.0.1:{proxy.port}", proxy, made.scheduler_address
+        finally:
+            proxy.close()
+
+
+class Kept:
+    """A process of `dask worker`. It ends when it loses its scheduler, and is started again, as Kubernetes does."""
+
+    def __init__(self, address):
+        self.command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1"]
+        self.started, self.ends = 0, threading.Event()
+        self.thread = threading.Thread(target=self._keep, daemon=True)
+        self.thread.start()
+
+    def _keep(self):
+        while not self.ends.is_set():
+            process = subprocess.Popen(
+                [*self.command, "--no-dashboard"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            )
+            self.started += 1
+            while process.poll() is None and not self.ends.wait(0.2):
+                pass
+            process.terminate()
+            process.wait(60)
+
+
+@contextlib.contextmanager
+def workers(*addresses):
+    """A worker for each address, until the block ends."""
+    kept = [Kept(address) for address in addresses]
+    try:
+        yield kept
+    finally:
+        for one in kept:
+            one.ends.set()
+        for one in kept:
+            one.thread.join(60)
+
+
+@pytest.mark.parametrize(
+    ("broken", "times"),
+    [("the asker's", 1), *(pytest.param(whose, 5, marks=pytest.mark.deep) for whose in ("a worker's", "the asker's"))],
+)
+def test_a_connection_that_breaks(wires, broken, times):
+    over_proxy, proxy, directly = wires
+    scene, rays = subject.scene(), subject.rays(100, 200)
+    wanted, cuts = scene.first_hit(rays), []
+    of_worker, of_client = (over_proxy, directly) if broken == "a worker's" else (directly, over_proxy)
+    with workers(directly, of_worker), distributed.Client(of_client) as client:
+        client.wait_for_workers(2, timeout=120)
+        until = time.monotonic() + 120
+
+        def cut(done, count):
+            assert time.monotonic() < until, "nothing comes back"
+            if len(cuts) < times and done >= (len(cuts) + 1) * count // (times + 1):
+                cuts.append(proxy.drop())
+
+        how = co.cluster.Workers(client, chunk=500, retries=20, progress=cut)
+        assert scene.first_hit(rays, executor=how) == wanted
+    assert len(cuts) == times
+    assert cuts[0] > 0

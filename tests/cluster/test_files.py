@@ -1,0 +1,194 @@
+"""Files of rays and of answers that are read and written part by part: whatever the format, the same numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from tests.command_line import run
+
+from . import subject
+
+COUNT = 500
+
+
+@pytest.fixture(scope="module")
+def rays():
+    return subject.rays(COUNT)
+
+
+@pytest.fixture
+def folder(tmp_path, rays):
+    """A scene, and the same rays in files of several kinds: .npz of two kinds, .npy and .csv."""
+    co.save(subject.scene(), tmp_path / "scene.yaml")
+    table = np.concatenate([rays.origins, rays.directions], axis=1)
+    np.save(tmp_path / "rays.npy", table)
+    np.savez(tmp_path / "stored.npz", origins=rays.origins, directions=rays.directions)
+    np.savez_compressed(tmp_path / "packed.npz", origins=rays.origins, directions=rays.directions)
+    return tmp_path
+
+
+def traced(folder, rays, output, *options):
+    result = run("trace", folder / "scene.yaml", folder / rays, "-o", folder / output, *options)
+    assert result.exit_code == 0, result.stderr
+    return folder / output
+
+
+def refused(folder, rays, output, *options):
+    result = run("trace", folder / "scene.yaml", folder / rays, "-o", folder / output, *options)
+    assert result.exit_code == 2, result.stderr
+    return result.stderr
+
+
+def ends(count):
+    return np.linspace(2, 9, count)
+
+
+def with_ends(folder, rays):
+    np.savez(folder / "ends.npz", origins=rays.origins, directions=rays.directions, t_min=np.float64(-1),
+             t_max=ends(COUNT))  # fmt: skip
+    return "ends.npz"
+
+
+@pytest.mark.parametrize("name", ["stored.npz", "packed.npz", "ends.npz"])
+def test_npz_in_and_out(folder, rays, name):
+    with_ends(folder, rays)
+    whole = co.Hits.load(traced(folder, name, "whole.npz"))
+    assert co.Hits.load(traced(folder, name, "parts.npz", "--chunk", 37)) == whole
+    spans = co.Spans.load(traced(folder, name, "whole.npz", "--spans"))
+    parts = co.Spans.load(traced(folder, name, "parts.npz", "--spans", "--chunk", 37))
+    assert parts == spans
+    assert np.array_equal(parts.lengths("material", overlaps="both"), spans.lengths("material", overlaps="both"))
+
+
+def test_spans_of_a_picture(folder, rays):
+    np.savez(folder / "picture.npz", origins=rays.origins.reshape(20, 25, 3), directions=np.array([0.0, 0.0, -1.0]))
+    whole = co.Spans.load(traced(folder, "picture.npz", "whole.npz", "--spans"))
+    assert co.Spans.load(traced(folder, "picture.npz", "parts.npz", "--spans", "--chunk", 64)) == whole
+    assert subject.scene().stream(folder / "picture.npz", "spans", out=folder / "shaped.npz") == COUNT
+    shaped = co.Spans.load(folder / "shaped.npz")
+    assert shaped.shape == (20, 25)
+    assert np.array_equal(shaped.t_exit_error, whole.t_exit_error)
+
+
+def test_spawned_rays_of_a_file(folder, rays):
+    spawned = subject.scene().first_hit(rays).spawn((0.3, 0.2, 1.0))  # some start on surfaces, misses stay misses
+    spawned.save(folder / "spawned.npz")
+    whole = co.Hits.load(traced(folder, "spawned.npz", "whole.npz"))
+    assert co.Hits.load(traced(folder, "spawned.npz", "parts.npz", "--chunk", 37)) == whole
+    assert not np.array_equal(whole.t, subject.scene().first_hit(rays.origins, (0.3, 0.2, 1.0)).t)
+
+
+@pytest.mark.parametrize("options", [("--errors",), ("--t-min", -1, "--t-max", 6.5), ("--errors", "--t-max", 7)])
+def test_options_of_chunks(folder, options):
+    for spans in ((), ("--spans",)):
+        whole = traced(folder, "rays.npy", "whole.csv", *spans, *options).read_bytes()
+        assert traced(folder, "rays.npy", "parts.csv", *spans, *options, "--chunk", 64).read_bytes() == whole
+        plain = traced(folder, "rays.npy", "plain.csv", *spans).read_bytes()
+        assert plain != whole
+
+
+def test_mistakes_in_streamed_files(folder, rays):
+    with_ends(folder, rays)
+    assert "holds t_max for its rays; --t-max 3 would be ignored" in refused(
+        folder, "ends.npz", "x.csv", "--chunk", 9, "--t-max", 3
+    )
+    directions = rays.directions.copy()
+    directions[211] = 0
+    np.savez_compressed(folder / "zero.npz", origins=rays.origins, directions=directions)
+    assert "ray 211: direction must not be zero" in refused(folder, "zero.npz", "x.csv", "--chunk", 50)
+    np.savez(folder / "lacking.npz", origins=rays.origins)
+    assert "must hold the arrays origins and directions" in refused(folder, "lacking.npz", "y.csv", "--chunk", 50)
+    data = bytearray((folder / "packed.npz").read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    (folder / "damaged.npz").write_bytes(data)
+    assert "damaged.npz: " in refused(folder, "damaged.npz", "z.csv", "--chunk", 50)
+    assert "--errors goes with .csv" in refused(folder, "rays.npy", "x.npz", "--chunk", 9, "--errors")
+
+
+def test_streams_of_file_names(folder, rays):
+    scene, wanted = subject.scene(), subject.scene().first_hit(rays)
+    for name in ("rays.npy", "packed.npz"):
+        parts = list(scene.stream(folder / name, chunk=99))
+        assert np.array_equal(np.concatenate([part.t for part in parts]), wanted.t)
+    assert scene.stream(folder / "rays.npy", out=folder / "hits.npz", chunk=99) == COUNT
+    assert co.Hits.load(folder / "hits.npz") == wanted
+    camera = co.Rays.from_camera(co.Camera((5, 1, 2), (0, 0, 0)), 33, 20)
+    assert scene.stream(camera, "spans", out=folder / "spans.npz", chunk=99) == 660
+    assert co.Spans.load(folder / "spans.npz") == scene.spans(camera.made())
+    with pytest.raises(ValueError, match="out holds first_hit or spans, got occluded"):
+        scene.stream(rays, "occluded", out=folder / "x.npz")
+    with pytest.raises(ValueError, match="direction must not be zero"):
+        scene.stream(np.zeros((3, 6)), out=folder / "never.npz")
+    assert not list(folder.glob("never*"))
+
+
+def test_parquet(folder, rays):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    arrow = pytest.importorskip("pyarrow")
+    names, numbers = ("ox", "oy", "oz", "dx", "dy", "dz"), [*rays.origins.T, *rays.directions.T]
+    columns = dict(zip(names, numbers, strict=True))
+    # In another order than ours, with one more, and in groups of 90 rows
+    table = arrow.table({"id": np.arange(COUNT)} | dict(reversed(columns.items())))
+    parquet.write_table(table, folder / "rays.parquet", row_group_size=90)
+    parquet.write_table(arrow.table(columns | {"t_max": ends(COUNT)}), folder / "ends.parquet")
+    with_ends(folder, rays)
+    for options in ((), ("--spans",), ("--spans", "--errors")):
+        whole = np.genfromtxt(traced(folder, "rays.npy", "whole.csv", *options), delimiter=",", names=True)
+        for chunk in (("--chunk", 37), ()):
+            found = parquet.read_table(traced(folder, "rays.parquet", "parts.parquet", *options, *chunk))
+            assert tuple(found.column_names) == whole.dtype.names
+            for name in found.column_names:
+                assert np.array_equal(found[name].to_numpy().astype(float), whole[name], equal_nan=True), name
+    limited = parquet.read_table(traced(folder, "ends.parquet", "limited.parquet"))
+    assert np.array_equal(limited["t"].to_numpy(), subject.scene().first_hit(rays, None, 0, ends(COUNT)).t)
+    parquet.write_table(arrow.table({"x": [1.0], "y": [2.0]}), folder / "other.parquet")
+    assert "must have the columns ox, oy, oz, dx, dy, dz" in refused(folder, "other.parquet", "x.csv")
+    parquet.write_table(arrow.table(columns | {"dz": ["up"] * COUNT}), folder / "texts.parquet")
+    assert "column 'dz' must hold numbers, got string" in refused(folder, "texts.parquet", "x.csv")
+    holes = [None, *rays.origins[1:, 0].tolist()]
+    parquet.write_table(arrow.table(columns | {"ox": holes}), folder / "holes.parquet")
+    assert "column 'ox' has 1 empty places" in refused(folder, "holes.parquet", "h.csv")
+    (folder / "damaged.parquet").write_bytes(b"PAR1" + bytes(100))
+    assert "damaged.parquet: is not a Parquet file" in refused(folder, "damaged.parquet", "x.csv")
+
+
+def test_zarr(folder, rays):
+    zarr = pytest.importorskip("zarr")
+    table = np.concatenate([rays.origins, rays.directions], axis=1)
+    zarr.save_array(str(folder / "rays.zarr"), table.reshape(20, 25, 6))
+    group = zarr.open_group(str(folder / "ends.zarr"), mode="w")
+    for name, values in (("origins", rays.origins), ("directions", rays.directions), ("t_max", ends(COUNT))):
+        group.create_array(name, data=values, chunks=(64, *values.shape[1:]))
+    scene = subject.scene()
+    picture = co.Rays(rays.origins.reshape(20, 25, 3), rays.directions.reshape(20, 25, 3))
+    for options, wanted in ((("--chunk", 37), scene.first_hit(picture)), (("--spans",), scene.spans(rays))):
+        output = traced(folder, "rays.zarr", f"found{len(options)}.zarr", *options)
+        wanted.save(folder / "wanted.npz")
+        found, arrays = zarr.open_group(str(output), mode="r"), np.load(folder / "wanted.npz")
+        assert set(found.array_keys()) == set(arrays)
+        for name, values in arrays.items():
+            one = np.atleast_1d(values)
+            own = np.asarray(found[name])
+            if name == "starts":
+                own = own[:1]
+            assert own.shape == one.shape, name
+            assert np.array_equal(own, one, equal_nan=one.dtype.kind == "f"), name
+    limited = list(scene.stream(folder / "ends.zarr", chunk=70))
+    assert np.array_equal(np.concatenate([part.t for part in limited]), scene.first_hit(rays, None, 0, ends(COUNT)).t)
+    opened = zarr.open_array(str(folder / "rays.zarr"), mode="r")
+    assert "is a directory" in refused(folder, "rays.npy", "found1.zarr")
+    assert opened.shape == (20, 25, 6)
+    (folder / "empty.zarr").mkdir()
+    assert "empty.zarr: is not a folder of zarr" in refused(folder, "empty.zarr", "x.csv")
+
+
+@pytest.mark.parametrize(("name", "module"), [("rays.parquet", "pyarrow"), ("rays.zarr", "zarr")])
+def test_without_their_readers(folder, name, module, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, module, None)
+    monkeypatch.setitem(__import__("sys").modules, f"{module}.parquet", None)
+    (folder / name).touch()
+    result = run("trace", folder / "scene.yaml", folder / name, "-o", folder / "x.csv")
+    assert result.exit_code != 0
+    assert f"pip install 'conicoid[{name.rpartition('.')[2]}]'" in result.stderr

@@ -1,0 +1,68 @@
+"""Workers, results and connections that are lost under Dask: the work goes on, or it is said that it does not."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+import pytest
+
+import conicoid as co
+from conicoid.cluster.course import Course, Piece
+
+from . import subject, tasks
+from .schedulers import cluster
+
+dask = pytest.importorskip("dask")
+distributed = pytest.importorskip("distributed")
+
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="signals"),
+    pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+
+
+@pytest.fixture(scope="module")
+def client():
+    """Of a scheduler that gives a task up as soon as one worker has died with it; Dask's own limit is four."""
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        cluster(1) as made,
+        distributed.Client(made) as client,
+    ):
+        yield client
+
+
+def done_by(executor, call, *arguments, patience=100, **how):
+    """What one task brings; a failure where nothing has come of it for so many seconds."""
+    until = time.monotonic() + patience
+
+    def still(*_):
+        assert time.monotonic() < until, "nothing comes back"
+
+    course = Course("test", co.cluster.Workers(executor, progress=still, **how), call, ())
+    ((_, value),) = course.results(iter([Piece(0, 1, arguments)]), lambda *_: None, 1)
+    return value
+
+
+@pytest.mark.parametrize("of", ["client", "its own executor"])
+def test_a_task_that_was_given_up_is_sent_again_as_another(client, tmp_path, of):
+    executor = client if of == "client" else client.get_executor()
+    assert done_by(executor, tasks.dies, tmp_path / "counts", 2) > 0
+
+
+def test_a_worker_dies_while_its_result_is_fetched(client, tmp_path):
+    with pytest.raises(ValueError, match="the second one fails by itself"):
+        done_by(client, tasks.dies_when_asked, tmp_path / "counts")
+
+
+def test_a_client_that_is_closed_meanwhile(client):
+    second = distributed.Client(client.scheduler.address)
+    closing = threading.Timer(1.0, second.close)
+    closing.start()
+    with pytest.raises(ValueError, match="test: executor .*(shut down|lost its scheduler)"):
+        done_by(second, tasks.slow, 60.0)
+    closing.join()
+    with pytest.raises(ValueError, match="first_hit: executor takes no more tasks"):
+        subject.scene().first_hit(subject.rays(3), executor=second)
