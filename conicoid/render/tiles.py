@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from .. import integrators
 from ..compiler.jit import helper, inline, kernel
+from ..emitters.transport import Transport
 from ..engine.body.scratch import new_scratch
 from ..engine.numbers.vectors import normalized
 from ..engine.packets.lanes import LANES, put_ray
@@ -103,11 +104,17 @@ def expose(film: Film, colors: Floats, left: int, top: int, samples: int) -> Non
             count += 1
 
 
-@functools.cache
 def tile_kernel(integrator: str) -> Callable[..., None]:
     """The kernel that fills tiles begin to end of a film, with an integrator compiled into it."""
     chosen = INTEGRATORS[integrator]
-    module = importlib.import_module(f"{integrators.__name__}.{chosen.file or integrator}")
+    return _tile_kernel(next(name for name, each in INTEGRATORS.items() if each.module == chosen.module))
+
+
+@functools.cache
+def _tile_kernel(integrator: str) -> Callable[..., None]:
+    """The same for the first of the integrators that share a module."""
+    chosen = INTEGRATORS[integrator]
+    module = importlib.import_module(f"{integrators.__name__}.{chosen.module}")
     gather, new_memory, progressive = module.gather, getattr(module, "new_memory", no_memory), chosen.progressive
 
     def tiles(geometry: Geometry, lens: Floats, film: Film, settings: Settings, begin: int, end: int) -> None:
@@ -131,7 +138,7 @@ def tile_kernel(integrator: str) -> Callable[..., None]:
                         gather(geometry, scratch, memory, settings, rays)
                     expose(film, colors, left, top, settings.samples)
 
-    look = Look if chosen.lit else None
+    look = Transport if chosen.transports else Look if chosen.lit else None
     tiles.__annotations__["settings"] = Annotated[Settings, {"look": look}]
     tiles.__name__ = tiles.__qualname__ = chosen.kernel
     return kernel(lens="6 3", film="out h w 3", begin="0..end")(tiles)
