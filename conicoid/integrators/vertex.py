@@ -250,11 +250,9 @@ def _at_surface(
                     sight.x, sight.y, sight.z, lit.d, lit.end, whole(lit.body), path.r * r * lit.r * part,
                     path.g * g * lit.g * part, path.b * b * lit.b * part, sight.before if i[2] > 0.0 else beyond, True,
                 )  # fmt: skip
-    if path.turns + 1 >= depth and not transport.shines:
-        return found, _ended(path), ray, asked
     u, v = sobol_pair(seed, pixel, sample, pair + 2)
     drawn = draw(materials, transport.albedos, at, o, lobe, u, v)
-    if drawn.how == LOST:
+    if drawn.how == LOST or (drawn.how != STRAIGHT and path.turns + 1 >= depth and not transport.shines):
         return found, _ended(path), ray, asked
     d = ray.dx, ray.dy, ray.dz
     if drawn.how != STRAIGHT:
