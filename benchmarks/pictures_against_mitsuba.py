@@ -248,7 +248,8 @@ def cases() -> dict[str, Case]:
         "fog": Case(
             over(on_floor(co.fog([1.0, 1.5, 2.0], [0.1, 0.05, 0.0], 0.3)), background=0.2),
             under(0.2, ball=same({"type": "null"}) | {"interior": {
-                "type": "homogeneous", "sigma_t": rgb([1.1, 1.55, 2.0]), "albedo": rgb([1 / 1.1, 1.5 / 1.55, 1.0]),
+                "type": "homogeneous", "scale": 2.0, "sigma_t": rgb([0.55, 0.775, 1.0]),
+                "albedo": rgb([1 / 1.1, 1.5 / 1.55, 1.0]),
                 "phase": {"type": "hg", "g": 0.3},
             }}) | {"fog": {"type": "null"}}, SIDE, 20,
         ),
@@ -337,19 +338,10 @@ def room() -> tuple[list[Any], Peer]:
         co.Body(co.Sphere(0.4, (0.2, 0.3, -0.6)), co.matte(GREY)),
     ]
     flip = [[0.3, 0, 0, 0], [0, -0.3, 0, 0], [0, 0, -0.3, 0.98], [0, 0, 0, 1]]
-    both = [[0.3, 0, 0, 0], [0, 0.3, 0, 0], [0, 0, 0.3, 0.98], [0, 0, 0, 1]]
-    peer["lamp"] = {
-        "type": "rectangle",
-        "to_world": {"matrix": flip},
-        "emitter": lamp([10.0] * 3),
-        "bsdf": matte([0.0] * 3),
-    }
-    peer["back"] = {
-        "type": "rectangle",
-        "to_world": {"matrix": both},
-        "emitter": lamp([10.0] * 3),
-        "bsdf": matte([0.0] * 3),
-    }
+    back = [[0.3, 0, 0, 0], [0, 0.3, 0, 0], [0, 0, 0.3, 0.9801], [0, 0, 0, 1]]  # ours shines on both sides
+    for name, place in (("lamp", flip), ("back", back)):
+        shine = dict(emitter=lamp([10.0] * 3), bsdf=matte([0.0] * 3))
+        peer[name] = {"type": "rectangle", "to_world": {"matrix": place}, **shine}
     peer["ball"] = ball([0.2, 0.3, -0.6], 0.4, bsdf=matte(GREY))
     return bodies, peer
 

@@ -3,8 +3,9 @@
 At each point one source is asked for light (next-event estimation), and a direction is drawn from the surface; where
 both could have found the same light they share it by the power heuristic (Veach, Robust Monte Carlo methods for light
 transport simulation, 1997, section 9.2.3). Russian roulette ends paths that carry little. The 64 paths of a packet go
-on side by side, a scattering at a time: camera rays, and theirs to sources, are traced together, those that scattered one
-by one, which is four times as fast (1,000 balls). Rays start on surfaces by identity, so none needs a distance to keep from them.
+on side by side, a scattering at a time: camera rays, and theirs to sources, are traced together, those that scattered
+one by one, which is four times as fast (1,000 balls). Rays start on surfaces by identity, so none needs a distance to
+keep from them.
 
 After Pharr, Jakob and Humphreys, Physically Based Rendering, 4th edition, chapters 13 and 14.
 """

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..render.picture import look_of
+from ..render.picture import light_of, look_of
 
 if TYPE_CHECKING:
     from ..render.camera import AnyCamera
@@ -32,7 +32,9 @@ class Frames:
 
     def path(self, camera: AnyCamera) -> Path:
         """Where the picture by a camera is, or is to be."""
-        key = _digest(self._key, type(camera).__name__, camera.lens, look_of(self.scene, camera))
+        light = light_of(self.scene, camera, self.options["integrator"])
+        light = look_of(self.scene, camera) if light is None else light
+        key = _digest(self._key, type(camera).__name__, camera.lens, light)
         return self.folder / f"{key.hex()}.png"
 
     def is_there(self, path: Path) -> bool:
