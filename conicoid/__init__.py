@@ -33,7 +33,7 @@ _SHAPES = {
     "iron": "material", "fog": "material",
     "AIR": "material", "WATER": "material", "GLASS": "material", "VACUUM": "material", "Checker": "checker",
     "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light",
-    "Environment": "background", "Sky": "background",
+    "Environment": "background", "Sky": "background", "clear_sky": "clear_sky",
 }  # fmt: skip
 _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
@@ -92,6 +92,7 @@ if TYPE_CHECKING:
     from .shapes.bulk_solids import Cylinders as Cylinders
     from .shapes.bulk_solids import Ellipsoids as Ellipsoids
     from .shapes.checker import Checker as Checker
+    from .shapes.clear_sky import clear_sky as clear_sky
     from .shapes.cone import Cone as Cone
     from .shapes.cylinder import Cylinder as Cylinder
     from .shapes.cylinder_patch import CylinderPatch as CylinderPatch

@@ -9,6 +9,7 @@ section 12.5).
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from ..engine.body.uv import turns
 from ..engine.numbers.angles import acos
 from ..engine.tables import Floats
 from ..scattering.warps import Direction, turned
+from ..shapes.rounded import sin_cos_degrees
 
 
 @shaped(pixels="*", rows="*", columns="*", width="0..", height="0..")
@@ -43,7 +45,7 @@ def lower_environment(pixels: npt.NDArray[Any] | None) -> Environment:
     image = np.ascontiguousarray(pixels, np.float64)
     height, width, _ = image.shape
     light = _spread(image.mean(axis=2))
-    edges = np.cos(np.linspace(0, np.pi, height + 1))
+    edges = _heights(height)
     weights = light * (edges[:-1] - edges[1:])[:, None]
     columns = np.zeros((height, width + 1))
     np.cumsum(weights, axis=1, out=columns[:, 1:])
@@ -56,9 +58,14 @@ def lower_environment(pixels: npt.NDArray[Any] | None) -> Environment:
     return Environment(image.ravel(), rows, columns.ravel(), width, height)
 
 
+def _heights(rows: int) -> npt.NDArray[np.float64]:
+    """z of the edges of rows, from 1 to -1, rounded once."""
+    return np.array([sin_cos_degrees(Fraction(180 * k, rows))[1] for k in range(rows + 1)])
+
+
 def mean_radiance(pixels: npt.NDArray[Any]) -> float:
     """Of all directions."""
-    edges = np.cos(np.linspace(0, np.pi, len(pixels) + 1))
+    edges = _heights(len(pixels))
     weights: Any = (edges[:-1] - edges[1:])[:, None]
     return float((np.asarray(pixels, np.float64).mean(axis=2) * weights).sum() / (2 * pixels.shape[1]))
 

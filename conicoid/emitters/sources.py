@@ -18,6 +18,8 @@ from ..shapes.color import amount_rgb
 from ..shapes.cylinder import Cylinder
 from ..shapes.disc import Disc
 from ..shapes.polygon import Polygon
+from ..shapes.rounded import hypot
+from ..shapes.row_vectors import product
 from ..shapes.sphere import Sphere
 from ..shapes.spheres import Spheres
 from ..shapes.triangle import Triangle
@@ -150,7 +152,7 @@ def _of_shape(shape: Any, body: int, triangles: list[npt.NDArray[np.float64]]) -
         record["area"], record["reach"] = math.pi * radius**2, radius
     else:
         length = factor * shape.length
-        record["length"], record["reach"] = length, math.hypot(radius, length / 2)
+        record["length"], record["reach"] = length, hypot(radius, length / 2)
         record["area"] = 2 * math.pi * radius * (radius + length)
     return record
 
@@ -162,7 +164,7 @@ def _polygon(shape: Polygon | Triangle, body: int, triangles: list[npt.NDArray[n
     if cut is None:
         return None
     matrix = shape.under().matrix
-    corners = loop @ matrix[:3, :3].T + matrix[:3, 3]
+    corners = product(loop, matrix[:3, :3].T) + matrix[:3, 3]
     a, b, c = (corners[cut[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     areas = np.sqrt((normals**2).sum(axis=1)) / 2

@@ -8,8 +8,6 @@ Saturated colours lie outside of sRGB: such light has a negative channel.
 
 from __future__ import annotations
 
-import numpy as np
-
 from ..compiler.jit import helper, inline
 from ..engine.numbers.exponential import exp
 
@@ -31,29 +29,8 @@ def index_by(index: float, dispersion: float, wave: float) -> float:
     return max(1e-3, index + dispersion * (1.0 / (wave * wave) - 1.0 / (_SODIUM * _SODIUM)))
 
 
-_LOBES = (
-    (0, 1.056, 0.5998, 37.9, 31.0), (0, 0.362, 0.442, 16.0, 26.7), (0, -0.065, 0.5011, 20.4, 26.2),
-    (1, 0.821, 0.5688, 46.9, 40.5), (1, 0.286, 0.5309, 16.3, 31.1),
-    (2, 1.217, 0.437, 11.8, 36.0), (2, 0.681, 0.459, 26.0, 13.8),
-)  # fmt: skip
-"""Of x, y, z: height, middle in μm, and widths in nm to both sides, of a bell."""
-_TO_RGB = (
-    (3.2404542, -1.5371385, -0.4985314), (-0.969266, 1.8760108, 0.041556), (0.0556434, -0.2040259, 1.0572252),
-)  # fmt: skip
-
-
-def _white() -> tuple[float, float, float]:
-    """What each channel is of all wavelengths, by the midpoint rule."""
-    waves = FIRST + (np.arange(3500) + 0.5) / 3500 * (LAST - FIRST)
-    xyz = np.zeros((3, len(waves)))
-    for k, height, middle, below, above in _LOBES:
-        t = 1000 * (waves - middle) / np.where(waves < middle, below, above)
-        xyz[k] += height * np.exp(-t * t / 2)
-    rgb = (np.array(_TO_RGB) @ xyz).mean(axis=1)
-    return float(rgb[0]), float(rgb[1]), float(rgb[2])
-
-
-WHITE = _white()
+WHITE = (0.366748209, 0.290096498, 0.277329495)
+"""What each channel is in the mean of all wavelengths, but for this factor."""
 
 
 @inline
