@@ -17,17 +17,10 @@ from ..engine.single.first import resolved_first_crossing
 from ..engine.surface.normal import normal_at
 from ..engine.tables import Geometry, whole
 from ..scattering.dispersion import color_of, index_by, wavelength
+from ..scattering.layers import pane_share
 from ..scattering.medium import free_way, phase, phase_direction, transmitted
-from ..scattering.surface import (
-    LOST,
-    SHARP,
-    STRAIGHT,
-    Touched,
-    draw,
-    evaluate,
-    has_extent,
-    pane_share,
-)
+from ..scattering.record import LOST, SHARP, STRAIGHT, Touched
+from ..scattering.surface import draw, evaluate, has_extent
 from ..scattering.warps import to_frame, to_world
 from ..shading.background import background_color
 from ..shading.local import surface_color

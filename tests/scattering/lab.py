@@ -8,7 +8,8 @@ import numba
 import numpy as np
 
 from conicoid.scattering.albedo import lower_albedos
-from conicoid.scattering.surface import Touched, draw, evaluate
+from conicoid.scattering.record import Touched
+from conicoid.scattering.surface import draw, evaluate
 from conicoid.shading.materials import lower_materials
 
 OUTSIDE, INSIDE = True, False
