@@ -28,10 +28,12 @@ _SHAPES = {
     "Painted": "region",
     "Shape": "base", "Solid": "base", "Sheet": "base", "Body": "body",
     "Material": "material", "matte": "material", "phong": "material", "blinn_phong": "material", "lacquer": "material",
-    "mirror": "material", "glass": "material", "metal": "material",
+    "mirror": "material", "glass": "material", "metal": "material", "glow": "material", "plastic": "material",
+    "conductor": "material", "gold": "material", "silver": "material", "copper": "material", "aluminium": "material",
+    "iron": "material", "fog": "material",
     "AIR": "material", "WATER": "material", "GLASS": "material", "VACUUM": "material", "Checker": "checker",
     "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light",
-    "Sky": "background",
+    "Environment": "background", "Sky": "background", "clear_sky": "clear_sky",
 }  # fmt: skip
 _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
@@ -75,6 +77,7 @@ if TYPE_CHECKING:
     from .scene import Scene as Scene
     from .shading.optics import reflect as reflect
     from .shading.optics import refract as refract
+    from .shapes.background import Environment as Environment
     from .shapes.background import Sky as Sky
     from .shapes.base import Shape as Shape
     from .shapes.base import Sheet as Sheet
@@ -89,6 +92,7 @@ if TYPE_CHECKING:
     from .shapes.bulk_solids import Cylinders as Cylinders
     from .shapes.bulk_solids import Ellipsoids as Ellipsoids
     from .shapes.checker import Checker as Checker
+    from .shapes.clear_sky import clear_sky as clear_sky
     from .shapes.cone import Cone as Cone
     from .shapes.cylinder import Cylinder as Cylinder
     from .shapes.cylinder_patch import CylinderPatch as CylinderPatch
@@ -110,13 +114,22 @@ if TYPE_CHECKING:
     from .shapes.material import VACUUM as VACUUM
     from .shapes.material import WATER as WATER
     from .shapes.material import Material as Material
+    from .shapes.material import aluminium as aluminium
     from .shapes.material import blinn_phong as blinn_phong
+    from .shapes.material import conductor as conductor
+    from .shapes.material import copper as copper
+    from .shapes.material import fog as fog
     from .shapes.material import glass as glass
+    from .shapes.material import glow as glow
+    from .shapes.material import gold as gold
+    from .shapes.material import iron as iron
     from .shapes.material import lacquer as lacquer
     from .shapes.material import matte as matte
     from .shapes.material import metal as metal
     from .shapes.material import mirror as mirror
     from .shapes.material import phong as phong
+    from .shapes.material import plastic as plastic
+    from .shapes.material import silver as silver
     from .shapes.one_sheet_hyperboloid import OneSheetHyperboloid as OneSheetHyperboloid
     from .shapes.parabolic_cylinder import ParabolicCylinder as ParabolicCylinder
     from .shapes.plane import Plane as Plane

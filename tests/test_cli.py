@@ -126,7 +126,10 @@ def test_100_mb_of_brackets_in_a_process_of_its_own(tmp_path):
     [
         (["-o", "x.gif"], "x.gif: pictures are saved as .png, .exr, .jpg, .jpeg, .webp"),
         (["-o", "none/x.png"], "none: no such folder"),
-        (["-o", "x.png", "--integrator", "path"], f"integrator must be one of {', '.join(INTEGRATORS)}, got 'path'"),
+        (
+            ["-o", "x.png", "--integrator", "photons"],
+            f"integrator must be one of {', '.join(INTEGRATORS)}, got 'photons'",
+        ),
         (["-o", "x.png", "--width", "0"], "--width"),
         (["-o", "x.png", "--samples", "many"], "--samples"),
         (["-o", "x.png", "--threads", "0"], "--threads"),

@@ -71,7 +71,7 @@ def test_hints_do_not_get_in_the_way(thing):
 
 
 @pytest.mark.parametrize(("name", "told"), [
-    ("plastic", r"\(did you mean phong\?\)$"), ("loads", r"scenes are read from files, co.load\(path\)"), ("dump", r"\(did you mean save\?\)$"),
+    ("Plastic", r"\(did you mean plastic\?\)$"), ("loads", r"scenes are read from files, co.load\(path\)"), ("dump", r"\(did you mean save\?\)$"),
     ("Lens", r"co.Sphere\(r, a\) & co.Sphere\(r, b\)"), ("ZCylinder", "co.EllipticCylinder"), ("Vec3", "three numbers"), ("Pyramid", "Polyhedron"),
 ])  # fmt: skip
 def test_names_of_the_package(name, told):

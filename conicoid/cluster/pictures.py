@@ -14,7 +14,7 @@ from ..integrators import INTEGRATORS
 from ..integrators.samples import Settings
 from ..render import tiles
 from ..render.camera import AnyCamera
-from ..render.picture import look_of
+from ..render.picture import light_of, turns_of
 from ..render.tiles import SIDE, Film
 from .checkpoint import Checkpoint
 from .course import Course, Piece, closing
@@ -48,7 +48,8 @@ class Job:
 @prepared_first
 def tiles_part(scene: Scene, job: Job, begin: int, end: int) -> Any:
     """The pixels of tiles `begin` to `end`, each tile's rows one after the other: (pixels, 3)."""
-    settings = Settings(job.samples, job.seed, job.depth, _look(scene, job))
+    turns = turns_of(job.integrator, job.depth)
+    settings = Settings(job.samples, job.seed, turns, _look(scene, job))
     fill, lens = tiles.tile_kernel(job.integrator), job.view.lens
     film = np.zeros((job.height, job.width, 3), np.float32)  # of which only what is filled takes memory
 
@@ -61,11 +62,10 @@ def tiles_part(scene: Scene, job: Job, begin: int, end: int) -> Any:
 
 def _look(scene: Scene, job: Job) -> Any:
     """Materials, lights and background as kernels take them, kept with the scene for the camera of the last picture."""
-    if not INTEGRATORS[job.integrator].lit:
-        return None
+    asked = job.view, INTEGRATORS[job.integrator].module
     known = vars(scene).get("_look")
-    if known is None or known[0] != job.view:
-        known = vars(scene)["_look"] = job.view, look_of(scene, job.view)
+    if known is None or known[0] != asked:
+        known = vars(scene)["_look"] = asked, light_of(scene, job.view, job.integrator)
     return known[1]
 
 

@@ -18,21 +18,48 @@ class Integrator:
     """What its pictures show, for help and documentation."""
     lit: bool = False
     """Does it need materials, lights and background (`Settings.look`)?"""
+    transports: bool = False
+    """Does it need all that light transport does (`emitters.transport.Transport`) in their place?"""
+    turns: int | None = None
+    """How often it follows light at most, whatever `depth` says."""
     options: tuple[str, ...] = ()
     """Those options of `render` that mean nothing to some integrators and something to this one."""
+    progressive: bool = False
+    """Do its samples, those within a pixel among them, come from `sobol`, which need not know how many there are?"""
     file: str = ""
     """Its module in this folder, where that is not called as the integrator is."""
 
     @property
     def kernel(self) -> str:
         """The name of the kernel that fills a film with its pictures."""
-        return f"{self.name}_tiles"
+        return f"{self.module}_tiles"
+
+    @property
+    def module(self) -> str:
+        """The name of its module; integrators of one module have one kernel."""
+        return self.file or self.name
 
 
 INTEGRATORS = {
     each.name: each
     for each in (
         Integrator("whitted", "local light, shadows, mirrors and glass", lit=True, options=("depth",), file="wave"),
+        Integrator(
+            "path",
+            "light as it travels: lamps, soft shadows, colours that bleed, caustics; more samples, less noise",
+            transports=True,
+            options=("depth",),
+            progressive=True,
+        ),
+        Integrator(
+            "direct",
+            "light that comes straight from lamps, lights and surroundings",
+            transports=True,
+            turns=1,
+            progressive=True,
+            file="path",
+        ),
+        Integrator("occlusion", "how much of an even sky each point sees", progressive=True),
         Integrator("normals", "the outward unit normal n of the first surface, as (1 + n) / 2"),
     )
 }

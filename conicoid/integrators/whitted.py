@@ -127,6 +127,7 @@ def shade(
         red = wr * (cr * (ka * ar + kd * dr) * (1.0 - fr) * (1.0 - pr) + row.specular[0] * hr)
         green = wg * (cg * (ka * ag + kd * dg) * (1.0 - fg) * (1.0 - pg) + row.specular[1] * hg)
         blue = wb * (cb * (ka * ab + kd * db) * (1.0 - fb) * (1.0 - pb) + row.specular[2] * hb)
+    red, green, blue = red + wr * row.emission[0], green + wg * row.emission[1], blue + wb * row.emission[2]
 
     # On along the refracted and the mirrored ray
     if turns > 0:

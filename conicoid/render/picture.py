@@ -58,7 +58,7 @@ def render(
 
     lens = view.lens
     film = np.zeros((height, width, 3), dtype=np.float32)
-    settings = Settings(samples, seed, depth, look_of(scene, view) if INTEGRATORS[integrator].lit else None)
+    settings = Settings(samples, seed, turns_of(integrator, depth), light_of(scene, view, integrator))
     fill = tiles.tile_kernel(integrator)
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
@@ -68,7 +68,35 @@ def render(
     return film
 
 
-def look_of(scene: Any, camera: AnyCamera) -> Any:
+def turns_of(integrator: str, depth: int) -> int:
+    """How often light is followed at most."""
+    most = INTEGRATORS[integrator].turns
+    return depth if most is None else most
+
+
+def light_of(scene: Any, camera: AnyCamera, integrator: str) -> Any:
+    """What an integrator needs of materials, lights and background."""
+    chosen = INTEGRATORS[integrator]
+    if chosen.transports:
+        return _transport_of(scene, camera)
+    return look_of(scene, camera) if chosen.lit else None
+
+
+def _transport_of(scene: Any, camera: AnyCamera) -> Any:
+    """What light transport needs. Where the scene has no lights, lamps and background are; else those that fit."""
+    from ..emitters.transport import lower_transport
+
+    def with_lights(lights: Any) -> Any:
+        look = look_of(scene, camera, lights)
+        return lower_transport(look, scene.bodies, scene.lowered.body_item, scene.background)
+
+    if scene.lights:
+        return with_lights(scene.lights)
+    alone = with_lights(())
+    return alone if alone.shines else with_lights(fitting_lights(camera))
+
+
+def look_of(scene: Any, camera: AnyCamera, lights: Any = None) -> Any:
     """Materials, lights and background as kernels take them; lights fit the camera where the scene has none."""
     from ..shading.look import lower_look
 
@@ -77,7 +105,7 @@ def look_of(scene: Any, camera: AnyCamera) -> Any:
     for i, material in enumerate(materials):
         if not isinstance(material, Material):
             raise TypeError(f"render: material of bodies[{i}] must be a Material, got {type(material).__name__}")
-    lights = scene.lights or fitting_lights(camera)
+    lights = scene.lights or fitting_lights(camera) if lights is None else lights
     return lower_look(materials, sheets, place_of, lights, scene.background, scene.lowered.face_paint)
 
 

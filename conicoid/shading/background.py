@@ -6,7 +6,7 @@ import math
 from typing import TypeAlias
 
 from ..compiler.jit import inline
-from ..shapes.background import DEFAULT_BACKGROUND, Background, Sky
+from ..shapes.background import DEFAULT_BACKGROUND, Background, Environment, Sky
 from ..shapes.color import Color, linear_rgb
 from ..shapes.vector import Vector
 
@@ -19,8 +19,21 @@ def lower_background(background: Background | None) -> Colors:
     if isinstance(sky, Sky):
         zenith, horizon = _times(sky.intensity, sky.zenith), _times(sky.intensity, sky.horizon)
         return zenith, horizon, horizon if sky.ground is None else _times(sky.intensity, sky.ground)
+    if isinstance(sky, Environment):
+        return _means(sky)
     color = linear_rgb(sky)
     return color, color, color
+
+
+def _means(image: Environment) -> Colors:
+    """Mean colours of the uppermost, the middle and the lowest tenth of an image."""
+    pixels = image.radiance
+    height = len(pixels)
+    part = max(1, height // 10)
+    middle = (height - part) // 2
+    strips = pixels[:part], pixels[middle : middle + part], pixels[-part:]
+    zenith, horizon, ground = (strip.mean(axis=(0, 1)).tolist() for strip in strips)
+    return tuple(zenith), tuple(horizon), tuple(ground)
 
 
 def _times(intensity: float, color: Color) -> Vector:

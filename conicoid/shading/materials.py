@@ -18,6 +18,8 @@ from ..shapes.material import Material
 from .checker import is_even
 
 PLAIN, CHECKER_UV, CHECKER_SPACE = 0, 1, 2
+MATTE, GLOSSY, METAL, LAYERED = 0, 1, 2, 3
+"""What surfaces do in light transport (`scattering`); solids that are transparent refract."""
 _DEPTH = 2.0**-20  # of a cube's side: how far under the surface a pattern in space is read
 
 RECORD = np.dtype(
@@ -37,6 +39,16 @@ RECORD = np.dtype(
         ("transparency", "f8", (3,)),
         ("index", "f8"),
         ("absorption", "f8", (3,)),
+        ("kind", "i8"),
+        ("emission", "f8", (3,)),
+        ("roughness", "f8"),
+        ("coat", "f8"),
+        ("metal_index", "f8", (3,)),
+        ("metal_extinction", "f8", (3,)),
+        ("scattering", "f8", (3,)),
+        ("scatters", "i8"),
+        ("anisotropy", "f8"),
+        ("dispersion", "f8"),
     ],
     align=True,
 )
@@ -98,7 +110,23 @@ def _fill(row: Any, material: Material) -> None:
         row[field] = amount_rgb(getattr(material, field))
     row["ambient"], row["diffuse"], row["shininess"] = material.ambient, material.diffuse, material.shininess
     row["half_vector"], row["fresnel"] = material.highlight == "blinn_phong", material.fresnel
+    for field in ("emission", "scattering"):
+        row[field] = amount_rgb(getattr(material, field))
+    for field in ("roughness", "coat", "anisotropy", "dispersion"):
+        row[field] = getattr(material, field)
+    if material.metal_index is not None and material.metal_extinction is not None:
+        row["metal_index"], row["metal_extinction"] = material.metal_index, material.metal_extinction
+    row["scatters"], row["kind"] = bool((row["scattering"] > 0).any()), _kind(row)
     row["transparent"], row["index"] = bool((row["transparency"] > 0).any()), material.refractive_index
+
+
+def _kind(row: Any) -> int:
+    """What a surface does in light transport."""
+    if (row["metal_index"] > 0).any():
+        return METAL
+    if (row["reflectivity"] > 0).any() or (row["transparency"] > 0).any() or row["coat"] > 1:
+        return LAYERED
+    return GLOSSY if (row["specular"] > 0).any() else MATTE
 
 
 @inline

@@ -33,6 +33,10 @@ def unseen(materials: Any, body: int, before: int, after: int) -> bool:
     for k in range(3):
         one = materials.rows[before].absorption[k] if before >= 0 else 0.0
         other = materials.rows[after].absorption[k] if after >= 0 else 0.0
+        if (before >= 0 and materials.rows[before].scatters == 1) or (
+            after >= 0 and materials.rows[after].scatters == 1
+        ):
+            return False
         if row.transparency[k] != 1.0 or row.specular[k] != 0.0 or one != other:
             return False
     return True

@@ -18,7 +18,8 @@ from .checker import Checker
 from .color import Amount, Color, checked_amount, checked_color, linear_rgb
 from .other_names import hinted
 from .properties import NO_PROPERTIES, Properties
-from .validate import number, positive, shown, what
+from .validate import nonnegative, number, numbers, positive, shown, what
+from .vector import Vector, VectorLike
 
 Highlight: TypeAlias = Literal["phong", "blinn_phong"]
 
@@ -53,6 +54,18 @@ class Material:
     refractive_index: of the inside, against `VACUUM` = 1 outside of all bodies.
     absorption: per unit length inside, for each channel: light fades by exp(-absorption · length) (Beer).
 
+    What follows is for light transport ("path", "direct"); what it means there of the fields above says docs/light.md.
+
+    emission: radiance that the surface sends to all sides by itself, from both of its sides.
+    roughness: 0 is smooth. Of what mirrors or refracts the α of Trowbridge and Reitz's distribution (GGX), of matte
+        surfaces the σ of Oren and Nayar's law; in [0, 1].
+    coat: the refractive index of a clear coat over the colour; 1 is none.
+    metal_index, metal_extinction: the complex refractive index n + ik of a metal for red, green and blue.
+    scattering: per unit length inside, for each channel: how often light is scattered there (fog, milk).
+    anisotropy: the mean cosine of such a turn, in ]-1, 1[: 0 to all sides alike, over 0 rather forward.
+    dispersion: by how much the refractive index grows towards blue: Cauchy's B in μm² of
+        n(λ) = refractive_index + B (1/λ² - 1/λ_d²), λ_d = 0.5876 μm.
+
     What follows changes no picture. It is kept in scene files and pickles, `hits.material` gives it back, and path
     lengths, line integrals and volumes go by it:
 
@@ -74,6 +87,14 @@ class Material:
     absorption: Amount = 0.0
     name: str | None = None
     properties: Mapping[str, Any] = NO_PROPERTIES
+    emission: Amount = dataclasses.field(default=0.0, kw_only=True)
+    roughness: float = dataclasses.field(default=0.0, kw_only=True)
+    coat: float = dataclasses.field(default=1.0, kw_only=True)
+    metal_index: Vector | None = dataclasses.field(default=None, kw_only=True)
+    metal_extinction: Vector | None = dataclasses.field(default=None, kw_only=True)
+    scattering: Amount = dataclasses.field(default=0.0, kw_only=True)
+    anisotropy: float = dataclasses.field(default=0.0, kw_only=True)
+    dispersion: float = dataclasses.field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         name, infinity = "Material", float("inf")
@@ -85,7 +106,10 @@ class Material:
         object.__setattr__(self, "color", color)
         for field in ("specular", "reflectivity", "transparency"):
             object.__setattr__(self, field, _amount(self, field, 1.0))
-        object.__setattr__(self, "absorption", _amount(self, "absorption", infinity))
+        for field in ("absorption", "emission", "scattering"):
+            object.__setattr__(self, field, _amount(self, field, infinity))
+        for field, value in _checked_transport(self).items():
+            object.__setattr__(self, field, value)
         for field in ("ambient", "diffuse"):
             value = number(name, field, getattr(self, field))
             if value < 0:
@@ -110,6 +134,41 @@ class Material:
         fields = [getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "properties"]
         assert isinstance(self.properties, Properties)
         return f"{fields!r} {self.properties.written}"
+
+
+def _checked_transport(material: Material) -> dict[str, Any]:
+    """The fields of light transport that are no amounts."""
+    name = "Material"
+    roughness = number(name, "roughness", material.roughness)
+    if not 0 <= roughness <= 1:
+        raise ValueError(f"{name}: roughness must be in [0, 1], got {roughness}")
+    coat = number(name, "coat", material.coat)
+    if not coat >= 1:
+        raise ValueError(f"{name}: coat must be an index of refraction >= 1, got {coat}")
+    anisotropy = number(name, "anisotropy", material.anisotropy)
+    if not -1 < anisotropy < 1:
+        raise ValueError(f"{name}: anisotropy must be in ]-1, 1[, got {anisotropy}")
+    found = dict(roughness=roughness, coat=coat, anisotropy=anisotropy)
+    found["dispersion"] = nonnegative(name, "dispersion", material.dispersion)
+    return found | _metal(material)
+
+
+def _metal(material: Material) -> dict[str, Any]:
+    """The complex index of a metal, both parts or none."""
+    parts = dict(metal_index=material.metal_index, metal_extinction=material.metal_extinction)
+    if all(part is None for part in parts.values()):
+        return parts
+    found: dict[str, Any] = {}
+    for field, part in parts.items():
+        if part is None:
+            raise ValueError(f"Material: metal_index and metal_extinction go together, got no {field}")
+        rgb = numbers("Material", field, part, 3)
+        for i, value in enumerate(rgb):
+            if not (value > 0 if field == "metal_index" else value >= 0):
+                least = "> 0" if field == "metal_index" else ">= 0"
+                raise ValueError(f"Material: {field}[{i}] must be {least}, got {value}")
+        found[field] = (rgb[0], rgb[1], rgb[2])
+    return found
 
 
 def _amount(material: Material, field: str, most: float) -> Amount:
@@ -179,6 +238,7 @@ def matte(
     ambient: float = 1.0,
     diffuse: float = 1.0,
     *,
+    roughness: float = 0.0,
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
@@ -186,9 +246,12 @@ def matte(
 
     color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
     ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
+    roughness: over 0, in light transport, Oren and Nayar's law in its place, of that σ.
     name, properties: the user's own, as in `Material`.
     """
-    made = Material(color=color, ambient=ambient, diffuse=diffuse, name=name, properties=properties)
+    made = Material(
+        color=color, ambient=ambient, diffuse=diffuse, roughness=roughness, name=name, properties=properties
+    )
     return _made_by(made, "matte", {})
 
 
@@ -292,6 +355,8 @@ def glass(
     transparency: Amount = 1.0,
     specular: Amount = 0.6,
     *,
+    roughness: float = 0.0,
+    dispersion: float = 0.0,
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
@@ -301,6 +366,7 @@ def glass(
     absorption: per unit length inside, for each channel: light fades by exp(-absorption · length).
     transparency: the share of light that passes each wall unless mirrored, in [0, 1]: one number, or a colour.
     specular: how strong the highlights of lights are, in [0, 1]: one number, or a colour.
+    roughness, dispersion: of light transport, as in `Material`.
     name, properties: the user's own, as in `Material`.
     """
     made = Material(
@@ -312,6 +378,8 @@ def glass(
         transparency=transparency,
         refractive_index=refractive_index,
         absorption=absorption,
+        roughness=roughness,
+        dispersion=dispersion,
         name=name,
         properties=properties,
     )
@@ -344,7 +412,173 @@ def metal(
     return _made_by(made, "metal", {"reflectivity": share})
 
 
-CONSTRUCTORS = {f.__name__: f for f in (matte, phong, blinn_phong, lacquer, mirror, glass, metal)}
+@explained
+def glow(
+    emission: Amount = 1.0,
+    color: Color | Checker = (0.0, 0.0, 0.0),
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
+) -> Material:
+    """A surface that gives light, in light transport: a lamp.
+
+    emission: its radiance, >= 0: one number, or a colour; a colour brighter than white is three numbers.
+    color: its diffuse reflectance besides.
+    name, properties: the user's own, as in `Material`.
+    """
+    return _made_by(Material(color, emission=emission, name=name, properties=properties), "glow", {})
+
+
+@explained
+def plastic(
+    color: Color | Checker = (0.8, 0.8, 0.8),
+    refractive_index: float = 1.5,
+    roughness: float = 0.0,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
+) -> Material:
+    """A colour under a clear coat, by Fresnel's formulas: paint, varnish, porcelain.
+
+    color: the reflectance under the coat, linear rgb, a text in sRGB or a Checker.
+    refractive_index: of the coat, >= 1.
+    roughness: of the coat, the α of GGX in [0, 1].
+    name, properties: the user's own, as in `Material`.
+    """
+    index = number("plastic", "refractive_index", refractive_index)
+    if not index >= 1:
+        raise ValueError(f"plastic: refractive_index must be >= 1, got {index}")
+    at_normal = ((index - 1) / (index + 1)) ** 2
+    rough = number("plastic", "roughness", roughness)
+    made = Material(
+        color, specular=0.5, shininess=_shininess(rough), reflectivity=at_normal, fresnel=True, coat=index,
+        roughness=rough, name=name, properties=properties,
+    )  # fmt: skip
+    return _made_by(made, "plastic", {"refractive_index": index})
+
+
+@explained
+def conductor(
+    index: VectorLike = (0.3, 1.02, 1.15),
+    extinction: VectorLike = (3.205, 2.577, 2.5),
+    roughness: float = 0.0,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
+) -> Material:
+    """A metal by its complex refractive index n + ik.
+
+    index, extinction: n > 0 and k >= 0 for red, green and blue; left out, those of copper.
+    roughness: the α of GGX in [0, 1].
+    name, properties: the user's own, as in `Material`.
+    """
+    return _conductor("conductor", index, extinction, roughness, name, properties)
+
+
+def _conductor(
+    maker: str, index: Any, extinction: Any, roughness: Any, name: str | None, properties: Mapping[str, Any]
+) -> Material:
+    """A metal; Whitted's pictures show its reflectance at normal incidence, ((n - 1)² + k²) / ((n + 1)² + k²)."""
+    n, k = numbers(maker, "index", index, 3), numbers(maker, "extinction", extinction, 3)
+    share = [((a - 1) ** 2 + b * b) / max((a + 1) ** 2 + b * b, 1e-300) for a, b in zip(n, k, strict=True)]
+    tint = (min(1.0, share[0]), min(1.0, share[1]), min(1.0, share[2]))
+    rough = number(maker, "roughness", roughness)
+    made = Material(
+        tint, 0.4, 0.4, specular=tint, shininess=_shininess(rough), reflectivity=tint, fresnel=True, roughness=rough,
+        metal_index=(n[0], n[1], n[2]), metal_extinction=(k[0], k[1], k[2]), name=name, properties=properties,
+    )  # fmt: skip
+    own = {"index": made.metal_index, "extinction": made.metal_extinction} if maker == "conductor" else {}
+    return _made_by(made, maker, own)
+
+
+def _shininess(roughness: float) -> float:
+    """The exponent of a half-vector highlight about as wide: 2 / α² - 2 (Walter and others 2007)."""
+    return min(1000.0, max(1.0, 2 / max(roughness, 1e-3) ** 2 - 2))
+
+
+@explained
+def gold(roughness: float = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES) -> Material:
+    """Gold, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
+
+    roughness: the α of GGX in [0, 1].
+    name, properties: the user's own, as in `Material`.
+    """
+    return _conductor("gold", (0.21, 0.43, 1.31), (3.272, 2.455, 1.849), roughness, name, properties)
+
+
+@explained
+def silver(
+    roughness: float = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
+) -> Material:
+    """Silver, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
+
+    roughness: the α of GGX in [0, 1].
+    name, properties: the user's own, as in `Material`.
+    """
+    return _conductor("silver", (0.06, 0.06, 0.05), (4.152, 3.586, 2.869), roughness, name, properties)
+
+
+@explained
+def copper(
+    roughness: float = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
+) -> Material:
+    """Copper, by its complex refractive index at 617, 549 and 471 nm: Johnson and Christy, Phys. Rev. B 6, 1972.
+
+    roughness: the α of GGX in [0, 1].
+    name, properties: the user's own, as in `Material`.
+    """
+    return _conductor("copper", (0.3, 1.02, 1.15), (3.205, 2.577, 2.5), roughness, name, properties)
+
+
+@explained
+def aluminium(
+    roughness: float = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES
+) -> Material:
+    """Aluminium, by its complex refractive index at 650, 550 and 450 nm: Rakić, Applied Optics 34, 1995.
+
+    roughness: the α of GGX in [0, 1].
+    name, properties: the user's own, as in `Material`.
+    """
+    return _conductor("aluminium", (1.3456, 0.96521, 0.61722), (7.4746, 6.3995, 5.3031), roughness, name, properties)
+
+
+@explained
+def iron(roughness: float = 0.0, *, name: str | None = None, properties: Mapping[str, Any] = NO_PROPERTIES) -> Material:
+    """Iron, by its complex refractive index at 650, 550 and 450 nm: Johnson and Christy, Phys. Rev. B 9, 1974.
+
+    roughness: the α of GGX in [0, 1].
+    name, properties: the user's own, as in `Material`.
+    """
+    return _conductor("iron", (2.9114, 2.9497, 2.5845), (3.0893, 2.9318, 2.767), roughness, name, properties)
+
+
+@explained
+def fog(
+    scattering: Amount = 1.0,
+    absorption: Amount = 0.0,
+    anisotropy: float = 0.0,
+    *,
+    name: str | None = None,
+    properties: Mapping[str, Any] = NO_PROPERTIES,
+) -> Material:
+    """A homogeneous medium without a surface, which scatters light in light transport: fog, smoke, milk in water.
+
+    scattering, absorption: per unit length, for each channel.
+    anisotropy: the mean cosine of a turn, in ]-1, 1[ (Henyey and Greenstein).
+    name, properties: the user's own, as in `Material`.
+    """
+    made = Material(
+        (0.0, 0.0, 0.0), 0.0, 0.0, transparency=1.0, absorption=absorption, scattering=scattering,
+        anisotropy=anisotropy, name=name, properties=properties,
+    )  # fmt: skip
+    return _made_by(made, "fog", {})
+
+
+_ALL = (
+    matte, phong, blinn_phong, lacquer, mirror, glass, metal, glow, plastic, conductor, gold, silver, copper, aluminium,
+    iron, fog,
+)  # fmt: skip
+CONSTRUCTORS = {f.__name__: f for f in _ALL}
 """Name -> function, for scene files that name a look instead of listing the fields."""
 MAKERS: dict[str, Callable[..., Material]] = {"Material": Material, **CONSTRUCTORS}
 _FUNCTIONS = tuple(MAKERS.values())

@@ -146,10 +146,10 @@ _NAMES: dict[str, dict[str, str]] = {
         ),
         **_all("it is called refractive_index", "ior n index eta refraction index_of_refraction"),
         **_all("it is called transparency", "alpha opacity transmission transmittance"),
-        **_all("it is called shininess, the greater the smoother", "roughness glossiness gloss exponent"),
+        **_all("it is called shininess, the greater the smoother", "glossiness gloss exponent"),
         **_all("it is called specular", "specular_color ks Ks"),
         **_all("it is called reflectivity", "mirror reflection metallic"),
-        **_all("bodies do not glow; scenes have lights", "emission emissive light"),
+        **_all("it is called emission, the radiance of a surface", "emissive emitted glow light"),
         **_all(
             "dataclasses.replace(material, field=...) is another; materials do not change",
             "replace copy set update with_",

@@ -12,7 +12,7 @@ from ..cluster.course import Course, Piece, closing
 from ..cluster.recipe import Recipe, recipe_of
 from ..cluster.task import prepared_first
 from ..formats.atomic import replacing
-from ..render.picture import look_of
+from ..render.picture import light_of, look_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -39,7 +39,9 @@ class Frames:
 
     def path(self, camera: AnyCamera) -> Path:
         """Where the picture by a camera is, or is to be."""
-        key = _digest(self._key, type(camera).__name__, camera, camera.lens, look_of(self.scene, camera))
+        light = light_of(self.scene, camera, self.options["integrator"])
+        light = look_of(self.scene, camera) if light is None else light
+        key = _digest(self._key, type(camera).__name__, camera, camera.lens, light)
         return self.folder / f"{key.hex()}.png"
 
     def is_there(self, path: Path) -> bool:

@@ -65,7 +65,7 @@ def test_progress_ends_with_the_count():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (dict(integrator="path"), f"render: integrator must be one of {', '.join(INTEGRATORS)}, got 'path'"),
+        (dict(integrator="photons"), f"render: integrator must be one of {', '.join(INTEGRATORS)}, got 'photons'"),
         (dict(width=0), "picture: width must be a whole number of pixels >= 1, got 0"),
         (dict(samples=0), "render: samples must be a whole number from 1 to 1048576, got 0"),
         (dict(samples=2.5), "render: samples must be a whole number"),

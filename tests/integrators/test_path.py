@@ -1,0 +1,305 @@
+"""Light transport against closed forms: the light of points, balls, discs and squares, furnaces, walls that leak none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+WHITE = (1.0, 1.0, 1.0)
+BLACK = (0.0, 0.0, 0.0)
+ASIDE = co.OrthographicCamera((0, -1e-3, 1e-4), (0, 0, 0), up=(0, 0, 1), height=1e-9)
+"""A view of the origin, under whatever is right over it."""
+
+
+def floor(material=None):
+    return co.Body(co.Box((-50, -50, -1), (50, 50, 0)), material or co.matte(WHITE))
+
+
+def color(items, lights=(), background=BLACK, camera=ASIDE, samples=256, **options):
+    """The colour of one pixel, which sees one point."""
+    scene = co.Scene(items, lights=list(lights), camera=camera, background=background)
+    return scene.render(1, 1, samples, **{"integrator": "path", **options}).pixels[0, 0]
+
+
+# Lights without extent: their pictures are Whitted's, but for a light's highlights
+
+
+@pytest.mark.parametrize(
+    "light",
+    [
+        co.PointLight((4, 0, 3), 50, falloff="inverse_square"),
+        co.PointLight((4, 0, 3), 2),
+        co.DirectionalLight((1, 0, -1), (0.5, 1, 2)),
+        co.SpotLight((0, 3, 4), (0, -3, -4), angle=20, intensity=3),
+    ],
+)
+def test_lights_without_extent_are_as_bright_as_in_whitteds_pictures(light):
+    items = [floor(co.matte((0.2, 0.4, 0.8)))]
+    assert color(items, [light], samples=1) == pytest.approx(
+        color(items, [light], samples=1, integrator="whitted"), rel=1e-6
+    )
+
+
+def test_inverse_square():
+    """From height 3 over a point 4 to the side: distance 5, cosine 3/5, so 3/5 of I / 25."""
+    seen = color([floor()], [co.PointLight((4, 0, 3), 50, falloff="inverse_square")], samples=1)
+    assert seen == pytest.approx([50 / 25 * 0.6] * 3, rel=1e-6)
+
+
+def test_several_lights_add_up():
+    lights = [co.PointLight((k, 1, 3), 1 + k) for k in range(20)]
+    few, many = color([floor()], lights[:5], samples=1 << 12), color([floor()], lights, samples=1 << 14)
+    for seen, count in ((few, 5), (many, 20)):
+        expected = sum((1 + k) * 3 / math.sqrt(k * k + 1 + 9) for k in range(count))
+        assert seen == pytest.approx([expected] * 3, rel=0.01)
+
+
+# Lamps: radiance L and a form factor F give L F
+
+
+@pytest.mark.parametrize("distance", [1.001, 2, 30])
+def test_a_ball_overhead(distance):
+    """F = R² / d² (a ball that is all above the horizon)."""
+    seen = color([floor(), co.Body(co.Sphere(1, (0, 0, distance)), co.glow(3))])
+    assert seen == pytest.approx([3 / distance**2] * 3, rel=1e-3)
+
+
+@pytest.mark.parametrize(("radius", "height"), [(1, 1), (2, 1), (0.1, 3)])
+def test_a_disc_overhead(radius, height):
+    """F = R² / (R² + h²)."""
+    seen = color([floor(), co.Body(co.Disc((0, 0, height), (0, 0, 1), radius), co.glow((2, 1, 0)))])
+    assert seen == pytest.approx(np.array((2, 1, 0)) * radius**2 / (radius**2 + height**2), rel=2e-3)
+
+
+SQUARE = [(-1.5, -1.5, 1), (1.5, -1.5, 1), (1.5, 1.5, 1), (-1.5, 1.5, 1)]
+CORNER = 1.5 / math.sqrt(1 + 1.5**2)
+OVERHEAD = 4 / math.pi * CORNER * math.atan(CORNER)
+
+
+@pytest.mark.parametrize(
+    "lamp",
+    [
+        co.Polygon(SQUARE),
+        co.Polygon([(1.5 * x, 1.5 * y, 0) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]).translate((0, 0, 1)),
+        co.Polygon([(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)]).rotate("x", 90).scale(1.5).translate((0, 0, 1)),
+        co.Box((-1.5, -1.5, 1), (1.5, 1.5, 2)),
+    ],
+    ids=["polygon", "moved", "turned and scaled", "a box, which paths find alone"],
+)
+def test_a_square_overhead(lamp):
+    """Four corners of F = (X / √(1 + X²)) atan(X / √(1 + X²)) / π each, X = 1.5 the half side over the height."""
+    assert color([floor(), co.Body(lamp, co.glow(1))], samples=4096) == pytest.approx([OVERHEAD] * 3, rel=5e-3)
+
+
+def test_two_triangles_are_a_square():
+    a, b, c, d = SQUARE
+    lamps = [co.Body(co.Triangle(a, b, c), co.glow(1)), co.Body(co.Triangle(a, c, d), co.glow(1))]
+    assert color([floor(), *lamps], samples=4096) == pytest.approx([OVERHEAD] * 3, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    "lamp",
+    [
+        co.Cylinder((-1, 0.3, 1.5), (1, 0.2, 1.2), 0.4),
+        co.Polygon([(-1, -1, 1), (1, -1, 1), (1, 1, 1.0), (0, 1, 1), (0, 0, 1), (-1, 0, 1)]),
+        co.Sphere(0.5, (0.3, 0.4, 0.9)).rotate("z", 30),
+        co.Disc((0.5, 0, 1), (1, 0, 2), 0.7),
+    ],
+    ids=lambda lamp: type(lamp).__name__,
+)
+def test_lamps_that_are_drawn_are_as_bright_as_those_that_paths_find(lamp):
+    """A lamp that is cut is no shape that is drawn from; here nothing is cut off."""
+    box = co.Box((-9, -9, -9), (9, 9, 9))
+    drawn, found = (color([floor(), co.Body(shape, co.glow(1))], samples=1 << 15) for shape in (lamp, lamp & box))
+    assert drawn == pytest.approx(found, rel=5e-3)
+
+
+@pytest.mark.parametrize("lamp", [co.Sphere(3), co.Cylinder((0, 0, -3), (0, 0, 3), 2), co.Box((-2,) * 3, (2,) * 3)])
+def test_within_a_lamp_all_is_as_bright_as_its_colour(lamp):
+    inside = co.OrthographicCamera((0, 0, 1.5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
+    ball = co.Body(co.Sphere(1), co.matte((0.5, 0.5, 0.5)))
+    seen = color([co.Body(lamp, co.glow(1)), ball], camera=inside, depth=1, samples=4096)
+    assert seen == pytest.approx([0.5] * 3, rel=2e-3)
+
+
+def test_a_lamp_flush_with_a_ceiling_gives_light_where_it_is_listed_first():
+    """Coincident surfaces: the body that is listed first is seen, and that alone gives light."""
+    lamp, ceiling = (
+        co.Body(co.Disc((0, 0, 1), (0, 0, 1), 1), co.glow(1)),
+        co.Body(co.Box((-3, -3, 1), (3, 3, 2)), BLACK),
+    )
+    assert color([lamp, ceiling, floor(co.matte(WHITE))], depth=1) == pytest.approx([0.5] * 3, rel=5e-3)
+    assert color([ceiling, lamp, floor(co.matte(WHITE))], depth=1) == pytest.approx([0.0] * 3, abs=1e-12)
+
+
+# Surroundings
+
+
+def test_a_white_ball_in_a_white_furnace_is_white():
+    view = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=2.2)
+    scene = co.Scene([co.Body(co.Sphere(1), co.matte(WHITE))], background=WHITE, camera=view)
+    assert (scene.render(24, 24, 4, "path").pixels == 1).all()
+
+
+def test_ambient_light_comes_from_where_nothing_is():
+    ball = co.Body(co.Sphere(1, (0, 0, -1)), co.matte((0.5, 0.5, 0.5)))
+    assert color([ball], [co.AmbientLight(0.6)], samples=64) == pytest.approx([0.3] * 3, rel=1e-6)
+
+
+def image(height=8, width=16, seed=0):
+    return np.random.default_rng(seed).random((height, width, 3)) ** 4
+
+
+def bilinear(pixels, d):
+    """Radiance of an image along directions, written anew."""
+    height, width, _ = pixels.shape
+    row = np.arccos(d[:, 2]) / np.pi * height - 0.5
+    column = np.arctan2(d[:, 1], d[:, 0]) / (2 * np.pi) % 1 * width - 0.5
+    above, left = np.floor(row).astype(int), np.floor(column).astype(int)
+    s, t = (row - above)[:, None], (column - left)[:, None]
+
+    def at(i, j):
+        return pixels[np.clip(i, 0, height - 1), j % width]
+
+    upper = (1 - t) * at(above, left) + t * at(above, left + 1)
+    return (1 - s) * upper + s * ((1 - t) * at(above + 1, left) + t * at(above + 1, left + 1))
+
+
+def test_surroundings_of_an_image():
+    """A floor gets ∫ L cos / π, here by the midpoint rule."""
+    pixels = image()
+    u, v = (np.stack(np.meshgrid(*[np.arange(600)] * 2)).reshape(2, -1) + 0.5) / 600
+    z, turn = np.sqrt(u), 2 * np.pi * v
+    r = np.sqrt(1 - u)
+    expected = bilinear(pixels, np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)).mean(axis=0)
+    seen = color([floor()], background=co.Environment(pixels, intensity=2), samples=1 << 14, depth=1)
+    assert seen == pytest.approx(2 * expected, rel=5e-3)
+
+
+def test_a_bright_spot_of_an_image_is_aimed_at():
+    pixels = np.zeros((64, 128, 3))
+    pixels[10, 100] = 1e4
+    few = [color([floor()], background=co.Environment(pixels), samples=64, seed=k)[0] for k in range(20)]
+    assert np.std(few) < 0.2 * np.mean(few)
+
+
+# What walls and media do
+
+
+def test_walls_that_abut_leak_nothing():
+    """A black room of six boxes within a bright sky, face to face: no path comes out."""
+    walls = [
+        co.Box((-2, -2, -2), (2, 2, -1)), co.Box((-2, -2, 1), (2, 2, 2)), co.Box((-2, -2, -1), (-1, 2, 1)),
+        co.Box((1, -2, -1), (2, 2, 1)), co.Box((-1, -2, -1), (1, -1, 1)), co.Box((-1, 1, -1), (1, 2, 1)),
+    ]  # fmt: skip
+    room = [co.Body(wall.rotate((1, 2, 3), 25), co.matte((0.9, 0.9, 0.9))) for wall in walls]
+    within = co.Camera((0, 0, 0), (1, 0.3, 0.2), field_of_view=120)
+    scene = co.Scene(room, background=WHITE, camera=within, lights=[co.DirectionalLight((0.3, 0.2, -1), 5)])
+    assert (scene.render(32, 32, 8, "path", depth=12).pixels == 0).all()
+
+
+@pytest.mark.parametrize("index", [1.0, 1.5])
+def test_clear_glass_in_a_furnace_is_not_seen(index):
+    glass = co.Body(co.Sphere(1), co.glass(index))
+    nested = co.Body(co.Sphere(0.5), co.glass(1.3, roughness=0.0))
+    view = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1.8)
+    scene = co.Scene([nested, glass], background=WHITE, camera=view)
+    assert scene.render(8, 8, 64, "path", depth=200).pixels == pytest.approx(np.ones((8, 8, 3)), rel=1e-5)
+
+
+def test_absorption_by_beers_law():
+    """A slab of index 1, 2 thick, along the axis: exp(-2 σ) of the background."""
+    slab = co.Body(co.Box((-5, -5, -2), (5, 5, 0)), co.Material(transparency=1, absorption=(0.1, 0.5, 2)))
+    down = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
+    seen = color([slab], background=WHITE, camera=down, samples=4)
+    assert seen == pytest.approx(np.exp(-2 * np.array((0.1, 0.5, 2))), rel=1e-6)
+
+
+@pytest.mark.parametrize("anisotropy", [0.0, 0.7, -0.5])
+def test_a_cloud_that_absorbs_nothing_is_not_seen_in_a_furnace(anisotropy):
+    cloud = co.Body(co.Sphere(1), co.fog((1, 0.9, 0.8), anisotropy=anisotropy))
+    view = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1.5)
+    scene = co.Scene([cloud], background=WHITE, camera=view)
+    seen = scene.render(8, 8, 256, "path", depth=500).pixels
+    assert seen.mean(axis=(0, 1)) == pytest.approx([1, 1, 1], rel=0.01)
+
+
+def test_light_scattered_once():
+    """Along a chord of length 2 R of a ball of fog, light that comes parallel across it and is scattered once.
+
+    σ ∫ exp(-σ s) p exp(-σ l(s)) ds E with l the way in from the side, p = 1 / (4π), E = π I; here for thin fog.
+    """
+    sigma = 0.5
+    s = (np.arange(20000) + 0.5) / 10000
+    across = np.sqrt(1 - (s - 1) ** 2)
+    expected = np.mean(sigma * np.exp(-sigma * (s + across))) * 2 / (4 * np.pi) * np.pi
+    down = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
+    ball = co.Body(co.Sphere(1), co.fog(sigma))
+    seen = color([ball], [co.DirectionalLight((1, 0, 0))], camera=down, samples=1 << 14, depth=1)
+    assert seen == pytest.approx([expected] * 3, rel=0.01)
+
+
+def test_a_pane_lets_light_of_a_lamp_through_as_it_shows_it():
+    """1 - 2 F / (1 + F) of a thin pane, F = 0.04 at normal incidence, nearly so for a lamp far above."""
+    lamp, pane = (
+        co.Body(co.Disc((0, 0, 20), (0, 0, 1), 0.5), co.glow(1000)),
+        co.Body(co.Plane((0, 0, 1), 5), co.glass(1.5)),
+    )
+    clear, behind = color([lamp, floor()], depth=1), color([lamp, pane, floor()], depth=1)
+    assert behind / clear == pytest.approx([1 - 2 * 0.04 / 1.04] * 3, rel=2e-3)
+
+
+# Depth
+
+
+def test_depth_counts_scatterings():
+    """In a closed room of albedo 1/2 that glows with 1: 1 + 1/2 + 1/4 + ..."""
+    room = co.Body(co.Sphere(3), co.glow(1, (0.5, 0.5, 0.5)))
+    inside = co.OrthographicCamera((0, 0, 1.5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
+    for depth in (0, 1, 2, 5):
+        seen = color([room], camera=inside, depth=depth, samples=2048)
+        assert seen == pytest.approx([2 - 0.5**depth] * 3, rel=0.01)
+
+
+def test_direct_light_is_a_path_of_one_scattering():
+    items = [floor(), co.Body(co.Sphere(1, (0, 0, 2)), co.glow(1, (0.5, 0.5, 0.5)))]
+    assert (color(items, integrator="direct") == color(items, depth=1)).all()
+
+
+# The same to the bit
+
+STILL_LIFE = co.Scene(
+    [
+        floor(co.matte((0.6, 0.5, 0.4), roughness=0.5)), co.Body(co.Sphere(1, (0, 0, 1)), co.glass(1.5, roughness=0.2)),
+        co.Body(co.Sphere(1, (2.2, 0, 1)), co.gold(0.2)), co.Body(co.Sphere(1, (-2.2, 0, 1)), co.plastic("navy")),
+        co.Body(co.Disc((0, 0, 5), (0, 0, 1), 1), co.glow(9)), co.Body(co.Sphere(0.5, (1, -2, 0.5)), co.fog(3)),
+        co.Body(co.Sphere(0.4, (-1, -2, 0.4)), co.glass(1.6, dispersion=0.02)),
+    ],
+    camera=co.Camera((0, -8, 3), (0, 0, 1)), lights=[co.PointLight((3, -4, 5), 0.3)], background=co.Sky(),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("integrator", ["path", "direct", "occlusion"])
+def test_any_number_of_threads_makes_the_same_picture(integrator):
+    try:
+        pictures = []
+        for threads in (1, 2, 7):
+            co.set_threads(threads)
+            pictures.append(STILL_LIFE.render(70, 50, 2, integrator).pixels)
+    finally:
+        co.set_threads(None)
+    assert (pictures[0] == pictures[1]).all()
+    assert (pictures[0] == pictures[2]).all()
+    assert np.isfinite(pictures[0]).all()
+
+
+def test_a_prism_parts_colours_and_keeps_white():
+    """The mean colour of what dispersing glass sends on is that of glass that does not disperse: white in a furnace."""
+    ball = co.Body(co.Sphere(1), co.glass(1.5, dispersion=0.01))
+    view = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1.5)
+    seen = co.Scene([ball], background=WHITE, camera=view).render(16, 16, 256, "path", depth=50).pixels
+    assert seen.mean(axis=(0, 1)) == pytest.approx([1, 1, 1], rel=0.02)
