@@ -20,6 +20,8 @@ class Integrator:
     """Does it need materials, lights and background (`Settings.look`)?"""
     options: tuple[str, ...] = ()
     """Those options of `render` that mean nothing to some integrators and something to this one."""
+    progressive: bool = False
+    """Do its samples, those within a pixel among them, come from `sobol`, which need not know how many there are?"""
     file: str = ""
     """Its module in this folder, where that is not called as the integrator is."""
 

@@ -11,7 +11,7 @@ from ..engine.body.scratch import Scratch
 from ..engine.packets.first import trace_packet
 from ..engine.packets.lanes import close_lanes, lane_hit, lane_ray
 from ..engine.packets.packet import Packet
-from ..engine.tables import Floats, Geometry
+from ..engine.tables import Floats, Geometry, Longs
 
 
 @shaped(samples="1..1048576", depth="0..10000")
@@ -30,6 +30,8 @@ class Samples(NamedTuple):
     packet: Packet
     colors: Floats  # (64, channels of the film) sums, to which the integrator adds
     size: int  # how many rays there are
+    pixels: Longs  # (64,) the number of each one's pixel
+    sample: int  # which of the samples of their pixels they are
 
 
 class Seen(NamedTuple):

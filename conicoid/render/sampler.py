@@ -4,6 +4,9 @@ Sample i of n in a pixel is a randomised Hammersley point: x = (i + jitter) / n,
 of n columns, and y = the binary digits of i read backwards, with a random digit flip that all samples of
 the pixel share; where n is a power of two each of n rows has one sample too, and so has every
 box of 2⁻ᵃ by 2ᵃ / n. Random numbers are a hash of (seed, pixel, sample): no state passes between them.
+
+Progressive pictures, which do not know n, take `sobol` for all: dimensions 0 and 1 are the place in the pixel, 2 and 3
+that on the lens, 4 is the time, 5 to 7 are for later, and a path takes those from 8 on.
 """
 
 from __future__ import annotations
@@ -11,20 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..compiler.jit import inline
+from ..integrators.sobol import mixed, sobol, sobol_pair
 
-_WEYL = np.uint64(0x9E3779B97F4A7C15)  # 2⁶⁴ / golden ratio
-_FIRST = np.uint64(0xBF58476D1CE4E5B9)
-_SECOND = np.uint64(0x94D049BB133111EB)
+__all__ = ["reversed_bits", "sample_in_pixel", "sobol", "sobol_pair", "unit_interval"]
+
 _UNIT = 2.0**-53
-
-
-@inline
-def mixed(value: np.uint64) -> np.uint64:
-    """A 64-bit hash: the output function of SplitMix64 (Steele, Lea and Flood 2014)."""
-    z = value + _WEYL
-    z = (z ^ (z >> np.uint64(30))) * _FIRST
-    z = (z ^ (z >> np.uint64(27))) * _SECOND
-    return z ^ (z >> np.uint64(31))
 
 
 @inline

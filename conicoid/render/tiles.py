@@ -22,12 +22,12 @@ from ..engine.numbers.vectors import normalized
 from ..engine.packets.lanes import LANES, put_ray
 from ..engine.packets.packet import new_packet
 from ..engine.ray import Ray
-from ..engine.tables import Floats, Geometry, halted, whole
+from ..engine.tables import Floats, Geometry, Longs, halted, whole
 from ..integrators import INTEGRATORS
 from ..integrators.samples import Samples, Settings, no_memory
 from ..integrators.stack import NO_SURFACE
 from ..shading.look import Look
-from .sampler import sample_in_pixel
+from .sampler import sample_in_pixel, sobol_pair
 
 SIDE = 32
 """Pixels along a tile."""
@@ -70,13 +70,22 @@ def camera_ray(
 
 @helper
 def camera_rays(
-    lens: Floats, lanes: Floats, film: Film, left: int, top: int, sample: int, samples: int, seed: int
-) -> int:
-    """One ray through each pixel of the square at (left, top), row by row; returns how many pixels that are."""
+    lens: Floats, lanes: Floats, film: Film, pixels: Longs, left: int, top: int, sample: int, samples: int, seed: int,
+    progressive: bool,
+) -> int:  # fmt: skip
+    """One ray through each pixel of the square at (left, top), row by row; returns how many pixels that are.
+
+    Their numbers go into `pixels`.
+    """
     height, width, count = film.shape[0], film.shape[1], 0
     for row in range(top, min(height, top + _SQUARE)):
         for column in range(left, min(width, left + _SQUARE)):
-            x, y = sample_in_pixel(seed, row * width + column, sample, samples)
+            pixel = row * width + column
+            if progressive:
+                x, y = sobol_pair(seed, pixel, sample, 0)
+            else:
+                x, y = sample_in_pixel(seed, pixel, sample, samples)
+            pixels[count] = pixel
             ox, oy, oz, dx, dy, dz = camera_ray(lens, column + x, row + y, width, height)
             put_ray(lanes, count, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
             count += 1
@@ -99,12 +108,12 @@ def tile_kernel(integrator: str) -> Callable[..., None]:
     """The kernel that fills tiles begin to end of a film, with an integrator compiled into it."""
     chosen = INTEGRATORS[integrator]
     module = importlib.import_module(f"{integrators.__name__}.{chosen.file or integrator}")
-    gather, new_memory = module.gather, getattr(module, "new_memory", no_memory)
+    gather, new_memory, progressive = module.gather, getattr(module, "new_memory", no_memory), chosen.progressive
 
     def tiles(geometry: Geometry, lens: Floats, film: Film, settings: Settings, begin: int, end: int) -> None:
         """Fill tiles begin to end of a film."""
         scratch, packet, memory = new_scratch(geometry), new_packet(), new_memory(settings)
-        colors = np.empty((LANES, film.shape[2]))
+        colors, pixels = np.empty((LANES, film.shape[2])), np.zeros(LANES, np.int64)
         height, width = film.shape[0], film.shape[1]
         for tile in range(begin, min(end, tile_total(width, height))):
             corner = tile_corner(tile, width)
@@ -115,9 +124,11 @@ def tile_kernel(integrator: str) -> Callable[..., None]:
                         if halted(geometry):
                             break
                         count = camera_rays(
-                            lens, packet.lanes, film, left, top, sample, settings.samples, settings.seed
-                        )
-                        gather(geometry, scratch, memory, settings, Samples(packet, colors, count))
+                            lens, packet.lanes, film, pixels, left, top, sample, settings.samples, settings.seed,
+                            progressive,
+                        )  # fmt: skip
+                        rays = Samples(packet, colors, count, pixels, sample)
+                        gather(geometry, scratch, memory, settings, rays)
                     expose(film, colors, left, top, settings.samples)
 
     look = Look if chosen.lit else None
