@@ -36,6 +36,7 @@ INTEGRATORS = {
     for each in (
         Integrator("whitted", "local light, shadows, mirrors and glass", lit=True, options=("depth",), file="wave"),
         Integrator("normals", "the outward unit normal n of the first surface, as (1 + n) / 2"),
+        Integrator("albedo", "the colour of the first surface, without light", lit=True),
     )
 }
 """By the names that users write; the first is the default."""

@@ -32,7 +32,7 @@ class Frames:
 
     def path(self, camera: AnyCamera) -> Path:
         """Where the picture by a camera is, or is to be."""
-        key = _digest(self._key, type(camera).__name__, camera.lens, look_of(self.scene, camera))
+        key = _digest(self._key, type(camera).__name__, camera, look_of(self.scene, camera))
         return self.folder / f"{key.hex()}.png"
 
     def is_there(self, path: Path) -> bool:
