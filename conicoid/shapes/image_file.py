@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .color import srgb_decode
+from .validate import shown
 
 MOST_TEXELS = 1 << 27
 _PHOTOS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
@@ -48,8 +49,12 @@ def _again(array: Any) -> Pixels:
 
 def read_pixels(path: Path) -> Pixels:
     """The picture in a file. Raises ValueError for a file that is missing, no picture, damaged, or too large."""
-    if not path.is_file():
-        raise ValueError(f"is not an existing file: {str(path)!r}")
+    try:
+        is_there = path.is_file()
+    except (OSError, ValueError):  # no name that the system could have
+        is_there = False
+    if not is_there:
+        raise ValueError(f"is not an existing file: {shown(str(path))}")
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"must be a picture ({', '.join(SUFFIXES)}), got {path.name!r}")

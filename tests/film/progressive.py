@@ -9,7 +9,7 @@ NAME = "spread"
 
 def register() -> None:
     """Whitted's pictures, with samples by Sobol's points."""
-    INTEGRATORS[NAME] = Integrator(NAME, "for tests", True, ("depth",), True, "wave")
+    INTEGRATORS[NAME] = Integrator(NAME, "for tests", lit=True, options=("depth",), progressive=True, file="wave")
 
 
 def unregister() -> None:
