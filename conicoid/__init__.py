@@ -32,11 +32,13 @@ _SHAPES = {
     "conductor": "material", "gold": "material", "silver": "material", "copper": "material", "aluminium": "material",
     "iron": "material", "fog": "material",
     "AIR": "material", "WATER": "material", "GLASS": "material", "VACUUM": "material", "Checker": "checker",
+    "ImageTexture": "texture", "Gradient": "texture", "Noise": "texture", "Wood": "texture", "Brick": "texture",
     "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light",
     "Environment": "background", "Sky": "background", "clear_sky": "clear_sky",
 }  # fmt: skip
 _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
+    "EquirectangularCamera": ".render.wide_cameras", "FisheyeCamera": ".render.wide_cameras",
     "Rays": ".engine.answers.rays", "Hits": ".engine.answers.hits", "Spans": ".engine.answers.spans",
     "Crossings": ".engine.answers.spans",
     "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".engine.threads",
@@ -74,6 +76,8 @@ if TYPE_CHECKING:
     from .measures.scene_measures import SceneMeasures as SceneMeasures
     from .render.camera import Camera as Camera
     from .render.camera import OrthographicCamera as OrthographicCamera
+    from .render.wide_cameras import EquirectangularCamera as EquirectangularCamera
+    from .render.wide_cameras import FisheyeCamera as FisheyeCamera
     from .scene import Scene as Scene
     from .shading.optics import reflect as reflect
     from .shading.optics import refract as refract
@@ -143,6 +147,11 @@ if TYPE_CHECKING:
     from .shapes.region import Union as Union
     from .shapes.sphere import Sphere as Sphere
     from .shapes.spheres import Spheres as Spheres
+    from .shapes.texture import Brick as Brick
+    from .shapes.texture import Gradient as Gradient
+    from .shapes.texture import ImageTexture as ImageTexture
+    from .shapes.texture import Noise as Noise
+    from .shapes.texture import Wood as Wood
     from .shapes.triangle import Triangle as Triangle
     from .shapes.two_sheet_hyperboloid import TwoSheetHyperboloid as TwoSheetHyperboloid
     from .turntables.turntable import turntable as turntable

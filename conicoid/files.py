@@ -21,15 +21,18 @@ _TOLD = 12
 
 
 @calm
-def load(path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None) -> Scene:
+def load(
+    path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None, outside: bool = False
+) -> Scene:
     """The scene in the YAML or JSON file at `path` (docs/files.md). Nothing in a file is executed.
 
     progress: progress(done, count) is called now and then, with shares of the work.
+    outside: may pictures of textures lie outside of the file's folder? Else that is an error.
 
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
     what was expected and what was found; where there is no such file it is a FileNotFoundError as well.
     """
-    return Scene.load(path, progress=progress)
+    return Scene.load(path, progress=progress, outside=outside)
 
 
 @calm

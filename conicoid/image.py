@@ -6,12 +6,15 @@ import importlib
 import os
 import sys
 import warnings
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .colormap import COLORMAPS, mapped
+from .film.tone import Tone, checked_exposure, checked_tone, developed
 from .shapes.arrays import is_masked, real_array
 from .shapes.calls import explained_methods
 from .shapes.calm import calm
@@ -47,6 +50,10 @@ class Image:
 
     values: Any
     pixels: Pixels
+    layers: Mapping[str, Any] = MappingProxyType({})
+    """What `render(layers=...)` was asked for beside the light, by name."""
+    exposure: float = 0.0
+    tone: Tone = "srgb"
 
     @calm
     def __init__(
@@ -74,11 +81,36 @@ class Image:
         self._keep(values, srgb_decode(values / 255) if values.dtype == np.uint8 else values)
 
     @classmethod
-    def _of_light(cls, film: Pixels) -> Image:
+    def _of_light(cls, film: Pixels, layers: Mapping[str, Any] | None = None) -> Image:
         """A film of linear light, which is not looked at again."""
         image = cls.__new__(cls)
         image._keep(np.array(film), film)
+        if layers:
+            for layer in layers.values():
+                layer.setflags(write=False)
+            image.layers = dict(layers)
         return image
+
+    @calm
+    def developed(self, exposure: float = 0.0, tone: Tone = "srgb") -> Image:
+        """The same light shown otherwise: on screens and in files of 8 or 16 bits; `pixels` and .exr files stay.
+
+        exposure: stops; each makes all twice as bright.
+        tone: the curve from light to what is displayed: "srgb" cuts off at white; "filmic" (Hable) and "agx" (Sobotka)
+            roll off what is bright, and take the place of the cut.
+        Raises ValueError for another curve, and for a number per pixel, which a colour map shows.
+        """
+        stops, curve = checked_exposure("developed", exposure), checked_tone("developed", tone)
+        if self.values.ndim == 2:
+            raise ValueError("developed: image must be of light, not a number per pixel through a colour map")
+        other = type(self).__new__(type(self))
+        vars(other).update(vars(self), exposure=stops, tone=curve)
+        return other
+
+    @property
+    def _shown(self) -> Any:
+        """What is displayed, as linear light."""
+        return developed(self.pixels, self.exposure, self.tone)
 
     def _keep(self, values: Any, colors: Any) -> None:
         self.values, self.pixels = values, np.asarray(colors, dtype=np.float32)
@@ -101,30 +133,38 @@ class Image:
         """Number of rows."""
         return int(self.pixels.shape[0])
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, bits: int | None = None) -> None:
         """Save at `path` as .png (sRGB, 8 bits) or .exr (linear floats; of a number per pixel the numbers themselves).
 
-        Also as .jpg or .jpeg, which loses a little, and .webp, lossless; both in 8 bits of sRGB.
+        Also as .jpg or .jpeg, which loses a little, and .webp, lossless; both in 8 bits of sRGB. An .exr has the
+        `layers` as well, as channels such as albedo.R.
+        bits: 16 for a .png with as many for each channel, or an .exr of half floats, whose numbers of bodies and
+            samples stay whole numbers of 32 bits; else 8 and 32.
 
         The file is replaced only when it is complete. Raises ValueError for any other suffix,
         FileNotFoundError if the folder does not exist.
         """
         path = checked_path("Image", path)
         suffix = os.path.splitext(os.fspath(path))[1].lower()
+        if suffix not in SUFFIXES:
+            raise ValueError(f"Image: pictures are saved as {', '.join(SUFFIXES)}, got {shown(os.fspath(path))}")
+        depths = {".png": (8, 16), ".exr": (32, 16)}.get(suffix, (8,))
+        chosen = depths[0] if bits is None else bits
+        if isinstance(chosen, bool) or chosen not in depths:
+            expected = " or ".join(map(str, sorted(depths)))
+            raise ValueError(f"Image: bits of {suffix} must be {expected}, got {shown(bits)}")
         if suffix == ".png":
             from .formats.png import write_png
 
-            write_png(path, self.pixels)
+            write_png(path, self._shown, chosen)
         elif suffix == ".exr":
             from .formats.exr import write_exr
 
-            write_exr(path, self.pixels if self.values.ndim == 3 else self.values)
-        elif suffix in SUFFIXES:
+            write_exr(path, self.pixels if self.values.ndim == 3 else self.values, self.layers, chosen == 16)
+        else:
             from .formats.photo import write_photo
 
-            write_photo(path, self.pixels, suffix)
-        else:
-            raise ValueError(f"Image: pictures are saved as {', '.join(SUFFIXES)}, got {shown(os.fspath(path))}")
+            write_photo(path, self._shown, suffix)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
         """(height, width, 3) uint8 of sRGB, what a PNG holds: for `np.asarray` and `plt.imshow`."""
@@ -132,7 +172,7 @@ class Image:
 
         if copy is False:
             raise ValueError("Image: the array of bytes is always made anew; image.pixels needs no copy")
-        return srgb_bytes(self.pixels).astype(dtype or np.uint8, copy=False)
+        return srgb_bytes(self._shown).astype(dtype or np.uint8, copy=False)
 
     def show(self) -> None:
         """Show in the notebook, or else in the viewer that Pillow finds on this machine."""
@@ -147,7 +187,7 @@ class Image:
     def _repr_png_(self) -> bytes:
         from .formats.png import png_bytes
 
-        return png_bytes(self.pixels)
+        return png_bytes(self._shown)
 
     def __repr__(self) -> str:
         return f"<Image {self.width} x {self.height}>"

@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from .engine.lowering import Lowered
     from .engine.memory import Memory
     from .engine.prepared import Prepared
+    from .film.filters import Filter
     from .image import Image
-    from .render.camera import Camera, OrthographicCamera
+    from .render.camera import AnyCamera, Camera, OrthographicCamera
     from .scene_parts import Bodies
 
 _PARTS = ("lights", "camera", "background", "domain")
@@ -38,7 +39,7 @@ class Scene(Contents, Edits, Queries):
 
     items: shapes or `Body`s; one of these alone is a scene too.
     lights: a list of lights, or one; with none, pictures are lit by some that fit.
-    camera: a `Camera` or an `OrthographicCamera`; None for one that fits.
+    camera: a `Camera`, an `OrthographicCamera` or another one; None for one that fits.
     background: a colour or a `Sky`.
     domain: a solid that the bodies are to fill: `check` tells where they do not, and nothing else asks for it.
 
@@ -179,48 +180,73 @@ class Scene(Contents, Edits, Queries):
         self,
         width: int = 640,
         height: int = 480,
-        samples: int = 4,
+        samples: int | None = None,
         integrator: str = "whitted",
         seed: int = 0,
         *,
         depth: int = 10,
-        camera: Camera | OrthographicCamera | None = None,
+        camera: AnyCamera | None = None,
+        filter: Filter = "box",  # noqa: A002
+        noise: float | None = None,
+        layers: bool | str | Iterable[str] = (),
         axes: bool = False,
         labels: bool = False,
         normals: bool = False,
         progress: Callable[[int, int], Any] | None = None,
+        preview: Callable[[Image], Any] | None = None,
         executor: Any = None,
         resume: str | os.PathLike[str] | None = None,
     ) -> Image:
         """A picture `width` x `height` pixels large; with a camera and light that fit, where none is given.
 
-        samples: rays for each pixel; 1 goes through its centre, more are spread over it.
-        integrator: "whitted", or "normals" for the normals of what is seen, as colours.
+        samples: rays for each pixel, 4 if not given; 1 goes through its centre, more are spread over it.
+        integrator: "whitted"; "normals" or "albedo" for the normals, or the colours, of what is seen.
         seed: of where in the pixels the rays go; equal seeds give equal pictures.
         depth: how often a ray is reflected or refracted at most.
         camera: in place of the scene's; nothing is prepared anew for it.
+        filter: how samples make a pixel: "box", the mean over its square, or "tent", "gaussian", "mitchell",
+            "blackman-harris", which reach beyond it.
+        noise: of a progressive integrator, the error of brightness at which a square of pixels is done, as it is
+            displayed, where 1 is white; `samples` then is a limit, 16,384 if not given.
+        layers: names of what else is wanted of each pixel, as `image.layers`, or True for all: "albedo", "normal",
+            "depth", "position", "body", "samples", "error".
         axes, labels, normals: drawn over the picture: the axes of the world with their scale, the names of the bodies
             (or numbers), arrows along the normals of what is seen.
         progress: progress(done, count) is called now and then.
+        preview: preview(image) is called with a progressive picture as it becomes better.
         executor: where its tiles are made, as for `first_hit`; the picture is the same to the bit.
-        resume: a file of finished tiles, kept up to date: where there are some of this picture, it goes on from them.
+        resume: a file of finished tiles, kept up to date: where there are some of this picture, it goes on from them,
+            also to more samples where the integrator is progressive.
         """
+        from .film.layer_names import OF_SUMS, checked_layers
         from .image import Image
-        from .render import render
+        from .render.layers import layers_of
+        from .render.picture import job_of, render
 
         drawn = {name: flag("render", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()}
-        more: dict[str, Any] = {}
-        if executor is not None or resume is not None:
-            from .cluster.pictures import Job, rendered
+        names = checked_layers(layers)
+        job = job_of(self, width, height, samples, integrator, seed, depth, camera, filter, noise)
+        callback("render", "progress", progress)
+        callback("render", "preview", preview)
 
-            more["elsewhere"] = lambda *job: rendered(self, Job(*job), executor, resume, progress)
-        given = width, height, samples, integrator, seed, depth, progress, camera
-        image = Image._of_light(render(self, *given, **more))
+        def shown(film: Any, sums: Any) -> None:
+            assert preview is not None
+            preview(Image._of_light(film.copy()))
+
+        shows = None if preview is None else shown
+        keeps = any(name in names for name in OF_SUMS)
+        if executor is not None or resume is not None:
+            from .cluster.pictures import rendered
+
+            exposed = rendered(self, job, keeps, executor, resume, progress, shows)
+        else:
+            exposed = render(self, job, keeps, progress, shows)
+        image = Image._of_light(exposed.film, layers_of(self, job, names, exposed))
         if not any(drawn.values()):
             return image
         from .overlay import drawn_over
 
-        return drawn_over(image, self, camera or self.camera or self.fitting_camera(width / height), **drawn)
+        return drawn_over(image, self, job.view, **drawn)
 
     @calm
     def section(
@@ -244,15 +270,18 @@ class Scene(Contents, Edits, Queries):
         )
 
     @staticmethod
-    def load(path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None) -> Scene:
+    def load(
+        path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None, outside: bool = False
+    ) -> Scene:
         """The scene in the YAML or JSON file at `path`, as `co.load`, which says more.
 
         progress: progress(done, count) is called now and then, with shares of the work.
+        outside: may pictures of textures lie outside of the file's folder?
         """
         from .formats import scene_file
 
         callback("load", "progress", progress)
-        parts = scene_file.read(checked_path("load", path), progress)
+        parts = scene_file.read(checked_path("load", path), progress, flag("load", "outside", outside))
         return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -44,10 +44,12 @@ def _answers() -> None:
 def _pictures() -> None:
     """What renders, by each integrator."""
     from .integrators import INTEGRATORS
+    from .render.wide_cameras import EquirectangularCamera
     from .scene import Scene
 
     for integrator in INTEGRATORS:
         Scene([]).render(1, 1, samples=1, integrator=integrator)
+    EquirectangularCamera((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).rays(1, 1)
 
 
 def _coherent() -> None:

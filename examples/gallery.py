@@ -13,6 +13,7 @@ import balls_and_barrel
 import boolean_solids
 import bored_box
 import caffeine
+import chess_focus
 import chess_pawn
 import cylinder_patch
 import die
@@ -20,6 +21,7 @@ import engine
 import free_cylinder
 import gear_plate
 import glass_water_mirror
+import globe
 import lenses
 import nine_quadrics
 import polygons
@@ -42,6 +44,8 @@ PICTURES = {
     "lenses": lenses.picture,
     "die": die.picture,
     "chess_pawn": chess_pawn.picture,
+    "chess_focus": chess_focus.picture,
+    "globe": globe.picture,
     "gear_plate": gear_plate.picture,
     "engine": engine.picture,
     "steinmetz": steinmetz.picture,

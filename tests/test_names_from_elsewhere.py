@@ -24,6 +24,8 @@ THINGS = {
     "Hits": HITS, "Rays": RAYS, "Spans": SPANS, "Crossings": CROSSINGS, "Material": STEEL, "Measures": co.measure(BALL),
     "SceneMeasures": co.measure(SCENE), "Image": co.Image(np.eye(3)), "Camera": SCENE.camera,
     "OrthographicCamera": co.OrthographicCamera((0, 0, 1), (0, 0, 0)),
+    "EquirectangularCamera": co.EquirectangularCamera((0, 0, 1), (0, 0, 0)),
+    "FisheyeCamera": co.FisheyeCamera((0, 0, 1), (0, 0, 0)),
 }  # fmt: skip
 
 

@@ -5,17 +5,19 @@ It begins with a name of the work (a hash of all it depends on), so that parts o
 
 from __future__ import annotations
 
+import contextlib
 import os
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from hashlib import blake2b
 from pathlib import Path
 
+from ..formats.atomic import replacing
 from ..shapes.validate import path as checked_path
 from .edition import edition
 
-_MAGIC = b"conicoid parts 1\n"
+_MAGIC = b"conicoid parts 2\n"
 _HEAD = struct.Struct("<QQQI")
 """begin, end, bytes of the part, checksum of these three and of it"""
 
@@ -63,6 +65,33 @@ class Checkpoint:
             at += _HEAD.size + count
         self.file.truncate(at)
         self.file.seek(at)
+
+    def rewrite(self, records: Iterable[tuple[int, int, bytes]]) -> None:
+        """Leave nothing in the file but these parts. What is in it stays until they are all on the disk."""
+        self.file.close()
+        try:
+            with replacing(self.path) as part:
+                other = object.__new__(Checkpoint)
+                other.path, other.file = self.path, open(part, "r+b")  # noqa: SIM115 - closed below
+                try:
+                    other.file.write(self.head)
+                    for record in records:
+                        other.add(*record)
+                finally:
+                    other.close()
+        finally:
+            self.file = open(self.path, "r+b")  # noqa: SIM115 - for as long as the work takes
+            self.file.seek(0, os.SEEK_END)
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return os.fstat(self.file.fileno()).st_size
+
+    def sync(self) -> None:
+        """Wait until all parts are on the disk."""
+        with contextlib.suppress(OSError):
+            os.fsync(self.file.fileno())
 
     def add(self, begin: int, end: int, data: bytes) -> None:
         """Append a part. Raises OSError, naming the file, where there is no room; what is in it stays good."""

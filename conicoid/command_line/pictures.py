@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from ..film.filters import FILTERS, Filter
+from ..film.layer_names import LAYERS, checked_layers
+from ..film.tone import TONES, Tone, checked_exposure, checked_tone
 from ..integrators import INTEGRATORS, with_option
+from ..render.picture import MOST_SAMPLES
 from .parts import (
     STDOUT,
     SceneFile,
@@ -76,12 +80,27 @@ Resume = Annotated[
         metavar="FILE", help="Keep finished tiles in a file, and go on from those in it.", show_default=False
     ),
 ]  # fmt: skip
+FilterOption = Annotated[str, typer.Option("--filter", help=f"How samples make a pixel: {', '.join(FILTERS)}.")]
+Noise = Annotated[
+    float | None,
+    typer.Option(help="Go on until brightness is as sure as this, where 1 is white; --samples is a limit.",
+                 show_default=False),
+]  # fmt: skip
+Exposure = Annotated[float, typer.Option(help="Stops; each makes all twice as bright.")]
+ToneOption = Annotated[str, typer.Option("--tone", help=f"The curve from light to the display: {', '.join(TONES)}.")]
+Layers = Annotated[
+    str | None,
+    typer.Option(metavar="NAMES", help=f"For an .exr: all, or some of {', '.join(LAYERS)}.", show_default=False),
+]
+Bits = Annotated[
+    int | None, typer.Option(help="16 for a .png so deep, or an .exr of half floats.", show_default="8, or 32")
+]
 Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the scene's.")]
 
 
 _OF_VIEWS = (
     "integrator", "seed", "depth", "position", "look_at", "up", "field_of_view", "orthographic", "fit", "axes",
-    "labels", "normals", "resume", "workers", "cluster", "slurm",
+    "labels", "normals", "resume", "workers", "cluster", "slurm", "filter", "noise", "layers",
 )  # fmt: skip
 AXES = ("x", "y", "z")
 
@@ -112,6 +131,12 @@ def render(
     labels: Labels = False,
     normals: Normals = False,
     section: Section = None,
+    filter: FilterOption = "box",  # noqa: A002
+    noise: Noise = None,
+    layers: Layers = None,
+    exposure: Exposure = 0.0,
+    tone: ToneOption = "srgb",
+    bits: Bits = None,
     resume: Resume = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -129,6 +154,8 @@ def render(
         check_folder(output)
         _check(context, samples, integrator, seed, depth)
         only_with(context, "a view, not with --section", section is None, *_OF_VIEWS)
+        names = _film(context, output, layers, bits, exposure, tone)
+        limit = None if noise is not None and not _is_given(context, "samples") else samples
         plane = None if section is None else _plane(context, section)
         loaded = load(scene, threads)
         with said_warnings():
@@ -141,13 +168,16 @@ def render(
             executor_of("render", workers, cluster, slurm) as executor,
         ):
             image = loaded.section(*plane, width, height, samples) if plane else loaded.render(
-                width, height, samples, integrator, seed, depth=depth, camera=camera, axes=axes, labels=labels,
-                normals=normals, progress=in_rays(bar, width * height * samples), executor=executor, resume=resume,
+                width, height, limit, integrator, seed, depth=depth, camera=camera, filter=cast(Filter, filter),
+                noise=noise, layers=names, axes=axes, labels=labels, normals=normals,
+                progress=in_rays(bar, width * height * (limit or MOST_SAMPLES)), executor=executor, resume=resume,
             )  # fmt: skip
+            if exposure != 0 or tone != "srgb":
+                image = image.developed(exposure, cast(Tone, tone))
         if plane is None and _sees_nothing(loaded, camera, width, height):
             say("note: no body is in view" + ("" if fit else "; --fit takes a camera that sees all that is bounded"))
         with written(output, ".png") as file:
-            image.save(file)
+            image.save(file, bits=bits)
         if resume is not None:
             resume.unlink(missing_ok=True)
         say(f"{name_of(output)}: {width} x {height} pixels")
@@ -210,6 +240,28 @@ def turntable(
             )  # fmt: skip
         taken = f", {frames - rendered} of them were there" if rendered < frames else ""
         say(f"{output}: {frames} frames of {width} x {height} pixels{taken}")
+
+
+def _film(
+    context: typer.Context, output: Path, layers: str | None, bits: int | None, exposure: float, tone: str
+) -> tuple[str, ...]:
+    """The names of the layers; mistakes in what is saved are found before anything is rendered."""
+    suffix = ".png" if output == STDOUT else output.suffix.lower()
+    only_with(context, "an .exr", suffix == ".exr", "layers")
+    only_with(context, "a .png or an .exr", suffix in (".png", ".exr"), "bits")
+    only_with(context, "what is displayed, not with an .exr of light", suffix != ".exr", "exposure", "tone")
+    if bits is not None and bits != 16 and bits != (8 if suffix == ".png" else 32):
+        raise ValueError(f"{context.info_name}: --bits must be 16, or {8 if suffix == '.png' else 32}, got {bits}")
+    checked_exposure(str(context.info_name), exposure)
+    checked_tone(str(context.info_name), tone)
+    if layers is None:
+        return ()
+    return checked_layers(True if layers == "all" else [name.strip() for name in layers.split(",")])
+
+
+def _is_given(context: typer.Context, name: str) -> bool:
+    source = context.get_parameter_source(name)
+    return source is not None and source.name != "DEFAULT"
 
 
 def _check(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..formats.errors import printable
-from ..shapes.checker import Checker
 from ..shapes.color import srgb_encode
 from ..shapes.labels import counted, distinct_materials, numbers_of, with_bytes
 from ..shapes.quadric import Quadric
+from ..shapes.texture import PATTERNS
 
 if TYPE_CHECKING:
     from ..checks.finding import Finding
@@ -96,8 +96,8 @@ def _material(material: Any) -> str:
         return printable(material.name)
     if np.any(np.asarray(material.transparency) != 0):
         return "clear"
-    if isinstance(material.color, str | Checker):
-        return "checker" if isinstance(material.color, Checker) else str(material.color)
+    if isinstance(material.color, (str, *PATTERNS)):
+        return str(material.color) if isinstance(material.color, str) else type(material.color).__name__.lower()
     bytes_ = np.round(255 * np.clip(srgb_encode(np.asarray(material.color)), 0, 1)).astype(int)
     return "#" + "".join(f"{channel:02x}" for channel in bytes_.tolist())
 

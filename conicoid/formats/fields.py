@@ -20,7 +20,9 @@ import numpy as np
 from ..shapes import REGISTRY, Shape
 from ..shapes.color import color_hint
 from ..shapes.material import CONSTRUCTORS, Material, matte
+from ..shapes.texture import ImagePath
 from ..shapes.vector import Matrix4
+from .data_files import beside
 from .kinds import Choice, Fixed, Flag, Integer, Kind, Maybe, Named, Number, OneOf, Schema, Several, Text, comment_hint
 from .nodes import Listing, Node, Scalar, Table, is_text, shortened, shown
 from .reading import BAD, NOWHERE, Reader
@@ -177,6 +179,24 @@ class MaterialKind(Kind):
         return is_text(node) or self.written.fits(node)
 
 
+class PictureFile(Text):
+    """The name of a picture's file in the folder of the scene file, or below; any path where the reader allows it."""
+
+    phrase = "the name of a picture's file"
+
+    def read(self, node: Node, reader: Reader, where: str) -> Any:
+        name = super().read(node, reader, where)
+        if name is BAD:
+            return name
+        if reader.takes_any_file:
+            return ImagePath(reader.folder / name)
+        try:
+            return ImagePath(beside(reader.folder, name))
+        except ValueError as error:
+            allowed = "; co.load(..., outside=True) allows it" if "scene's folder" in str(error) else ""
+            return reader.report(node, where, f"{error}{allowed}")
+
+
 class Anything(Kind):
     """Numbers, texts, lists and mappings, for fields whose type says nothing."""
 
@@ -246,6 +266,8 @@ def fields_of(make: Callable[..., Any]) -> dict[str, Field]:
 
 def kind_of(hint: Any) -> Kind:
     """The kind that a type hint asks for."""
+    if hint is ImagePath:
+        return PictureFile()
     simple: dict[Any, Kind] = {float: Number(), int: Integer(), bool: Flag(), str: Text()}
     if isinstance(hint, type) and hint in simple:
         return simple[hint]

@@ -6,6 +6,7 @@ import dataclasses
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain, count
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,9 +14,11 @@ import numpy as np
 from ..shapes import Shape
 from ..shapes.body import Body
 from ..shapes.bulk import Bulk
+from ..shapes.image_file import Pixels
 from ..shapes.material import Material, spelled
 from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
 from ..shapes.properties import Properties
+from ..shapes.texture import ImagePath, ImageTexture
 from .expansion import parts_of
 from .fields import fields_of
 from .kinds import Several
@@ -43,8 +46,10 @@ class ShapeWriter:
         keep_table: KeepTable,
         defaults: bool = False,
         material_names: Mapping[Material, str] | None = None,
+        folder: Path | None = None,
     ) -> None:
         self.keep_table = keep_table
+        self.folder = folder  # of the file, by which pictures are named; without one their mean colours are written
         self.defaults = defaults  # are a shape's fields at their defaults written too?
         self.named: dict[str, Any] = {}
         self.names: dict[Identity, str] = {}
@@ -130,6 +135,12 @@ class ShapeWriter:
             return self.data(value)
         if isinstance(value, Material):
             return self.material(value)
+        if isinstance(value, ImageTexture) and self.folder is None:
+            return self.value(value.mean)
+        if isinstance(value, ImagePath):
+            return picture_name(value, self.folder)
+        if isinstance(value, Pixels):
+            raise ValueError("ImageTexture: image must be a file to stand in a scene file: co.Image(array).save(path)")
         if dataclasses.is_dataclass(value):
             return {type(value).__name__: self.record(value)}
         if isinstance(value, np.ndarray):
@@ -141,6 +152,16 @@ class ShapeWriter:
         if isinstance(value, (list, tuple)):
             return [self.value(item) for item in value]
         return value
+
+
+def picture_name(path: str, folder: Path | None) -> str:
+    """The name of a picture's file as a scene file in a folder says it."""
+    final = Path(path).resolve()
+    if folder is not None and not final.is_relative_to(folder):
+        raise ValueError(
+            f"ImageTexture: image must lie in the folder of the scene file, or below, got {path!r}: copy it there"
+        )
+    return final.as_posix() if folder is None else final.relative_to(folder).as_posix()
 
 
 def _lettered(number: int) -> str:

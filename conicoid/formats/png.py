@@ -1,16 +1,21 @@
-"""PNG pictures: 8 bits of sRGB per channel."""
+"""PNG pictures: 8 or 16 bits of sRGB per channel."""
 
 from __future__ import annotations
 
 import io
 import os
+import struct
+import zlib
 from typing import Any
 
+import numpy as np
+
 from .atomic import replacing
-from .srgb import srgb_bytes
+from .srgb import srgb_bytes, srgb_words
 
 _PERCEPTUAL = b"\x00"  # rendering intent in the sRGB chunk
 _LEVEL = 3  # of zlib: half the time of 6, and pictures of smooth bodies are no larger
+_RGB, _UP = 2, 2  # the type of colour, and the filter of a row
 
 
 def png_bytes(pixels: Any) -> bytes:
@@ -25,7 +30,25 @@ def png_bytes(pixels: Any) -> bytes:
     return stream.getvalue()
 
 
-def write_png(path: str | os.PathLike[str], pixels: Any) -> None:
-    """Write linear (height, width, 3) pixels."""
+def deep_png_bytes(pixels: Any) -> bytes:
+    """The same with 16 bits for each channel, which Pillow cannot write (PNG specification, third edition, 2025).
+
+    Each row is told by its differences from the one above (filter 2), modulo 256 in each byte.
+    """
+    codes = srgb_words(pixels).astype(">u2")
+    height, width, _ = codes.shape
+    rows = codes.view(np.uint8).reshape(height, -1)
+    lines = np.empty((height, 1 + rows.shape[1]), np.uint8)
+    lines[:, 0] = _UP
+    lines[:, 1:] = np.diff(rows, axis=0, prepend=np.zeros_like(rows[:1]))
+    header = struct.pack(">IIBBBBB", width, height, 16, _RGB, 0, 0, 0)
+    parts = ((b"IHDR", header), (b"sRGB", _PERCEPTUAL), (b"IDAT", zlib.compress(lines.tobytes(), 6)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts
+    )
+
+
+def write_png(path: str | os.PathLike[str], pixels: Any, bits: int = 8) -> None:
+    """Write linear (height, width, 3) pixels with 8 or 16 bits for each channel."""
     with replacing(path) as part:
-        part.write_bytes(png_bytes(pixels))
+        part.write_bytes(png_bytes(pixels) if bits == 8 else deep_png_bytes(pixels))

@@ -31,6 +31,8 @@ class Reader:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.takes_any_file = False
+        """May pictures lie outside of the folder?"""
         self.problems: list[Problem] = []
         self.did_you_mean = Suggestions()
         self.materials: dict[str, Any] = {}

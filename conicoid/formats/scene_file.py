@@ -72,9 +72,10 @@ Progress: TypeAlias = Callable[[int, int], Any]
 """Is called with how much is done, and of how much."""
 
 
-def read(path: str | os.PathLike[str], progress: Progress | None = None) -> Parts:
+def read(path: str | os.PathLike[str], progress: Progress | None = None, outside: bool = False) -> Parts:
     """The parts of the scene in a file; progress(done, count) is called now and then, half of it for the letters.
 
+    outside: may pictures of textures lie outside of the file's folder?
     Raises SceneFileError with every mistake found.
     """
     text = scene_text.read_text(path)
@@ -83,16 +84,16 @@ def read(path: str | os.PathLike[str], progress: Progress | None = None) -> Part
             "is XML; scene files are YAML or JSON, and `conicoid import`, or co.load_openmc, reads OpenMC's geometries"
         )
         raise SceneFileError(path, [Problem(0, 0, "", found)])
-    return parsed(text, path, progress)
+    return parsed(text, path, progress, outside)
 
 
-def parsed(text: str, path: str | os.PathLike[str], progress: Progress | None = None) -> Parts:
+def parsed(text: str, path: str | os.PathLike[str], progress: Progress | None = None, outside: bool = False) -> Parts:
     """The parts of the scene in a text, which `path` holds. Raises SceneFileError with every mistake found."""
     with without_collector():
-        return _parsed(text, path, progress)
+        return _parsed(text, path, progress, outside)
 
 
-def _parsed(text: str, path: str | os.PathLike[str], progress: Progress | None) -> Parts:
+def _parsed(text: str, path: str | os.PathLike[str], progress: Progress | None, outside: bool) -> Parts:
     size = len(text)
     try:
         found = document(text, progress and (lambda done: progress(done, 2 * size)))
@@ -102,6 +103,7 @@ def _parsed(text: str, path: str | os.PathLike[str], progress: Progress | None) 
     if root is None or is_null(root):
         raise SceneFileError(path, [*found.problems, Problem(0, 0, "", "is empty, a scene file has at least `bodies`")])
     reader = Reader(Path(path).resolve().parent)
+    reader.takes_any_file = outside
     reader.problems.extend(found.problems)
     parts = Parts(())
     with contextlib.suppress(TooManyProblems):
@@ -292,7 +294,7 @@ def _write(
         bulk[name] = table
         return name
 
-    data = scene_data(scene, keep, material_names=material_names)
+    data = scene_data(scene, keep, material_names=material_names, folder=final.parent)
     count = _values(data)
     parts, most = expanded_parts(_shapes(scene)), most_parts(count)
     if parts > most:
@@ -326,10 +328,11 @@ def _values(data: Any) -> int:
 
 
 def scene_data(
-    scene: SceneLike, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None
-) -> dict[str, Any]:
+    scene: SceneLike, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None,
+    folder: Path | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """The sections of a scene file, those that say nothing left out; with `defaults` not so a record's fields."""
-    writer = ShapeWriter(_shapes(scene), keep, defaults, material_names)
+    writer = ShapeWriter(_shapes(scene), keep, defaults, material_names, folder)
     domain = {} if scene.domain is None else {"domain": writer.data(scene.domain)}
     bodies = [body_data(body, writer) for body in scene.bodies]
     sections: dict[str, Any] = {"conicoid": VERSION}

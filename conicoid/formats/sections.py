@@ -22,7 +22,7 @@ class CameraKind(Kind):
     phrase = "the fields of a camera, or a mapping such as {OrthographicCamera: {...}}"
 
     def __init__(self) -> None:
-        from ..render.camera import CAMERAS
+        from ..render.cameras import CAMERAS
 
         self.cameras = CAMERAS
 

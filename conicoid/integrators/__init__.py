@@ -61,6 +61,7 @@ INTEGRATORS = {
         ),
         Integrator("occlusion", "how much of an even sky each point sees", progressive=True),
         Integrator("normals", "the outward unit normal n of the first surface, as (1 + n) / 2"),
+        Integrator("albedo", "the colour of the first surface, without light", lit=True),
     )
 }
 """By the names that users write; the first is the default."""

@@ -23,7 +23,7 @@ def drawn_over(image: Image, scene: Scene, camera: AnyCamera, *, axes: bool, lab
     for wanted, draw in ((normals, draw_normals), (axes, draw_axes), (labels, draw_labels)):
         if wanted:
             draw(sheet, scene, camera)
-    return Image._of_light(sheet.over(image.pixels))
+    return Image._of_light(sheet.over(image.pixels), image.layers)
 
 
 __all__ = ["drawn_over"]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..render.camera import Camera
+from ..render.camera import Camera, OrthographicCamera
+from ..render.wide_cameras import FisheyeCamera
 from ..shapes.row_vectors import dot_rows, lengths
 
 if TYPE_CHECKING:
@@ -21,17 +23,21 @@ def hidden(scene: Scene, camera: AnyCamera, points: Any) -> Any:
     lens = camera.lens
     depths = dot_rows(points - lens[0], lens[3])
     result = np.ones(len(points), bool)
-    front = depths > 0
-    ways = points[front] - lens[0] if isinstance(camera, Camera) else depths[front, None] * lens[3]
+    is_around = not isinstance(camera, Camera | OrthographicCamera)
+    front = (points != lens[0]).any(axis=-1) if is_around else depths > 0
+    ways = depths[front, None] * lens[3] if isinstance(camera, OrthographicCamera) else points[front] - lens[0]
     result[front] = scene.occluded(points[front] - ways, ways, t_max=_ALMOST) if front.any() else False
     return result
 
 
 def pixel_sizes(camera: AnyCamera, points: Any, height: int) -> Any:
     """(n,): the length in the world that is a pixel long, where points (n, 3) are."""
-    if not isinstance(camera, Camera):
+    if isinstance(camera, OrthographicCamera):
         return np.full(len(points), camera.height / height)
     lens = camera.lens
+    if not isinstance(camera, Camera):
+        angle = math.radians(camera.field_of_view if isinstance(camera, FisheyeCamera) else 180.0)
+        return lengths(points - lens[0]) * (angle / height)
     return 2 * dot_rows(points - lens[0], lens[3]) * lengths(lens[5]) / height
 
 

@@ -8,8 +8,9 @@ from typing import Any, NoReturn
 
 from .camera import Camera, OrthographicCamera
 from .picture import render
+from .wide_cameras import EquirectangularCamera, FisheyeCamera
 
-__all__ = ["Camera", "OrthographicCamera", "render"]
+__all__ = ["Camera", "EquirectangularCamera", "FisheyeCamera", "OrthographicCamera", "render"]
 
 
 class _NoFunction(ModuleType):

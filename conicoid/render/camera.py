@@ -1,17 +1,18 @@
 """Cameras: data, and the rays of a picture's points.
 
 On a picture w wide and h high the point (x, y), in pixels from the top left corner, has the film
-coordinates u = (2x - w) / h to the right and v = (h - 2y) / h upwards. Every camera here is linear in them:
+coordinates u = (2x - w) / h to the right and v = (h - 2y) / h upwards. The usual cameras are linear in them:
 
     origin = o₀ + u o₁ + v o₂,   direction = d₀ + u d₁ + v d₂,
 
-so kernels know one camera (`lens`, these six vectors), and pixels are square whatever w and h are.
+so for kernels they are `lens`, these six vectors, and pixels are square whatever w and h are. What else a camera is, an
+opening or another way to lay directions on a picture, is `optics` (see `view`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from ..shapes.degrees import degrees
 from ..shapes.other_names import hinted
 from ..shapes.rounded import tan_degrees
 from ..shapes.row_vectors import dot_rows, lengths, product
-from ..shapes.validate import positive, shown, vector, what, whole
+from ..shapes.validate import nonnegative, positive, shown, vector, what, whole
 from ..shapes.vector import FloatArray, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -30,40 +31,41 @@ if TYPE_CHECKING:
     from ..engine.answers.rays import Rays
 
 UP = (0.0, 0.0, 1.0)
+LINEAR, THIN_LENS, EQUIRECTANGULAR, FISHEYE = range(4)
+"""Kinds of camera, as kernels know them."""
+NUMBERS = 4
+"""What a kind has beside its lens."""
+MOST_BLADES = 100
 
 
-@hinted
 @explained_methods
-@dataclass(frozen=True)
-class Camera:
-    """A pinhole camera at `position` that looks at `look_at`; `field_of_view` is vertical, in degrees.
+class AnyCamera:
+    """What all cameras have."""
 
-    Where `up` lies along the view, y is up in the picture (z, if the view is along y): `camera.up` says so.
-    Raises ValueError if position equals look_at, and for a field of view not in (0, 180).
-    """
-
-    position: VectorLike
-    look_at: VectorLike
-    up: VectorLike = UP
-    field_of_view: float = 40.0
-
-    def __post_init__(self) -> None:
-        _check(self)
-        angle = degrees("Camera", "field_of_view", self.field_of_view)
-        if not 0 < angle < 180:
-            raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {angle}")
-        object.__setattr__(self, "field_of_view", angle)
+    position: Any
+    look_at: Any
+    up: Any
 
     @property
     def lens(self) -> FloatArray:
         """(6, 3): o₀, o₁, o₂, d₀, d₁, d₂."""
-        right, up, forward = basis(self.position, self.look_at, self.up)
-        half = tan_degrees(self.field_of_view / 2)
-        zero = np.zeros(3)
-        return np.array([self.position, zero, zero, forward, right * half, up * half])
+        raise NotImplementedError
+
+    @property
+    def optics(self) -> tuple[int, tuple[float, float, float, float]]:
+        """The kind of camera, and its numbers (`view.View`)."""
+        return LINEAR, (0.0, 0.0, 0.0, 0.0)
+
+    def pixel(self, width: int, height: int) -> tuple[float, float]:
+        """How large a pixel is at the camera, and how much more for each unit of the way from there."""
+        lens = self.lens
+        return 2 * float(lengths(lens[2])) / height, 2 * float(lengths(lens[5])) / height
 
     def rays(self, width: int, height: int) -> Rays:
-        """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length."""
+        """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length.
+
+        Of a lens those through its middle.
+        """
         return rays_of(self, width, height)
 
     def lazy_rays(self, width: int, height: int) -> LazyRays:
@@ -80,11 +82,83 @@ class Camera:
         """
         return projected(self, points, width, height)
 
+    def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
+        """(..., 2): the film coordinates u and v of points, NaN where there are none."""
+        lens = self.lens
+        from_camera = points - lens[0]
+        across, depth = lens[1:3] + lens[4:6], dot_rows(from_camera, lens[3])
+        film = product(from_camera, across.T) / dot_rows(across, across)
+        return np.where((depth > 0)[..., None], film, np.nan)
+
 
 @hinted
 @explained_methods
 @dataclass(frozen=True)
-class OrthographicCamera:
+class Camera(AnyCamera):
+    """A pinhole camera at `position` that looks at `look_at`; `field_of_view` is vertical, in degrees.
+
+    Where `up` lies along the view, y is up in the picture (z, if the view is along y): `camera.up` says so.
+
+    aperture: the diameter of the opening of a thin lens, in units of the scene; 0 for a pinhole, which sees all sharp.
+        A lens is sharp at one depth, that of `look_at` or `focus_distance`; a point at another depth z becomes a disc,
+        aperture |1 / focus_distance - 1 / z| wide where the view's depth is 1.
+    focus_distance: along the view, from the lens to the plane that is in focus.
+    blades: how many edges the opening has, 3 or more; 0 for a round one. The first corner is to the right.
+
+    Raises ValueError if position equals look_at, and for a field of view not in (0, 180).
+    """
+
+    position: VectorLike
+    look_at: VectorLike
+    up: VectorLike = UP
+    field_of_view: float = 40.0
+    aperture: float = 0.0
+    focus_distance: float | None = None
+    blades: int = 0
+
+    def __post_init__(self) -> None:
+        _check(self)
+        angle = degrees("Camera", "field_of_view", self.field_of_view)
+        if not 0 < angle < 180:
+            raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {angle}")
+        object.__setattr__(self, "field_of_view", angle)
+        object.__setattr__(self, "aperture", nonnegative("Camera", "aperture", self.aperture))
+        if self.focus_distance is not None:
+            object.__setattr__(self, "focus_distance", positive("Camera", "focus_distance", self.focus_distance))
+        blades = whole(self.blades)
+        if blades is None or not (blades == 0 or 3 <= blades <= MOST_BLADES):
+            raise ValueError(
+                f"Camera: blades must be 0, or a whole number from 3 to {MOST_BLADES}, got {shown(self.blades)}"
+            )
+        object.__setattr__(self, "blades", blades)
+
+    @property
+    def lens(self) -> FloatArray:
+        """(6, 3): o₀, o₁, o₂, d₀, d₁, d₂."""
+        right, up, forward = basis(self.position, self.look_at, self.up)
+        half = tan_degrees(self.field_of_view / 2)
+        zero = np.zeros(3)
+        return np.array([self.position, zero, zero, forward, right * half, up * half])
+
+    @property
+    def optics(self) -> tuple[int, tuple[float, float, float, float]]:
+        """A thin lens has (radius, distance of the plane in focus, blades, 0)."""
+        if self.aperture == 0:
+            return LINEAR, (0.0, 0.0, 0.0, 0.0)
+        focus = self.focus_distance
+        if focus is None:
+            focus = float(lengths(np.subtract(self.look_at, self.position)))
+        return THIN_LENS, (self.aperture / 2, focus, float(self.blades), 0.0)
+
+    def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
+        depth = dot_rows(points - self.lens[0], self.lens[3])
+        return super()._film(points, width, height) / np.where(depth > 0, depth, np.nan)[..., None]
+
+
+@hinted
+@explained_methods
+@dataclass(frozen=True)
+class OrthographicCamera(AnyCamera):
     """Parallel rays from a window `height` high about `position`, along the way to `look_at`.
 
     `up` is that of a `Camera`.
@@ -106,33 +180,10 @@ class OrthographicCamera:
         half, zero = self.height / 2, np.zeros(3)
         return np.array([self.position, right * half, up * half, forward, zero, zero])
 
-    def rays(self, width: int, height: int) -> Rays:
-        """Rays through the pixel centres, of shape (height, width), first row on top, directions of unit length."""
-        return rays_of(self, width, height)
-
-    def lazy_rays(self, width: int, height: int) -> LazyRays:
-        """`rays(width, height)`, made where they are traced; `Rays.from_camera` is the same."""
-        from .camera_rays import CameraRays
-
-        return CameraRays(self, width, height)
-
-    def project(self, points: Any, width: int, height: int) -> FloatArray:
-        """(..., 2): where points (..., 3) are seen on a picture of `width` x `height` pixels, (x, y) from its top left.
-
-        The centre of the first pixel is (0.5, 0.5); what lies beside the picture has coordinates beyond its edges.
-        NaN for points that are not in front of the camera. Nothing is said of what hides them.
-        """
-        return projected(self, points, width, height)
-
-
-AnyCamera: TypeAlias = Camera | OrthographicCamera
-CAMERAS: dict[str, type[AnyCamera]] = {"Camera": Camera, "OrthographicCamera": OrthographicCamera}
-"""Scene-file name -> class."""
-
 
 def as_camera(owner: str, camera: Any) -> AnyCamera | None:
-    """A Camera, an OrthographicCamera, or None for one that fits; a TypeError otherwise."""
-    if camera is not None and not isinstance(camera, Camera | OrthographicCamera):
+    """A camera, or None for one that fits; a TypeError otherwise."""
+    if camera is not None and not isinstance(camera, AnyCamera):
         raise TypeError(f"{owner}: camera must be a Camera, an OrthographicCamera or None, got {what(camera)}")
     return camera
 
@@ -159,6 +210,10 @@ def lines_through(
     camera: AnyCamera, x: FloatArray, y: FloatArray, width: int, height: int
 ) -> tuple[FloatArray, FloatArray]:
     """Origins and unit directions through points (x, y) of a picture, in pixels."""
+    if camera.optics[0] > THIN_LENS:
+        from .view import lines_of
+
+        return lines_of(camera, x, y, width, height)
     u, v = ((2 * x - width) / height)[..., None], ((height - 2 * y) / height)[..., None]
     lens = camera.lens
     directions = lens[3] + u * lens[4] + v * lens[5]
@@ -173,13 +228,7 @@ def projected(camera: AnyCamera, points: Any, width: int, height: int) -> FloatA
 
     width, height = checked_size(width, height)
     places = points_array("project", "points", points)
-    lens = camera.lens
-    from_camera = places - lens[0]
-    across, depth = lens[1:3] + lens[4:6], dot_rows(from_camera, lens[3])
-    film = product(from_camera, across.T) / dot_rows(across, across)
-    if isinstance(camera, Camera):
-        film = film / np.where(depth > 0, depth, np.nan)[..., None]
-    film = np.where((depth > 0)[..., None], film, np.nan)
+    film = camera._film(places, width, height)
     pixels: FloatArray = (film * (height, -height) + (width, height)) / 2
     return pixels
 

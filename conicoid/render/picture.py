@@ -2,70 +2,96 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..film.filters import Filter, checked_filter
 from ..integrators import INTEGRATORS
 from ..shapes.material import DEFAULT, Material
 from ..shapes.repeated_labels import looks_of
 from ..shapes.suggestion import close_to
-from ..shapes.validate import callback, shown, whole
+from ..shapes.validate import positive, shown, whole
+from ..shapes.vector import FloatArray
 from .camera import AnyCamera, as_camera, checked_size
 from .fit import fitting_lights
 
 if TYPE_CHECKING:
-    from ..engine.tables import Geometry
     from ..engine.threads import Progress
+    from .passes import Preview
     from .tiles import Film
+
+SAMPLES, MOST_SAMPLES = 4, 1 << 14
+"""For each pixel where nobody says how many, and at most where only the noise is said."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """All that a picture depends on but the scene, checked."""
+
+    width: int
+    height: int
+    samples: int
+    integrator: str
+    seed: int
+    depth: int
+    view: AnyCamera
+    filter: Filter = "box"
+    noise: float | None = None
+
+    @property
+    def is_progressive(self) -> bool:
+        """May samples be added to it?"""
+        return INTEGRATORS[self.integrator].progressive
+
+    @property
+    def keeps_sums(self) -> bool:
+        """Are sums of samples needed even where nobody asks for them?"""
+        return self.is_progressive or self.noise is not None
+
+
+class Exposed(NamedTuple):
+    """A film, and the sums of its samples where they were kept (`film.sums`)."""
+
+    film: Film
+    sums: FloatArray | None
+
+
+def job_of(
+    scene: Any, width: Any, height: Any, samples: Any, integrator: Any, seed: Any, depth: Any, camera: Any,
+    form: Any = "box", noise: Any = None,
+) -> Job:  # fmt: skip
+    """The picture that is asked for. Raises ValueError for unknown integrators and senseless numbers."""
+    width, height = checked_size(width, height)
+    limit = positive("render", "noise", noise) if noise is not None else None
+    if samples is None:
+        samples = SAMPLES if limit is None else MOST_SAMPLES
+    options = check_options(samples, integrator, seed, depth)
+    if limit is not None and not INTEGRATORS[integrator].progressive:
+        able = ", ".join(name for name, one in INTEGRATORS.items() if one.progressive) or "none so far"
+        raise ValueError(
+            f"render: noise goes with integrators whose samples can be continued ({able}), not {integrator}"
+        )
+    kind = checked_filter("render", form)
+    view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)
+    return Job(width, height, **options, view=view, filter=kind, noise=limit)
 
 
 def render(
-    scene: Any,
-    width: int = 640,
-    height: int = 480,
-    samples: int = 4,
-    integrator: str = "whitted",
-    seed: int = 0,
-    depth: int = 10,
-    progress: Progress | None = None,
-    camera: AnyCamera | None = None,
-    elsewhere: Any = None,
-) -> Film:
-    """The scene's picture as (height, width, 3) float32 of linear light.
+    scene: Any, job: Job, keeps: bool = False, progress: Progress | None = None, preview: Preview | None = None
+) -> Exposed:
+    """The scene's picture as (height, width, 3) float32 of linear light, made by this process' threads.
 
-    samples: rays per pixel; one goes through the pixel's centre, more are stratified over its area.
-    integrator: a name in `INTEGRATORS`.
-    depth: how often a ray is reflected or refracted at most.
-    The same arguments give the same picture to the bit, for any number of threads.
-    progress(done, count) is called with numbers of tiles.
-    camera: in place of the scene's.
-    elsewhere: fills the film in place of this process' threads: elsewhere(checked arguments).
-    Raises ValueError for unknown integrators and senseless numbers.
+    keeps: are the sums of its samples wanted?
+    The same job gives the same picture to the bit, for any number of threads.
+    progress(done, count) is called with numbers of tiles, preview(film, sums) after each pass of a progressive picture.
     """
-    width, height = checked_size(width, height)
-    options = check_options(samples, integrator, seed, depth)
-    samples, seed, depth = options["samples"], options["seed"], options["depth"]
-    callback("render", "progress", progress)
-    view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)
-    if elsewhere is not None:
-        made: Film = elsewhere(width, height, samples, integrator, seed, depth, view)
-        return made
+    from .passes import Exposure
 
-    from ..engine.threads import run_on
-    from ..integrators.samples import Settings
-    from . import tiles
-
-    lens = view.lens
-    film = np.zeros((height, width, 3), dtype=np.float32)
-    settings = Settings(samples, seed, turns_of(integrator, depth), light_of(scene, view, integrator))
-    fill = tiles.tile_kernel(integrator)
-
-    def work(geometry: Geometry, begin: int, end: int) -> None:
-        fill(geometry, lens, film, settings, begin, end)
-
-    run_on(scene.geometry, work, tiles.tile_total(width, height), 1, width * height * samples, progress)
-    return film
+    exposure = Exposure(scene, job, keeps or job.keeps_sums)
+    exposure.go_on(progress, preview)
+    return Exposed(exposure.film, exposure.sums if exposure.keeps else None)
 
 
 def turns_of(integrator: str, depth: int) -> int:
@@ -107,6 +133,18 @@ def look_of(scene: Any, camera: AnyCamera, lights: Any = None) -> Any:
             raise TypeError(f"render: material of bodies[{i}] must be a Material, got {type(material).__name__}")
     lights = scene.lights or fitting_lights(camera) if lights is None else lights
     return lower_look(materials, sheets, place_of, lights, scene.background, scene.lowered.face_paint)
+
+
+def seen_at(look: Any, job: Job) -> Any:
+    """A look, or what light transport needs, for pixels of a picture's size."""
+    if INTEGRATORS[job.integrator].transports:
+        return look._replace(look=_with_pixels(look.look, job))
+    return _with_pixels(look, job)
+
+
+def _with_pixels(look: Any, job: Job) -> Any:
+    at, along = job.view.pixel(job.width, job.height)
+    return look._replace(materials=look.materials._replace(pixel=np.array([at, along])))
 
 
 def check_options(samples: Any, integrator: Any, seed: Any, depth: Any) -> dict[str, Any]:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..shapes.checker import Checker
-from ..shapes.color import linear_rgb
 from ..shapes.material import Material
 from ..shapes.repeated_labels import looks_of
 from ..shapes.validate import number, shown, what, whole
 from ..shapes.vector import Box, FloatArray
+from ..textures.lower import mean_color
 from .camera import OrthographicCamera, checked_size
 
 if TYPE_CHECKING:
@@ -129,4 +128,4 @@ def _color(material: Any) -> tuple[float, float, float]:
     if np.any(np.asarray(material.transparency) != 0):
         is_void = material.refractive_index == 1 and not np.any(np.asarray(material.absorption) != 0)
         return _NOTHING if is_void else _CLEAR
-    return linear_rgb(material.color.a if isinstance(material.color, Checker) else material.color)
+    return mean_color(material.color)

@@ -1,7 +1,8 @@
 """The kernels that fill a film, one square tile of pixels after the other: one kernel for each integrator.
 
 A pixel's colour depends on its place, the sample count and the seed only, so pictures are the same
-to the bit whatever the number of threads.
+to the bit whatever the number of threads. Where sums are kept a picture may be gone on with: samples are added one
+after the other, so that also those of several runs make the same sums.
 """
 
 from __future__ import annotations
@@ -10,33 +11,44 @@ import functools
 import importlib
 import math
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import integrators
-from ..compiler.jit import helper, inline, kernel
+from ..compiler.jit import allocator, helper, inline, kernel
 from ..emitters.transport import Transport
 from ..engine.body.scratch import new_scratch
-from ..engine.numbers.vectors import normalized
 from ..engine.packets.lanes import LANES, put_ray
 from ..engine.packets.packet import new_packet
 from ..engine.ray import Ray
-from ..engine.tables import Floats, Geometry, Longs, halted, whole
+from ..engine.tables import Floats, Geometry, Longs, Signs, halted, whole
+from ..film.sums import COUNT, SQUARES, SUMS, luminance
 from ..integrators import INTEGRATORS
 from ..integrators.samples import Samples, Settings, no_memory
 from ..integrators.stack import NO_SURFACE
 from ..shading.look import Look
+from .camera import LINEAR, THIN_LENS
 from .sampler import sample_in_pixel, sobol_pair
+from .view import View, camera_ray, filtered_offset, special_ray
 
 SIDE = 32
 """Pixels along a tile."""
 
-_SQUARE = 8
+SQUARE = 8
 """Pixels along a packet."""
 
 Film = npt.NDArray[np.float32]
+
+
+class Frame(NamedTuple):
+    """What the tile loop keeps of the pixels of a square."""
+
+    pixels: Longs  # (64,) their numbers
+    weights: Floats  # (64,) what a sample of each counts
+    colors: Floats  # (64, 3) of one sample
+    sums: Floats  # (64, SUMS) of all, see `film.sums`
 
 
 @inline
@@ -52,56 +64,93 @@ def tile_corner(tile: int, width: int) -> tuple[int, int]:
     return SIDE * (tile % across), SIDE * (tile // across)
 
 
-@inline
-def camera_ray(
-    lens: Floats, x: float, y: float, width: int, height: int
-) -> tuple[float, float, float, float, float, float]:
-    """Origin and unit direction through a point of the picture, in pixels (see `camera`)."""
-    u, v = (2.0 * x - width) / height, (height - 2.0 * y) / height
-    dx, dy, dz = normalized(
-        lens[3, 0] + u * lens[4, 0] + v * lens[5, 0],
-        lens[3, 1] + u * lens[4, 1] + v * lens[5, 1],
-        lens[3, 2] + u * lens[4, 2] + v * lens[5, 2],
-    )
-    ox = lens[0, 0] + u * lens[1, 0] + v * lens[2, 0]
-    oy = lens[0, 1] + u * lens[1, 1] + v * lens[2, 1]
-    oz = lens[0, 2] + u * lens[1, 2] + v * lens[2, 2]
-    return ox, oy, oz, dx, dy, dz
-
-
 @helper
 def camera_rays(
-    lens: Floats, lanes: Floats, film: Film, pixels: Longs, left: int, top: int, sample: int, samples: int, seed: int,
+    view: View, frame: Frame, lanes: Floats, film: Film, left: int, top: int, sample: int, settings: Settings,
     progressive: bool,
 ) -> int:  # fmt: skip
     """One ray through each pixel of the square at (left, top), row by row; returns how many pixels that are.
 
-    Their numbers go into `pixels`.
+    Their numbers go into the frame, and what each ray counts, where they do not count the same.
     """
     height, width, count = film.shape[0], film.shape[1], 0
-    for row in range(top, min(height, top + _SQUARE)):
-        for column in range(left, min(width, left + _SQUARE)):
+    seed, is_plain = settings.seed, view.kind == LINEAR and view.filtered == 0
+    for row in range(top, min(height, top + SQUARE)):
+        for column in range(left, min(width, left + SQUARE)):
             pixel = row * width + column
             if progressive:
                 x, y = sobol_pair(seed, pixel, sample, 0)
             else:
-                x, y = sample_in_pixel(seed, pixel, sample, samples)
-            pixels[count] = pixel
-            ox, oy, oz, dx, dy, dz = camera_ray(lens, column + x, row + y, width, height)
+                x, y = sample_in_pixel(seed, pixel, sample, settings.samples)
+            frame.pixels[count] = pixel
+            if is_plain:
+                ox, oy, oz, dx, dy, dz = camera_ray(view.lens, column + x, row + y, width, height)
+            else:
+                weight = view.scale
+                if view.filtered == 1:
+                    x, one = filtered_offset(view, x)
+                    y, other = filtered_offset(view, y)
+                    x, y, weight = x + 0.5, y + 0.5, weight * one * other
+                a, b = sobol_pair(seed, pixel, sample, 1) if view.kind == THIN_LENS else (0.5, 0.5)
+                ox, oy, oz, dx, dy, dz, is_seen = special_ray(view, column + x, row + y, a, b, width, height)
+                frame.weights[count] = weight if is_seen else 0.0
             put_ray(lanes, count, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
             count += 1
     return count
 
 
+@allocator
+def new_frame() -> Frame:
+    """For one thread."""
+    return Frame(np.zeros(LANES, np.int64), np.ones(LANES), np.empty((LANES, 3)), np.empty((LANES, SUMS)))
+
+
 @helper
-def expose(film: Film, colors: Floats, left: int, top: int, samples: int) -> None:
-    """The mean of a square's samples onto the film."""
+def begin_square(frame: Frame, film: Film, sums: Floats, left: int, top: int) -> int:
+    """The sums of a square's samples so far, and how many samples they are of."""
+    frame.sums[:] = 0.0
+    if len(sums) == 0:
+        return 0
     count = 0
-    for row in range(top, min(film.shape[0], top + _SQUARE)):
-        for column in range(left, min(film.shape[1], left + _SQUARE)):
-            for k in range(film.shape[2]):
-                film[row, column, k] = colors[count, k] / samples
+    for row in range(top, min(film.shape[0], top + SQUARE)):
+        for column in range(left, min(film.shape[1], left + SQUARE)):
+            for k in range(SUMS):
+                frame.sums[count, k] = sums[row, column, k]
             count += 1
+    return int(frame.sums[0, COUNT])
+
+
+@inline
+def add_samples(frame: Frame, count: int) -> None:
+    """One sample more of each pixel of a square: its light, times what it counts."""
+    for i in range(count):
+        weight = frame.weights[i]
+        r, g, b = weight * frame.colors[i, 0], weight * frame.colors[i, 1], weight * frame.colors[i, 2]
+        light = luminance(r, g, b)
+        row = frame.sums[i]
+        row[0], row[1], row[2], row[SQUARES] = row[0] + r, row[1] + g, row[2] + b, row[SQUARES] + light * light
+
+
+@helper
+def end_square(frame: Frame, film: Film, sums: Floats, left: int, top: int, samples: int) -> None:
+    """The mean of a square's samples onto the film, and their sums where these are kept."""
+    count = 0
+    for row in range(top, min(film.shape[0], top + SQUARE)):
+        for column in range(left, min(film.shape[1], left + SQUARE)):
+            for k in range(film.shape[2]):
+                film[row, column, k] = frame.sums[count, k] / samples
+            if len(sums) > 0:
+                for k in range(SUMS):
+                    sums[row, column, k] = frame.sums[count, k]
+                sums[row, column, COUNT] = samples
+            count += 1
+
+
+@inline
+def is_wanted(squares: Signs, left: int, top: int, width: int) -> bool:
+    """Is a square to get more samples? All are, where none are named."""
+    at = top // SQUARE * ((width + SQUARE - 1) // SQUARE) + left // SQUARE
+    return len(squares) == 0 or (at < len(squares) and squares[at] == 1)
 
 
 def tile_kernel(integrator: str) -> Callable[..., None]:
@@ -117,28 +166,40 @@ def _tile_kernel(integrator: str) -> Callable[..., None]:
     module = importlib.import_module(f"{integrators.__name__}.{chosen.module}")
     gather, new_memory, progressive = module.gather, getattr(module, "new_memory", no_memory), chosen.progressive
 
-    def tiles(geometry: Geometry, lens: Floats, film: Film, settings: Settings, begin: int, end: int) -> None:
-        """Fill tiles begin to end of a film."""
-        scratch, packet, memory = new_scratch(geometry), new_packet(), new_memory(settings)
-        colors, pixels = np.empty((LANES, film.shape[2])), np.zeros(LANES, np.int64)
+    def tiles(
+        geometry: Geometry, view: View, film: Film, sums: Floats, squares: Signs, settings: Settings, last: int,
+        begin: int, end: int,
+    ) -> None:  # fmt: skip
+        """Bring the pixels of tiles begin to end to `last` samples, in squares that are wanted.
+
+        A square that is halted keeps its sums, if there are any.
+        """
+        scratch, packet, memory, frame = new_scratch(geometry), new_packet(), new_memory(settings), new_frame()
         height, width = film.shape[0], film.shape[1]
+        is_plain = len(sums) == 0 and view.kind <= THIN_LENS and view.filtered == 0
         for tile in range(begin, min(end, tile_total(width, height))):
             corner = tile_corner(tile, width)
-            for top in range(corner[1], min(height, corner[1] + SIDE), _SQUARE):
-                for left in range(corner[0], min(width, corner[0] + SIDE), _SQUARE):
-                    colors[:] = 0.0
-                    for sample in range(settings.samples):
+            for top in range(corner[1], min(height, corner[1] + SIDE), SQUARE):
+                for left in range(corner[0], min(width, corner[0] + SIDE), SQUARE):
+                    if not is_wanted(squares, left, top, width):
+                        continue
+                    first = begin_square(frame, film, sums, left, top)
+                    colors = frame.sums if is_plain else frame.colors
+                    for sample in range(first, last):
                         if halted(geometry):
                             break
-                        count = camera_rays(
-                            lens, packet.lanes, film, pixels, left, top, sample, settings.samples, settings.seed,
-                            progressive,
-                        )  # fmt: skip
-                        rays = Samples(packet, colors, count, pixels, sample)
-                        gather(geometry, scratch, memory, settings, rays)
-                    expose(film, colors, left, top, settings.samples)
+                        count = camera_rays(view, frame, packet.lanes, film, left, top, sample, settings, progressive)
+                        if not is_plain:
+                            colors[:] = 0.0
+                        gather(
+                            geometry, scratch, memory, settings, Samples(packet, colors, count, frame.pixels, sample)
+                        )
+                        if not is_plain:
+                            add_samples(frame, count)
+                    if len(sums) == 0 or (first < last and not halted(geometry)):
+                        end_square(frame, film, sums, left, top, last)
 
     look = Transport if chosen.transports else Look if chosen.lit else None
     tiles.__annotations__["settings"] = Annotated[Settings, {"look": look}]
     tiles.__name__ = tiles.__qualname__ = chosen.kernel
-    return kernel(lens="6 3", film="out h w 3", begin="0..end")(tiles)
+    return kernel(film="out h w 3", sums=f"out h|0 w {SUMS}", squares="*", last="1..1048576", begin="0..end")(tiles)

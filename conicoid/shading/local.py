@@ -12,9 +12,10 @@ from ..engine.numbers.vectors import dot
 from ..engine.ray import Ray
 from ..engine.single.first import blocked
 from ..engine.tables import Floats, Geometry
+from ..textures.patterns import Place, texture_color
 from .lights import share, towards
 from .look import Look
-from .materials import CHECKER_UV, PLAIN, Materials, color_in_space, color_on_uv, material_row, pick
+from .materials import CHECKER_UV, PLAIN, TEXTURED, Materials, color_in_space, color_on_uv, material_row, pick
 from .phong import half_vector, phong
 from .shadow import light_along
 from .sight import ShadingPoint, Sight, facing, shows_light
@@ -31,6 +32,12 @@ def surface_color(geometry: Geometry, materials: Materials, sight: Sight) -> tup
     if row.pattern == CHECKER_UV:
         u, v = uv_at(geometry, sight.body, sight.face, sight.surface, sight.x, sight.y, sight.z)
         return color_on_uv(row, u, v)
+    if row.pattern == TEXTURED:
+        reach = materials.pixel[0] + materials.pixel[1] * sight.t
+        at = Place(
+            sight.body, sight.face, sight.surface, sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz, reach
+        )
+        return texture_color(geometry, materials.textures, materials.texels, row.texture, at)
     return color_in_space(row, sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz)
 
 

@@ -11,13 +11,17 @@ import numpy.typing as npt
 from ..compiler.jit import inline
 from ..compiler.shapes import shaped
 from ..engine import tables as table
-from ..engine.tables import Geometry, Ints, Signs, integer
+from ..engine.tables import Floats, Geometry, Ints, Signs, integer
 from ..shapes.checker import Checker
 from ..shapes.color import amount_rgb, linear_rgb
 from ..shapes.material import Material
+from ..shapes.texture import TEXTURES
+from ..textures.lower import RECORD as TEXTURE
+from ..textures.lower import Table, mean_color
+from ..textures.texels import Texels
 from .checker import is_even
 
-PLAIN, CHECKER_UV, CHECKER_SPACE = 0, 1, 2
+PLAIN, CHECKER_UV, CHECKER_SPACE, TEXTURED = 0, 1, 2, 3
 MATTE, GLOSSY, METAL, LAYERED = 0, 1, 2, 3
 """What surfaces do in light transport (`scattering`); solids that are transparent refract."""
 _DEPTH = 2.0**-20  # of a cube's side: how far under the surface a pattern in space is read
@@ -28,6 +32,7 @@ RECORD = np.dtype(
         ("second_color", "f8", (3,)),
         ("scale", "f8", (3,)),
         ("pattern", "i8"),
+        ("texture", "i8"),
         ("ambient", "f8"),
         ("diffuse", "f8"),
         ("specular", "f8", (3,)),
@@ -54,7 +59,10 @@ RECORD = np.dtype(
 )
 
 
-@shaped(rows="*", row_of="body_face", face_row="*", opaque="body_face", medium="body_face")
+@shaped(
+    rows="*", row_of="body_face", face_row="*", opaque="body_face", medium="body_face", textures="*", texels="* 3",
+    pixel="2",
+)  # fmt: skip
 class Materials(NamedTuple):
     """Materials as kernels read them."""
 
@@ -68,6 +76,11 @@ class Materials(NamedTuple):
     medium: Signs
     """For each body: 1 if it is a transparent solid, which light is inside of."""
     any_transparent: bool
+    textures: Annotated[npt.NDArray[np.void], TEXTURE]
+    texels: Texels
+    """Of all pictures on surfaces."""
+    pixel: Floats
+    """How large a pixel is: at the camera, and how much more for each unit of the way from there."""
 
 
 def lower_materials(
@@ -82,9 +95,9 @@ def lower_materials(
     face_row = np.full(max(paints, default=-1) + 1, -1, dtype=np.int32)
     for face, material in paints.items():
         face_row[face] = known.setdefault(material, len(known))
-    rows = np.zeros(max(1, len(known)), dtype=RECORD)
+    rows, textures = np.zeros(max(1, len(known)), dtype=RECORD), Table()
     for material, row in known.items():
-        _fill(rows[row], material)
+        _fill(rows[row], material, textures)
     transparent = rows["transparent"][row_of] != 0
     medium = transparent & ~np.array(sheets, dtype=bool)
     return Materials(
@@ -94,16 +107,20 @@ def lower_materials(
         (~transparent[item_of]).astype(np.int8),
         medium[item_of].astype(np.int8),
         bool(transparent.any()),
+        *textures.arrays(),
+        np.zeros(2),
     )
 
 
-def _fill(row: Any, material: Material) -> None:
+def _fill(row: Any, material: Material, textures: Table) -> None:
     """The record of a material."""
     color = material.color
     if isinstance(color, Checker):
         row["color"], row["second_color"] = linear_rgb(color.a), linear_rgb(color.b)
         row["scale"] = color.scales
         row["pattern"] = CHECKER_SPACE if color.space else CHECKER_UV
+    elif isinstance(color, TEXTURES):
+        row["color"], row["pattern"], row["texture"] = mean_color(color), TEXTURED, textures.row(color)
     else:
         row["color"] = linear_rgb(color)
     for field in ("specular", "reflectivity", "transparency", "absorption"):

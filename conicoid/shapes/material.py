@@ -14,10 +14,10 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from .calls import explained
-from .checker import Checker
 from .color import Amount, Color, checked_amount, checked_color, linear_rgb
 from .other_names import hinted
 from .properties import NO_PROPERTIES, Properties
+from .texture import PATTERNS, Pattern
 from .validate import nonnegative, number, numbers, positive, shown, what
 from .vector import Vector, VectorLike
 
@@ -44,7 +44,7 @@ class Material:
     summed over lights of intensity I that are not hidden, A being the ambient light and
     h = (R·E)^shininess ("phong") or (H·N)^shininess ("blinn_phong").
 
-    color: diffuse reflectance, or a Checker.
+    color: diffuse reflectance, or a Checker or texture.
     highlight: "phong" or "blinn_phong", the formula of h.
     reflectivity: F of an opaque surface; with `fresnel` it is the value at normal incidence, and
         F = reflectivity + (1 - reflectivity) (1 - cos θ)⁵ (Schlick 1994).
@@ -74,7 +74,7 @@ class Material:
         texts, arrays of them, and mappings from names to numbers or texts; kept as a mapping that cannot be changed.
     """
 
-    color: Color | Checker = (0.8, 0.8, 0.8)
+    color: Color | Pattern = (0.8, 0.8, 0.8)
     ambient: float = 1.0
     diffuse: float = 1.0
     specular: Amount = 0.0
@@ -102,7 +102,7 @@ class Material:
             raise ValueError(f"{name}: name must be a non-empty text or None, got {shown(self.name)}")
         if not isinstance(self.properties, Properties):
             object.__setattr__(self, "properties", Properties(self.properties, owner=name))
-        color = self.color if isinstance(self.color, Checker) else checked_color(name, "color", self.color)
+        color = self.color if isinstance(self.color, PATTERNS) else checked_color(name, "color", self.color)
         object.__setattr__(self, "color", color)
         for field in ("specular", "reflectivity", "transparency"):
             object.__setattr__(self, field, _amount(self, field, 1.0))
@@ -234,7 +234,7 @@ DEFAULT = Material()
 
 @explained
 def matte(
-    color: Color | Checker = (0.8, 0.8, 0.8),
+    color: Color | Pattern = (0.8, 0.8, 0.8),
     ambient: float = 1.0,
     diffuse: float = 1.0,
     *,
@@ -244,7 +244,7 @@ def matte(
 ) -> Material:
     """Lambert's law alone.
 
-    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
+    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker or texture.
     ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
     roughness: over 0, in light transport, Oren and Nayar's law in its place, of that σ.
     name, properties: the user's own, as in `Material`.
@@ -257,7 +257,7 @@ def matte(
 
 @explained
 def phong(
-    color: Color | Checker = (0.8, 0.8, 0.8),
+    color: Color | Pattern = (0.8, 0.8, 0.8),
     specular: Amount = 0.5,
     shininess: float = 50.0,
     ambient: float = 1.0,
@@ -269,7 +269,7 @@ def phong(
 ) -> Material:
     """A plastic with Phong's highlight (R·E)^shininess.
 
-    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
+    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker or texture.
     specular: how strong highlights are, in [0, 1]: one number, or a colour.
     shininess: > 0; the greater, the smaller the highlight.
     ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
@@ -284,7 +284,7 @@ def phong(
 
 @explained
 def blinn_phong(
-    color: Color | Checker = (0.8, 0.8, 0.8),
+    color: Color | Pattern = (0.8, 0.8, 0.8),
     specular: Amount = 0.5,
     shininess: float = 100.0,
     ambient: float = 1.0,
@@ -296,7 +296,7 @@ def blinn_phong(
 ) -> Material:
     """A plastic with the half-vector highlight (H·N)^shininess.
 
-    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
+    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker or texture.
     specular: how strong highlights are, in [0, 1]: one number, or a colour.
     shininess: > 0; the greater, the smaller the highlight.
     ambient, diffuse: how much of the ambient light, and of that of other lights, it sends on.
@@ -311,7 +311,7 @@ def blinn_phong(
 
 @explained
 def lacquer(
-    color: Color | Checker = (0.8, 0.8, 0.8),
+    color: Color | Pattern = (0.8, 0.8, 0.8),
     specular: Amount = 0.8,
     shininess: float = 300.0,
     reflectivity: Amount = 0.04,
@@ -321,7 +321,7 @@ def lacquer(
 ) -> Material:
     """A colour under clear lacquer: a sharp highlight, and reflections that grow towards the rim.
 
-    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker.
+    color: diffuse reflectance, linear rgb, a text in sRGB or a Checker or texture.
     specular: how strong highlights are, in [0, 1]: one number, or a colour.
     shininess: > 0; the greater, the smaller the highlight.
     reflectivity: the share of light that it mirrors at normal incidence, in [0, 1]: one number, or a colour.
@@ -415,7 +415,7 @@ def metal(
 @explained
 def glow(
     emission: Amount = 1.0,
-    color: Color | Checker = (0.0, 0.0, 0.0),
+    color: Color | Pattern = (0.0, 0.0, 0.0),
     *,
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
@@ -431,7 +431,7 @@ def glow(
 
 @explained
 def plastic(
-    color: Color | Checker = (0.8, 0.8, 0.8),
+    color: Color | Pattern = (0.8, 0.8, 0.8),
     refractive_index: float = 1.5,
     roughness: float = 0.0,
     *,
@@ -585,14 +585,14 @@ _FUNCTIONS = tuple(MAKERS.values())
 
 
 def as_material(owner: str, value: Any, hint: str = "") -> Material:
-    """`value` as a material: a Material, or the matte one of a colour or Checker.
+    """`value` as a material: a Material, or the matte one of a colour, a Checker or a texture.
 
     hint: what else may have been meant by a text that is no colour.
     Raises TypeError for anything else, ValueError for what is no colour.
     """
     if isinstance(value, Material):
         return value
-    if isinstance(value, Checker):
+    if isinstance(value, PATTERNS):
         return matte(value)
     if isinstance(value, str) and value in CONSTRUCTORS:
         expected = f"materials are made by functions: co.{value}(...), without quotes"

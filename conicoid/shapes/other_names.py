@@ -210,6 +210,9 @@ _NAMES: dict[str, dict[str, str]] = {
         **_all("it is called field_of_view, in degrees", "fov fovy fov_y angle"),
         **_all("it is called position", "eye location origin center pos"),
         **_all("it is called look_at", "target lookat at focus"),
+        **_all(
+            "a Camera has aperture, the diameter of its lens, and focus_distance", "f_stop fstop f_number focal_length"
+        ),
         **_all("a scene has it, scene.render(width, height, camera=camera)", "render picture shoot"),
         **_all(
             "dataclasses.replace(camera, position=...) is another camera; cameras do not change",
@@ -223,6 +226,10 @@ _NAMES: dict[str, dict[str, str]] = {
 _NAMES["OrthographicCamera"] = _NAMES["Camera"] | _all(
     "parallel rays have no angle; height is that of the window", "fov fovy field_of_view angle"
 )
+_NAMES["EquirectangularCamera"] = _NAMES["Camera"] | _all(
+    "it sees all around, 360 by 180 degrees", "fov fovy field_of_view angle"
+)
+_NAMES["FisheyeCamera"] = _NAMES["Camera"]
 _FIRST = {"Hits": "t", "Spans": "t_enter", "Crossings": "t", "Rays": "origins", "Image": "pixels"}
 
 

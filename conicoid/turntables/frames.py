@@ -41,7 +41,7 @@ class Frames:
         """Where the picture by a camera is, or is to be."""
         light = light_of(self.scene, camera, self.options["integrator"])
         light = look_of(self.scene, camera) if light is None else light
-        key = _digest(self._key, type(camera).__name__, camera, camera.lens, light)
+        key = _digest(self._key, type(camera).__name__, camera, light)
         return self.folder / f"{key.hex()}.png"
 
     def is_there(self, path: Path) -> bool:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -131,7 +131,7 @@ def _views(scene: Scene, camera: AnyCamera | None, frames: int, aspect: float) -
     for i in range(frames):
         s, c = sin_cos_degrees(Fraction(-360 * i, frames))
         turned = along + c * across + s * aside
-        yield dataclasses.replace(first, position=placed(np.add(first.look_at, turned))) if i else first
+        yield dataclasses.replace(cast(Any, first), position=placed(np.add(first.look_at, turned))) if i else first
 
 
 def _share(progress: Callable[[int, int], Any], frame: int, frames: int) -> Callable[[int, int], None]:

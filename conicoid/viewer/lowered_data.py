@@ -12,9 +12,10 @@ from ..engine import tables as table
 from ..engine.tables import Tables, length
 from ..render.camera import Camera, OrthographicCamera
 from ..render.fit import fitting_lights
+from ..render.wide_cameras import EquirectangularCamera, FisheyeCamera
 from ..scene import Scene
 from ..shading.look import Look, lower_look
-from ..shading.materials import CHECKER_SPACE, CHECKER_UV
+from ..shading.materials import CHECKER_SPACE, CHECKER_UV, PLAIN
 from ..shapes.material import DEFAULT
 from ..shapes.repeated_labels import looks_of
 from .limits import check
@@ -49,8 +50,10 @@ def scene_data(scene: Scene) -> dict[str, Any]:
 
 
 def view_of(scene: Scene) -> Camera | OrthographicCamera:
-    """The scene's camera, or one that fits."""
+    """The scene's camera, or one that fits; one that sees all around is shown as a pinhole that looks the same way."""
     camera = scene.camera or scene.fitting_camera(ASPECT)
+    if isinstance(camera, EquirectangularCamera | FisheyeCamera):
+        return Camera(camera.position, camera.look_at, camera.up)
     if not isinstance(camera, Camera | OrthographicCamera):
         raise TypeError(f"view: camera must be a Camera or an OrthographicCamera, got {type(camera).__name__}")
     return camera
@@ -82,7 +85,7 @@ def look_data(look: Look) -> dict[str, Any]:
             out[k, :3] = row[name]
         numbers = ("pattern", "ambient", "diffuse", "shininess", "half_vector", "fresnel", "index", "transparent")
         for k, name in enumerate(numbers):
-            out[k, 3] = row[name]
+            out[k, 3] = row[name] if name != "pattern" or row[name] <= CHECKER_SPACE else PLAIN
     assert (CHECKER_UV, CHECKER_SPACE) == (1, 2), "the shader knows them by these numbers"
     return {
         "materials": _encoded(packed.ravel()),

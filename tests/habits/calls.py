@@ -102,6 +102,26 @@ LOOKS: dict[str, Call] = {
         co.OrthographicCamera,
         dict(position=(7, 0, 0), look_at=(0, 0, 0), up=(0, 0, 1), height=4),
     ),
+    "EquirectangularCamera": (co.EquirectangularCamera, dict(position=(7, 0, 0), look_at=(0, 0, 0), up=(0, 0, 1))),
+    "FisheyeCamera": (
+        co.FisheyeCamera,
+        dict(position=(7, 0, 0), look_at=(0, 0, 0), up=(0, 0, 1), field_of_view=180, projection="equisolid"),
+    ),
+    "Camera with a lens": (
+        co.Camera,
+        dict(position=(7, 0, 0), look_at=(0, 0, 0), aperture=0.1, focus_distance=3, blades=5),
+    ),
+    "ImageTexture": (
+        co.ImageTexture,
+        dict(image=np.zeros((2, 2, 3), np.uint8), mapping="uv", scale=1, offset=(0, 0), wrap="clamp", data=False),
+    ),
+    "Gradient": (co.Gradient, dict(a="red", b="blue", along="x", length=1, offset=0)),
+    "Noise": (co.Noise, dict(a="red", b="blue", scale=1, octaves=2, contrast=1)),
+    "Wood": (co.Wood, dict(early="red", late="blue", ring=1, offset=(0, 0), roughness=0.5)),
+    "Brick": (
+        co.Brick,
+        dict(bricks="red", mortar="blue", size=(1, 1), joint=0.1, variation=0.1, mapping="uv"),
+    ),
     "camera.rays": (CAMERA.rays, dict(width=3, height=3)),
     "camera.project": (CAMERA.project, dict(points=ORIGINS, width=3, height=3)),
     "Image": (co.Image, dict(array=np.zeros((2, 2)), colormap="dusk", vmin=0, vmax=1)),

@@ -97,8 +97,9 @@ def work() -> None:
         query((0.5, 0.0, 5.0), edge[1])
     co.Scene([co.Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
     scene.contains(rng.uniform(-3, 3, (100, 3)))
-    for integrator in ("whitted", "normals", "path", "occlusion"):
-        scene.render(24, 16, samples=1, integrator=integrator)
+    for integrator in ("whitted", "normals", "path", "occlusion", "albedo"):
+        scene.render(24, 16, samples=1, integrator=integrator, layers="samples")
+    co.FisheyeCamera((0, 0, 9), (0, 0, 0)).rays(5, 4)
     co.Scene([co.Sphere(1.0, (k, 0, 0)).rotate((1, 2, 3), k + 0.5) for k in range(20)]).prepare()
     _as_pages_ask(scene)
 

@@ -45,6 +45,9 @@ OF_ANY_LENGTH = {
         ("code", "numbers", "constants", "series", "inputs", "given", "wide_out"),
         "of a tape: what its code looks up in them is tested before it is played (`tapes.tape._fits`, `_is_number`)",
     ),
+    "textures": "rows of textures: looked up by materials and other textures, made with them",
+    "texels": "of pictures: looked up by the textures that they belong to, made with them",
+    "squares": "which squares of a film are wanted: read only within its length",
     "counts": "a table that is counted through, as large as it is",
 }
 """Tables whose length no other argument says, and why no row beyond their end is read."""

@@ -1,0 +1,89 @@
+"""Reconstruction filters: how much a sample counts for a pixel, by where it lies about the pixel's middle.
+
+A filter f(x) f(y) is sampled: samples are laid in proportion to |f| and count as its sign says (Ernst, Stamminger and
+Greiner, Filter importance sampling, 2006). So each pixel has samples of its own, whatever tiles or threads it is in.
+
+- box: the square of the pixel.
+- tent: 1 - |x| for |x| < 1.
+- gaussian: exp(-2 x²) - exp(-2 · 1.5²) for |x| < 1.5, a standard deviation of about half a pixel.
+- mitchell: the cubic with B = C = 1/3 for |x| < 2 (Mitchell and Netravali, Reconstruction filters in computer graphics,
+  1988), which sharpens a little: it is negative beyond 8/7.
+- blackman-harris: the four-term window (Harris, On the use of windows, 1978) for |x| < 1.5.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from ..shapes.suggestion import close_to
+from ..shapes.validate import shown
+from ..shapes.vector import FloatArray
+
+Filter: TypeAlias = Literal["box", "tent", "gaussian", "mitchell", "blackman-harris"]
+FILTERS: tuple[Filter, ...] = get_args(Filter)
+QUANTILES = 1025
+"""In so many even steps, from the first to the last, the absolute value of a filter is cut."""
+_FINE = 1 << 16
+_HARRIS = (0.35875, 0.48829, 0.14128, 0.01168)
+ZERO_OF_MITCHELL = 8 / 7
+RADII = {"box": 0.5, "tent": 1.0, "gaussian": 1.5, "mitchell": 2.0, "blackman-harris": 1.5}
+"""Pixels from a pixel's middle to where a filter ends."""
+
+
+def gaussian(x: FloatArray) -> FloatArray:
+    """exp(-2 x²), lowered so that it ends at 0."""
+    return np.asarray(np.maximum(np.exp(-2.0 * x * x) - math.exp(-2.0 * 1.5 * 1.5), 0.0))
+
+
+def mitchell(x: FloatArray) -> FloatArray:
+    """The cubic of Mitchell and Netravali with B = C = 1/3."""
+    x = np.abs(x)
+    inner = (7.0 * x**3 - 12.0 * x**2 + 16.0 / 3.0) / 6.0
+    outer = (-7.0 / 3.0 * x**3 + 12.0 * x**2 - 20.0 * x + 32.0 / 3.0) / 6.0
+    return np.where(x < 1.0, inner, np.where(x < 2.0, outer, 0.0))
+
+
+def blackman_harris(x: FloatArray) -> FloatArray:
+    """a₀ - a₁ cos t + a₂ cos 2t - a₃ cos 3t with t from 0 to 2π across the window."""
+    t = (x / RADII["blackman-harris"] + 1.0) * math.pi
+    a0, a1, a2, a3 = _HARRIS
+    return np.asarray(a0 - a1 * np.cos(t) + a2 * np.cos(2 * t) - a3 * np.cos(3 * t))
+
+
+_CURVES: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "box": np.ones_like,
+    "tent": lambda x: 1.0 - np.abs(x),
+    "gaussian": gaussian,
+    "mitchell": mitchell,
+    "blackman-harris": blackman_harris,
+}
+
+
+def checked_filter(owner: str, value: Any) -> Filter:
+    """The name of a filter, or a ValueError."""
+    for name in FILTERS:
+        if isinstance(value, str) and value == name:
+            return name
+    close = close_to(value, FILTERS) if isinstance(value, str) else ""
+    meant = f" (did you mean {close!r}?)" if close else ""
+    raise ValueError(f"{owner}: filter must be one of {', '.join(FILTERS)}, got {shown(value)}{meant}")
+
+
+@functools.cache
+def lower_filter(name: Filter) -> tuple[FloatArray, float, float]:
+    """(quantiles of |f|, where f becomes negative, what a sample counts along both axes together)."""
+    radius = RADII[name]
+    edges = np.linspace(-radius, radius, _FINE + 1)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    values = _CURVES[name](middles)
+    sums = np.concatenate([[0.0], np.cumsum(np.abs(values))])
+    quantiles = np.interp(np.linspace(0.0, sums[-1], QUANTILES), sums, edges)
+    quantiles = 0.5 * (quantiles - quantiles[::-1])  # symmetric to the bit
+    quantiles.setflags(write=False)
+    share = float(np.abs(values).sum() / values.sum())
+    return quantiles, ZERO_OF_MITCHELL if name == "mitchell" else math.inf, share * share

@@ -1,0 +1,165 @@
+"""A picture that comes into being: passes over its tiles until it has all its samples, or noise enough is gone."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from ..engine.threads import run_on
+from ..film.passes import next_end, wanted
+from ..film.sums import COUNT, SUMS, pixels_of
+from ..integrators.samples import Settings
+from ..shapes.vector import FloatArray
+from . import tiles
+from .picture import Job, light_of, seen_at, turns_of
+from .tiles import SIDE, SQUARE, Film
+from .view import view_of
+
+if TYPE_CHECKING:
+    from ..engine.tables import Geometry
+    from ..engine.threads import Progress
+
+Preview: TypeAlias = Callable[[Film, FloatArray], Any]
+Keep: TypeAlias = Callable[[list[tuple[int, int]]], Any]
+_PATIENCE = 60.0  # seconds for threads that were told to end
+
+
+class Exposure:
+    """A film, and the sums of its samples if they are kept, of which tiles `begin` to `end` are worked on.
+
+    Invariant: the sums of a square are those of whole samples, whenever no thread works on it.
+    """
+
+    def __init__(
+        self, scene: Any, job: Job, keeps: bool, begin: int = 0, end: int | None = None, look: Any = None
+    ) -> None:
+        self.scene, self.job, self.keeps = scene, job, keeps
+        self.begin = begin
+        self.end = tiles.tile_total(job.width, job.height) if end is None else end
+        self.film = np.zeros((job.height, job.width, 3), np.float32)  # of which only what is filled takes memory
+        self.sums = np.zeros((job.height if keeps else 0, job.width, SUMS))
+        look = light_of(scene, job.view, job.integrator) if look is None else look
+        turns = turns_of(job.integrator, job.depth)
+        self._settings = Settings(job.samples, job.seed, turns, look and seen_at(look, job))
+        self._view = view_of(job.view, job.filter)
+        self._lock, self._busy = threading.Lock(), 0
+        self._finished: set[int] = set()
+        """Tiles that are done in this pass and not yet handed over."""
+        self._left: set[int] = set()
+        """The same, of the passes before."""
+        self._saved = time.monotonic()
+
+    def go_on(self, progress: Progress | None = None, preview: Preview | None = None, keep: Keep | None = None) -> None:
+        """Make what is missing.
+
+        keep([(begin, end), ...]) is called now and then with tiles whose sums are new, also where the work is broken
+        off. What is not handed over is that of some seconds.
+        """
+        if self.keeps:
+            self.film[:] = pixels_of(self.sums)
+        begun = int(self.sums[..., COUNT].min(initial=self.job.samples)) if self.keeps else 0
+        for last, squares in self._passes():
+            self._run(last, squares, begun, progress, keep)
+            begun = last
+            if keep is not None and time.monotonic() - self._saved > SAVED_EVERY / 4:
+                self._hand_over(keep, True)
+            if preview is not None:
+                preview(self.film, self.sums)
+        if keep is not None:
+            self._hand_over(keep, True)
+
+    def _passes(self) -> Iterator[tuple[int, Any]]:
+        """(samples at its end, the squares that are wanted) of each pass."""
+        job, at = self.job, 0
+        if not self.keeps:
+            yield job.samples, np.zeros(0, np.int8)
+            return
+        while at < job.samples:
+            at = min(job.samples, next_end(at)) if job.is_progressive else job.samples
+            squares = self._wanted(at)
+            if squares.any():
+                yield at, squares
+
+    def _wanted(self, last: int) -> Any:
+        """(squares,): which get samples in a pass that ends with `last`."""
+        across = -(-self.job.width // SIDE)
+        top, bottom = self.begin // across, -(-self.end // across)
+        rows, columns = -(-self.job.height // SQUARE), -(-self.job.width // SQUARE)
+        found = np.zeros((rows, columns), np.int8)
+        part = wanted(self.sums[top * SIDE : bottom * SIDE], last, self.job.noise, SQUARE)
+        row, column = np.indices(part.shape)
+        tile = (top + row * SQUARE // SIDE) * across + column * SQUARE // SIDE
+        first = top * SIDE // SQUARE
+        found[first : first + len(part)] = part & (self.begin <= tile) & (tile < self.end)
+        return found.ravel()
+
+    def _run(self, last: int, squares: Any, begun: int, progress: Progress | None, keep: Keep | None) -> None:
+        """One pass."""
+        fill = tiles.tile_kernel(self.job.integrator)
+
+        def work(geometry: Geometry, first: int, end: int) -> None:
+            with self._lock:
+                self._busy += 1
+            mine = range(self.begin + first, self.begin + end)
+            try:
+                fill(geometry, self._view, self.film, self.sums, squares, self._settings, last, mine.start, mine.stop)
+            finally:
+                with self._lock:
+                    self._busy -= 1
+                    self._finished.update(mine)
+
+        def told(done: int, count: int) -> None:
+            if keep is not None:
+                self._hand_over(keep, False)
+            if progress is not None and self.keeps:
+                progress(begun * count + done * (last - begun), count * self.job.samples)
+            elif progress is not None:
+                progress(done, count)
+
+        count = self.end - self.begin
+        rays = min(count * SIDE * SIDE, self.job.width * self.job.height) * (last - begun)
+        try:
+            run_on(
+                self.scene.geometry, work, count, 1, rays, told if progress is not None or keep is not None else None
+            )
+        except BaseException:
+            self._after_end(keep)
+            raise
+        self._left |= self._finished
+        self._finished = set()
+
+    def _after_end(self, keep: Keep | None) -> None:
+        """Hand over what there is, once all threads have ended: also squares of tiles that are not done."""
+        until = time.monotonic() + _PATIENCE
+        while self._busy > 0 and time.monotonic() < until:
+            time.sleep(0.01)
+        if keep is not None and self._busy == 0:
+            self._finished |= self._left | set(range(self.begin, self.end))
+            self._hand_over(keep, True)
+
+    def _hand_over(self, keep: Keep, is_end: bool) -> None:
+        """Tell which tiles are new, now and then; in the middle of a pass those that no thread will write into."""
+        if not is_end and time.monotonic() - self._saved < SAVED_EVERY:
+            return
+        with self._lock:
+            new, self._finished = self._finished, set()
+        if is_end:
+            new, self._left = new | self._left, set()
+        self._left -= new
+        self._saved = time.monotonic()
+        if new:
+            keep(_ranges(sorted(new)))
+
+
+def _ranges(numbers: list[int]) -> list[tuple[int, int]]:
+    """Numbers in order as ranges (begin, end)."""
+    steps = np.flatnonzero(np.diff(numbers) != 1) + 1
+    return [(int(part[0]), int(part[-1]) + 1) for part in np.split(np.array(numbers), steps)]
+
+
+SAVED_EVERY = 10.0
+"""Seconds after which finished tiles are handed over."""

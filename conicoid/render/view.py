@@ -1,0 +1,193 @@
+"""Cameras as kernels take them: rays of points of a picture, through points of a lens, and filters.
+
+A thin lens (Potmesil and Chakravarty 1981): all rays of a point of the film meet in one point of the plane in focus, so
+the ray through the point p of the lens goes from there to that where the ray through its middle meets this plane.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiler.jit import helper, inline, kernel
+from ..compiler.shapes import shaped
+from ..engine.numbers.vectors import normalized
+from ..engine.tables import Floats
+from ..film.filters import QUANTILES, Filter, lower_filter
+from ..shapes.arrays import without_traces
+from ..shapes.vector import FloatArray
+from .camera import EQUIRECTANGULAR, LINEAR, NUMBERS, THIN_LENS, AnyCamera
+from .turns import cos_sin_turns
+from .wide_cameras import EQUIDISTANT, EQUISOLID
+
+
+@shaped(lens="6 3", numbers=str(NUMBERS), quantiles=str(QUANTILES), kind="0..3", filtered="0..1")
+class View(NamedTuple):
+    """A camera and a filter."""
+
+    lens: Floats
+    """`AnyCamera.lens`"""
+    kind: int
+    numbers: Floats
+    """`AnyCamera.optics`"""
+    filtered: int
+    """Is there a filter other than the square of a pixel?"""
+    quantiles: Floats
+    """Of the filter's absolute value, in even steps (`film.filters`)."""
+    sign_change: float
+    """How far from a pixel's middle, in pixels, the filter becomes negative."""
+    scale: float
+    """What every sample counts, so that they make 1 in the mean."""
+
+
+def view_of(camera: AnyCamera, form: Filter) -> View:
+    """What kernels take."""
+    kind, numbers = camera.optics
+    quantiles, sign_change, scale = lower_filter(form)
+    return View(camera.lens, kind, np.array(numbers), int(form != "box"), quantiles, sign_change, scale)
+
+
+@inline
+def camera_ray(
+    lens: Floats, x: float, y: float, width: int, height: int
+) -> tuple[float, float, float, float, float, float]:
+    """Origin and unit direction through a point of the picture, in pixels (see `camera`)."""
+    u, v = (2.0 * x - width) / height, (height - 2.0 * y) / height
+    dx, dy, dz = normalized(
+        lens[3, 0] + u * lens[4, 0] + v * lens[5, 0],
+        lens[3, 1] + u * lens[4, 1] + v * lens[5, 1],
+        lens[3, 2] + u * lens[4, 2] + v * lens[5, 2],
+    )
+    ox = lens[0, 0] + u * lens[1, 0] + v * lens[2, 0]
+    oy = lens[0, 1] + u * lens[1, 1] + v * lens[2, 1]
+    oz = lens[0, 2] + u * lens[1, 2] + v * lens[2, 2]
+    return ox, oy, oz, dx, dy, dz
+
+
+@inline
+def on_disc(a: float, b: float) -> tuple[float, float]:
+    """A point of the unit disc, evenly spread as (a, b) is over [0, 1)² (Shirley and Chiu 1997)."""
+    p, q = 2.0 * a - 1.0, 2.0 * b - 1.0
+    if p == 0.0 and q == 0.0:
+        return 0.0, 0.0
+    if abs(p) > abs(q):
+        r, turns = p, 0.125 * (q / p)
+    else:
+        r, turns = q, 0.25 - 0.125 * (p / q)
+    c, s = cos_sin_turns(turns)
+    return r * c, r * s
+
+
+@inline
+def on_polygon(a: float, b: float, corners: float) -> tuple[float, float]:
+    """A point of the regular polygon with corners on the unit circle, the first at (1, 0), evenly spread."""
+    place = a * corners
+    edge = np.floor(place)
+    c0, s0 = cos_sin_turns(edge / corners)
+    c1, s1 = cos_sin_turns((edge + 1.0) / corners)
+    r, along = math.sqrt(b), place - edge
+    return r * (c0 + along * (c1 - c0)), r * (s0 + along * (s1 - s0))
+
+
+@inline
+def lens_ray(
+    view: View, x: float, y: float, a: float, b: float, width: int, height: int
+) -> tuple[float, float, float, float, float, float]:
+    """The ray of a point of the picture through that point of the lens which (a, b) in [0, 1)² stands for."""
+    lens, radius, focus, blades = view.lens, view.numbers[0], view.numbers[1], view.numbers[2]
+    u, v = (2.0 * x - width) / height, (height - 2.0 * y) / height
+    if blades > 0.0:
+        p, q = on_polygon(a, b, blades)
+    else:
+        p, q = on_disc(a, b)
+    # d₁ and d₂ are as long as the tangent of half the angle
+    half = math.sqrt(lens[5, 0] * lens[5, 0] + lens[5, 1] * lens[5, 1] + lens[5, 2] * lens[5, 2])
+    p, q = p * radius / half, q * radius / half
+    u, v = u * focus - p, v * focus - q
+    ox = lens[0, 0] + p * lens[4, 0] + q * lens[5, 0]
+    oy = lens[0, 1] + p * lens[4, 1] + q * lens[5, 1]
+    oz = lens[0, 2] + p * lens[4, 2] + q * lens[5, 2]
+    dx, dy, dz = normalized(
+        focus * lens[3, 0] + u * lens[4, 0] + v * lens[5, 0],
+        focus * lens[3, 1] + u * lens[4, 1] + v * lens[5, 1],
+        focus * lens[3, 2] + u * lens[4, 2] + v * lens[5, 2],
+    )
+    return ox, oy, oz, dx, dy, dz
+
+
+@inline
+def around_ray(
+    view: View, x: float, y: float, width: int, height: int
+) -> tuple[float, float, float, float, float, float, bool]:
+    """(ray, does the camera see there?) of a camera whose film is no plane: see `wide_cameras`."""
+    lens, seen = view.lens, True
+    if view.kind == EQUIRECTANGULAR:
+        c, s = cos_sin_turns(x / width - 0.5)
+        along, up = cos_sin_turns(0.25 - 0.5 * (y / height))
+        f, r = along * c, along * s
+    else:
+        u, v = (2.0 * x - width) / height, (height - 2.0 * y) / height
+        far = math.sqrt(u * u + v * v)
+        seen = far <= 1.0
+        if view.numbers[0] == EQUIDISTANT:
+            f, s = cos_sin_turns(far * view.numbers[1])
+        elif view.numbers[0] == EQUISOLID:
+            sine = min(1.0, far * view.numbers[2])
+            f, s = 1.0 - 2.0 * sine * sine, 2.0 * sine * math.sqrt(1.0 - sine * sine)
+        else:
+            tangent = far * view.numbers[3]
+            below = 1.0 + tangent * tangent
+            f, s = (1.0 - tangent * tangent) / below, 2.0 * tangent / below
+        r, up = (u / far * s, v / far * s) if far > 0.0 else (0.0, 0.0)
+    dx, dy, dz = normalized(
+        f * lens[3, 0] + r * lens[4, 0] + up * lens[5, 0],
+        f * lens[3, 1] + r * lens[4, 1] + up * lens[5, 1],
+        f * lens[3, 2] + r * lens[4, 2] + up * lens[5, 2],
+    )
+    return lens[0, 0], lens[0, 1], lens[0, 2], dx, dy, dz, seen
+
+
+@helper
+def special_ray(
+    view: View, x: float, y: float, a: float, b: float, width: int, height: int
+) -> tuple[float, float, float, float, float, float, bool]:
+    """(ray, does the camera see there?) of any camera; (a, b) in [0, 1)² is the place on its lens."""
+    if view.kind == LINEAR:
+        ox, oy, oz, dx, dy, dz = camera_ray(view.lens, x, y, width, height)
+        return ox, oy, oz, dx, dy, dz, True
+    if view.kind == THIN_LENS:
+        ox, oy, oz, dx, dy, dz = lens_ray(view, x, y, a, b, width, height)
+        return ox, oy, oz, dx, dy, dz, True
+    return around_ray(view, x, y, width, height)
+
+
+@inline
+def filtered_offset(view: View, a: float) -> tuple[float, float]:
+    """(how far from the middle of its pixel a sample lies, and what it counts) along one axis, for a in [0, 1)."""
+    place = a * (QUANTILES - 1)
+    k = int(place)
+    low = view.quantiles[k]
+    offset = low + (place - k) * (view.quantiles[k + 1] - low)
+    return offset, -1.0 if abs(offset) > view.sign_change else 1.0
+
+
+@kernel(x="n", y="n", a="n", b="n", width="1..2147483647", height="1..2147483647", lines="out n 6")
+def picture_lines(
+    view: View, x: Floats, y: Floats, a: Floats, b: Floats, width: int, height: int, lines: Floats
+) -> None:
+    """Origins and unit directions through points of a picture and of the lens, of which (1/2, 1/2) is the middle."""
+    for i in range(len(x)):
+        ox, oy, oz, dx, dy, dz, _ = special_ray(view, x[i], y[i], a[i], b[i], width, height)
+        lines[i, 0], lines[i, 1], lines[i, 2] = ox, oy, oz
+        lines[i, 3], lines[i, 4], lines[i, 5] = dx, dy, dz
+
+
+def lines_of(camera: AnyCamera, x: FloatArray, y: FloatArray, width: int, height: int) -> tuple[FloatArray, FloatArray]:
+    """Origins and unit directions through points (x, y) of a picture, in pixels."""
+    lines, middle = np.empty((x.size, 6)), np.full(x.size, 0.5)
+    columns, rows = (np.ascontiguousarray(part, np.float64).ravel() for part in np.broadcast_arrays(x, y))
+    picture_lines(view_of(camera, "box"), columns, rows, middle, middle, width, height, lines)
+    lines = lines.reshape(*x.shape, 6)
+    return without_traces(lines[..., :3].copy()), without_traces(lines[..., 3:].copy())

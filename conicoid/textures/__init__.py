@@ -1,0 +1,1 @@
+"""Textures as kernels know them: records, texels, and the colours at a point."""

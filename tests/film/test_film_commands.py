@@ -1,0 +1,67 @@
+"""conicoid render with what films have: the same as Python's calls."""
+
+from __future__ import annotations
+
+import numpy as np
+import OpenEXR
+import PIL.Image
+import pytest
+
+import conicoid as co
+from tests.command_line import refused, run
+
+SCENE = """
+camera: {position: [4, -6, 3], look_at: [0, 0, 0.5], aperture: 0.2}
+bodies:
+  - shape: {Sphere: {radius: 1, center: [0, 0, 1]}}
+    material: {matte: {color: {Gradient: {a: red, b: blue, along: z}}}}
+  - shape: {Box: {low: [-2, -2, -1], high: [2, 2, 0]}}
+    material: {matte: {color: {Brick: {size: [0.5, 0.2], joint: 0.02}}}}
+"""
+SMALL = ("--width", "24", "--height", "16", "--samples", "2")
+
+
+@pytest.fixture
+def scene(tmp_path):
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    return tmp_path / "scene.yaml"
+
+
+def test_a_picture_with_all_of_it(scene, tmp_path):
+    output = tmp_path / "out.exr"
+    result = run("render", scene, "-o", output, *SMALL, "--filter", "tent", "--layers", "all", "--bits", "16")
+    assert result.exit_code == 0, result.output
+    image = co.load(scene).render(24, 16, 2, filter="tent", layers=True)
+    channels = OpenEXR.File(str(output), separate_channels=True).channels()
+    assert (channels["G"].pixels == image.pixels[..., 1].astype(np.float16)).all()
+    assert (channels["body.V"].pixels.astype(np.int32) == image.layers["body"]).all()
+    some = run("render", scene, "-o", output, *SMALL, "--layers", "depth, error")
+    assert some.exit_code == 0
+    names = set(OpenEXR.File(str(output), separate_channels=True).channels())
+    assert names == {"R", "G", "B", "depth.V", "error.V"}
+
+
+def test_exposure_and_tone(scene, tmp_path):
+    output = tmp_path / "out.png"
+    assert run("render", scene, "-o", output, *SMALL, "--exposure", "-1", "--tone", "agx").exit_code == 0
+    shown = co.load(scene).render(24, 16, 2).developed(-1, "agx")
+    assert (np.asarray(PIL.Image.open(output)) == np.asarray(shown)).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["-o", "a.png", "--layers", "depth"], "--layers goes with an .exr"),
+        (["-o", "a.exr", "--tone", "agx"], "--tone goes with what is displayed"),
+        (["-o", "a.webp", "--bits", "16"], "--bits goes with a .png or an .exr"),
+        (["-o", "a.png", "--bits", "12"], "--bits must be 16, or 8, got 12"),
+        (["-o", "a.png", "--filter", "cubic"], "filter must be one of box"),
+        (["-o", "a.png", "--tone", "aces"], "tone must be one of srgb"),
+        (["-o", "a.exr", "--layers", "deep"], "layers must be of albedo"),
+        (["-o", "a.png", "--noise", "0.01"], "noise goes with integrators"),
+        (["-o", "a.png", "--section", "z=0", "--filter", "tent"], "--filter goes with a view"),
+    ],
+)
+def test_what_would_be_ignored_is_refused(scene, options, message):
+    options[1] = str(scene.parent / options[1])
+    assert message in refused("render", scene, *options, *(SMALL if "--section" not in options else ()))

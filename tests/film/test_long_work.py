@@ -1,0 +1,278 @@
+"""Pictures that are gone on with: to more samples, to less noise, after Ctrl-C and after death; always to the same bits."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.film.passes import FEWEST, errors_in_squares, in_squares, is_end, next_end, wanted
+from conicoid.film.sums import COUNT, SQUARES, errors_of
+from conicoid.render import passes
+
+from . import progressive
+from .progressive import NAME
+
+
+@pytest.fixture(autouse=True)
+def registered():
+    progressive.register()
+    yield
+    progressive.unregister()
+
+
+def scene() -> co.Scene:
+    return co.Scene(
+        [
+            co.Body(co.Sphere(1, (0, 0, 1)), co.lacquer("tomato")),
+            co.Body(co.Box((-3, -3, -1), (3, 3, 0)), co.matte(co.Checker(scale=0.2, space=True))),
+        ],
+        camera=co.Camera((4, -6, 3), (0, 0, 0.5), aperture=0.3),
+        background="white",
+    )
+
+
+WIDTH, HEIGHT = 70, 50
+
+
+@pytest.fixture(scope="module")
+def whole():
+    progressive.register()
+    yield scene().render(WIDTH, HEIGHT, 40, NAME)
+    progressive.unregister()
+
+
+def test_samples_are_continued(whole, tmp_path):
+    for samples in (3, 11, 40):
+        image = scene().render(WIDTH, HEIGHT, samples, NAME, resume=tmp_path / "file", layers="samples")
+        assert (image.layers["samples"] == samples).all()
+    assert (image.pixels == whole.pixels).all()
+    told = []
+    again = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", progress=lambda *step: told.append(step))
+    assert (again.pixels == whole.pixels).all()
+    assert told == []  # nothing was to be done
+    fewer = scene().render(WIDTH, HEIGHT, 8, NAME, resume=tmp_path / "file")
+    assert (fewer.pixels == whole.pixels).all()  # what there is is not thrown away
+    with pytest.raises(ValueError, match="holds parts of other work"):
+        scene().render(WIDTH, HEIGHT, 40, NAME, seed=1, resume=tmp_path / "file")
+
+
+def test_the_same_bits_for_threads_and_workers(whole, tmp_path):
+    try:
+        for threads in (1, 2, 7):
+            co.set_threads(threads)
+            assert (scene().render(WIDTH, HEIGHT, 40, NAME).pixels == whole.pixels).all()
+    finally:
+        co.set_threads(None)
+
+
+def test_workers_continue_too(whole, tmp_path):
+    from conicoid.cluster.here import here
+
+    scene().render(WIDTH, HEIGHT, 11, NAME, resume=tmp_path / "file")
+    workers = here()
+    workers.chunk = 1
+    far = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", executor=workers, layers="error")
+    assert (far.pixels == whole.pixels).all()
+    assert (far.layers["error"] == scene().render(WIDTH, HEIGHT, 40, NAME, layers="error").layers["error"]).all()
+
+
+@pytest.mark.parametrize("at", [1, 7, 20])
+def test_ctrl_c_loses_nothing_that_is_whole(whole, tmp_path, at):
+    calls = []
+
+    def stop(done, count):
+        calls.append((done, count))
+        if len(calls) == at:
+            raise KeyboardInterrupt
+
+    try:
+        scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", progress=stop)
+        stopped = False
+    except KeyboardInterrupt:
+        stopped = True
+    assert stopped or len(calls) < at
+    image = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file")
+    assert (image.pixels == whole.pixels).all()
+
+
+def test_a_cut_file_is_gone_on_with(whole, tmp_path):
+    file = tmp_path / "file"
+    scene().render(WIDTH, HEIGHT, 24, NAME, resume=file)
+    data = file.read_bytes()
+    for size in (0, 10, 40, len(data) // 2, len(data) - 1):
+        file.write_bytes(data[:size])
+        assert (scene().render(WIDTH, HEIGHT, 40, NAME, resume=file).pixels == whole.pixels).all()
+
+
+def test_a_file_that_grew_is_written_anew(whole, tmp_path, monkeypatch):
+    from conicoid.cluster import pictures
+
+    monkeypatch.setattr(pictures, "_LARGE", -4 * WIDTH * HEIGHT * 40)
+    for samples in (1, 2, 5, 40):
+        image = scene().render(WIDTH, HEIGHT, samples, NAME, resume=tmp_path / "file")
+    assert (tmp_path / "file").stat().st_size < 1.1 * WIDTH * HEIGHT * 40 + 1000
+    assert (image.pixels == whole.pixels).all()
+    monkeypatch.undo()
+    assert (scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file").pixels == whole.pixels).all()
+
+
+def test_whitted_pictures_keep_their_tiles(tmp_path, monkeypatch):
+    monkeypatch.setattr(passes, "SAVED_EVERY", 0.0)
+    local = scene().render(WIDTH, HEIGHT, 3)
+    calls = []
+
+    def stop(done, count):
+        calls.append(done)
+        if done >= 12:  # of 6 tiles of 3 samples
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        scene().render(WIDTH, HEIGHT, 3, resume=tmp_path / "file", progress=stop)
+    assert (scene().render(WIDTH, HEIGHT, 3, resume=tmp_path / "file").pixels == local.pixels).all()
+
+
+# ---- Noise ----
+
+
+def test_the_error_of_a_pixel_is_the_standard_error():
+    rng = np.random.default_rng(8)
+    light = rng.random((2000, 9, 1)) * 0.2 + 0.1  # grey: of luminance itself
+    sums = np.zeros((1, 9, 5))
+    sums[0, :, :3], sums[0, :, SQUARES], sums[0, :, COUNT] = light.sum(axis=0), (light[..., 0] ** 2).sum(axis=0), 2000
+    mean, error = light[..., 0].mean(axis=0), light[..., 0].std(axis=0, ddof=1) / np.sqrt(2000)
+    assert errors_of(sums)[0] == pytest.approx(np.sqrt(mean + error) - np.sqrt(mean), rel=1e-6)
+    assert error == pytest.approx(np.full(9, 0.2 / np.sqrt(12 * 2000)), rel=0.1)  # of an even distribution
+
+
+def test_squares_at_the_edges_count_what_there_is():
+    values = np.arange(35.0).reshape(5, 7)
+    found = in_squares(values, 4)
+    assert found == pytest.approx(
+        np.array([[values[:4, :4].mean(), values[:4, 4:].mean()], [values[4:, :4].mean(), values[4:, 4:].mean()]])
+    )
+
+
+def test_passes_end_where_they_are_said_to():
+    ends, at = [], 0
+    while at < 1000:
+        at = next_end(at)
+        ends.append(at)
+    assert all(map(is_end, ends))
+    assert ends[:8] == [1, 2, 4, 8, 16, 24, 32, 48]
+    assert max(np.diff(ends)) == 64
+    assert not is_end(100)
+    assert next_end(100) == 128
+
+
+def test_what_is_quiet_is_done():
+    sums = np.zeros((8, 16, 5))
+    sums[..., COUNT], sums[..., :3], sums[..., SQUARES] = FEWEST, FEWEST * 0.5, FEWEST * 0.25
+    sums[:, 8:, SQUARES] += FEWEST * 0.04
+    expected = np.sqrt(0.5 + np.sqrt(0.04 / (FEWEST - 1))) - np.sqrt(0.5)
+    assert errors_in_squares(sums, 8)[0] == pytest.approx([0, expected], abs=1e-9)
+    assert wanted(sums, 48, expected * 0.9, 8).tolist() == [[0, 1]]
+    assert wanted(sums, 48, expected * 1.1, 8).tolist() == [[0, 0]]
+    assert wanted(sums, 48, None, 8).tolist() == [[1, 1]]
+    sums[..., COUNT] = FEWEST + 1  # where no pass ends nothing is decided
+    assert wanted(sums, 48, 1.0, 8).tolist() == [[1, 1]]
+
+
+def test_noise_ends_where_it_is_low(tmp_path):
+    limit = 0.02
+    image = scene().render(WIDTH, HEIGHT, 400, NAME, noise=limit, layers=("samples", "error"))
+    samples, error = image.layers["samples"], image.layers["error"]
+    assert samples.min() == FEWEST  # the sky and the ball's middle
+    assert samples.max() > 2 * FEWEST
+    rms = np.sqrt(in_squares(error.astype(float) ** 2, 8))
+    assert ((rms <= limit * (1 + 1e-6)) | (samples[::8, ::8] == 400)).all()
+    converged = scene().render(WIDTH, HEIGHT, 2000, NAME).pixels
+    difference = np.sqrt(np.clip(image.pixels, 0, None)) - np.sqrt(np.clip(converged, 0, None))
+    assert np.sqrt((difference**2).mean()) < 1.5 * limit
+    # what noise it was stopped at changes nothing of what follows
+    scene().render(WIDTH, HEIGHT, 90, NAME, noise=0.05, resume=tmp_path / "file")
+    again = scene().render(WIDTH, HEIGHT, 400, NAME, noise=limit, resume=tmp_path / "file")
+    assert (again.pixels == image.pixels).all()
+    try:
+        co.set_threads(3)
+        assert (scene().render(WIDTH, HEIGHT, 400, NAME, noise=limit).pixels == image.pixels).all()
+    finally:
+        co.set_threads(None)
+
+
+def test_noise_needs_samples_that_can_be_continued():
+    with pytest.raises(
+        ValueError, match=r"render: noise goes with integrators whose samples can be continued .*, not whitted"
+    ):
+        scene().render(8, 8, noise=0.01)
+    with pytest.raises(ValueError, match="render: noise must be > 0"):
+        scene().render(8, 8, integrator=NAME, noise=0)
+
+
+def test_previews_become_the_picture(whole):
+    seen = []
+    image = scene().render(WIDTH, HEIGHT, 40, NAME, preview=seen.append)
+    assert len(seen) > 4
+    assert (seen[-1].pixels == image.pixels).all()
+    differences = [np.abs(each.pixels - image.pixels).mean() for each in seen]
+    assert differences[0] > 3 * differences[-2] > 0
+
+
+# ---- Death ----
+
+DRIVER = """
+import sys
+import conicoid as co
+from conicoid.render import passes
+from tests.film import progressive
+from tests.film.test_long_work import scene
+progressive.register()
+passes.SAVED_EVERY = 0.05
+image = scene().render(160, 120, 200, progressive.NAME, resume=sys.argv[1])
+image.save(sys.argv[2])
+"""
+
+
+def _kill(times, tmp_path, samples):
+    """A picture whose process is killed at random, until it is there."""
+    file, picture = tmp_path / "file", tmp_path / "picture.exr"
+    rng, killed = np.random.default_rng(times), 0
+    code = DRIVER.replace("200", str(samples))
+    while True:
+        driver = subprocess.Popen([sys.executable, "-c", code, file, picture])
+        if killed < times:
+            before = file.stat().st_size if file.exists() else 0
+            wait = time.monotonic() + 120
+            while driver.poll() is None and time.monotonic() < wait:
+                if file.exists() and file.stat().st_size > before + 100:
+                    break
+                time.sleep(0.01)
+            time.sleep(float(rng.uniform(0, 0.3)))
+            if driver.poll() is None:
+                driver.send_signal(signal.SIGKILL)
+                killed += 1
+            driver.wait()
+        else:
+            assert driver.wait() == 0
+        if picture.exists():
+            break
+    local = scene().render(160, 120, samples, NAME)
+    local.save(tmp_path / "local.exr")
+    assert picture.read_bytes() == (tmp_path / "local.exr").read_bytes()
+    return killed
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
+def test_a_process_killed_three_times(tmp_path):
+    assert _kill(3, tmp_path, 64) >= 1
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
+def test_a_process_killed_twenty_times(tmp_path):
+    assert _kill(20, tmp_path, 400) >= 10

@@ -1,0 +1,173 @@
+"""Cameras beyond the pinhole, by their formulas: circles of confusion, panoramas, fisheyes; and back by `project`."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.render.view import picture_lines, view_of
+
+WIDTH, HEIGHT = 80, 60
+
+
+def lens_rays(camera, x, y, count=2000):
+    """Rays through one point of a picture and many of the lens: origins and directions."""
+    lines, rng = np.empty((count, 6)), np.random.default_rng(1)
+    columns = [np.full(count, x), np.full(count, y), rng.random(count), rng.random(count)]
+    picture_lines(view_of(camera, "box"), *columns, WIDTH, HEIGHT, lines)
+    return lines[:, :3], lines[:, 3:]
+
+
+@pytest.mark.parametrize(("focus", "depth"), [(5.0, 5.0), (5.0, 2.0), (5.0, 9.0), (2.0, 30.0)])
+def test_the_circle_of_confusion(focus, depth):
+    """A point at depth z spreads over a disc of diameter A |1/F - 1/z| where the depth is 1."""
+    aperture = 0.4
+    camera = co.Camera((0, 0, 0), (0, 1, 0), aperture=aperture, focus_distance=focus)
+    at = (50.0, 20.0)
+    target = depth * through_the_middle(camera, at)
+    origins, directions = lens_rays(camera, *at)
+    at_depth = origins + directions * ((depth - origins[:, 1]) / directions[:, 1])[:, None]
+    spread = np.linalg.norm(at_depth - target, axis=1)  # on the plane of that depth
+    expected = aperture / 2 * abs(1 / focus - 1 / depth) * depth
+    assert spread.max() <= expected + 1e-12
+    assert spread.max() == pytest.approx(expected, rel=1e-2, abs=1e-12)
+    if expected:  # evenly spread: the mean square of the radius of a disc is R² / 2
+        assert (spread**2).mean() == pytest.approx(expected**2 / 2, rel=0.05)
+
+
+def through_the_middle(camera, at):
+    """Where the ray through the middle of the lens is at the depth 1, by the film's coordinates."""
+    half = math.tan(math.radians(camera.field_of_view / 2))
+    return np.array([(2 * at[0] - WIDTH) / HEIGHT * half, 1.0, (HEIGHT - 2 * at[1]) / HEIGHT * half])
+
+
+def test_rays_of_a_lens_are_those_through_its_middle():
+    sharp, soft = co.Camera((1, 2, 3), (0, 0, 0)), co.Camera((1, 2, 3), (0, 0, 0), aperture=0.3)
+    assert (np.asarray(sharp.rays(7, 5).directions) == np.asarray(soft.rays(7, 5).directions)).all()
+    assert soft.optics[1][1] == pytest.approx(math.sqrt(14), rel=1e-15)  # in focus where it looks
+
+
+def test_points_of_a_disc_and_of_a_polygon_are_even():
+    camera = co.Camera((0, 0, 0), (0, 1, 0), aperture=2)  # right is x, up is z
+    radius = np.hypot(*lens_rays(camera, 40.0, 30.0, 4000)[0][:, [0, 2]].T)
+    assert radius.max() < 1 + 1e-12
+    assert (radius < math.sqrt(0.5)).mean() == pytest.approx(0.5, abs=0.03)
+    six = lens_rays(dataclasses.replace(camera, blades=6), 40.0, 30.0, 4000)[0][:, [0, 2]]
+    # a hexagon of circumradius 1: every normal at 30 + 60 k degrees has n·p <= cos 30°
+    angles = np.radians(30 + 60 * np.arange(6))
+    reach = six @ np.array([np.cos(angles), np.sin(angles)])
+    assert reach.max() <= math.cos(math.radians(30)) + 1e-12
+    assert (reach.max(axis=1) < math.cos(math.radians(30)) * math.sqrt(0.5)).mean() == pytest.approx(0.5, abs=0.03)
+    assert np.abs(six.mean(axis=0)).max() < 0.03
+
+
+def test_what_is_in_focus_stays_and_what_is_not_is_blurred():
+    def edge(depth, aperture):
+        wall = co.Body(co.Polygon([(0, depth, -50), (50, depth, -50), (50, depth, 50), (0, depth, 50)]), "white")
+        camera = co.Camera((0, 0, 0), (0, 4, 0), aperture=aperture)
+        scene = co.Scene([wall], camera=camera, background="black", lights=[co.AmbientLight(1)])
+        return scene.render(64, 48, 64).pixels[24, :, 0]
+
+    assert np.abs(edge(4, 0.5) - edge(4, 0)).max() < 1e-6
+    blurred = edge(8, 0.5)
+    grey = np.flatnonzero((blurred > 0.02) & (blurred < 0.98))
+    # the circle of confusion, 0.5 (1/4 - 1/8), in pixels of 2 tan(20°) / height
+    expected = 0.5 * (1 / 4 - 1 / 8) / (2 * math.tan(math.radians(20)) / 48)
+    assert len(grey) == pytest.approx(expected, abs=1.5)
+
+
+def test_a_panorama_is_longitude_and_latitude():
+    camera = co.EquirectangularCamera((1, 2, 3), (1, 9, 3))
+    rays = camera.rays(36, 18)
+    assert (np.asarray(rays.origins) == (1, 2, 3)).all()
+    x, y = np.meshgrid(np.arange(36) + 0.5, np.arange(18) + 0.5)
+    longitude, latitude = np.radians(x * 10 - 180), np.radians(90 - y * 10)
+    expected = np.stack(
+        [np.sin(longitude) * np.cos(latitude), np.cos(longitude) * np.cos(latitude), np.sin(latitude)], axis=-1
+    )
+    assert np.abs(np.asarray(rays.directions) - expected).max() < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("projection", "distance"),
+    [
+        ("equidistant", lambda angle, rim: angle / rim),
+        ("equisolid", lambda angle, rim: np.sin(angle / 2) / math.sin(rim / 2)),
+        ("stereographic", lambda angle, rim: np.tan(angle / 2) / math.tan(rim / 2)),
+    ],
+)
+@pytest.mark.parametrize("field", [90, 180, 300])
+def test_a_fisheye_is_its_formula(projection, distance, field):
+    camera = co.FisheyeCamera((0, 0, 0), (0, 1, 0), field_of_view=field, projection=projection)
+    directions = np.asarray(camera.rays(50, 50).directions)
+    x, y = np.meshgrid(np.arange(50) + 0.5, np.arange(50) + 0.5)
+    u, v = (x - 25) / 25, (25 - y) / 25
+    far = np.hypot(u, v)
+    angle = np.arctan2(np.hypot(directions[..., 0], directions[..., 2]), directions[..., 1])
+    seen = far <= 1
+    assert np.abs(distance(angle, math.radians(field / 2)) - far)[seen].max() < 1e-12
+    along = np.arctan2(directions[..., 2], directions[..., 0]) - np.arctan2(v, u)
+    assert np.abs(np.sin(along))[seen].max() < 1e-12
+
+
+def test_around_the_circle_of_a_fisheye_it_is_black():
+    scene = co.Scene([], camera=co.FisheyeCamera((0, 0, 0), (0, 1, 0)), background=(1, 1, 1))
+    pixels = scene.render(40, 40, 1).pixels[..., 0]
+    x, y = np.meshgrid(np.arange(40) + 0.5, np.arange(40) + 0.5)
+    assert ((pixels == 1) == (np.hypot(x - 20, y - 20) <= 20)).all()
+    assert ((pixels == 0) | (pixels == 1)).all()
+
+
+CAMERAS = [
+    co.Camera((1, 2, 3), (4, 0, 1), field_of_view=70, aperture=0.2, blades=5),
+    co.EquirectangularCamera((1, 2, 3), (4, 0, 1)),
+    co.FisheyeCamera((1, 2, 3), (4, 0, 1), field_of_view=200),
+    co.FisheyeCamera((1, 2, 3), (4, 0, 1), projection="equisolid"),
+    co.FisheyeCamera((1, 2, 3), (4, 0, 1), field_of_view=270, projection="stereographic"),
+]
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=repr)
+def test_project_is_the_way_back(camera):
+    origins, directions = map(np.asarray, camera.rays(31, 23))
+    x, y = np.meshgrid(np.arange(31) + 0.5, np.arange(23) + 0.5)
+    found = camera.project(origins + 3.7 * directions, 31, 23)
+    far = np.hypot((2 * x - 31) / 23, (23 - 2 * y) / 23)
+    seen = far <= 1 if isinstance(camera, co.FisheyeCamera) else far > -1
+    assert np.abs(found - np.stack([x, y], axis=-1))[seen].max() < 1e-10
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=repr)
+def test_pictures_see_what_the_rays_meet(camera):
+    scene = co.Scene([co.Sphere(1.0), co.Sphere(0.5, (3, 3, 3)), co.Box((-9, -9, -2), (9, 9, -1))], camera=camera)
+    pinhole = camera if not isinstance(camera, co.Camera) else co.Camera((1, 2, 3), (4, 0, 1), field_of_view=70)
+    pixels = scene.render(24, 16, 1, integrator="normals", camera=pinhole).pixels
+    normal = np.asarray(scene.first_hit(pinhole.rays(24, 16)).normal)
+    expected = np.where(np.isnan(normal), 0, 0.5 + 0.5 * normal)
+    if isinstance(camera, co.FisheyeCamera):
+        x, y = np.meshgrid(np.arange(24) + 0.5, np.arange(16) + 0.5)
+        expected[np.hypot(x - 12, y - 8) > 8] = 0
+    assert np.abs(pixels - expected).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: co.Camera((0, 0, 0), (0, 1, 0), aperture=-1), "Camera: aperture must be >= 0"),
+        (lambda: co.Camera((0, 0, 0), (0, 1, 0), focus_distance=0), "Camera: focus_distance must be > 0"),
+        (lambda: co.Camera((0, 0, 0), (0, 1, 0), blades=2), "Camera: blades must be 0, or a whole number from 3"),
+        (lambda: co.FisheyeCamera((0, 0, 0), (0, 1, 0), field_of_view=361), r"field_of_view must be in \(0, 360\]"),
+        (lambda: co.FisheyeCamera((0, 0, 0), (0, 1, 0), projection="flat"), "projection must be one of 'equidistant'"),
+        (
+            lambda: co.FisheyeCamera((0, 0, 0), (0, 1, 0), field_of_view=360, projection="stereographic"),
+            r"field_of_view must be in \(0, 360\) degrees",
+        ),
+    ],
+)
+def test_bad_lenses_name_the_field(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
