@@ -16,6 +16,7 @@ import numpy as np
 from .calls import explained
 from .checker import Checker
 from .color import Amount, Color, checked_amount, checked_color, linear_rgb
+from .fixed import fixed
 from .other_names import hinted
 from .properties import NO_PROPERTIES, Properties
 from .validate import number, positive, shown, what
@@ -30,6 +31,7 @@ GLASS = 1.52
 
 
 @hinted
+@fixed
 @dataclass(frozen=True)
 class Material:
     """What happens to light at a body, in linear rgb. An amount is one number or a colour.
