@@ -136,7 +136,7 @@ def test_angles_of_astra_in_degrees_are_warned_of():
 
 @pytest.mark.parametrize(("call", "told"), [
     (lambda: co.ct.cone([0], 2, 2, 9, 9, spacing=(1, 2, 3)), "^cone: spacing must be 2 numbers"),
-    (lambda: co.ct.parallel([0, np.nan], 3), "^parallel: angles must be finite, got nan$"),
+    (lambda: co.ct.parallel([0, np.nan], 3), r"^parallel: angles must be finite numbers of shape \(views,\), got nan$"),
     (lambda: co.ct.parallel(180, 3), r"np\.linspace\(0, 180, views, endpoint=False\)$"),
     (lambda: SCENE.first_hit(np.zeros((5, 6)), (0, 0, 1)), r"two arrays, a\[\.\.\., :3\] and a\[\.\.\., 3:\]$"),
     (lambda: SCENE.first_hit(np.zeros((3, 5)), (0, 0, 1)), r"its transpose, \.T, has shape \(5, 3\)$"),

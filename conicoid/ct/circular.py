@@ -123,7 +123,9 @@ def _turns(owner: str, angles: Any) -> FloatArray:
         hint = "; of so many views they are np.linspace(0, 180, views, endpoint=False)" if given.ndim == 0 else ""
         raise ValueError(f"{owner}: angles must be finite numbers of shape (views,), got shape {given.shape}{hint}")
     if not np.isfinite(given).all():
-        raise ValueError(f"{owner}: angles must be finite, got {given[~np.isfinite(given)][0]}")
+        raise ValueError(
+            f"{owner}: angles must be finite numbers of shape (views,), got {given[~np.isfinite(given)][0]}"
+        )
     warn_of_radians(owner, "angles", angles)
     return np.array([sin_cos_degrees(Fraction(angle)) for angle in given.tolist()]).reshape(-1, 2)
 

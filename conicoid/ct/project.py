@@ -55,7 +55,7 @@ def project(
     asked_of = as_scene("project", scene)
     if not isinstance(geometry, Geometry):
         raise TypeError(
-            f"project: geometry must be one of co.ct, such as co.ct.parallel(angles, columns), got {what(geometry)}"
+            f"project: geometry must be one of co.ct, got {what(geometry)}; co.ct.parallel(angles, columns) is one"
         )
     callback("project", "progress", progress)
     if chunks is not None:
