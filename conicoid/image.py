@@ -20,6 +20,7 @@ from .shapes.calls import explained_methods
 from .shapes.calm import calm
 from .shapes.carried import restore
 from .shapes.color import srgb_decode
+from .shapes.elsewhere import Told
 from .shapes.other_names import hinted
 from .shapes.suggestion import close_to
 from .shapes.validate import path as checked_path
@@ -32,7 +33,7 @@ Pixels = npt.NDArray[np.float32]
 
 @hinted
 @explained_methods
-class Image:
+class Image(metaclass=Told):
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 
     array: any real numbers; rows from top to bottom. Colours in uint8 are taken for sRGB bytes, as PNG has them.
@@ -66,7 +67,12 @@ class Image:
         except ValueError:
             raise ValueError(f"Image: array must have rows of equal length, got {shown(array)}") from None
         if values.dtype.kind not in "fiub":
-            raise ValueError(f"Image: array must hold real numbers, got {values.dtype}")
+            hint = (
+                "; a picture in a file is np.asarray(PIL.Image.open(path))"
+                if isinstance(array, str | os.PathLike)
+                else ""
+            )
+            raise ValueError(f"Image: array must hold real numbers, got {values.dtype}{hint}")
         if values.size == 0 or not (values.ndim == 2 or (values.ndim == 3 and values.shape[2] == 3)):
             raise ValueError(f"Image: array must have shape (height, width, 3) or (height, width), got {values.shape}")
         name = _named_map(colormap)

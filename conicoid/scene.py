@@ -15,7 +15,8 @@ from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.calls import explained_methods
 from .shapes.calm import calm
-from .shapes.elsewhere import no_attribute_of_scene
+from .shapes.elsewhere import Told, no_attribute_of_scene
+from .shapes.fixed import fixed
 from .shapes.validate import callback, flag, positive, what
 from .shapes.validate import path as checked_path
 from .shapes.vector import Box
@@ -34,7 +35,7 @@ _PARTS = ("lights", "camera", "background", "domain")
 
 
 @explained_methods
-class Scene(Contents, Edits, Queries):
+class Scene(Contents, Edits, Queries, metaclass=Told):
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
     items: shapes or `Body`s; one of these alone is a scene too.
@@ -66,6 +67,8 @@ class Scene(Contents, Edits, Queries):
         self._camera = as_camera(camera)
         self._background = as_background(background)
         self._domain = as_domain(domain)
+        for part in (*self._lights, self._camera, self._background):
+            fixed(type(part))
         self._prepared: Prepared | None = None
         self._before: Prepared | None = None
         """What a scene was that this one was made from, until this one is prepared too."""
@@ -324,4 +327,6 @@ def as_scene(owner: str, scene: Any) -> Scene:
         return scene
     if isinstance(scene, (Shape, Body)):
         return Scene(scene)
-    raise TypeError(f"{owner}: scene must be a Scene, a shape or a Body, got {what(scene)}")
+    hint = "; co.load(path) reads a scene file" if isinstance(scene, str | os.PathLike) else ""
+    hint = "; co.Scene([...]) is one of several" if isinstance(scene, list | tuple) else hint
+    raise TypeError(f"{owner}: scene must be a Scene, a shape or a Body, got {what(scene)}{hint}")

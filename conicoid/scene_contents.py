@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, NoReturn, overload
 
 import numpy as np
 
@@ -13,8 +13,11 @@ from .shapes.body import Body
 from .shapes.calls import explained_methods
 from .shapes.labels import counted, distinct_materials, first_numbers, one_body
 from .shapes.material import Material
+from .shapes.named_parts import Named, Parts
 from .shapes.repeated import Repeated
 from .shapes.validate import shown, what
+
+_OTHER_MATERIALS = "bodies have materials, scene.replace(which, material=...) is a scene with another"
 
 
 @explained_methods
@@ -41,7 +44,7 @@ class Contents:
     @property
     def lights(self) -> tuple[Any, ...]:
         """The lights as listed; with none, pictures are lit by some that fit."""
-        return self._lights
+        return Parts(self._lights, "scene.lights", "scene.replace(lights=[...]) is a scene with other lights")
 
     @property
     def camera(self) -> Any:
@@ -92,11 +95,21 @@ class Contents:
             raise TypeError(f"Scene: index must be a name, a body's number or a slice of numbers, got {shown(name)}")
         return self.body(name)
 
+    if not TYPE_CHECKING:  # else checkers would let entries be set
+
+        def __setitem__(self, which: Any, item: Any) -> NoReturn:
+            raise TypeError("a Scene is read-only: scene.replace(which, shape or Body) is one with another entry")
+
+        def __delitem__(self, which: Any) -> NoReturn:
+            raise TypeError("a Scene is read-only: scene.without(which) is one with fewer entries")
+
     def __len__(self) -> int:
         """How many bodies there are, `body_count`: `scene[i]` and a loop over the scene go through them."""
         return self.body_count
 
     def __add__(self, other: object) -> Any:
+        if isinstance(other, Shape | Body):
+            raise TypeError("Scene: a scene does not change, scene.added(items) is one with more entries")
         if not isinstance(other, Contents):
             return NotImplemented
         raise TypeError("Scene: scenes are put together by their entries, co.Scene([*a.bodies, *b.bodies], a.lights)")
@@ -155,8 +168,10 @@ class Contents:
     def materials(self) -> tuple[Any, ...]:
         """The different materials, in the order of the first body of each; None is that of bodies without.
 
-        Those are different that differ in anything: two of one name, say, in their colour.
+        Those are different that differ in anything: two of one name, say, in their colour. `materials["steel"]` is the
+        one of a name, and `materials.index("steel")` its place. Numbers of bodies are no places here: such an index of
+        an answer (NumPy's int32) is refused where the body has another material, and so is -1.
         """
-        if isinstance(self._bodies, Repeated):
-            return self._bodies.distinct_materials
-        return distinct_materials(self._bodies)
+        bodies = self._bodies
+        found = bodies.distinct_materials if isinstance(bodies, Repeated) else distinct_materials(bodies)
+        return Named(found, "scene.materials", _OTHER_MATERIALS, material_of=lambda number: self.body(number).material)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NoReturn, SupportsIndex, TypeAlias
 
 import numpy as np
 
@@ -54,6 +54,18 @@ class Entries(tuple[Body, ...]):
         told = "scene.body(number) is the body of a number, bodies[int(index)] an entry"
         raise IndexError(f"Scene: bodies[{number}]: bodies and entries are counted differently; {told}")
 
+    if not TYPE_CHECKING:  # else checkers would let entries be set
+
+        def __setitem__(self, index: Any, item: Any) -> NoReturn:
+            raise TypeError("Scene: bodies are read-only, scene.replace(which, shape or Body) is another scene")
+
+        def __delitem__(self, index: Any) -> NoReturn:
+            raise TypeError("Scene: bodies are read-only, scene.without(which) is a scene with fewer")
+
+    def index(self, item: Any, start: SupportsIndex = 0, stop: SupportsIndex = 2**62) -> int:
+        """The place of an entry, a `Body`, or of the one of a name."""
+        return named(self, item) if isinstance(item, str) else super().index(item, start, stop)
+
     def __getattr__(self, name: str) -> Any:
         hint = ""
         if name in ("append", "extend", "insert", "remove", "pop", "clear"):
@@ -79,6 +91,7 @@ def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
     if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable) or hasattr(items, "bodies"):
         hint = ": its entries are scene.bodies" if hasattr(items, "bodies") else ""
         hint = "; names go to bodies, Body(shape, material, name)" if isinstance(items, Mapping) else hint
+        hint = "; co.load(path) reads a scene file" if isinstance(items, str) else hint
         raise TypeError(f"{owner}: items must be a list of shapes and Bodies, or one of them, got {what(items)}{hint}")
     return Entries(_as_body(i, item, owner) for i, item in enumerate(items))
 
@@ -169,7 +182,13 @@ def numbered(firsts: Any, number: Any, called: str = "body: number") -> tuple[in
 def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str, field: str = "which") -> int:
     """The entry of a name, or of the number of its body; firsts() are the `first_numbers` of the bodies."""
     if isinstance(which, str):
-        return named(bodies, which)
+        try:
+            return named(bodies, which)
+        except KeyError as error:
+            if field != "before":
+                raise
+            told = "before says what the items come before; a material is their own, Body(shape, material)"
+            raise KeyError(f"{error.args[0]}; {told}") from None
     if as_index(which) is None:
         raise TypeError(f"{owner}: {field} must be the name of an entry or the number of its body, got {shown(which)}")
     entry = numbered(firsts(), which, f"{owner}: {field} number" if field == "which" else f"{owner}: {field}")[0]

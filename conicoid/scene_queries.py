@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from .shapes.arrays import is_lazy
 from .shapes.calm import calm
 from .shapes.validate import callback
 from .shapes.vector import FloatArray
@@ -223,7 +224,7 @@ class Queries:
 
 def _goes_elsewhere(executor: Any, *arrays: Any) -> bool:
     """Is a question for workers, or of rays that are not at hand as a whole?"""
-    return executor is not None or any(hasattr(a, "__dask_graph__") or hasattr(a, "_share") for a in arrays)
+    return executor is not None or any(is_lazy(a) or hasattr(a, "_share") for a in arrays)
 
 
 QUERIES: dict[str, str] = {}

@@ -23,6 +23,7 @@ HITS, SPANS, CROSSINGS = SCENE.first_hit(RAYS), SCENE.spans(RAYS), SCENE.crossin
 THINGS = {
     "Hits": HITS, "Rays": RAYS, "Spans": SPANS, "Crossings": CROSSINGS, "Material": STEEL, "Measures": co.measure(BALL),
     "SceneMeasures": co.measure(SCENE), "Image": co.Image(np.eye(3)), "Camera": SCENE.camera,
+    "Geometry": co.ct.parallel([0, 90], 4),
     "OrthographicCamera": co.OrthographicCamera((0, 0, 1), (0, 0, 0)),
     "EquirectangularCamera": co.EquirectangularCamera((0, 0, 1), (0, 0, 0)),
     "FisheyeCamera": co.FisheyeCamera((0, 0, 1), (0, 0, 0)),

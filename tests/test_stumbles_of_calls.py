@@ -149,3 +149,62 @@ def test_docstrings_name_every_argument(name, function):
     said = inspect.getdoc(function) or ""
     arguments = [one for one in inspect.signature(function).parameters if one not in ("self", "cls", "motion")]
     assert [one for one in arguments if not re.search(rf"\b{re.escape(one)}\b", said)] == [], name
+
+
+@pytest.mark.parametrize(("call", "told"), [
+    (lambda: co.Sphere((0, 0, 0), 10), r"radius must be a number, got \(0, 0, 0\); call it as Sphere\(radius, center\)$"),
+    (lambda: co.Plane((0, 0, 0), (0, 0, 1)), r"call it as Plane\(normal, offset, one_sided\); through a point p its offset is normal·p$"),
+    (lambda: co.Plane((0, 0, 1), (0, 0, 1)), r"^Plane: offset must be a number, .*; call it as Plane\("),
+    (lambda: co.Disc((0, 0, 0), 1, (0, 0, 1)), r"call it as Disc\(center, normal, radius\)$"),
+    (lambda: co.Cylinder((0, 0, 0), 1, (0, 0, 1)), r"end is start \+ height \* axis$"),
+    (lambda: co.Cylinder((0, 0, 0), (0, 0, 1), 1, 2), r"of two radii it is a Cone\(start, end, start_radius, end_radius\)$"),
+    (lambda: co.Box(0, 1), r"call it as Box\(low, high\)$"), (lambda: co.Camera((0, 0, 5), (0, 0, 0), 40), "field_of_view=40$"),
+    (lambda: BALL.rotate(30, "z"), r"call it as rotate\(axis, degrees, \*, about\)$"),
+    (lambda: co.Body("lead", BALL), r"call it as Body\(shape, material, name, "),
+    (lambda: co.Body(co.Spheres([(0, 0, 0)], 1), ["red", "blue"]), r"Body\(shape, materials=\[\.\.\.\]\)"),
+])  # fmt: skip
+def test_arguments_in_the_places_of_others(call, told):
+    with pytest.raises((TypeError, ValueError), match=told):
+        call()
+
+
+def test_places_are_not_told_where_they_are_right():
+    for call in (
+        lambda: co.Sphere(-1),
+        lambda: co.Plane((0, 0, 0), 1),
+        lambda: BALL.translate(1),
+        lambda: co.Sphere("1"),
+    ):
+        with pytest.raises(ValueError, match="must") as error:
+            call()
+        assert "call it as" not in str(error.value)
+
+
+@pytest.mark.parametrize(("call", "told"), [
+    (lambda: co.Box(xmin=0, xmax=1), r"'xmin' \(did you mean low and high\?\)"), (lambda: co.Cone(apex=(0, 0, 0), angle=3), r"'angle' \(did you mean start_radius"),
+    (lambda: co.Cylinder(center=(0, 0, 0), radius=1), r"'center' \(did you mean start and end\?\)"),
+    (lambda: co.Ellipsoid(semi_axes=(1, 2, 3)), r"mean radii\?"), (lambda: co.Ellipsoid.from_coefficients(a=1), r"missing A and E and H"),
+    (lambda: co.Plane(point=(0, 0, 0), normal=(0, 0, 1)), r"mean offset \(normal·point\)\?"), (lambda: co.Plane(z=0), r"mean normal and offset\?"),
+    (lambda: co.Spheres(positions=[]), r"mean centers\?"), (lambda: BALL.translate(x=1), r"mean offset \(a vector, \(x, y, z\)\)\?"),
+    (lambda: co.Camera((0, 0, 1), (0, 0, 0), aspect=2), r"pictures have that, scene\.render"),
+    (lambda: co.Body(BALL, density=2), "a material has that"), (lambda: co.Rays((0, 0, 0), (0, 0, 1), t_max=1), "intervals go with the question"),
+    (lambda: SCENE.first_hit(RAYS, max_distance=1), r"mean t_max\?"), (lambda: SCENE.first_hit(o=(0, 0, 0), d=(0, 0, 1)), r"'d' \(did you mean directions\?\)"),
+    (lambda: SCENE.first_hit(RAYS).spawn((0, 0, 1), epsilon=1), "no small distance is needed"), (lambda: SCENE.first_hit(RAYS).spawn((0, 0, 1), 1), "no small"),
+    (lambda: SCENE.render(fov=3), r"mean camera \(its field_of_view\)\?"), (lambda: SCENE.moved((1, 0, 0)), r"call it as moved\(which, motion\)$"),
+    (lambda: co.OrthographicCamera((0, 0, 1), (0, 0, 0), scale=3), r"mean height \(of the window\)\?"), (lambda: SCENE.replace(bodies=[]), r"scene\.added"),
+    (lambda: co.ct.fanflat([0], 3, sod=1, sdd=2), r"mean source_origin\?.*mean origin_detector \(sdd - source_origin\)\?"),
+    (lambda: co.ct.parallel([0], 3, 0.5), r"call it as parallel\(angles, columns, \*, spacing, offset\)$"), (lambda: co.ct.cone([0], 3, det_width=1), r"mean spacing\?"),
+    (lambda: SCENE.lengths(RAYS, "material"), r"lengths\(rays, by='material'\)$"), (lambda: SCENE.first_hit(tuple(RAYS)), r"first_hit\(\*pair\)$"),
+    (lambda: SCENE.first_hit(np.zeros((2, 6))), r"first_hit\(a\[\.\.\., :3\], a\[\.\.\., 3:\]\)$"), (lambda: co.Rays.from_camera(SCENE.camera, 4, 3), r"scene\.fitting_camera\(\)"),
+    (lambda: co.Scene("scene.yaml"), r"co\.load\(path\)"), (lambda: co.check("scene.yaml"), r"co\.load\(path\)"), (lambda: co.measure("scene.yaml"), r"co\.load"),
+    (lambda: co.check([BALL]), r"co\.Scene\(\[\.\.\.\]\) is one of several"),
+    (lambda: co.ct.project(SCENE, [0, 1], "mu"), r"co\.ct\.parallel\(angles, columns\)"),
+])  # fmt: skip
+def test_what_other_packages_call_it(call, told):
+    with pytest.raises(TypeError, match=told):
+        call()
+
+
+def test_a_name_is_no_place_among_the_entries():
+    with pytest.raises(KeyError, match="before says what the items come before; a material is their own"):
+        SCENE.added(BALL, "red")

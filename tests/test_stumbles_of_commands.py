@@ -161,3 +161,38 @@ def test_senseless_options_of_sections(section, more, message, path, tmp_path):
     assert result.exit_code == 2
     assert message in result.stderr
     assert not (tmp_path / "x.png").exists()
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (("validate", "x"), "conicoid info SCENE does that"), (("convert", "x"), "scene.save(path) writes"), (("gallery",), "make demo"),
+    (("render", "{}", "-o", "x.png", "--position", "1", "2", "3"), "written with commas, --position 1,2,3"),
+    (("render", "{}", "-o", "x.png", "--width", "64x48"), "'--width': must be a whole number, got '64x48'"),
+    (("render", "{}", "-o", "x.png", "--samples", "1.5"), "'--samples': must be a whole number, got '1.5'"),
+    (("render", "{}", "x.png"), "write -o x.png"), (("trace", "{}", "--origin", "0,0,0"), "rays are read from a file"),
+    (("trace", "{}", "r.csv", "-o", "-", "--crossings"), "in Python scene.crossings(rays)"),
+])  # fmt: skip
+def test_command_lines_of_other_programs(arguments, message, path):
+    result = run(*(str(path) if word == "{}" else word for word in arguments))
+    assert result.exit_code == 2
+    assert message in " ".join(result.stderr.replace("│", " ").split())
+
+
+def test_help_is_a_command_too():
+    assert run("help").stdout == run("--help").stdout
+    assert run("help", "render").stdout == run("render", "--help").stdout
+
+
+def test_pages_are_named_as_other_outputs_are(path, tmp_path):
+    for k, order in enumerate(
+        (("export", path, "-o", "{}"), ("export", "--output", "{}", path), ("export", path, "{}"))
+    ):
+        page = tmp_path / f"{k}.html"
+        assert run(*(page if word == "{}" else word for word in order)).exit_code == 0
+        assert page.read_bytes()
+    assert "Missing argument 'PAGE'" in run("export", path).stderr
+
+
+def test_whole_numbers_may_have_exponents(path):
+    assert "mean" not in run("info", path, "--check", "--rays", "2e3").stderr
+    assert run("info", path, "--check", "--rays", "2e3").stdout == run("info", path, "--check", "--rays", "2000").stdout
+    assert "Invalid value" in run("info", path, "--check", "--rays", "-1e3").stderr

@@ -6,6 +6,7 @@ import copy
 import logging
 import pickle
 
+import numpy as np
 import pytest
 
 import conicoid as co
@@ -231,3 +232,25 @@ def test_a_column_of_diameters_is_not_read_as_radii(tmp_path):
         co.SceneFileError, match=r"columns are read as x, y, z, radius, and 'diameter' is none of these"
     ):
         co.load(tmp_path / "scene.yaml")
+
+
+@pytest.mark.parametrize(("shape", "told"), [
+    ("{Mesh: {file: a.obj}}", "unknown shape 'Mesh': bodies are of planes and quadrics; a mesh is {Triangles: ...}"),
+    ("{Torus: {radius: 1}}", "unknown shape 'Torus': bodies are of planes and quadrics"),
+    ("{Subtract: [{Sphere: }, {Box: }]}", "unknown shape 'Subtract' (did you mean 'Difference'?)"),
+    ("{Plane: {point: [0, 0, 0], normal: [0, 0, 1]}}", "unknown key 'point' (did you mean offset (normal·point)?)"),
+    ("{Sphere: {radius: 1,5}}", "unknown key '5' (a comma ends a value: 1.5 is written with a point)"),
+    ("{Sphere:{radius: 1}}", "a blank follows a colon: {radius: 1}, and {Sphere: {radius: 1}}"),
+    ("{Plane: {normal: z, offset: 0}}", "normal: must be 3 numbers, got 'z'"),
+])  # fmt: skip
+def test_shapes_as_other_programs_write_them(tmp_path, shape, told):
+    (tmp_path / "scene.yaml").write_text(f"bodies:\n  - shape: {shape}\n")
+    with pytest.raises(co.SceneFileError) as error:
+        co.load(tmp_path / "scene.yaml")
+    assert told in str(error.value)
+
+
+def test_a_file_of_other_arrays_names_them(tmp_path):
+    np.savez(tmp_path / "rays.npz", o=np.zeros((2, 3)), d=np.ones((2, 3)))
+    with pytest.raises(ValueError, match="it lacks origins, directions and holds o, d"):
+        co.Rays.load(tmp_path / "rays.npz")

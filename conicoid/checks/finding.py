@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ..shapes.fixed import fixed
 from ..shapes.vector import FloatArray
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ UNDEFINED = "undefined"
 KINDS = (OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS, UNDEFINED)
 
 
+@fixed
 @dataclass(frozen=True, eq=False)
 class Finding:
     """Something that a scene's author may not have meant.
@@ -46,6 +48,9 @@ class Finding:
         return f"{self.kind}: {self.message}; ray from ({origin}) along ({direction})"
 
 
+_MEANT = "they are a list, empty where nothing was found: `if not findings`, and each has kind, bodies, message, size"
+
+
 class Findings(list[Finding]):
     """What `check` has found: a list, with what it has not looked for.
 
@@ -57,6 +62,11 @@ class Findings(list[Finding]):
     def __init__(self, found: Iterable[Finding] = (), not_looked_for: Iterable[str] = ()) -> None:
         super().__init__(found)
         self.not_looked_for = tuple(not_looked_for)
+
+    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+
+        def __getattr__(self, name: str) -> Any:
+            raise AttributeError(f"'Findings' object has no attribute {name[:80]!r}: {_MEANT}", name=name, obj=self)
 
     def __repr__(self) -> str:
         left = f", not looked for: {'; '.join(self.not_looked_for)}" if self.not_looked_for else ""

@@ -6,7 +6,18 @@ Dask client, or a `Workers`.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+from ..shapes.elsewhere import no_attribute_of_module
 from .processes import Processes
 from .workers import Workers
 
 __all__ = ["Processes", "Workers"]
+
+if not TYPE_CHECKING:  # else checkers would let any name be asked for
+
+    def __getattr__(name: str) -> Any:
+        raise no_attribute_of_module("conicoid.cluster", name, __all__)
+
+    def __dir__() -> list[str]:
+        return sorted(__all__)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..shapes.arrays import is_lazy
 from ..shapes.validate import what
 
 
 def is_dask(thing: Any) -> bool:
     """Is it an array of Dask, or one of its lazy collections?"""
-    return hasattr(thing, "__dask_graph__")
+    return is_lazy(thing)
 
 
 def routed(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import sys
 import tempfile
 import time
@@ -26,9 +27,17 @@ class Commands(TyperGroup):
     """The commands; what they say of their arguments is never longer than a screen."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args and args[0] == "help":
+            return super().resolve_command(ctx, [*args[1:2], "--help"]) if args[1:] else self._show_help(ctx)
+        if args and args[0] in _NOT_COMMANDS:
+            ctx.fail(f"No such command {args[0]!r}: {_NOT_COMMANDS[args[0]]}.")
         if args and args[0] in _COMMANDS:
             ctx.fail(f"No such command {args[0]!r}: conicoid {_COMMANDS[args[0]]} does that.")
         return super().resolve_command(ctx, args)
+
+    def _show_help(self, ctx: Any) -> Any:
+        typer.echo(ctx.get_help())
+        ctx.exit()
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -43,10 +52,25 @@ class Commands(TyperGroup):
 _LONGEST = 600
 _COMMANDS = {
     "check": "info SCENE --check", "volume": "measure", "volumes": "measure", "spans": "trace --spans",
-    "section": "render --section", "slice": "render --section", "show": "view", "convert": "import",
-    "version": "--version",
+    "section": "render --section", "slice": "render --section", "show": "view", "version": "--version",
+    "validate": "info SCENE", "lint": "info SCENE", "hits": "trace", "first_hit": "trace",
+    "line_integral": "lengths --property", "project": "lengths --property", "gif": "turntable", "movie": "turntable",
 }  # fmt: skip
 """Commands that one may look for, and those that there are."""
+_NOT_COMMANDS = {
+    "convert": "conicoid import reads OpenMC's geometries, and in Python scene.save(path) writes .yaml and .json",
+    "gallery": "`make demo` in the repository renders the gallery",
+    "crossings": "conicoid trace --spans has the ends of each stretch, in Python scene.crossings(rays) all crossings",
+}
+"""Commands that one may look for, and what there is instead."""
+_NOT_OPTIONS = {
+    "--crossings": "--spans has both ends of each stretch, and in Python scene.crossings(rays) all crossings",
+    **dict.fromkeys(
+        ("--origin", "--direction", "--ray"),
+        "rays are read from a file, such as a .csv with a line x,y,z,dx,dy,dz for each",
+    ),
+}
+"""Options that one may look for, and what there is instead."""
 _OPTIONS = {
     "--fov": ("--field-of-view",), "--size": ("--width", "--height"), "--resolution": ("--width", "--height"),
     "--camera": ("--position", "--look-at"), "--eye": ("--position",), "--target": ("--look-at",),
@@ -59,18 +83,66 @@ class Command(TyperCommand):
     """A command that takes each option once: of two values the first would be lost without a word."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        args = self._with_whole_numbers(ctx, self._with_output_last(args))
         try:
             _, _, given = self.make_parser(ctx).parse_args(args=list(args))
         except Exception as error:
             name = getattr(error, "option_name", None)
             if name in _OPTIONS and set(_OPTIONS[name]) <= set(self._names):
                 error.possibilities = list(_OPTIONS[name])  # type: ignore[attr-defined]
+            if name in _NOT_OPTIONS:
+                ctx.fail(f"No such option: {name}: {_NOT_OPTIONS[name]}")
             raise
         for option in given:
             if option.param_type_name == "option" and not option.multiple and given.count(option) > 1:
                 name = max(option.opts, key=len)
                 ctx.fail(f"{name} is given {_times(given.count(option))}: only the last would count")
-        return super().parse_args(ctx, args)
+        try:
+            return super().parse_args(ctx, list(args))  # which it empties
+        except Exception as error:
+            if hint := self._meant(error, args):
+                ctx.fail(f"{getattr(error, 'format_message', error.__str__)().rstrip('.')}: {hint}")
+            raise
+
+    def _with_output_last(self, args: list[str]) -> list[str]:
+        """Of a command whose output is an argument: -o and --output may be written as in all others."""
+        named = next((name for name in ("-o", "--output") if name in args[:-1] and name not in self._names), None)
+        if named is None or not any(one.name == "output" and one.param_type_name == "argument" for one in self.params):
+            return args
+        at = args.index(named)
+        return [*args[:at], *args[at + 2 :], args[at + 1]]
+
+    def _with_whole_numbers(self, ctx: Any, args: list[str]) -> list[str]:
+        """1e6 as 1000000 for options that take integers; what is no whole number is refused by its name."""
+        whole = {
+            name
+            for one in self.params
+            if getattr(getattr(one, "type_descriptor", None), "annotation", None) is int
+            for name in one.opts
+        }
+        written = list(args)
+        for place, (name, text) in enumerate(itertools.pairwise(args)):
+            if name not in whole or text.lstrip("+-").isdigit() or text.startswith("--"):
+                continue
+            try:
+                number = float(text)
+            except ValueError:
+                number = 0.5
+            if not number.is_integer() or abs(number) > 2**63:
+                ctx.fail(f"Invalid value for {name!r}: must be a whole number, got {text[:40]!r}")
+            written[place + 1] = str(int(number))
+        return written
+
+    def _meant(self, error: Exception, args: list[str]) -> str:
+        """What to tell where a command does not fit."""
+        text = getattr(error, "message", "") or ""
+        vectors = [name for name in ("--position", "--look-at", "--up") if name in args]
+        if text.startswith("Got unexpected extra argument") and vectors:
+            return f"three numbers are written with commas, {vectors[0]} 1,2,3"
+        missing = getattr(getattr(error, "param", None), "name", "")
+        if missing == "output" and args and Path(args[-1]).suffix and len(args) > 1 and "-o" in self._names:
+            return f"write -o {args[-1]}"
+        return ""
 
     @property
     def _names(self) -> list[str]:

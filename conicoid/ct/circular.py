@@ -13,12 +13,15 @@ from typing import Any
 import numpy as np
 
 from ..shapes.arrays import real_array
+from ..shapes.calls import explained
+from ..shapes.degrees import warn_of_radians
 from ..shapes.rounded import sin_cos_degrees
 from ..shapes.validate import number, numbers, positive
 from ..shapes.vector import FloatArray
 from .geometry import Geometry
 
 
+@explained
 def parallel(angles: Any, columns: int, *, spacing: float = 1.0, offset: float = 0.0) -> Geometry:
     """Parallel rays in the plane z = 0, ASTRA's `parallel`: (views, columns).
 
@@ -29,17 +32,20 @@ def parallel(angles: Any, columns: int, *, spacing: float = 1.0, offset: float =
     return Geometry(_vectors(turns, 1.0, 0.0, (step, 1.0), (shift, 0.0), True), 1, columns, True, is_plane=True)
 
 
+@explained
 def parallel3d(
     angles: Any, rows: int, columns: int, *, spacing: Any = (1.0, 1.0), offset: Any = (0.0, 0.0)
 ) -> Geometry:
     """Parallel rays on a detector of rows and columns, ASTRA's `parallel3d`: (views, rows, columns).
 
-    angles: (views,), in degrees. spacing: (along a row, between rows); offset: of the detector, along these.
+    angles: (views,), in degrees. spacing: (along a row, between rows), or one number for both.
+    offset: of the detector, along these.
     """
     steps, shifts = _pair("parallel3d", "spacing", spacing), _pair("parallel3d", "offset", offset, False)
     return Geometry(_vectors(_turns("parallel3d", angles), 1.0, 0.0, steps, shifts, True), rows, columns, True)
 
 
+@explained
 def fanflat(
     angles: Any, columns: int, source_origin: float, origin_detector: float, *,
     spacing: float = 1.0, offset: float = 0.0, radius: float = 0.0,
@@ -57,6 +63,7 @@ def fanflat(
     return Geometry(vectors, 1, columns, False, True, radius, shift)
 
 
+@explained
 def cone(
     angles: Any, rows: int, columns: int, source_origin: float, origin_detector: float, *,
     spacing: Any = (1.0, 1.0), offset: Any = (0.0, 0.0), radius: float = 0.0,
@@ -66,11 +73,10 @@ def cone(
     angles, rows, columns, spacing, offset: as for `parallel3d`. source_origin, origin_detector, radius: as for
     `fanflat`; a curved detector is straight along z.
     """
-    return helical(
-        angles, rows, columns, source_origin, origin_detector, 0.0, spacing=spacing, offset=offset, radius=radius
-    )
+    return _turning("cone", angles, (rows, columns), (source_origin, origin_detector), 0.0, (spacing, offset), radius)
 
 
+@explained
 def helical(
     angles: Any, rows: int, columns: int, source_origin: float, origin_detector: float, pitch: float, *,
     spacing: Any = (1.0, 1.0), offset: Any = (0.0, 0.0), radius: float = 0.0,
@@ -79,14 +85,23 @@ def helical(
 
     angles: (views,), in degrees, over as many turns as wanted, also negative ones.
     """
-    steps, shifts = _pair("helical", "spacing", spacing), _pair("helical", "offset", offset, False)
-    far, near = _distances("helical", source_origin, origin_detector)
-    turns = _turns("helical", angles)
+    distances = source_origin, origin_detector
+    return _turning("helical", angles, (rows, columns), distances, pitch, (spacing, offset), radius)
+
+
+def _turning(
+    owner: str, angles: Any, pixels: tuple[int, int], distances: tuple[Any, Any], pitch: Any, steps_and_shifts: Any,
+    radius: float,
+) -> Geometry:  # fmt: skip
+    """A cone whose source moves along z by a pitch, 0 of a circle; owner: what messages call it."""
+    steps, shifts = _pair(owner, "spacing", steps_and_shifts[0]), _pair(owner, "offset", steps_and_shifts[1], False)
+    far, near = _distances(owner, *distances)
+    turns = _turns(owner, angles)
     vectors = _vectors(turns, far, near, steps, shifts, False)
-    heights = number("helical", "pitch", pitch) * (np.asarray(angles, float).ravel() / 360)
+    heights = number(owner, "pitch", pitch) * (np.asarray(angles, float).ravel() / 360)
     vectors[:, 2] += heights
     vectors[:, 5] += heights
-    return Geometry(vectors, rows, columns, False, False, radius, shifts[0])
+    return Geometry(vectors, *pixels, False, False, radius, shifts[0])
 
 
 def _vectors(
@@ -104,12 +119,20 @@ def _vectors(
 def _turns(owner: str, angles: Any) -> FloatArray:
     """(sin, cos) of angles in degrees, each rounded once."""
     given = real_array(owner, "angles", angles, "numbers (views,)")
-    if given.ndim != 1 or not np.isfinite(given).all():
-        raise ValueError(f"{owner}: angles must be finite numbers of shape (views,), got shape {given.shape}")
+    if given.ndim != 1:
+        hint = "; of so many views they are np.linspace(0, 180, views, endpoint=False)" if given.ndim == 0 else ""
+        raise ValueError(f"{owner}: angles must be finite numbers of shape (views,), got shape {given.shape}{hint}")
+    if not np.isfinite(given).all():
+        raise ValueError(
+            f"{owner}: angles must be finite numbers of shape (views,), got {given[~np.isfinite(given)][0]}"
+        )
+    warn_of_radians(owner, "angles", angles)
     return np.array([sin_cos_degrees(Fraction(angle)) for angle in given.tolist()]).reshape(-1, 2)
 
 
 def _pair(owner: str, field: str, value: Any, is_positive: bool = True) -> tuple[float, ...]:
+    if is_positive and np.ndim(value) == 0 and not isinstance(value, str):
+        value = (value, value)  # square pixels
     found = numbers(owner, field, value, 2)
     return tuple(positive(owner, field, x) for x in found) if is_positive else found
 

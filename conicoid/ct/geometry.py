@@ -10,6 +10,8 @@ import numpy as np
 from ..shapes.arrays import real_array
 from ..shapes.calls import explained_methods
 from ..shapes.calm import calm
+from ..shapes.fixed import fixed
+from ..shapes.other_names import hinted
 from ..shapes.validate import flag, integer, nonnegative
 from ..shapes.vector import FloatArray
 
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
     from .scan_rays import ScanRays
 
 
+@hinted
+@fixed
 @explained_methods
 @dataclass(frozen=True, eq=False)
 class Geometry:

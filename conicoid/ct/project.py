@@ -54,7 +54,9 @@ def project(
     """
     asked_of = as_scene("project", scene)
     if not isinstance(geometry, Geometry):
-        raise TypeError(f"project: geometry must be one of co.ct, got {what(geometry)}")
+        raise TypeError(
+            f"project: geometry must be one of co.ct, got {what(geometry)}; co.ct.parallel(angles, columns) is one"
+        )
     callback("project", "progress", progress)
     if chunks is not None:
         if executor is not None or out is not None:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..shapes.arrays import real_array
+from ..shapes.calls import explained
+from ..shapes.degrees import warn_of_degrees, warn_of_radians
 from ..shapes.rounded import sin_cos_degrees
 from ..shapes.validate import listed, number, numbers, shown, what
 from ..shapes.vector import FloatArray
@@ -16,6 +18,7 @@ from .circular import _vectors
 from .geometry import Geometry
 
 
+@explained
 def from_astra(projection_geometry: Mapping[str, Any]) -> Geometry:
     """The scan of a `proj_geom` of ASTRA: parallel, fanflat, parallel3d, cone, and each with _vec.
 
@@ -41,6 +44,7 @@ def from_astra(projection_geometry: Mapping[str, Any]) -> Geometry:
         vectors = real_array("from_astra", "Vectors", given["Vectors"])
         return Geometry(_in_space(vectors) if is_plane else vectors, rows, columns, is_parallel, is_plane)
     angles = real_array("from_astra", "ProjectionAngles", given["ProjectionAngles"])
+    warn_of_degrees("from_astra", "ProjectionAngles", angles)
     turns = np.stack([np.sin(angles), np.cos(angles)], axis=1)
     distances = (given["DetectorWidth"], 1.0) if is_plane else (given["DetectorSpacingX"], given["DetectorSpacingY"])
     far, near = (1.0, 0.0) if is_parallel else (given["DistanceOriginSource"], given["DistanceOriginDetector"])
@@ -72,6 +76,7 @@ def _in_space(vectors: FloatArray) -> FloatArray:
     return found
 
 
+@explained
 def rtk(
     gantry_angle: Any, rows: int, columns: int, source_to_isocenter: Any, source_to_detector: Any, *,
     spacing: Any = (1.0, 1.0), projection_offset: Any = (0.0, 0.0), out_of_plane_angle: Any = 0.0,
@@ -95,6 +100,10 @@ def rtk(
     angles = real_array("rtk", "gantry_angle", gantry_angle, "numbers (views,)")
     if angles.ndim != 1:
         raise ValueError(f"rtk: gantry_angle must be numbers of shape (views,), got shape {angles.shape}")
+    for name, turned in (
+        ("gantry_angle", gantry_angle), ("out_of_plane_angle", out_of_plane_angle), ("in_plane_angle", in_plane_angle),
+    ):  # fmt: skip
+        warn_of_radians("rtk", name, turned)
     sid, sdd, out, inside = (
         _each(name, value, len(angles))
         for name, value in (

@@ -50,7 +50,8 @@ def read_arrays(
             raise ValueError(f"is not a .npz file ({error})") from None
         missing = [name for name in needed if name not in archive.members]
         if missing:
-            lacks = f"it lacks {', '.join(missing[:5])}"
+            there = [printable(name) for name in archive.members]
+            lacks = f"it lacks {', '.join(missing[:5])} and holds {listed(there, 5)}"
             raise ValueError(f"is not a file of {what}: {lacks}{_reader_of(archive.members, what)}")
         others = [printable(name) for name in archive.members if name not in wanted]
         if others:

@@ -80,6 +80,8 @@ class Reader:
                     if moved
                     else f" (did you mean {_quoted(meant)}?)"
                     if meant
+                    else " (a comma ends a value: 1.5 is written with a point)"
+                    if key.text.isdigit()
                     else self.did_you_mean(key.text, left)
                 )
                 self.report(key, where, f"unknown key {shortened(key.text)!r}{hint}")

@@ -168,6 +168,9 @@ class ShapeReader:
             return self.reader.report(key, where, found)
         if (meant := CLASSES.get(key.text, "")) in REGISTRY:
             return self.reader.report(key, where, f"unknown shape {key.text!r} (did you mean {meant!r}?)")
+        if key.text in ("Mesh", "Torus", "Obj", "Stl", "STL", "OBJ"):
+            told = f"unknown shape {key.text!r}: bodies are of planes and quadrics; a mesh is {{Triangles: ...}}"
+            return self.reader.report(key, where, told)
         return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
 
     def _operands(self, value: Node, where: str, several: bool) -> Any:

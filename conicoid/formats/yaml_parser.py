@@ -41,6 +41,10 @@ class Document:
     """Values that stand in it, keys among them: an alias is none."""
 
 
+_COLON = re.compile(r"\w:[\[{]?$")
+"""The end of what stands before a mistake: a colon with nothing behind it."""
+
+
 def parse(text: str) -> tuple[Node | None, list[Problem]]:
     """The root of the one document of `text`, None if there is none, and its repeated keys."""
     found = document(text)
@@ -64,6 +68,8 @@ def document(text: str, progress: Callable[[int], Any] | None = None) -> Documen
         line, column = (mark.line + 1, mark.column + 1) if mark else (0, 0)
         reason = " ".join(part for part in (error.context, error.problem) if part)
         hint = " (indent with spaces, not tabs)" if mark and text[mark.index : mark.index + 1] == "\t" else ""
+        if not hint and mark and _COLON.search(text[: mark.index + 1]):
+            hint = " (a blank follows a colon: {radius: 1}, and {Sphere: {radius: 1}})"
         raise Unreadable(line, column, f"not YAML: {reason or 'cannot be read'}{hint}") from None
     except yaml.reader.ReaderError as error:
         line, column = place(text, error.position)

@@ -14,6 +14,7 @@ from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.bulk import Bulk
 from ..shapes.calm import calm
+from ..shapes.fixed import fixed
 from ..shapes.motion import STILL
 from ..shapes.other_names import hinted
 from ..shapes.region import Boolean, Complement, Union
@@ -38,6 +39,7 @@ _PLAIN, _LARGEST = 64, 332
 
 
 @hinted
+@fixed
 @dataclass(frozen=True, eq=False)
 class Measures:
     """What `measure` found, each value with its standard error (one sigma; 0 where a closed form was used).
@@ -124,8 +126,9 @@ def measure(
 
     shape = shape.shape if isinstance(shape, Body) else shape
     if not isinstance(shape, (Shape, Scene)):
+        hint = "; co.load(path) reads a scene file" if isinstance(shape, str) else ""
         raise TypeError(
-            f"measure: shape must be a shape or a Body, got {what(shape)}; of a Scene every body is measured"
+            f"measure: shape must be a shape or a Body, got {what(shape)}; of a Scene every body is measured{hint}"
         )
     callback("measure", "progress", progress)
     rays = None if rays is None else integer("measure", "rays", rays, FEWEST_RAYS, _MOST_RAYS)

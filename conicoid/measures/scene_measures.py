@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from ..scene_parts import numbered
 from ..shapes.body import Body
+from ..shapes.fixed import fixed
+from ..shapes.named_parts import Named
 from ..shapes.other_names import hinted
 from ..shapes.suggestion import close_to, known_names
 from ..shapes.validate import shown
@@ -28,6 +30,7 @@ _LISTED, _NARROW = 50, 28
 
 
 @hinted
+@fixed
 @dataclass(frozen=True, eq=False)
 class SceneMeasures(Sequence[Measures]):
     """What `measure` found of a scene: a sequence with the `Measures` of each body by its number.
@@ -51,6 +54,11 @@ class SceneMeasures(Sequence[Measures]):
 
     def __len__(self) -> int:
         return len(self.bodies)
+
+    if not TYPE_CHECKING:  # else checkers would let measures be set
+
+        def __setitem__(self, index: Any, value: Any) -> NoReturn:
+            raise TypeError("SceneMeasures are read-only: what was found does not change")
 
     def __iter__(self) -> Iterator[Measures]:
         return iter(self.bodies)
@@ -96,7 +104,8 @@ class SceneMeasures(Sequence[Measures]):
         groups: list[list[Measures]] = [[] for _ in self.materials]
         for body, place in zip(self.bodies, self.places, strict=True):
             groups[place].append(body)
-        return tuple(map(together, groups))
+        names = [material and material.name for material in self.materials]
+        return Named(map(together, groups), "found.by_material", names=names)
 
     def __repr__(self) -> str:
         volumes = ", ".join(f"{body.volume:.9g}" for body in self.bodies[:8]) + (", ..." if len(self) > 8 else "")
@@ -150,7 +159,7 @@ def measure_scene(
             found.append(_measured(body, *asked))
             if progress is not None:
                 progress(len(found), len(bodies))
-    materials = scene.materials
+    materials = Named(scene.materials, "found.materials")
     places = {material: place for place, material in enumerate(materials)}
     return SceneMeasures(
         tuple(found),

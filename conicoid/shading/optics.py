@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..shapes.arrays import real_array, without_traces
+from ..shapes.arrays import real_array, refuse_columns, without_traces
 from ..shapes.calm import calm
 from ..shapes.validate import DOMAIN, outside_domain
 
@@ -20,7 +20,7 @@ def reflect(directions: Any, normals: Any) -> FloatArray:
     """Mirrored directions d - 2 (d·n) n, as long as d.
 
     directions: (..., 3), the way the light travels (-L of the ray tracing notes, whose formula is R = 2 (N·L) N - L).
-    normals: (..., 3), any length, facing either way; shapes broadcast.
+    normals: (..., 3), any length, facing either way. Shapes broadcast, but not a column (n, 1, 3) with n vectors.
     A vector with a NaN, such as the normal of a miss, gives NaN.
     Raises ValueError for a wrong shape, and for zero or infinite vectors with the index of the first.
     """
@@ -73,11 +73,25 @@ def _unit(v: FloatArray) -> FloatArray:
 
 
 def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:
-    """Arrays broadcast together, or a ValueError that names their shapes."""
+    """Directions and normals broadcast together, or a ValueError that names their shapes.
+
+    A column, (n, 1, 3), with n vectors, (n, 3), would be n² pairs, as a slip of an axis is: it is refused, as a column
+    of etas is. All pairs are (n, 1, 3) with (1, n, 3).
+    """
+    shapes = " and ".join(str(array.shape) for array in arrays)
+    few, many = sorted((array.shape for array in arrays), key=len)
+    if (
+        len(few) < len(many)
+        and few[-2:-1] not in ((), (1,))
+        and many[-2:] == (1, 3)
+        and many[:-2][-len(few) + 1 :] == few[:-1]
+    ):
+        raise ValueError(
+            f"{owner}: directions and normals must have one shape, got {shapes}; all pairs are {many} with {(1, *few)}"
+        )
     try:
         return np.broadcast_arrays(*arrays)
     except ValueError:
-        shapes = " and ".join(str(array.shape) for array in arrays)
         raise ValueError(f"{owner}: directions and normals must broadcast together, got {shapes}") from None
 
 
@@ -91,6 +105,7 @@ def _no_column(rays: tuple[int, ...], ratio: FloatArray) -> None:
 def _vectors(owner: str, name: str, value: Any) -> FloatArray:
     """An array (..., 3) of finite vectors that are not zero (NaN is allowed), or a ValueError."""
     array = real_array(owner, name, value, "an array of numbers (..., 3)")
+    refuse_columns(owner, name, value)
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ValueError(f"{owner}: {name} must have shape (..., 3), got {array.shape}")
     _refuse(owner, name, array, np.isinf(array).any(axis=-1) | (array == 0).all(axis=-1), "finite and not zero")

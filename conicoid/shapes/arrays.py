@@ -40,6 +40,23 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
         raise ValueError(f"{name} must be {expected}, got {found}{_instead(values)}") from None
 
 
+_AXES = ["x", "y", "z"]
+
+
+def refuse_columns(owner: str, field: str, values: Any) -> None:
+    """ValueError for a table whose three columns are named after x, y and z, in another order."""
+    columns = getattr(values, "columns", None)
+    if columns is None or len(columns) != 3:
+        return
+    names = [str(name) for name in columns]
+    axes = [next((letter for letter in (name[-1:].lower(), name[:1].lower()) if letter in _AXES), "") for name in names]
+    if sorted(axes) == _AXES and axes != _AXES:
+        ordered = [names[axes.index(axis)] for axis in _AXES]
+        raise ValueError(
+            f"{owner}: {field} must have columns in the order x, y, z, got {names}; table[{ordered}] has it"
+        )
+
+
 def _instead(values: Any) -> str:
     """Where the numbers are of something that has arrays as its fields."""
     pair = isinstance(values, tuple) and len(values) == 2
@@ -56,6 +73,12 @@ def _real(item: Any) -> float:
     if item is None or isinstance(item, (str, bytes)) or is_complex(item):
         raise TypeError
     return float(item)
+
+
+def is_lazy(values: Any) -> bool:
+    """Whether they are Dask's: those of xarray are where their data are, and have no graph where these are at hand."""
+    graph = getattr(values, "__dask_graph__", None)
+    return callable(graph) and graph() is not None
 
 
 def is_masked(values: Any) -> bool:

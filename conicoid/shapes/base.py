@@ -25,6 +25,7 @@ from .carried import restore, said
 from .cells import PolygonSheet, SurfaceSheet, Tree
 from .elsewhere import no_attribute, no_operator
 from .ends import support_ends
+from .fixed import fixed
 from .motion import STILL, Motion
 from .validate import shown
 from .vector import Box, Vector
@@ -68,6 +69,7 @@ class Shape(ABC):
         self._check_motion()
 
     def _check_motion(self) -> None:
+        fixed(type(self))
         if not isinstance(self.motion, Motion):
             expected = "left out: shape.translate(...), .rotate(...), .scale(...) and .transform(...) move it"
             raise TypeError(f"{type(self).__name__}: motion must be {expected}; got {shown(self.motion)}")
@@ -182,7 +184,11 @@ class Shape(ABC):
                 f"{type(self).__name__}: signs mean nothing here: a shape is its inside, ~shape the outside"
             )
 
-        __rmul__, __pos__ = __mul__, __neg__
+        def __xor__(self, other: Any) -> Any:
+            told = "^ is no operation of shapes; (a | b) - (a & b) is what either of two has alone"
+            raise TypeError(f"{type(self).__name__}: {told}")
+
+        __rmul__, __pos__, __rxor__ = __mul__, __neg__, __xor__
 
     is_sheet: ClassVar[bool]
     """True for open surfaces, which bound no volume."""

@@ -13,10 +13,12 @@ from .body_materials import checked_materials
 from .calls import explained_methods
 from .carried import restore
 from .elsewhere import no_attribute, no_operator
-from .material import as_material
+from .fixed import fixed
+from .material import Material, as_material
 from .validate import shown, what
 
 
+@fixed
 @explained_methods
 @dataclass(frozen=True)
 class Body:
@@ -41,6 +43,9 @@ class Body:
         if not isinstance(self.shape, Shape):
             hint = "; co.Union(shapes) is one of several" if isinstance(self.shape, list | tuple) else ""
             raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {what(self.shape)}{hint}")
+        if isinstance(self.material, list | tuple) and any(isinstance(one, str | Material) for one in self.material):
+            told = "Body(shape, materials=[...]), with material_index, are those of many bodies in one entry"
+            raise TypeError(f"Body: material must be one, got a {type(self.material).__name__} of them; {told}")
         if self.material is not None:
             object.__setattr__(self, "material", as_material("Body", self.material, _meant_as_name(self)))
         if self.materials is not None or self.material_index is not None:

@@ -9,6 +9,8 @@ from numbers import Number
 from types import FunctionType
 from typing import Any, ParamSpec, TypeAlias, TypeVar
 
+from .fixed import fixed
+from .order import misplaced, order
 from .suggestion import close_to
 from .synonyms import meant_by
 from .validate import listed
@@ -28,7 +30,32 @@ _ELSEWHERE = {
     **dict.fromkeys(("output", "filename", "path", "file"), "what comes back is saved, image.save(path)"),
 }
 """What is no argument of a picture."""
-_HIDDEN = ("self", "cls", "motion")
+_HIDDEN = ("self", "cls")
+_SPAWNED = "no small distance is needed: spawned rays know the surface that they start on"
+_NOTES: tuple[tuple[tuple[str, ...], set[str], str], ...] = (
+    (
+        ("t_min", "t_max"),
+        {"origins", "directions"},
+        "intervals go with the question, scene.first_hit(rays, t_min=0, t_max=...)",
+    ),
+    (("epsilon", "eps", "offset", "bias", "delta", "t_min"), {"directions"}, _SPAWNED),
+    (
+        ("aspect", "aspect_ratio", "width", "resolution", "size"),
+        {"position", "look_at", "up", "field_of_view"},
+        "pictures have that, scene.render(width, height)",
+    ),
+    (
+        ("density", "mu", "refractive_index", "ior", "n", "properties", "transparency"),
+        {"shape", "material"},
+        "a material has that, Body(shape, material)",
+    ),
+    (
+        ("bodies", "items", "shapes"),
+        {"which", "item"},
+        "scene.added(items) and scene.without(which) are scenes of others",
+    ),
+)
+"""Arguments that are none, where these others are, and where they stand."""
 _POSITIONAL = inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD
 _OPEN = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
 
@@ -47,14 +74,32 @@ def explained(function: Callable[P, R], refusal: Refusal | None = None) -> Calla
             return function(*args, **keywords)
         except TypeError as error:
             if (told := misfit(function, args, keywords, error)) is None:
+                _tell_order(function, args, error)
                 raise
             raise told from None
+        except ValueError as error:
+            _tell_order(function, args, error)
+            raise
 
     return called
 
 
+def _tell_order(function: Callable[..., Any], args: Sequence[Any], error: TypeError | ValueError) -> None:
+    """Add to an error how the call goes, where arguments are in each other's places."""
+    told = error.args
+    if type(error) not in (TypeError, ValueError) or len(told) != 1 or not isinstance(told[0], str):
+        return
+    names = inspect.signature(function).parameters
+    is_method = next(iter(names), "") in ("self", "cls")
+    if "; call it as" in told[0] or not misplaced(names, args[is_method:]):
+        return
+    name = _owner(function, args, is_method).rpartition(".")[2]
+    error.args = (told[0] + order(name, _written(names)),)
+
+
 def explain(kind: type) -> None:
-    """Make a class tell where a call does not fit its fields; once is enough."""
+    """Make a class tell where a call does not fit its fields, and where one is set; once is enough."""
+    fixed(kind)
     made_by = vars(kind).get("__init__")
     if made_by is not None and not hasattr(made_by, "__wrapped__") and not issubclass(kind, BaseException):
         setattr(kind, "__init__", explained(made_by, getattr(kind, "_refused_call", None)))  # noqa: B010 (for types, a method is not to be set)
@@ -117,6 +162,7 @@ def _problems(
         unnamed = " without a name" if len(names) > len(positional) else ""
         listed_in = next((name for name in ("parts", "operands") if name in names), "")
         hint = f" (put {listed_in} in a list)" if listed_in else ""
+        hint = f" ({_SPAWNED})" if [*names] == ["self", "directions"] and count == 2 else hint
         found.append(f"takes {most or 'no'} argument{'' if most == 1 else 's'}{unnamed}, got {count}{hint}")
     found += [f"has no argument {name[:40]!r}{_suggested(name, names)}" for name in unknown[:4]]
     return found + [f"is given {name} twice" for name in twice]
@@ -124,24 +170,41 @@ def _problems(
 
 def _suggested(name: str, names: Collection[str]) -> str:
     """The argument that may have been meant, or what takes it."""
-    shown = [other for other in names if other not in _HIDDEN]
+    shown = [other for other in names if other not in _HIDDEN and not _is_motion(names, other)]
+    if note := _noted(name, shown):
+        return f": {note}"
     if meant := meant_by(name, shown):
         return f" (did you mean {meant}?)"
     if name in _ELSEWHERE and {"width", "samples"} <= set(shown):
         return f": {_ELSEWHERE[name].format(name)}"
     if name in ("x", "y", "z") and {"plane", "at"} <= set(shown):
         return f": section('{name}', 0.5) is the one by {name} = 0.5"
-    if name in _OF_BODIES and ("motion" in names or "items" in names):
+    if name in _OF_BODIES and (_is_motion(names, "motion") or "items" in names):
         return ": a body has that, Body(shape, material, name)"
     begun = [other for other in shown if len(name) > 2 and other.startswith(name)]
     meant = close_to(name, shown, _ALIKE) or "".join(begun[:1])
     return f" (did you mean {meant}?)" if meant else ""
 
 
+def _is_motion(names: Any, name: str) -> bool:
+    """Whether an argument is the motion of a shape, which only the shape's own methods give."""
+    one = names.get(name) if isinstance(names, Mapping) else None
+    return name == "motion" and one is not None and one.kind is one.KEYWORD_ONLY
+
+
+def _noted(name: str, shown: Collection[str]) -> str:
+    """What to tell of an argument that stands elsewhere, as the others show what is called."""
+    for names, among, note in _NOTES:
+        if name in names and among <= set(shown) and name not in shown:
+            return note.format(name)
+    return ""
+
+
 def _written(names: Mapping[str, inspect.Parameter]) -> str:
     """The arguments as a call has them."""
-    keyword_only = [name for name, one in names.items() if one.kind is one.KEYWORD_ONLY and name not in _HIDDEN]
-    plain = [name for name in names if name not in (*keyword_only, *_HIDDEN)]
+    named = {name: one for name, one in names.items() if name not in _HIDDEN and not _is_motion(names, name)}
+    keyword_only = [name for name, one in named.items() if one.kind is one.KEYWORD_ONLY]
+    plain = [name for name in named if name not in keyword_only]
     return listed([*plain, *(["*"] if keyword_only else []), *keyword_only], 20)
 
 

@@ -84,7 +84,9 @@ def check_angles(shape: Any, owner: str) -> None:
         if not any(ex.cross(axis, towards)):
             raise ValueError(f"{owner}: reference must lie off the axis, got {reference}")
     elif last - first < 360:
-        raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points")
+        two = first != 0 and last == 360
+        hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
+        raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points{hint}")
     object.__setattr__(shape, "start_angle", first)
     object.__setattr__(shape, "end_angle", last)
     object.__setattr__(shape, "reference", reference)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .validate import number
+from .vector import FloatArray
 from .warned import warn
 
 _MOST = 4 * math.pi
@@ -23,6 +24,27 @@ def degrees(owner: str, field: str, value: Any) -> float:
     if is_of_radians(angle) or (isinstance(value, np.float32) and _is_of_radians32(value)):
         warn(f"{owner}: {field} must be in degrees, got {angle!r}: {_meant(angle)} degrees are that in radians")
     return angle
+
+
+def warn_of_radians(owner: str, field: str, values: Any) -> None:
+    """A UserWarning where one of several angles, which are to be in degrees, is a plain one in radians.
+
+    All of them must be within two turns in radians, as those of a scan in radians are.
+    """
+    given = np.asarray(values)
+    if given.dtype.kind != "f" or not given.size or np.abs(given).max() > _MOST * (1 + 1e-6):
+        return
+    is_plain = (lambda angle: _is_of_radians32(np.float32(angle))) if given.dtype == np.float32 else is_of_radians
+    found = next((angle for angle in given.ravel().tolist() if is_plain(angle)), None)
+    if found is not None:
+        warn(f"{owner}: {field} must be in degrees, got {found!r}: {_meant(found)} degrees are that in radians")
+
+
+def warn_of_degrees(owner: str, field: str, angles: FloatArray) -> None:
+    """A UserWarning where one of several angles, which are to be in radians, is a whole number beyond a turn."""
+    found = angles[(np.abs(angles) > 2 * math.pi) & (angles == np.round(angles))]
+    if len(found):
+        warn(f"{owner}: {field} must be in radians, got {found[0]:g}: np.radians(angles) makes them of degrees")
 
 
 def is_of_radians(angle: float) -> bool:

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from . import exact as ex
+from .calls import explained
 from .elliptic import EllipticSolid, Profile
 from .motion import Motion, Translate
 from .rounded import hypot, larger
@@ -56,6 +57,7 @@ class Ellipsoid(EllipticSolid):
         return inverse_root(a), inverse_root(e), inverse_root(h)
 
     @classmethod
+    @explained
     def from_coefficients(
         cls, A: float, E: float, H: float, center: Any = (0.0, 0.0, 0.0), z_range: Any = None
     ) -> Ellipsoid:

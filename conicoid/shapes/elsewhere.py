@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from .asked_of_scenes import ASKED, OF_CLASSES
+from .suggestion import close_to
 
 OF_SCENES = (
     "render", "section", "view", "first_hit", "occluded", "spans", "crossings", "lengths", "line_integral", "contains",
@@ -38,20 +42,44 @@ CLASSES = {
     "dump": "save", "read": "load", "open": "load", "import_openmc": "load_openmc", "from_openmc": "load_openmc",
     "volume": "measure", "validate": "check", "gif": "turntable", "animate": "turntable", "snell": "refract",
     "to_html": "export", "Rectangle": "Polygon", "Square": "Polygon", "Quad": "Polygon",
+    "Subtract": "Difference", "Subtraction": "Difference", "Intersect": "Intersection", "Unite": "Union",
+    "unite": "Union", "HollowCylinder": "Cylinder", "Wedge": "Polyhedron", "Lambert": "matte", "lambert": "matte",
+    "Asphere": "Quadric", "AsphericSurface": "Quadric", "Conic": "Quadric", "XCone": "EllipticCone",
+    "YCone": "EllipticCone", "ZCone": "EllipticCone", "RightCircularCylinder": "Cylinder",
+    "RectangularParallelepiped": "Box", "TriangleMesh": "Triangles", "World": "Scene", "RaycastingScene": "Scene",
 }  # fmt: skip
 """Classes and functions as they are called elsewhere, and the ones here."""
 _OTHERWISE = {
     **dict.fromkeys(("loads", "from_string", "parse", "load_yaml", "from_yaml", "from_dict"),
                     "scenes are read from files, co.load(path), YAML or JSON"),
     **dict.fromkeys(("dumps", "to_yaml", "to_string", "to_json"), "scenes are written to files, scene.save(path)"),
-    **dict.fromkeys(("Vector", "Vec3", "vec3", "Point", "Vector3", "Point3"),
+    **dict.fromkeys(("Vector", "Vec3", "vec3", "Point", "Vector3", "Point3", "Vector3D", "Point3D", "Normal3D",
+    "array"),
                     "vectors are three numbers, as a tuple, a list or an array"),
     **dict.fromkeys(("Color", "RGB", "rgb", "color"), "colours are texts, 'tomato', or three linear numbers"),
     **dict.fromkeys(("Lens",), "a lens is what two balls have in common, co.Sphere(r, a) & co.Sphere(r, b)"),
+    **dict.fromkeys(("Aperture", "Stop"), "a stop is co.Disc(center, normal, r) - co.Cylinder(start, end, hole)"),
+    **dict.fromkeys(("Shell", "HollowSphere"), "that is co.Sphere(outer) - co.Sphere(inner)"),
+    **dict.fromkeys(("Torus", "Mesh"), "bodies are made of planes and quadrics, nothing else"),
+    **dict.fromkeys(("fresnel", "Fresnel", "fresnel_equations"),
+                    "co.refract has directions; the amounts follow from "
+                    "the cosines -(d * n).sum(-1) before and behind"),
+    **dict.fromkeys(("Optic", "Surface", "SurfaceGroup", "Singlet", "Doublet"),
+                    "lenses are solids, co.Sphere(r, a) & co.Sphere(r, b), and docs/tutorials/optics.md follows rays "
+                    "through them"),
+    **dict.fromkeys(("project", "projection", "sinogram", "radon", "forward_project"), "co.ct.project makes sinograms"),
+    **dict.fromkeys(("Source", "PointSource", "Beam", "Detector", "Sensor", "Film"),
+                    "sources are co.Rays(origins, directions), and detectors shapes that they hit"),
+    **dict.fromkeys(("load_dict", "load_file", "load_scene", "read_scene"),
+    "co.load(path) reads scene files, YAML or JSON"),
+    **dict.fromkeys(("trimesh", "creation", "primitives", "Node", "Ray3f", "variants", "Plotter"),
+                    "shapes are co.Sphere(...), co.Box(...) and so on, put in one list, co.Scene([...])"),
+    **dict.fromkeys(("rotate_x", "rotate_y", "rotate_z"), 'shapes have motions, shape.rotate("z", degrees)'),
+    **dict.fromkeys(("info", "describe", "summary"), "`conicoid info scene.yaml` lists what is in a scene file"),
     **dict.fromkeys(("Hemisphere",), "that is co.Sphere(r) & co.HalfSpace((0, 0, -1), 0)"),
     **dict.fromkeys(("Ring", "Annulus"), "that is co.Disc(center, normal, r) - co.Cylinder(start, end, hole)"),
     **dict.fromkeys(("Capsule",), "that is a co.Cylinder united with a co.Sphere at each end"),
-    **dict.fromkeys(("Cell", "Universe", "Lattice", "Geometry"),
+    **dict.fromkeys(("Cell", "Universe", "Lattice", "Geometry", "RectLattice", "HexLattice", "Settings", "Nuclide"),
                     "a cell is a co.Body of a region; co.load_openmc(path) reads whole models"),
     **dict.fromkeys(("XPlane", "YPlane", "ZPlane"), "the inside of -plane is co.HalfSpace(normal, offset)"),
     **dict.fromkeys(("XCylinder", "YCylinder", "ZCylinder"),
@@ -60,6 +88,8 @@ _OTHERWISE = {
     **dict.fromkeys(("show", "plot", "display"), "pictures show themselves, scene.render().show()"),
 }  # fmt: skip
 """What stands for names that are no class and no function here."""
+_ALIKE = 0.75
+"""How much a name has in common with the one that may be meant, at least."""
 _TRACED = ("intersect", "intersects", "intersection", "trace", "cast", "raycast", "shoot", "hit")
 _LONGER = ("add", "append", "extend", "insert", "remove", "add_body", "add_shape")
 _MOTIONS = ("translate", "rotate", "scale", "transform", "move")
@@ -78,6 +108,8 @@ def _of_shapes(it: str, name: str) -> str:
         return f"co.measure({it}).{name} is that"
     if name in FUNCTIONS:
         return f"it is a function, co.{name}({it})"
+    if name in ("center", "centre") and it == "body":
+        return "body.shape.center, or co.measure(body).centroid, is that"
     if name in ("center", "centre", "mass", "surface_area", "center_of_mass"):
         return f"co.measure({it}) has volume, area, centroid and inertia"
     if name in ELSEWHERE:
@@ -86,6 +118,8 @@ def _of_shapes(it: str, name: str) -> str:
         return f'axes are named, {it}.rotate("{name[-1].lower()}", degrees)'
     if name in _COMBINED and it != "body":
         return f"shapes combine with operators, {it} {_COMBINED[name]} other"
+    if name in ("replace", "copy", "_replace", "set", "with_") and it != "body":
+        return f"dataclasses.replace({it}, field=...) is another; shapes do not change"
     if name in _OF_BODIES and it != "body":
         return f"a body has that, co.Body({it}, material, name)"
     return ""
@@ -97,6 +131,14 @@ def _of_bodies(body: Any, name: str) -> str:
         found = vars(body).get(part)
         if not name.startswith("_") and (hasattr(type(found), name) or name in getattr(found, "__dict__", ())):
             return f"body.{part}.{name} is that"
+    if name in ("density", "mu", "properties", "id", "volume_fraction", "refractive_index"):
+        return f"a material has that: body.material.properties[{name!r}], of co.matte(color, properties={{...}})"
+    if name in ("number", "index", "body_id"):
+        return "a scene numbers its bodies: scene.bodies.index(body), and hits.body and scene.body_at have numbers"
+    if name in ("position", "location", "origin", "pos"):
+        return "co.measure(body).centroid is its centre, body.shape.bounds the box around it"
+    if name in ("replace", "_replace", "with_material", "with_name", "copy", "set_material", "with_shape"):
+        return "dataclasses.replace(body, material=...) is another, scene.replace(which, material=...) a scene with it"
     if name in _COMBINED:
         return f"shapes combine, co.Body(a.shape {_COMBINED[name]} b.shape, material)"
     return ""
@@ -104,8 +146,10 @@ def _of_bodies(body: Any, name: str) -> str:
 
 def no_attribute_of_scene(scene: Any, name: str) -> AttributeError:
     """The error for an attribute that a scene does not have."""
-    hint = ""
-    if name in FUNCTIONS:
+    hint = ASKED.get(name, "")
+    if hint:
+        pass
+    elif name in FUNCTIONS:
         hint = f"it is a function, co.{name}(scene)"
     elif name in OF_MEASURES:
         hint = f"co.measure(scene).by_material and co.measure(scene)[body] have {name}"
@@ -124,22 +168,60 @@ def no_attribute_of_scene(scene: Any, name: str) -> AttributeError:
         hint = "scene.bodies are the entries, each with shape, material and name"
     elif any(name == body.name for body in vars(scene).get("_bodies", ())):
         hint = f"a body is called so, scene[{name!r}]"
+    elif not name.startswith("_"):
+        close = close_to(name, [known for known in dir(type(scene)) if not known.startswith("_")], _ALIKE)
+        hint = f"did you mean {close}?" if close else ""
     return _told(scene, name, hint)
+
+
+class Told(type):
+    """The class of classes that tell what they have instead of a name that other packages have."""
+
+    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+
+        def __getattr__(cls, name: str) -> Any:
+            hint = OF_CLASSES.get(cls.__name__, {}).get(name, "")
+            text = f"type object {cls.__name__!r} has no attribute {name[:80]!r}{': ' if hint else ''}{hint}"
+            raise AttributeError(text, name=name, obj=cls)
 
 
 def no_attribute_of_package(name: str) -> str:
     """What to tell of a name that the package does not have."""
     if name in (*OF_SCENES, "rays", "bounds", "bodies"):
         return f": a scene has it, scene.{name}"
-    if name in _TRACED:
+    if name in (*_TRACED, "raytrace", "ray_trace", "cast_rays"):
         return ": scenes are asked, scene.first_hit(origins, directions)"
     if (motion := name.lower()) in _MOTIONS:
         return f": shapes have it, shape.{ELSEWHERE.get(motion, motion)}(...)"
     if name in _OTHERWISE:
         return f": {_OTHERWISE[name]}"
-    if name in ("Torus", "Mesh", "TriangleMesh"):
-        return ": bodies are made of planes and quadrics, nothing else"
     return f" (did you mean {CLASSES[name]}?)" if name in CLASSES else ""
+
+
+_OF_MODULES = {
+    "conicoid.ct": {
+        "fan": "fanflat", "fan_beam": "fanflat", "fanbeam": "fanflat", "cone_beam": "cone", "conebeam": "cone",
+        "conebeam3d": "cone", "parallel_beam": "parallel", "parallel2d": "parallel", "spiral": "helical",
+        "astra": "from_astra", "sinogram": "project", "radon": "project", "forward": "project",
+        "forward_project": "project", "fp": "project", "projection": "project", "scan": "cone",
+    },
+    "conicoid.cluster": {
+        "Pool": "Processes", "ProcessPool": "Processes", "ProcessPoolExecutor": "Processes", "Executor": "Workers",
+        "LocalCluster": "Processes",
+    },
+}  # fmt: skip
+_NOT_OF_MODULES = {
+    **dict.fromkeys(("fbp", "iradon", "backproject", "reconstruct", "backprojection", "FDK", "fdk"),
+                    "sinograms are made here and not reconstructed: ASTRA, RTK and scikit-image do that"),
+    **dict.fromkeys(("Client", "SSHCluster", "SLURMCluster"), "that is Dask's, and any of its clients is an executor="),
+}  # fmt: skip
+
+
+def no_attribute_of_module(module: str, name: str, known: Sequence[str]) -> AttributeError:
+    """The error for a name that one of the package's public modules does not have."""
+    meant = _OF_MODULES.get(module, {}).get(name, "") or ("" if name.startswith("_") else close_to(name, known, _ALIKE))
+    hint = f": {_NOT_OF_MODULES[name]}" if name in _NOT_OF_MODULES else f" (did you mean {meant}?)" if meant else ""
+    return AttributeError(f"module {module!r} has no attribute {name[:80]!r}{hint}", name=name)
 
 
 def _told(thing: object, name: str, hint: str) -> AttributeError:

@@ -15,6 +15,7 @@ import numpy as np
 
 from .calls import explained
 from .color import Amount, Color, checked_amount, checked_color, linear_rgb
+from .fixed import fixed
 from .other_names import hinted
 from .properties import NO_PROPERTIES, Properties
 from .texture import PATTERNS, Pattern
@@ -31,6 +32,7 @@ GLASS = 1.52
 
 
 @hinted
+@fixed
 @dataclass(frozen=True)
 class Material:
     """What happens to light at a body, in linear rgb. An amount is one number or a colour.

@@ -42,6 +42,26 @@ def _of_rays(name: str) -> dict[str, str]:
 
 _NAMES: dict[str, dict[str, str]] = {
     "Hits": {
+        **_all("hits[mask] selects, as hits[hits.hit]", "filter where select first nonzero head"),
+        **_all("it is called name, and scene.body(number) is the body of one", "body_name body_names"),
+        **_all("it is called face, the number within the body", "primID primitive_ids prim_ids triangle_id index_tri"),
+        **_all("it is called body, the number of each", "geometry_ids geometry_id geomid instID instance"),
+        **_all(
+            "it is called rays, hits.rays[i] is one",
+            "ray_index index_ray ray_ids dir incident wo wi ray ray_directions",
+        ),
+        **_all(
+            "-(hits.rays.directions * hits.normal).sum(-1) is the cosine, where directions are unit",
+            "cos cosine angle angles incidence angle_of_incidence cos_theta theta incidence_angle",
+        ),
+        **_all("triangles have (β, γ) in uv", "barycentric barycentrics primitive_uvs"),
+        **_all(
+            "a scene is asked again: scene.first_hit(hits.spawn(directions))", "to_world offset continue_ spawn_ray"
+        ),
+        **_all("the scene is where it was asked, hits keep its names and materials", "scene"),
+        **_all("the fields are t, point, normal, body, face, surface, uv and more", "keys fields columns items values"),
+        **_all("hits.hit.sum() is how many rays hit, len(hits) how many there are", "count n_hits num_hits"),
+        **_all("scene.contains(points) tells that", "is_inside contains"),
         **_FIELDS,
         **_SHAPE,
         **_TABLE,
@@ -66,8 +86,12 @@ _NAMES: dict[str, dict[str, str]] = {
         **_all("it is called material", "materials"),
         **_all("it is called uv, hits.uv[..., 0] is u", "u v texcoord"),
         **_all(
-            "co.{1}(hits.rays.directions, hits.normal, ...) has directions, and hits.spawn(directions) the rays",
-            "reflect refract bounce",
+            "co.{2}(hits.rays.directions, hits.normal, ...) has directions, and hits.spawn(directions) the rays",
+            "reflect refract",
+        ),
+        **_all(
+            "hits.spawn(co.reflect(hits.rays.directions, hits.normal)) are the mirrored rays",
+            "bounce reflected reflected_rays",
         ),
         **_all("scene.spans(rays) has that", "t_enter t_exit offsets lengths length thickness spans"),
         **_all("scene.crossings(rays) has all of them, not the first alone", "all_hits second next crossings"),
@@ -120,6 +144,7 @@ _NAMES: dict[str, dict[str, str]] = {
             "scene.crossings(rays) has point and normal of every end",
             "point points normal normals face faces surface entering",
         ),
+        **_all("spans.lengths(by='material') is that", "by_material material_lengths lengths_by_material"),
         **_all("spans.line_integral(values) is the sum of value times length", "integral integrate weighted_sum"),
         **_all("np.diff(spans.offsets) has how many each ray has", "count counts n number size"),
         **_all("np.diff(spans.offsets) > 0 has which rays have any", "hit hits any mask"),
@@ -156,7 +181,8 @@ _NAMES: dict[str, dict[str, str]] = {
         ),
         **_all(
             "material.properties is a mapping of your own values, given as properties={{...}}",
-            "density mu attenuation mass id data userdata user_data metadata Z sigma temperature",
+            "density mu attenuation mass id data userdata user_data metadata Z sigma temperature set_density "
+            "add_nuclide add_element add_nuclides",
         ),
     },
     "Measures": {
@@ -222,6 +248,19 @@ _NAMES: dict[str, dict[str, str]] = {
         **_all("it is that of a picture: width / height of scene.render(width, height)", "aspect aspect_ratio width"),
         **_all("it is called rays(width, height)", "get_rays generate_rays ray"),
     },
+}
+_NAMES["Geometry"] = {
+    **_all("co.Rays.from_scan(geometry) are its rays", "rays get_rays directions origins ray pixels_rays"),
+    **_all(
+        "it is kept in vectors, twelve numbers a view, not as angles",
+        "angles theta source_origin origin_detector pitch",
+    ),
+    **_all(
+        "u and v in vectors, geometry.vectors[:, 6:9] and [:, 9:], are the steps of pixels", "spacing pixel_size offset"
+    ),
+    **_all("it is called views", "n_views num_views count projections"),
+    **_all("co.ct.project(scene, geometry, values) is the sinogram", "project sinogram trace"),
+    **_all("geometry.pixels(view, row, column) are centres to plot, vectors[:, :3] the sources", "plot show sources"),
 }
 _NAMES["OrthographicCamera"] = _NAMES["Camera"] | _all(
     "parallel rays have no angle; height is that of the window", "fov fovy field_of_view angle"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -47,6 +47,16 @@ class Properties(Mapping[str, Any]):
         except (KeyError, TypeError):
             known = ", ".join(map(repr, self._values)) or "none"
             raise KeyError(f"no property {shown(name)}; properties: {known}") from None
+
+    if not TYPE_CHECKING:  # else checkers would let any name be asked for, and values be set
+
+        def __setitem__(self, name: str, value: Any) -> NoReturn:
+            another = f"properties={{{{**material.properties, {name!r}: ...}}}}".replace("{{", "{").replace("}}", "}")
+            raise TypeError(f"properties never change: dataclasses.replace(material, {another}) is another material")
+
+        def __getattr__(self, name: str) -> Any:
+            hint = f": properties[{name!r}] is that" if not name.startswith("_") and name in self else ""
+            raise AttributeError(f"properties have no {name[:80]!r}{hint}", name=name, obj=self)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)

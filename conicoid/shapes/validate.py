@@ -175,12 +175,24 @@ def _items(value: Any) -> tuple[Any, ...] | None:
     return tuple(value)
 
 
+_AXES = {
+    "x": "(1, 0, 0)",
+    "y": "(0, 1, 0)",
+    "z": "(0, 0, 1)",
+    "-x": "(-1, 0, 0)",
+    "-y": "(0, -1, 0)",
+    "-z": "(0, 0, -1)",
+}
+
+
 def numbers(owner: str, field: str, value: Any, count: int) -> tuple[float, ...]:
     """`value` as a tuple of `count` finite floats."""
     items = _items(value)
     if items is None:
         kind = "the number " if _is_number(value) and isinstance(value, (int, float, np.number)) else ""
-        raise ValueError(f"{owner}: {field} must be {_of_numbers(count)}, got {kind}{shown(value)}")
+        axis = _AXES.get(value.casefold()) if isinstance(value, str) and count == 3 else None
+        meant = f"; that axis is {axis}" if axis else ""
+        raise ValueError(f"{owner}: {field} must be {_of_numbers(count)}, got {kind}{shown(value)}{meant}")
     if len(items) != count:
         raise ValueError(f"{owner}: {field} must be {_of_numbers(count)}, got {len(items)}: {shown(value)}")
     return tuple(number(owner, f"{field}[{i}]", item) for i, item in enumerate(items))

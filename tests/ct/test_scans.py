@@ -179,7 +179,7 @@ def test_parallel_rays_and_cylinders_of_rtk():
     ("make", "message"),
     [
         (lambda: co.ct.cone([0], 0, 3, 1, 1), "Geometry: rows must be an integer >= 1, got 0"),
-        (lambda: co.ct.cone([0], 3, 3, -1, 1), "helical: source_origin must be > 0, got -1"),
+        (lambda: co.ct.cone([0], 3, 3, -1, 1), "cone: source_origin must be > 0, got -1"),
         (lambda: co.ct.parallel([math.nan], 3), "parallel: angles must be finite numbers of shape (views,)"),
         (lambda: co.ct.from_astra({"type": "cone"}), "from_astra: cone must have DetectorRowCount, DetectorColCount"),
         (lambda: co.ct.from_astra({"type": "spiral"}), "from_astra: type must be one of parallel, fanflat"),

@@ -12,7 +12,7 @@ from conicoid.compiler.cache import KernelCache
 from conicoid.compiler.dispatch import PLAIN
 from conicoid.compiler.jit import helper
 from conicoid.integrators import INTEGRATORS, Integrator
-from conicoid.render.tiles import tile_kernel
+from conicoid.render.tiles import _tile_kernel
 
 pytestmark = pytest.mark.skipif(PLAIN, reason="Numba's own njit keeps nothing")
 
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(PLAIN, reason="Numba's own njit keeps nothing")
 def cache_of(monkeypatch: pytest.MonkeyPatch, file: str) -> KernelCache:
     """The cache of an integrator called "another", which a module of conicoid.integrators implements."""
     monkeypatch.setitem(INTEGRATORS, "another", Integrator("another", "", file=file))
-    return tile_kernel.__wrapped__("another")._cache
+    return _tile_kernel.__wrapped__("another")._cache
 
 
 def test_it_is_kept(monkeypatch):

@@ -13,6 +13,7 @@ from ...shapes.carried import read_only
 from ...shapes.labels import counted
 from ...shapes.validate import npz_path, shown
 from .rays import Rays, refuse_name
+from .unpacked import refuse_pairs
 
 
 @explained_methods
@@ -79,7 +80,9 @@ class ByRay:
         return bool(self.offsets[1] > 0)
 
     def __iter__(self) -> Iterator[Self]:
-        return (self[i] for i in range(len(self)))
+        for i in range(len(self)):
+            refuse_pairs(type(self).__name__)
+            yield self[i]
 
     def __getitem__(self, index: Any) -> Self:
         """The rows of a flat ray, or of several."""
@@ -108,6 +111,12 @@ class ByRay:
 
     def _which(self, index: Any) -> Any:
         """The numbers of the flat rays that an index selects."""
+        if np.asarray(index).dtype == np.bool_ and np.shape(index) == (int(self.offsets[-1]),) != (len(self),):
+            name, field = type(self).__name__.lower(), self._columns[0]
+            raise IndexError(
+                f"{type(self).__name__}: a mask selects rays, of which there are {len(self)}, got one of "
+                f"{int(self.offsets[-1])} rows: {name}.{field}[mask] has the rows of a field"
+            )
         if np.shape(index) == self._rays.shape != () and np.asarray(index).dtype == np.bool_:
             index = np.ravel(index)
         is_flat = np.ndim(index) < 2 and not (isinstance(index, tuple) and len(index) != 1)

@@ -26,6 +26,7 @@ from .answer import NO_SCENE, Answer
 from .fields import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .rays import Rays, lines_of, points_array, refuse_name
 from .told import one_hit
+from .unpacked import refuse_pairs
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -278,7 +279,9 @@ class Hits(Answer):
         return bool(self._found.body[0] >= 0)
 
     def __iter__(self) -> Iterator[Hits]:
-        return (self[i] for i in range(len(self)))
+        for i in range(len(self)):
+            refuse_pairs("Hits")
+            yield self[i]
 
     def __getitem__(self, index: Any) -> Hits:
         """The hits that an index or mask over the rays' shape selects."""

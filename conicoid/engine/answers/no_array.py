@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, NoReturn
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
+
+from ...shapes.elsewhere import Told
 
 _KEEPERS = (np.save, np.savez, np.savez_compressed)
 
 
-class NoArray:
+class NoArray(metaclass=Told):
     """What has arrays as its fields. Each message that refuses the whole names them (`instead`)."""
 
     __slots__ = ()
@@ -30,6 +32,39 @@ class NoArray:
             raise self._refusal(f"{function.__name__}: ")
         kept = {name: _whole(value) for name, value in keywords.items()}
         return function(*map(_whole, args), **kept)
+
+    if not TYPE_CHECKING:  # else checkers would let items be set
+
+        def __setitem__(self, index: Any, value: Any) -> NoReturn:
+            raise self._read_only()
+
+        def __delitem__(self, index: Any) -> NoReturn:
+            raise self._read_only()
+
+    def _read_only(self) -> TypeError:
+        first = type(self).instead.partition(",")[0].partition(" ")[0]
+        return TypeError(f"{type(self).__name__} are read-only: a field as a copy is not, such as {first}.copy()")
+
+
+_BINARY = {"add": "+", "sub": "-", "mul": "*", "truediv": "/", "pow": "**"}
+_BINARY = {"add": "+", "sub": "-", "mul": "*", "truediv": "/", "pow": "**"}
+_OPERATORS = {
+    **{f"__{side}{name}__": sign for name, sign in _BINARY.items() for side in ("", "r")},
+    "__neg__": "-", "__abs__": "abs", "__float__": "float", "__int__": "int",
+    "__lt__": "<", "__le__": "<=", "__gt__": ">", "__ge__": ">=",
+}  # fmt: skip
+"""Operators that numbers have, and how they are written."""
+
+
+def _refused(sign: str) -> Any:
+    def refuse(self: NoArray, *others: Any) -> NoReturn:
+        raise self._refusal(f"{sign}: ")
+
+    return refuse
+
+
+for _method, _sign in _OPERATORS.items():
+    setattr(NoArray, _method, _refused(_sign))
 
 
 def boxed(thing: Any, dtype: Any = None) -> Any:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...shapes.arrays import real_array
+from ...shapes.arrays import real_array, refuse_columns
 from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
 from ...shapes.carried import aligned
@@ -19,6 +19,7 @@ from ...shapes.validate import path as checked_path
 from ...shapes.vector import FloatArray
 from .no_array import NoArray
 from .parts import parts_of
+from .unpacked import Unpacked
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -39,9 +40,17 @@ def points_array(owner: str, field: str, values: Any) -> FloatArray:
     array = real_array(owner, field, values, "an array of numbers (..., 3)")
     if array.ndim == 1 and array.size == 0:
         array = array.reshape(0, 3)
+    refuse_columns(owner, field, values)
     if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{owner}: {field} must have shape (..., 3), got {array.shape}")
+        raise ValueError(f"{owner}: {field} must have shape (..., 3), got {array.shape}{_meant_by_shape(array.shape)}")
     return array
+
+
+def _meant_by_shape(shape: tuple[int, ...]) -> str:
+    """What to tell of an array of another shape."""
+    if shape[-1:] == (6,):
+        return "; origins and directions are two arrays, a[..., :3] and a[..., 3:]"
+    return f"; its transpose, .T, has shape {shape[::-1]}" if len(shape) == 2 and shape[0] == 3 else ""
 
 
 def first_wrong(origins: FloatArray, directions: FloatArray) -> tuple[int, str] | None:
@@ -61,9 +70,9 @@ class Rays(NoArray):
     """Rays of any leading shape: `origins` and `directions` (..., 3), read-only float64, which broadcast.
 
     Directions need not be unit; t is in units of their length. Unpacks to (origins, directions);
-    the surfaces that spawned rays start on are then lost. So a loop over rays, or `zip(rays, hits)`, gives these two
-    arrays and not ray after ray: `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` goes along the first axis,
-    and `for hit in hits` has the ray of each as `hit.rays`.
+    the surfaces that spawned rays start on are then lost. So a loop over rays gives these two arrays and not ray after
+    ray, and `zip(rays, hits)` is refused: `rays[i]` is one ray, `rays[2:5]` are three, `len(rays)` goes along the first
+    axis, and `for hit in hits` has the ray of each as `hit.rays`.
 
     Spawned rays know the surface that they start on, by its number, and whose number that is: in a scene with
     other surfaces they are plain rays, with the same origins and directions.
@@ -168,6 +177,13 @@ class Rays(NoArray):
         """
         from ...formats.answer_file import write_rays_file
 
+        suffix = os.path.splitext(checked_path("save", path))[1].lower()
+        if suffix in (".npy", ".csv"):
+            both = "np.concatenate([*rays], axis=-1)"
+            written = f"np.save(path, {both})" if suffix == ".npy" else f'np.savetxt(path, {both}, delimiter=",")'
+            raise ValueError(
+                f"save: path of rays must end with .npz, got {shown(os.fspath(path))}; {written} writes that"
+            )
         write_rays_file(npz_path("save", "rays", path), self)
 
     @staticmethod
@@ -188,7 +204,9 @@ class Rays(NoArray):
 
         made = getattr(camera, "lazy_rays", None)
         if not callable(made):
-            raise TypeError(f"from_camera: camera must be a Camera or an OrthographicCamera, got {what(camera)}")
+            hint = "; scene.rays(width, height) are those of the camera that fits, scene.fitting_camera() is that one"
+            hint = hint if camera is None or hasattr(camera, "fitting_camera") else ""
+            raise TypeError(f"from_camera: camera must be a Camera or an OrthographicCamera, got {what(camera)}{hint}")
         found = made(width, height)
         assert isinstance(found, LazyRays)
         return found
@@ -224,7 +242,7 @@ class Rays(NoArray):
         return self.shape[0]
 
     def __iter__(self) -> Iterator[FloatArray]:
-        return iter((self.origins, self.directions))
+        return Unpacked(self.origins, self.directions)
 
     def __getitem__(self, index: Any) -> Rays:
         refuse_name(self, index)
@@ -246,12 +264,22 @@ class Rays(NoArray):
         return f"Rays(shape={self.shape})"
 
 
+_OF_NAMES = {
+    "Hits": "; hits[hits.name == {0}] are those of a body",
+    "Spans": "; spans.t_enter[spans.name == {0}] are those in a body, and so is any field",
+    "Crossings": "; crossings.t[crossings.name == {0}] are those of a body, and so is any field",
+}
+"""What may be meant by a text as an index."""
+
+
 def refuse_name(thing: Any, index: Any) -> None:
     """IndexError for the name of a field as an index."""
     if isinstance(index, str):
         kind = type(thing).__name__
         known = hasattr(type(thing), index) or index in getattr(thing, "__dict__", {})
         hint = f"; {kind.lower()}.{index} is a field" if known and not index.startswith("_") else ""
+        if not known:
+            hint = _OF_NAMES.get(kind, "").format(shown(index))
         raise IndexError(f"{kind}: index must be numbers, slices or a mask, got {shown(index)}{hint}")
 
 

@@ -12,6 +12,7 @@ from ...shapes.arrays import without_traces
 from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
 from ...shapes.labels import counted
+from ...shapes.named_parts import Named
 from ...shapes.other_names import hinted
 from ...shapes.vector import FloatArray
 from ..arrays.crossing_arrays import CrossingColumns, SpanColumns, put_crossings, put_spans
@@ -108,7 +109,7 @@ class Spans(Answer, ByRay):
     @cached_property
     def materials(self) -> tuple[Any, ...]:
         """The different materials of the scene, as `scene.materials`: the columns of lengths(by="material")."""
-        return tuple(material for material, _ in self._distinct)
+        return Named((material for material, _ in self._distinct), "spans.materials")
 
     @cached_property
     def _distinct(self) -> Distinct:

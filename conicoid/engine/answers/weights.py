@@ -15,6 +15,7 @@ from ...shapes.validate import shown
 from ...shapes.vector import FloatArray
 
 BODY, MATERIAL = "body", "material"
+_BY_BODY = "; names are those of materials, and values by body are an array in the order of their numbers"
 _MOST = 5  # materials that a message names
 
 Distinct = Sequence[tuple[Any, bool]]
@@ -62,8 +63,9 @@ def weights_of(values: Any, otherwise: Any, bodies: int, distinct: Distinct) -> 
     expected = f"an array ({bodies},) or ({bodies}, energies), a mapping from materials' names, or a property's name"
     array = real_array("line_integral", "values", values, expected)
     if array.ndim not in (1, 2) or len(array) != bodies:
+        hint = f"; one number for all is np.full({bodies}, ...)" if array.ndim == 0 else ""
         raise ValueError(
-            f"line_integral: values must have shape ({bodies},) or ({bodies}, energies), got {array.shape}"
+            f"line_integral: values must have shape ({bodies},) or ({bodies}, energies), got {array.shape}{hint}"
         )
     return Weights(BODY, array)
 
@@ -88,7 +90,7 @@ def _entries(values: Mapping[Any, Any], distinct: Distinct) -> Iterator[tuple[st
     known = dict.fromkeys(material.name for material, _ in distinct if material is not None and material.name)
     for name, value in values.items():
         if name not in known:
-            told = known_names(name, "materials", list(known))
+            told = known_names(name, "materials", list(known)) + _BY_BODY
             raise ValueError(f"line_integral: values: no material is called {shown(name)}; {told}")
         yield name, _numbers(f"values[{name!r}]", value)
 

@@ -39,6 +39,8 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
         if directions is not None:
             numbers = np.ndim(directions) == 0 and isinstance(directions, int | float | np.number)
             hint = f"; intervals are named: {query}(rays, t_min={directions}, t_max=...)" if numbers else ""
+            if isinstance(directions, str):
+                hint = f"; what follows has a name: {query}(rays, by={directions!r})" if query == "lengths" else ""
             raise TypeError(f"{query}: directions must be left out where a Rays is given{hint}")
         return origins
     if isinstance(origins, LazyRays):
@@ -54,9 +56,21 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
     if directions is None:
         raise TypeError(
             f"{query}: directions are missing: pass origins and directions, or a Rays "
-            "(which unpacks to these two arrays: one of its rays is rays[i])"
+            f"(which unpacks to these two arrays: one of its rays is rays[i]){_both_in_one(query, origins)}"
         )
     return Rays(origins, directions)
+
+
+def _both_in_one(query: str, given: Any) -> str:
+    """What to tell where origins and directions come as one."""
+    if (
+        isinstance(given, tuple | list)
+        and len(given) == 2
+        and all(np.ndim(part) and np.shape(part)[-1] == 3 for part in given)
+    ):
+        return f"; a pair of arrays is passed as two, {query}(*pair)"
+    shape = getattr(given, "shape", ())
+    return f"; an array of both is two, {query}(a[..., :3], a[..., 3:])" if shape and shape[-1] == 6 else ""
 
 
 def rays_after_values(values: Any, origins: Any, directions: Any) -> Rays:
@@ -84,6 +98,8 @@ def limits_of(query: str, rays: Rays, name: str, value: Any) -> FloatArray:
     """t_min or t_max as one value, or one for each ray."""
     expected = f"a number or broadcast to {rays.shape}"
     array = real_array(query, name, value, expected)
+    if isinstance(value, bool) or getattr(value, "dtype", None) == np.bool_:
+        raise ValueError(f"{query}: {name} must be {expected}, got {shown(value)}, which is true or false")
     try:
         flat = array.reshape(1) if array.ndim == 0 else np.broadcast_to(array, rays.shape).reshape(-1)
     except ValueError:
