@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..engine.arrays.owners import owners
 from ..shapes.validate import SMALLEST
 from ..shapes.vector import FloatArray
 from .frames import FittedBox
@@ -127,7 +128,7 @@ def _crossings(scene: Scene, origins: FloatArray, direction: FloatArray) -> Iter
     from ..engine.answers.fields import normals_of
 
     found = scene.crossings(origins, direction, t_min=-np.inf)
-    ray = np.repeat(np.arange(len(origins)), np.diff(found.offsets))
+    ray = owners(found.offsets)
     points = origins[ray] + found.t[:, None] * direction
     normals = np.empty_like(points)
     faces = np.stack([found.surface, found.face, np.ones_like(found.face)])
