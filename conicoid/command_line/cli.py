@@ -1,6 +1,4 @@
-"""The command line: conicoid render, turntable, view, playground, export, info, trace, lengths, measure, import, bench,
-schema.
-"""
+"""The command line: conicoid render, turntable, view, playground, export, info, trace, measure, import and the rest."""
 
 from __future__ import annotations
 
