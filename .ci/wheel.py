@@ -36,7 +36,19 @@ BESIDE = (
 )
 NO_COMPILER = "numba", "llvmlite", "ziglang"
 ALL_TOOLS = (
-    *("abi3info", "anywidget", "av", "dask[array]", "distributed", "hatchling", "ipykernel", "joblib", "jsonschema"),
+    *(
+        "abi3info",
+        "anywidget",
+        "av",
+        "basedpyright",
+        "mypy",
+        "dask[array]",
+        "distributed",
+        "hatchling",
+        "ipykernel",
+        "joblib",
+        "jsonschema",
+    ),
     *("lief", "nbclient", "playwright", "pytest-xdist"),
 )
 EACH_LEVEL = "tests/native/test_digest.py", "tests/native/test_no_compiler.py", "tests/test_system.py"

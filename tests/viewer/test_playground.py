@@ -21,7 +21,7 @@ from .test_server import ask
 BALL = "bodies:\n  - name: ball\n    shape: {Sphere: {radius: 1}}\n"
 WRONG = "bodies:\n  - name: ball\n    shape: {Sphere: {radius: -1}}\n  - name: cube\n    shape: {Box: {low: [0, 0]}}\n"
 RAY = {"origin": [0.5, 0.0, 5.0], "direction": [0.0, 0.0, -2.0]}
-WIDE, NARROW = {"width": 1160, "height": 200}, {"width": 400, "height": 500}
+WIDE, NARROW = {"width": 1160, "height": 320}, {"width": 400, "height": 500}
 HIT = ".found:not([hidden]) table.hit"
 
 
