@@ -11,13 +11,15 @@ DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
 .DEFAULT_GOAL := help
-.PHONY: help demo docs kernels test test-jit deep check format wheel wheels lock clean
+.PHONY: help demo docs playground kernels test test-jit test-wheel deep check format wheel wheels lock clean
 
 help:
 	@echo "make demo    render the gallery into out/"
 	@echo "make docs    the site, in out/site"
+	@echo "make playground  a page that runs Conicoid itself, in out/playground; PYODIDE=folder takes Pyodide from there"
 	@echo "make test    the fast test suite"
 	@echo "make test-jit    the same, with kernels that Numba compiles"
+	@echo "make test-wheel  the same, on the wheel in a clean environment"
 	@echo "make deep    the long test suite"
 	@echo "make check   formatting, lint, types, layers"
 	@echo "make format  let ruff format and fix"
@@ -36,6 +38,9 @@ docs: $(DOCS_READY) kernels
 	$(BIN)/python -m docs.tools.links out/site
 	@echo "The site is $(CURDIR)/out/site/index.html"
 
+playground: kernels
+	$(BIN)/python -m native.playground $(if $(PYODIDE),--pyodide $(PYODIDE))
+
 # Kernels as machine code for this processor: sooner than compiling each as it is called. Not a must.
 kernels: $(READY)
 	@$(BIN)/python -m native.build --in-place || echo "Kernels are compiled as they are called."
@@ -45,6 +50,9 @@ test: kernels
 
 test-jit: $(READY)
 	CONICOID_JIT=own $(PYTEST)
+
+test-wheel: $(READY)
+	$(BIN)/python .ci/wheel.py --whole
 
 deep: kernels
 	$(PYTEST) -m "deep or not deep"

@@ -3,9 +3,11 @@
 
     .ci/wheel.py              build it, and try it
     .ci/wheel.py WHEEL        try this one
+    .ci/wheel.py --whole      with the whole fast suite (`make test-wheel`), some 20 minutes
 
 Tests are copied to where no source of the package is. A sample of them runs with the best level of machine code, and
-the digests of all answers with each level that this processor can run. Exit status: 0 if all is well.
+the digests of all answers with each level that this processor can run. Tests of the compiler are left out
+(tests/conftest.py). Exit status: 0 if all is well.
 """
 
 from __future__ import annotations
@@ -20,8 +22,35 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 TOOLS = "pytest", "hypothesis", "python-flint"
-BESIDE = "tests", "benchmarks", "docs", "examples", "native", "pyproject.toml"
+BESIDE = (
+    "tests",
+    "benchmarks",
+    "docs",
+    "examples",
+    "native",
+    ".ci",
+    "pyproject.toml",
+    "LICENSE",
+    "CITATION.cff",
+    "Makefile",
+)
 NO_COMPILER = "numba", "llvmlite", "ziglang"
+ALL_TOOLS = (
+    *(
+        "abi3info",
+        "anywidget",
+        "av",
+        "basedpyright",
+        "mypy",
+        "dask[array]",
+        "distributed",
+        "hatchling",
+        "ipykernel",
+        "joblib",
+        "jsonschema",
+    ),
+    *("lief", "nbclient", "playwright", "pytest-xdist"),
+)
 EACH_LEVEL = "tests/native/test_digest.py", "tests/native/test_no_compiler.py", "tests/test_system.py"
 SAMPLE = (
     *("tests/exactness/test_certified.py", "tests/exactness/test_routes.py", "tests/exactness/test_ties.py"),
@@ -37,12 +66,12 @@ def built(folder: Path) -> Path:
     return next(folder.glob("*.whl"))
 
 
-def installed(wheel: Path, folder: Path) -> Path:
+def installed(wheel: Path, folder: Path, *more: str) -> Path:
     """An environment with a wheel and what tests need; its Python."""
     venv.create(folder, with_pip=True)
     python = folder / ("Scripts" if sys.platform == "win32" else "bin") / "python"
     pip = [python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
-    subprocess.run([*pip, "--constraint", ROOT / "requirements-dev.lock", wheel, *TOOLS], check=True)
+    subprocess.run([*pip, "--constraint", ROOT / "requirements-dev.lock", wheel, *TOOLS, *more], check=True)
     program = f"import importlib.util as find; print([name for name in {NO_COMPILER} if find.find_spec(name)])"
     found = subprocess.run([python, "-c", program], check=True, capture_output=True, text=True).stdout.strip()
     if found != "[]":
@@ -77,7 +106,7 @@ def passes(python: Path, folder: Path, level: str, tests: tuple[str, ...]) -> bo
         name: value for name, value in os.environ.items() if not name.startswith(("CONICOID_", "PYTHONPATH"))
     }
     environment |= {"CONICOID_LEVEL": level, "CONICOID_CACHE_DIR": str(folder / "must-stay-empty")}
-    print(f"{level}: {len(tests)} files of tests", flush=True)
+    print(f"{level}: {' '.join(tests[:1])}, {len(tests)} in all", flush=True)
     command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
     done = subprocess.run(command, cwd=folder, env=environment, check=False).returncode == 0
     if (folder / "must-stay-empty").exists():
@@ -88,15 +117,17 @@ def passes(python: Path, folder: Path, level: str, tests: tuple[str, ...]) -> bo
 
 def main() -> int:
     """Build if need be, and try."""
+    whole, given = "--whole" in sys.argv, [word for word in sys.argv[1:] if word != "--whole"]
     with tempfile.TemporaryDirectory(prefix="wheel-") as name:
         folder = Path(name)
-        wheel = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else built(folder / "dist")
-        python = installed(wheel, folder / "venv")
+        wheel = Path(given[0]).resolve() if given else built(folder / "dist")
+        python = installed(wheel, folder / "venv", *(ALL_TOOLS if whole else ()))
         (folder / "suite").mkdir()
         tests = suite(folder / "suite")
         *older, best = levels(python, tests)
         fine = [passes(python, tests, level, EACH_LEVEL) for level in older]
-        fine.append(passes(python, tests, best, EACH_LEVEL + SAMPLE))
+        everything = "tests", "--numprocesses=auto", "--maxprocesses=4", "--dist=worksteal"
+        fine.append(passes(python, tests, best, everything if whole else EACH_LEVEL + SAMPLE))
     print(f"{wheel.name}: {'works' if all(fine) else 'fails'}, {', '.join((*older, best))}")
     return 0 if all(fine) else 1
 

@@ -1,4 +1,4 @@
-"""What a platform's loader sees of an extension, read by LIEF: one description for ELF, Mach-O and PE."""
+"""What a platform's loader sees of an extension: one description for ELF, Mach-O, PE (read by LIEF) and WebAssembly."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import lief
+
+from . import wasm
 
 Version = tuple[int, ...]
 
@@ -78,11 +80,35 @@ def _pe(found: Any) -> Binary:
     )
 
 
+_FROM_THE_LOADER = {
+    *("memory", "__indirect_function_table", "__stack_pointer", "__memory_base", "__table_base"),
+}
+_FOR_THE_LOADER = {"__wasm_apply_data_relocs", "__wasm_call_ctors"}
+
+
+def _side_module(code: bytes) -> Binary:
+    """Of a library in WebAssembly; what it takes of others' data it asks a table for, which is a module by name."""
+    found = wasm.read(code)
+    others = {module for module, _ in found.imports} - {"env", "GOT.mem", "GOT.func"}
+    return Binary(
+        machine="WASM32",
+        imports=frozenset(name for _, name in found.imports) - _FROM_THE_LOADER,
+        libraries=frozenset(others),
+        exports=frozenset(found.exports - _FOR_THE_LOADER),
+        needs=(),
+        stack_runs_code=False,
+        search_path=False,
+    )
+
+
 def read(path: Path) -> Binary:
-    """The description of a file. Raises ValueError for what is no library of one of the three kinds."""
+    """The description of a file. Raises ValueError for what is no library of one of the kinds."""
+    code = path.read_bytes()
+    if code.startswith(b"\0asm"):
+        return _side_module(code)
     lief.logging.disable()
     found = lief.parse(str(path))
     for kind, describe in ((lief.ELF.Binary, _elf), (lief.MachO.Binary, _mach_o), (lief.PE.Binary, _pe)):
         if isinstance(found, kind):
             return describe(found)
-    raise ValueError(f"{path} is no library of Linux, macOS or Windows")
+    raise ValueError(f"{path} is no library of Linux, macOS, Windows or a browser")

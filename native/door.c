@@ -318,33 +318,48 @@ static PyType_Spec rows_spec = {
     "conicoid._kernels.Rows", sizeof(Rows), 0, Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, rows_slots};
 static PyTypeObject *rows_type;
 
-static PyObject *as_python(const char *kind, const int64_t *result)
+/* What a kernel leaves: numbers of 64 bits, or Numba's array of two dimensions. */
+typedef union {
+    int64_t numbers[9];
+    struct {
+        void *block, *parent;
+        int64_t count, size; /* of one */
+        void *data;
+        int64_t shape[2], strides[2];
+    } array;
+} Result;
+
+static PyObject *rows_of(const Result *result)
+{
+    PyObject *(*make)(PyTypeObject *, Py_ssize_t) = PyType_GetSlot(rows_type, Py_tp_alloc);
+    Rows *rows = (Rows *)make(rows_type, 0);
+    if (rows == NULL) {
+        conicoid_release(result->array.block);
+        return NULL;
+    }
+    rows->block = result->array.block;
+    rows->data = result->array.data;
+    for (int k = 0; k < 2; k++) {
+        rows->shape[k] = (Py_ssize_t)result->array.shape[k];
+        rows->strides[k] = (Py_ssize_t)result->array.strides[k];
+    }
+    return (PyObject *)rows;
+}
+
+static PyObject *as_python(const char *kind, const Result *result)
 {
     if (kind[0] == 0)
         return new_reference(Py_None);
-    if (kind[0] == 'A') { /* Numba's array: block, parent, count, size of one, data, shape, strides */
-        PyObject *(*make)(PyTypeObject *, Py_ssize_t) = PyType_GetSlot(rows_type, Py_tp_alloc);
-        Rows *rows = (Rows *)make(rows_type, 0);
-        if (rows == NULL) {
-            conicoid_release((void *)(intptr_t)result[0]);
-            return NULL;
-        }
-        rows->block = (void *)(intptr_t)result[0];
-        rows->data = (void *)(intptr_t)result[4];
-        for (int k = 0; k < 2; k++) {
-            rows->shape[k] = (Py_ssize_t)result[5 + k];
-            rows->strides[k] = (Py_ssize_t)result[7 + k];
-        }
-        return (PyObject *)rows;
-    }
+    if (kind[0] == 'A')
+        return rows_of(result);
     int count = (int)strlen(kind);
     PyObject *all = count == 1 ? NULL : PyTuple_New(count);
     if (count > 1 && all == NULL)
         return NULL;
     for (int k = 0; k < count; k++) {
         double real;
-        memcpy(&real, result + k, 8);
-        PyObject *one = kind[k] == 'd' ? PyFloat_FromDouble(real) : PyLong_FromLongLong(result[k]);
+        memcpy(&real, &result->numbers[k], 8);
+        PyObject *one = kind[k] == 'd' ? PyFloat_FromDouble(real) : PyLong_FromLongLong(result->numbers[k]);
         if (count == 1)
             return one;
         if (one == NULL || PyTuple_SetItem(all, k, one) != 0) {
@@ -382,14 +397,14 @@ static PyObject *function_call(PyObject *self, PyObject *arguments, PyObject *na
     for (Py_ssize_t k = 0; k < count && fine; k++)
         fine = take(&call, &next, PyTuple_GetItem(arguments, k)) == 0;
     if (fine && check(&call) == 0) {
-        int64_t result[9] = {0};
+        Result result = {{0}};
         int status;
         Kernel kernel = entry->levels[level];
         PyThreadState *state = PyEval_SaveThread();
-        status = kernel(result, call.slots);
+        status = kernel(&result, call.slots);
         PyEval_RestoreThread(state);
         if (status == 0 || status == -2)
-            answer = as_python(entry->result, result);
+            answer = as_python(entry->result, &result);
         else
             PyErr_Format(PyExc_MemoryError, "%s: there is not enough memory", entry->name);
     }

@@ -15,6 +15,7 @@ from zipfile import ZipFile
 from abi3info import DATAS, FUNCTIONS
 from abi3info.models import PyVersion
 
+from . import wasm
 from .binary import Binary, read
 from .link import extension_name
 from .targets import TARGETS, Target
@@ -37,6 +38,7 @@ IMPORTS = {
     "musl": MEMORY,
     "macos": MEMORY | {"bzero", "__bzero", "memset_pattern16", "dyld_stub_binder"},
     "windows": MEMORY | START,
+    "pyodide": MEMORY,
 }
 WINDOWS = "heap", "math", "private", "runtime", "stdio", "string"
 LIBRARIES = {
@@ -44,8 +46,9 @@ LIBRARIES = {
     "musl": {"libc.so"},
     "macos": {"/usr/lib/libSystem.B.dylib"},
     "windows": {"python3.dll", "kernel32.dll", *(f"api-ms-win-crt-{part}-l1-1-0.dll" for part in WINDOWS)},
+    "pyodide": set(),
 }
-MACHINES = {"x86_64": {"X86_64", "AMD64"}, "aarch64": {"AARCH64"}, "arm64": {"ARM64"}}
+MACHINES = {"x86_64": {"X86_64", "AMD64"}, "aarch64": {"AARCH64"}, "arm64": {"ARM64"}, "wasm32": {"WASM32"}}
 
 
 def _listed(what: str, names: set[str] | frozenset[str]) -> Iterator[str]:
@@ -86,30 +89,15 @@ def wrong_with_extension(path: Path, target: Target) -> list[str]:
     return [*wrong_with(read(path), target), *_of_this_machine(path.read_bytes())]
 
 
-_WASM_IMPORTS = 2
-
-
-def _number(code: bytes, at: int) -> tuple[int, int]:
-    """(a number in LEB128, where it ends)."""
-    value = shift = 0
-    while True:
-        value |= (code[at] & 127) << shift
-        shift, at = shift + 7, at + 1
-        if code[at - 1] < 128:
-            return value, at
-
-
 def wrong_with_page_engine(code: bytes) -> Iterator[str]:
     """What is wrong with the engine for pages: it is to take nothing from a page, whose functions could decide bits."""
-    if code[:8] != b"\0asm\1\0\0\0":
-        yield f"{PAGE_ENGINE} is no WebAssembly"
+    try:
+        module = wasm.read(code)
+    except ValueError as error:
+        yield f"{PAGE_ENGINE} {error}"
         return
-    at = 8
-    while at < len(code):
-        kind, (size, begin) = code[at], _number(code, at + 1)
-        if kind == _WASM_IMPORTS and _number(code, begin)[0] > 0:
-            yield f"{PAGE_ENGINE} takes something from the page"
-        at = begin + size
+    if module.imports:
+        yield f"{PAGE_ENGINE} takes something from the page"
     yield from _of_this_machine(code)
 
 

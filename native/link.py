@@ -1,4 +1,8 @@
-"""The door compiled, and linked with the kernels' objects, by `zig cc`, which knows all targets."""
+"""The door compiled, and linked with the kernels' objects, by `zig cc`, which knows all targets.
+
+For Python in a browser (Pyodide) the library is a WebAssembly module that shares its memory: LLVM's linker makes it,
+and nothing of Emscripten is needed, as the door takes no more than Python's stable ABI and a few functions on memory.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,13 @@ from .windows import import_library
 
 HERE = Path(__file__).resolve().parent
 SOURCES = "door.c", "scratch.c", "fma.c"
-FLAGS = "-O2 -fPIC -shared -fvisibility=hidden -Wall -Wextra -Werror -fno-math-errno -ffp-contract=off -s".split()
+FLAGS = "-O2 -fPIC -fvisibility=hidden -Wall -Wextra -Werror -fno-math-errno -ffp-contract=off".split()
+ZIG = [sys.executable, "-m", "ziglang"]
+OLD_BROWSERS = "mvp+simd128+bulk_memory+sign_ext+nontrapping_fptoint+mutable_globals"  # by zig's names
+SIDE_MODULE = (
+    *("-shared", "--experimental-pic", "--no-entry", "--strip-all", "--gc-sections"),
+    *("--export=PyInit__kernels", "--unresolved-symbols=import-dynamic"),
+)
 
 
 def extension_name(target: Target) -> str:
@@ -30,8 +40,30 @@ def _platform(target: Target, folder: Path) -> list[str]:
 
 def link(target: Target, header: Path, objects: list[Path]) -> Path:
     """The extension of a target, in the folder of its generated header."""
-    out = header / extension_name(target)
-    files = [str(HERE / name) for name in SOURCES] + [str(each) for each in objects]
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, *FLAGS, f"-I{header}", f"-I{HERE}"]
+    out, sources = header / extension_name(target), [HERE / name for name in SOURCES]
+    if target.system == "pyodide":
+        return side_module(out, [*sources, HERE / "wide.c"], objects)
+    files = [str(each) for each in (*sources, *objects)]
+    command = [*ZIG, "cc", "-target", target.zig, *FLAGS, "-shared", "-s", f"-I{header}", f"-I{HERE}"]
     subprocess.run([*command, "-o", str(out), *files, *_platform(target, header)], check=True)
+    return out
+
+
+def side_module(out: Path, sources: list[Path], objects: list[Path]) -> Path:
+    """A library for a program in WebAssembly that loads others (Emscripten's), from C and from objects."""
+    made = []
+    for source in sources:
+        made.append(out.with_name(f"{source.stem}.o"))
+        command = [
+            *ZIG,
+            "cc",
+            "-target",
+            "wasm32-wasi",
+            f"-mcpu={OLD_BROWSERS}",
+            *FLAGS,
+            f"-I{out.parent}",
+            f"-I{HERE}",
+        ]
+        subprocess.run([*command, "-c", str(source), "-o", str(made[-1])], check=True)
+    subprocess.run([*ZIG, "wasm-ld", *SIDE_MODULE, *map(str, (*objects, *made)), "-o", str(out)], check=True)
     return out

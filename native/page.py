@@ -1,8 +1,7 @@
 """The engine that exported pages carry, as WebAssembly: `python -m native.page`, into the checkout.
 
 The kernels that answer a click, for one ray at a time, and their memory (page.c). It takes nothing from JavaScript:
-there is no function of it that could decide bits. Vectors of 128 bits are as exact as scalars (relaxed ones, which are
-not, are left out); where the kernels ask for a fused multiply-add, it is that of fma.c.
+there is no function of it that could decide bits. Where the kernels ask for a fused multiply-add, it is that of fma.c.
 """
 
 from __future__ import annotations
@@ -12,22 +11,21 @@ import pickle
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from . import objects
 from .build import HERE, lowered, put
 from .inspection import PAGE_ENGINE
-from .targets import Level
+from .targets import WASM
 
 TRIPLE = "wasm32-unknown-unknown"
-LEVEL = Level(
-    "page", "generic", "+simd128,+bulk-memory,+bulk-memory-opt,+sign-ext,+nontrapping-fptoint,+mutable-globals"
-)
+LEVEL = replace(WASM[0], name="page")
 KERNELS = (
     "errors_of_t", "faces_of", "first_invalid", "normals_of", "points_along", "settle_first", "settle_rows",
     "trace_first_alone", "trace_rows_alone", "uvs_of",
 )  # fmt: skip
-SOURCES = "page.c", "fma.c"
+SOURCES = "page.c", "fma.c", "wide.c"
 COMPILE = "-target wasm32-freestanding -O2 -Wall -Wextra -Werror -ffp-contract=off -ffreestanding -c".split()
 LINK = "--no-entry --stack-first -z stack-size=1048576 --gc-sections --strip-all".split()
 

@@ -11,13 +11,14 @@
 
 #define LOCAL __attribute__((visibility("hidden")))
 
-/* What Numba's arrays refer to; the order of the first fields is Numba's. */
+/* What Numba's arrays refer to; the order of the first fields is Numba's. Sizes are int64_t, also where addresses have 32
+ * bits: kernels were lowered for 64. */
 typedef struct {
     int64_t references;
     void (*destroy)(void *, size_t, void *);
     void *destroy_info;
     void *data;
-    size_t size;
+    int64_t size;
     void *external;
     size_t room; /* the whole block */
 } Block;
@@ -66,13 +67,13 @@ static void leave(Block *block)
     free(block);
 }
 
-LOCAL void *NRT_MemInfo_alloc_aligned(size_t size, uint32_t align)
+LOCAL void *NRT_MemInfo_alloc_aligned(int64_t size, uint32_t align)
 {
     if (align < 64)
         align = 64; /* a line of memory */
-    if (size > SIZE_MAX - sizeof(Block) - align)
+    if ((uint64_t)size > SIZE_MAX - sizeof(Block) - align)
         return NULL;
-    Block *block = taken(sizeof(Block) + align + size);
+    Block *block = taken(sizeof(Block) + align + (size_t)size);
     if (block == NULL)
         return NULL;
     block->references = 1;
@@ -83,7 +84,7 @@ LOCAL void *NRT_MemInfo_alloc_aligned(size_t size, uint32_t align)
     return block;
 }
 
-LOCAL void *NRT_MemInfo_alloc(size_t size)
+LOCAL void *NRT_MemInfo_alloc(int64_t size)
 {
     return NRT_MemInfo_alloc_aligned(size, 0);
 }

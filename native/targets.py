@@ -32,7 +32,7 @@ class Target:
 
     @property
     def system(self) -> str:
-        """One of "linux" (with glibc), "musl", "macos" and "windows"."""
+        """One of "linux" (with glibc), "musl", "macos", "windows" and "pyodide" (Python in a browser)."""
         return self.name.partition("-")[0]
 
     def only(self, names: str) -> Target:
@@ -50,6 +50,10 @@ X86 = (
 ARM = (Level("arm64", "generic"),)
 APPLE = (Level("arm64", "apple-m1"),)
 
+# Vectors of 128 bits are as exact as scalars; relaxed ones, which are not, are left out. Browsers of since mid-2023.
+_IN_BROWSERS = "+simd128,+bulk-memory,+bulk-memory-opt,+sign-ext,+nontrapping-fptoint,+mutable-globals,-extended-const"
+WASM = (Level("wasm32", "generic", _IN_BROWSERS),)
+
 TARGETS = {
     each.name: each
     for each in (
@@ -60,5 +64,6 @@ TARGETS = {
         Target("macos-x86_64", "x86_64-apple-macosx10.13.0", "x86_64-macos.10.13", "macosx_10_13_x86_64", X86),
         Target("macos-arm64", "arm64-apple-macosx11.0.0", "aarch64-macos.11.0", "macosx_11_0_arm64", APPLE),
         Target("windows-x86_64", "x86_64-pc-windows-gnu", "x86_64-windows-gnu", "win_amd64", X86),
+        Target("pyodide-wasm32", "wasm32-unknown-emscripten", "wasm32-wasi", "pyemscripten_2026_0_wasm32", WASM),
     )
 }

@@ -31,7 +31,7 @@ def test_version():
 
 
 @pytest.mark.parametrize(
-    "command", ["render", "turntable", "view", "export", "info", "trace", "import", "bench", "schema"]
+    "command", ["render", "turntable", "view", "playground", "export", "info", "trace", "import", "bench", "schema"]
 )
 def test_help_has_an_example(command):
     result = run(command, "--help")
@@ -41,10 +41,13 @@ def test_help_has_an_example(command):
 
 def test_help_lists_what_there_is_and_no_more():
     text = run("--help").stdout
-    assert re.findall(r"^\W*(render|turntable|info|trace|schema|view|export|import|bench) ", text, re.MULTILINE) == [
+    assert re.findall(
+        r"^\W*(render|turntable|info|trace|schema|view|playground|export|import|bench) ", text, re.MULTILINE
+    ) == [
         "render",
         "turntable",
         "view",
+        "playground",
         "export",
         "info",
         "trace",

@@ -19,6 +19,8 @@ from conicoid.engine import queries
 from conicoid.integrators import INTEGRATORS, Integrator
 from conicoid.shapes import REGISTRY
 
+from .machine_code import needs_compiler
+
 ROOT = Path(__file__).resolve().parent.parent
 LETTERS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
 PAGES = [*(ROOT / name for name in LETTERS), *sorted((ROOT / "docs").rglob("*.md"))]
@@ -133,6 +135,7 @@ def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) ->
         REGISTRY.pop("CoolingTower")
 
 
+@needs_compiler
 def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
     code, line, test = section("Add an integrator")
     loaded(monkeypatch, "conicoid.integrators.curvature", code)
@@ -143,6 +146,7 @@ def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -
     run_tests(test)
 
 
+@needs_compiler
 def test_the_query_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
     code, method, test = section("Add a query")
     module = loaded(monkeypatch, "conicoid.engine.queries.thickness", code)

@@ -12,6 +12,7 @@ import pytest
 from conicoid import forks
 
 from .children import child
+from .machine_code import needs_compiler
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks")
 
@@ -70,7 +71,9 @@ print(os.waitpid(forked, 0)[1])
 """
 
 
-@pytest.mark.parametrize(("program", "said"), [(PREPARING, "1"), (COMPILING, "2")], ids=["preparing", "compiling"])
+@pytest.mark.parametrize(("program", "said"), [
+    pytest.param(PREPARING, "1", id="preparing"), pytest.param(COMPILING, "2", id="compiling", marks=needs_compiler),
+])  # fmt: skip
 def test_a_child_of_a_busy_process_works(program, said, tmp_path, monkeypatch):
     if program == COMPILING:
         monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))

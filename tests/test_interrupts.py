@@ -8,6 +8,7 @@ import pytest
 
 from .children import BOUND, COMMAND, child, needs_signals
 from .command_line import written
+from .machine_code import needs_compiler
 
 pytestmark = needs_signals
 
@@ -123,6 +124,7 @@ RAYS = "co.Rays([(0.0, 0.0, 5.0)] * 2, (0.0, 0.0, -1.0))"
 IN_A_CREW = f"from conicoid.engine.threads import run_chunks; run_chunks(lambda a, b: {RAYS}, 4, 1)"
 
 
+@needs_compiler
 @pytest.mark.parametrize("call", [RAYS, IN_A_CREW])
 def test_the_compiler_is_not_waited_for(call, tmp_path, monkeypatch):
     monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
@@ -135,6 +137,7 @@ def test_the_compiler_is_not_waited_for(call, tmp_path, monkeypatch):
     assert errors.splitlines()[-1] == "KeyboardInterrupt"
 
 
+@needs_compiler
 def test_what_was_being_compiled_can_be_asked_for_again(tmp_path, monkeypatch):
     monkeypatch.setenv("CONICOID_CACHE_DIR", str(tmp_path))
     monkeypatch.setenv("CONICOID_JIT", "own")

@@ -11,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "conicoid"
+pytestmark = pytest.mark.skipif(not PACKAGE.is_dir(), reason="the package's source is not beside its tests")
 NAMED = re.compile(r"(?<![\w./-])((?:[a-z_0-9]+/)*[a-z_0-9]+\.py)(?![\w(])")
 ELSEWHERE = {"setup.py", "my_scene.py"}
 

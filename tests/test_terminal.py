@@ -13,6 +13,8 @@ from conicoid.command_line import terminal
 from conicoid.formats.errors import SceneFileError
 from conicoid.shapes import labels
 
+from .machine_code import needs_compiler
+
 
 def bar_text(monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> str:
     stream = io.StringIO()
@@ -36,6 +38,7 @@ def test_no_progress_where_nobody_watches(monkeypatch):
     assert bar_text(monkeypatch, is_terminal=False) == ""
 
 
+@needs_compiler
 def test_the_first_compilation_is_announced_once(capsys):
     from numba import njit
 

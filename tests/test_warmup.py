@@ -7,6 +7,7 @@ import inspect
 from conicoid.scene_queries import QUERIES, Queries
 
 from .children import child
+from .machine_code import needs_compiler
 
 PROGRAM = """
 import sys
@@ -58,6 +59,7 @@ def test_warmup_knows_every_query():
     assert {name: list(inspect.signature(query).parameters)[1] for name, query in methods.items()} == QUERIES
 
 
+@needs_compiler
 def test_nothing_is_left_to_be_compiled(monkeypatch):
     monkeypatch.setenv("CONICOID_JIT", "own")
     with child(PROGRAM) as running:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..engine.arrays.owners import owners
 from ..shapes.labels import counted
 from ..shapes.vector import FloatArray
 from .aim import Targets
@@ -70,7 +71,7 @@ def why_not(scene: Scene) -> str:
 def _seen(scene: Scene, domain: Scene, origins: FloatArray, directions: FloatArray, size: float) -> Iterator[Gap]:
     """Stretches within the domain and in no body, longer than what rounding leaves between walls."""
     parts = [(scene.spans(origins, directions), 0), (domain.spans(origins, directions), 1)]
-    ray = np.concatenate([np.tile(np.repeat(np.arange(len(origins)), np.diff(s.offsets)), 2) for s, _ in parts])
+    ray = np.concatenate([np.tile(owners(s.offsets), 2) for s, _ in parts])
     t = np.concatenate([np.concatenate([s.t_enter, s.t_exit]) for s, _ in parts])
     turn = np.concatenate([np.repeat([1, -1], len(s.body)) for s, _ in parts])
     which = np.concatenate([np.full(2 * len(s.body), part) for s, part in parts])
@@ -147,7 +148,7 @@ def _free(scene: Scene, domain: Scene) -> Free:
         rays = one, np.where(still[:, None], 1.0, way)
         within = domain.spans(*rays, 0, 1)
         ends = within.enter_clipped & within.exit_clipped
-        covered = np.bincount(np.repeat(np.arange(len(one)), np.diff(within.offsets)), ends, len(one)) > 0
+        covered = np.bincount(owners(within.offsets), ends, len(one)) > 0
         return still | (covered & (np.diff(scene.spans(*rays, 0, 1).offsets) == 0))
 
     return free

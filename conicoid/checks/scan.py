@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..engine.arrays.owners import owners
 from ..shapes.vector import FloatArray
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Scan:
     def _spans(self, origins: FloatArray, directions: FloatArray) -> None:
         spans = self.scene.spans(origins, directions)
         self.seen[spans.body] = True
-        ray = np.repeat(np.arange(len(origins)), np.diff(spans.offsets))
+        ray = owners(spans.offsets)
         # Rays along an axis may run within a sliver from end to end
         askew = np.count_nonzero(directions, axis=1) > 1
         first = np.flatnonzero(askew[ray])
@@ -75,7 +76,7 @@ class Scan:
     def _crossings(self, origins: FloatArray, directions: FloatArray) -> None:
         found = self.scene.crossings(origins, directions)
         self.seen[found.body] = True
-        ray = np.repeat(np.arange(len(origins)), np.diff(found.offsets))
+        ray = owners(found.offsets)
         one, other = np.arange(len(ray) - 1), np.arange(1, len(ray))
         apart = found.t[other] - found.t[one]
         thin = THIN * np.minimum(self.sizes[found.body[one]], self.sizes[found.body[other]])

@@ -1,4 +1,4 @@
-"""The command line: conicoid render, turntable, view, export, info, trace, lengths, measure, import, bench, schema."""
+"""The command line: conicoid render, turntable, view, playground, export, info, trace, measure, import and the rest."""
 
 from __future__ import annotations
 
@@ -107,6 +107,30 @@ def view(
             session = Session(loaded, scene.stem, scene, stamp=stamp)
         with compile_notes():
             session.scene()
+        serve(session, port, browser, say)
+
+
+@app.command(
+    cls=Command,
+    epilog="Examples:\n\n  conicoid playground\n\n  conicoid playground scene.yaml\n\n"
+    "The file stays as it is. docs/playground.md says what can be done there.",
+)
+def playground(
+    scene: Annotated[
+        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file to begin with.", show_default=False)
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
+    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
+) -> None:
+    """Type a scene in the browser, and read what is on a ray, until Ctrl-C."""
+    with user_mistakes():
+        from ..viewer.playground import Playground
+        from ..viewer.server import serve
+
+        if scene is not None:
+            load(scene, None)
+        with compile_notes():
+            session = Playground(scene)
         serve(session, port, browser, say)
 
 

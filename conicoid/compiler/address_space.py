@@ -13,7 +13,7 @@ Linux)."""
 
 def _limited() -> bool:
     """Does this process have a limit of memory?"""
-    if sys.platform == "win32":
+    if sys.platform in ("win32", "emscripten"):
         return False
     import resource
 

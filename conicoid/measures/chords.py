@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..cluster.task import prepared_first
+from ..engine.arrays.owners import owners
 from ..shapes.row_vectors import dot_rows, product
 from ..shapes.validate import SMALLEST
 from ..shapes.vector import FloatArray
@@ -172,7 +173,7 @@ def _crossings(scene: Scene, origins: FloatArray, direction: FloatArray) -> Iter
     from ..engine.answers.fields import normals_of
 
     found = scene.crossings(origins, direction, t_min=-np.inf)
-    ray = np.repeat(np.arange(len(origins)), np.diff(found.offsets))
+    ray = owners(found.offsets)
     points = origins[ray] + found.t[:, None] * direction
     normals = np.empty_like(points)
     faces = np.stack([found.surface, found.face, np.ones_like(found.face)])

@@ -52,9 +52,13 @@ def asset(name: str) -> str:
 
 @cache
 def script() -> str:
-    """All modules as one: names at their top level are distinct, so imports between them can be left out."""
-    parts = [_EXPORT.sub("", _IMPORT.sub("", asset(f"page/{name}.js"))) for name in MODULES]
-    return "\n".join(parts)
+    """All modules as one."""
+    return joined(MODULES)
+
+
+def joined(modules: tuple[str, ...]) -> str:
+    """Modules as one: names at their top level are distinct, so imports between them can be left out."""
+    return "\n".join(_EXPORT.sub("", _IMPORT.sub("", asset(f"page/{name}.js"))) for name in modules)
 
 
 @cache

@@ -79,8 +79,7 @@ class _Handler(BaseHTTPRequestHandler):
         name = self._name()
         if name is None:
             return
-        session = self.server.session
-        calls = {"pick": session.pick, "numbers": session.numbers, "edit": session.edit}
+        calls = self.server.session.calls
         length = self.headers.get("Content-Length", "")
         if self.headers.get("Origin") not in self.server.origins:
             self._refuse(403, "this is asked from another page")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,11 @@ class Session:
         self._previews = nested_lock()
         self._pictured: Scene | None = None
         self._picture = b""
+
+    @property
+    def calls(self) -> dict[str, Callable[[Any], Any]]:
+        """What a page may ask with a request, by name."""
+        return {"pick": self.pick, "numbers": self.numbers, "edit": self.edit}
 
     def page(self) -> str:
         """The page as it is now."""

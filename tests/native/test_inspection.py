@@ -13,7 +13,7 @@ import pytest
 
 from native.binary import read
 from native.inspection import ROOT, STABLE, target_of, wrong_with_extension, wrong_with_wheel
-from native.link import extension_name
+from native.link import extension_name, side_module
 from native.targets import TARGETS
 from native.wheels import wheel
 from native.windows import import_library, stable_names
@@ -30,6 +30,9 @@ START = "int DllMainCRTStartup(void *a, unsigned b, void *c) { (void)a, (void)b,
 def compiled(folder: Path, source: str, target=LINUX, flags: tuple[str, ...] = ()) -> Path:
     """A file as the linker makes it. Without the code around a library, which is compiled at first use."""
     file, out = folder / "door.c", folder / extension_name(target)
+    if target.system == "pyodide":
+        file.write_text(source)
+        return side_module(out, [file], [])
     file.write_text(source + START * (target.system == "windows"))
     more = {
         "windows": lambda: ["-nostdlib", str(import_library(folder))],
@@ -41,14 +44,16 @@ def compiled(folder: Path, source: str, target=LINUX, flags: tuple[str, ...] = (
     return out
 
 
-@pytest.mark.parametrize("name", ["linux-x86_64", "musl-aarch64", "macos-arm64", "macos-x86_64", "windows-x86_64"])
+@pytest.mark.parametrize(
+    "name", ["linux-x86_64", "musl-aarch64", "macos-arm64", "macos-x86_64", "windows-x86_64", "pyodide-wasm32"]
+)
 def test_nothing_is_wrong_with_a_good_one(tmp_path, name):
     target = TARGETS[name]
     assert wrong_with_extension(compiled(tmp_path, GOOD, target), target) == []
 
 
 def test_what_is_taken_from_python_is_seen_on_every_system(tmp_path):
-    for name in ("linux-aarch64", "macos-arm64", "windows-x86_64"):
+    for name in ("linux-aarch64", "macos-arm64", "windows-x86_64", "pyodide-wasm32"):
         (tmp_path / name).mkdir()
         binary = read(compiled(tmp_path / name, GOOD, TARGETS[name]))
         assert "PyModule_Create2" in binary.imports
@@ -89,6 +94,16 @@ FAULTS = {
     ),
     "another processor": (GOOD, ("-target", "aarch64-linux-gnu.2.17"), "is for AARCH64"),
 }
+
+
+def test_faults_are_found_in_a_browsers(tmp_path):
+    """Mathematics that would be Emscripten's, and a second door: compiled as the extension is, without C's library."""
+    source = (
+        "double sin(double); static volatile double x; EXPORT void *PyInit__kernels(void) { x = sin(x); return 0; }"
+    )
+    path = compiled(tmp_path, f'#include "python.h"\n{source}', TARGETS["pyodide-wasm32"])
+    assert wrong_with_extension(path, TARGETS["pyodide-wasm32"]) == ["takes what it may not: sin"]
+    assert wrong_with_extension(path, LINUX)[0] == "is for WASM32"
 
 
 @pytest.mark.parametrize("fault", FAULTS)

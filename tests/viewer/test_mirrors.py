@@ -7,6 +7,7 @@ import pytest
 
 from conicoid.viewer.html import asset
 
+from ..machine_code import needs_compiler
 from .browser import needs_browser
 from .mirrors import bodies, cells, looks, surfaces
 from .mirrors.case import disagreements, evaluator
@@ -39,6 +40,7 @@ def trouble(bench, name, case, make_world, inputs_of, evaluate):
 
 
 @needs_browser
+@needs_compiler
 @pytest.mark.parametrize("group", ["surfaces", "bodies", "looks", pytest.param("walls", marks=pytest.mark.deep)])
 def test_the_shaders_answer_as_python_does(workbench, group):
     evaluate = evaluator(TOGETHER[group])

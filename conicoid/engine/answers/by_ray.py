@@ -89,8 +89,8 @@ class ByRay:
         refuse_name(self, index)
         which = self._which(index)
         flat = np.ravel(which)
-        counts = np.diff(self.offsets)[flat]
-        offsets = np.concatenate([[0], np.cumsum(counts)])
+        counts = np.diff(self.offsets)[flat].astype(np.intp, copy=False)
+        offsets = np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
         first = np.repeat(self.offsets[flat], counts)
         rows = first + np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)
         part = object.__new__(type(self))

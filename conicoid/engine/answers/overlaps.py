@@ -9,6 +9,7 @@ import numpy as np
 from ...shapes.labels import counted
 from ...shapes.suggestion import close_to
 from ...shapes.validate import shown
+from ..arrays.owners import owners
 from .notes import tell_once
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def _overlapping(spans: Spans, rows: Any, kinds: Any = None) -> tuple[Any, Any]:
 
 def _rays(spans: Spans) -> Any:
     """The flat ray of every row."""
-    return np.repeat(np.arange(len(spans.offsets) - 1), np.diff(spans.offsets))
+    return owners(spans.offsets)
 
 
 def _told(owner: str, spans: Spans, one: Any, other: Any) -> str:

@@ -17,6 +17,7 @@ from ...shapes.other_names import hinted
 from ...shapes.vector import FloatArray
 from ..arrays.crossing_arrays import CrossingColumns, SpanColumns, put_crossings, put_spans
 from ..arrays.listed import Listed
+from ..arrays.owners import owners
 from ..certified.exact_errors import bounds_of_t
 from ..threads import run_chunks
 from .answer import Answer
@@ -46,7 +47,7 @@ def refuse_large(rays: int, columns: int, by: str) -> None:
 
 def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: Any) -> FloatArray:
     """The bounds on the crossings of rays with surfaces, rows offsets[i]:offsets[i + 1] of ray i."""
-    which = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    which = owners(offsets)
     errors = bounds_of_t(scene, lines_of(rays), rays._starts_in(scene), which, t, surfaces)
     errors.flags.writeable = False
     return errors
@@ -99,7 +100,7 @@ class Spans(Answer, ByRay):
 
     def _chords(self) -> tuple[Any, FloatArray]:
         """(flat index of the ray, true length) of every span."""
-        ray = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
+        ray = owners(self.offsets)
         directions = self._rays.directions.reshape(-1, 3)
         scale = np.abs(directions).max(axis=1, initial=0.0)
         scale = np.where(scale > 0, scale, 1.0)
@@ -223,7 +224,7 @@ class Crossings(Answer, ByRay):
     @property
     def _rows_rays(self) -> tuple[FloatArray, FloatArray]:
         """(origins, directions) of every row."""
-        rays = np.repeat(np.arange(len(self)), np.diff(self.offsets))
+        rays = owners(self.offsets)
         origins, directions = lines_of(self._rays)
         return origins[rays], directions[rays]
 

@@ -5,6 +5,7 @@ import { element } from "./panel.js";
 const EXACT = {
   engine: "Computed by the exact engine.",
   page: "Exact: computed in this page, to the same bits as by Conicoid's engine.",
+  python: "Exact: computed by Conicoid itself, which runs in this page.",
 };
 const exactText = (v) => (v === null ? "none" : String(v));
 const shortText = (v) => (v === null ? "none" : String(Number(v.toPrecision(6))));
@@ -13,6 +14,26 @@ const shortText = (v) => (v === null ? "none" : String(Number(v.toPrecision(6)))
 function errorOf(found) {
   if (typeof found.t_error === "number") return [["Its error", `at most ${exactText(found.t_error)}`]];
   return found.t_error === null && found.by === "page" ? [["Its error", "left open: its bound takes exact arithmetic"]] : [];
+}
+
+// A second line in a row, where more is known: of a crossing its bound and normal, of a span the bounds of its ends
+const moreOf = (c) => c.normal && `t ${atMost(c.t_error)}; normal ${c.normal.map(exactText).join("  ")}`;
+const moreOfSpan = (s) => s.enter_error !== undefined && `from ${atMost(s.enter_error)}, to ${atMost(s.exit_error)}`;
+
+// A bound in two digits, rounded up
+export function atMost(v) {
+  if (v === null) return "without a bound";
+  const text = v.toExponential(1), unit = Number(`1e${Number(text.split("e")[1]) - 1}`);
+  return v === 0 ? "exact" : `± ${Number(text) < v ? (v + unit).toExponential(1) : text}`;
+}
+
+function withMore(list, rows, more) {
+  const lines = [...list.querySelectorAll("tr")].slice(1);
+  rows.forEach((row, k) => {
+    const text = more(row);
+    if (text) lines[k].after(element("tr", { class: "more" }, element("td", { colspan: String(lines[k].children.length) }, text)));
+  });
+  return list;
 }
 
 function table(rows, head) {
@@ -45,12 +66,12 @@ export function showDetails(root, state) {
   place.append(first);
   if (found.spans) {
     const inside = found.spans.map((s) => [s.name, text(s.enter), text(s.exit)]);
-    const list = table(inside, ["Inside", "from", "to"]);
+    const list = withMore(table(inside, ["Inside", "from", "to"]), found.spans, moreOfSpan);
     list.className = "spans";
     place.append(element("details", { open: true }, element("summary", {}, `Spans along the ray (${inside.length})`), element("div", { class: "rows", tabindex: "0" }, list)));
   }
   const crossings = found.crossings.map((c) => [c.name, String(c.face ?? "cut"), text(c.t), c.entering ? "in" : "out"]);
-  const list = table(crossings, ["Body", "Face", "t", ""]);
+  const list = withMore(table(crossings, ["Body", "Face", "t", ""]), found.crossings, moreOf);
   list.className = "crossings";
-  place.append(element("details", {}, element("summary", {}, `Entries and exits (${crossings.length})`), element("div", { class: "rows", tabindex: "0" }, list)));
+  place.append(element("details", { open: found.crossings.some(moreOf) }, element("summary", {}, `Entries and exits (${crossings.length})`), element("div", { class: "rows", tabindex: "0" }, list)));
 }

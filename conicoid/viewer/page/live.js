@@ -1,7 +1,10 @@
 // The server that serves this page: the exact engine's answers, the file as it changes, numbers to edit.
 
 export class Server {
-  constructor(served) { this.version = served.version; }
+  constructor(served) {
+    this.version = served.version;
+    this.edits = true;
+  }
 
   async ask(name, body) {
     const options = body === undefined ? {} : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };

@@ -21,8 +21,8 @@ const SILENT = "No kernel has answered: it is busy, or there is none.";
 const REACH = 64;  // the camera may be so many times further from the origin than from what it looks at
 
 export class Viewer {
-  // `kernel`: of a notebook, where one may answer
-  constructor(root, data, kernel = null) {
+  // `kernel`: of a notebook, where one may answer; `server`: of a page that is more than a scene's
+  constructor(root, data, kernel = null, server = null) {
     this.root = root;
     this.find = (selector) => root.querySelector(selector);
     this.canvas = this.find("canvas");
@@ -34,7 +34,7 @@ export class Viewer {
     this.film = new Film(this.graphics, () => viewOf(this.state), {
       may: () => this.waiting.seen(), first: () => this.waiting.end(), failed: (error) => this.failed(error),
     });
-    this.server = data.served ? new Server(data.served) : null;
+    this.server = server ?? (data.served ? new Server(data.served) : null);
     this.kernel = kernel;
     this.accept(data.scene);
     this.wire();
@@ -122,7 +122,7 @@ export class Viewer {
 
   panel() {
     listBodies(this.find(".bodies"), this.scene, this.state, {
-      edits: Boolean(this.server), restyle: (light) => this.restyle(light), select: (item) => this.select(item),
+      edits: this.server?.edits ?? false, restyle: (light) => this.restyle(light), select: (item) => this.select(item),
     });
     const { section } = this.state, [low, high] = section ? reach(this.scene.bounds, section.normal) : [0, 1];
     showSection(this.root, this.state, section ? (section.offset - low) / (high - low) : 0.5);
@@ -170,7 +170,7 @@ export class Viewer {
   // The exact engine's answer, or null where it has none; it may take long
   async exactly(ray) {
     const engine = this.server ?? this.kernel;
-    try { return { ...(await engine.pick(ray, this.state)), by: "engine" }; } catch (error) { this.toast(error.message); }
+    try { return { ...(await engine.pick(ray, this.state)), by: engine.by ?? "engine" }; } catch (error) { this.toast(error.message); }
     return null;
   }
 
@@ -182,12 +182,13 @@ export class Viewer {
     } catch (error) { return { note: error.message }; }
   }
 
-  // What the engine says about a ray in numbers
-  async askTyped() {
-    const question = { place: null };
+  // What the engine says about a ray in numbers; `quiet`: nobody has just asked, so nothing scrolls
+  async askTyped(quiet = false) {
+    const question = { place: null, quiet };
     let ray, answer;
     try { ray = typedRay(this.root); } catch (error) { return this.toast(error.message); }
     this.question = question;
+    question.ray = ray;
     if (this.server) answer = await this.exactly(ray);
     else if (this.kernel) answer = await Promise.race([this.exactly(ray), this.kernel.patience()]) ?? { note: SILENT };
     else answer = await this.inPage(ray);
@@ -231,11 +232,12 @@ export class Viewer {
   // Show an answer; a later one to the same question takes the place of the earlier
   show({ found, by, note }, question) {
     this.state.found = found ? { ...found, by, note } : null;
+    this.state.line = question.ray ?? null;
     if (this.state.measuring && found) this.state.measured = this.withPoint(found.point, question);
-    if (!found) this.toast("Nothing is there.");
+    if (!found && !question.quiet) this.toast("Nothing is there.");
     this.marks();
     showDetails(this.root, this.state);
-    this.find(".found").scrollIntoView?.({ block: "nearest" });
+    if (!question.quiet) this.find(".found").scrollIntoView?.({ block: "nearest" });
   }
 
   withPoint(point, question) {
@@ -418,9 +420,9 @@ export function showInstead(root, message, source) {
 }
 
 // A viewer, or what stands there instead
-export function opened(root, data, kernel = null) {
+export function opened(root, data, kernel = null, server = null) {
   const source = data.preview || root.querySelector(".waiting img").src;
-  try { return new Viewer(root, data, kernel); } catch (error) { showInstead(root, error.message, source); }
+  try { return new Viewer(root, data, kernel, server); } catch (error) { showInstead(root, error.message, source); }
   return null;
 }
 

@@ -7,7 +7,7 @@ export const VIEWS = { front: [0, 1, 0], right: [-1, 0, 0], top: [0, 0.0005, -1]
 export function newState(scene) {
   return {
     camera: copyOf(scene.camera), hidden: new Set(), tints: new Map(), section: null, xray: false, measuring: false,
-    measured: [], softness: 0, found: null, selected: -1, diagonal: diagonal(scene),
+    measured: [], softness: 0, found: null, line: null, selected: -1, diagonal: diagonal(scene),
   };
 }
 

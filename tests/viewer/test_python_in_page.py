@@ -1,0 +1,73 @@
+"""The playground that runs Python itself: in Chromium, with Pyodide, every bit is the desktop's.
+
+Needs the files of such a page, which `.ci/pyodide.py` makes where NumPy for Pyodide can be had, in PLAYGROUND_FILES.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import threading
+from collections.abc import Iterator
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+
+import pytest
+
+from .browser import Page, needs_browser
+from .test_engine import bits
+from .test_playground import WIDE, WRONG, answer, examples, rays_of
+
+FILES = os.environ.get("PLAYGROUND_FILES", "")
+pytestmark = [
+    needs_browser,
+    pytest.mark.skipif(not FILES, reason="needs a playground with Pyodide (.ci/pyodide.py makes one)"),
+]
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, *_: object) -> None:
+        """Requests are not news."""
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    with ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=FILES)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
+def test_every_bit_is_the_desktops(browser, address):
+    with Page(browser, address, WIDE) as found:
+        found.page.set_default_timeout(120_000)
+        found.page.wait_for_selector(".found:not([hidden]) table.hit")
+        assert "computed by Conicoid itself, which runs in this page" in found.text(".found")
+        compared = 0
+        for example in examples():
+            asked = json.dumps({"text": example["text"]})
+            found.ask(f"playground.brain.ask('typed', {asked}).then((answer) => {{ window.number = answer.number; }})")
+            for ray in rays_of(example, 12):
+                got = found.ask(f"playground.brain.ask('pick', {{ ...{json.dumps(ray)}, number: window.number }})")
+                assert bits(got) == bits(answer(example["text"], ray)), (example["name"], ray)
+                compared += got["found"] is not None
+        assert compared > 40
+        assert found.errors == []
+        assert all(each.startswith((address, "data:", "blob:")) for each in found.requests)
+
+
+def test_mistakes_are_those_of_the_desktop(browser, address):
+    from conicoid.viewer.typed import TypedScenes
+
+    with Page(browser, address, WIDE) as found:
+        got = found.ask(f"playground.brain.ask('typed', {json.dumps({'text': WRONG})})")
+        assert got == TypedScenes().typed({"text": WRONG})
+
+
+def test_where_python_does_not_come_that_is_said(browser, address):
+    context = browser.new_context(viewport=WIDE)
+    context.route("**/*.whl", lambda route: route.fulfill(status=404))
+    page = context.new_page()
+    page.goto(address)
+    page.get_by_text("Python does not run here: conicoid-").wait_for(timeout=120_000)
+    context.close()
