@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import subprocess
+import sys
+import threading
+
 
 def cluster(workers, threads=1, **options):
     """A scheduler and its workers; its page is at any free port, as another test may have one open."""
@@ -10,3 +15,40 @@ def cluster(workers, threads=1, **options):
     return LocalCluster(
         n_workers=workers, threads_per_worker=threads, processes=True, dashboard_address=":0", **options
     )
+
+
+class Kept:
+    """A process of `dask worker`. It is started again whenever it ends, as Kubernetes does.
+
+    (Dask's nannies give up where a worker dies while they start it.)
+    """
+
+    def __init__(self, address):
+        self.command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1"]
+        self.started, self.ends = 0, threading.Event()
+        self.thread = threading.Thread(target=self._keep, daemon=True)
+        self.thread.start()
+
+    def _keep(self):
+        while not self.ends.is_set():
+            process = subprocess.Popen(
+                [*self.command, "--no-dashboard", "--no-nanny"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            )
+            self.started += 1
+            while process.poll() is None and not self.ends.wait(0.2):
+                pass
+            process.terminate()
+            process.wait(60)
+
+
+@contextlib.contextmanager
+def workers(*addresses):
+    """A worker for each address, until the block ends."""
+    kept = [Kept(address) for address in addresses]
+    try:
+        yield kept
+    finally:
+        for one in kept:
+            one.ends.set()
+        for one in kept:
+            one.thread.join(60)

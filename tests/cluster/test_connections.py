@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import subprocess
-import sys
-import threading
 import time
 
 import pytest
@@ -14,7 +10,7 @@ import conicoid as co
 
 from . import subject
 from .proxy import Proxy
-from .schedulers import cluster
+from .schedulers import cluster, workers
 
 distributed = pytest.importorskip("distributed")
 
@@ -33,40 +29,6 @@ def wires():
             yield f"tcp://127.0.0.1:{proxy.port}", proxy, made.scheduler_address
         finally:
             proxy.close()
-
-
-class Kept:
-    """A process of `dask worker`. It ends when it loses its scheduler, and is started again, as Kubernetes does."""
-
-    def __init__(self, address):
-        self.command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1"]
-        self.started, self.ends = 0, threading.Event()
-        self.thread = threading.Thread(target=self._keep, daemon=True)
-        self.thread.start()
-
-    def _keep(self):
-        while not self.ends.is_set():
-            process = subprocess.Popen(
-                [*self.command, "--no-dashboard"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-            )
-            self.started += 1
-            while process.poll() is None and not self.ends.wait(0.2):
-                pass
-            process.terminate()
-            process.wait(60)
-
-
-@contextlib.contextmanager
-def workers(*addresses):
-    """A worker for each address, until the block ends."""
-    kept = [Kept(address) for address in addresses]
-    try:
-        yield kept
-    finally:
-        for one in kept:
-            one.ends.set()
-        for one in kept:
-            one.thread.join(60)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import conicoid as co
 from conicoid.cluster.course import Course, Piece
 
 from . import subject, tasks
-from .schedulers import cluster
+from .schedulers import cluster, workers
 
 dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
@@ -28,13 +28,14 @@ def client():
     """Of a scheduler that gives a task up as soon as one worker has died with it; Dask's own limit is four."""
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 0}),
-        cluster(1) as made,
+        cluster(0) as made,
+        workers(made.scheduler_address),
         distributed.Client(made) as client,
     ):
         yield client
 
 
-def done_by(executor, call, *arguments, patience=100, **how):
+def done_by(executor, call, *arguments, patience=200, **how):
     """What one task brings; a failure where nothing has come of it for so many seconds."""
     until = time.monotonic() + patience
 
