@@ -141,8 +141,8 @@ def test_the_integrator_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -
     loaded(monkeypatch, "conicoid.integrators.curvature", code)
     (added,) = eval(line.strip())
     monkeypatch.setitem(INTEGRATORS, added.name, added)
-    with pytest.raises(ValueError, match="render: integrator must be one of .*, curvature, got 'path'"):
-        co.Scene([]).render(1, 1, integrator="path")
+    with pytest.raises(ValueError, match="render: integrator must be one of .*, curvature, got 'photons'"):
+        co.Scene([]).render(1, 1, integrator="photons")
     run_tests(test)
 
 

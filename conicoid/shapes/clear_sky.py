@@ -15,7 +15,7 @@ from .background import Environment
 from .calls import explained
 from .calm import calm
 from .color import Color, checked_color, linear_rgb
-from .validate import nonnegative, number, vector
+from .validate import nonnegative, number, shown, vector, whole
 from .vector import FloatArray, VectorLike
 
 _PEREZ = {
@@ -66,10 +66,11 @@ def clear_sky(
         raise ValueError(f"clear_sky: turbidity must be in [2, 10], got {haze}")
     scale = nonnegative("clear_sky", "intensity", intensity)
     reflectance = linear_rgb(checked_color("clear_sky", "ground", ground))
-    if isinstance(height, bool) or not isinstance(height, int) or not 4 <= height <= 4096:
-        raise ValueError(f"clear_sky: height must be a whole number from 4 to 4096, got {height!r}")
+    rows = whole(height)
+    if rows is None or not 4 <= rows <= 4096:
+        raise ValueError(f"clear_sky: height must be a whole number from 4 to 4096, got {shown(height)}")
     towards = np.array([x, y, z]) / np.sqrt(x * x + y * y + z * z)
-    directions, weights = _directions(height)
+    directions, weights = _directions(rows)
     upper = directions[..., 2] > 0
     light = np.where(upper[..., None], _radiance(directions, towards, haze), 0.0)
     irradiance = (light * (weights * np.maximum(directions[..., 2], 0))[..., None]).sum(axis=(0, 1))

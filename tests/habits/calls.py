@@ -97,6 +97,13 @@ LOOKS: dict[str, Call] = {
         dict(position=(0, 0, 1), direction=(0, 0, 1), angle=3, soft_edge=1, intensity=1, falloff="none"),
     ),
     "Sky": (co.Sky, dict(zenith="red", horizon="red", ground="red")),
+    "glow": (co.glow, dict(emission=3, color="red")),
+    "plastic": (co.plastic, dict(color="red", refractive_index=1.5, roughness=0.2)),
+    "conductor": (co.conductor, dict(index=(1, 1, 1), extinction=(1, 1, 1), roughness=0.2)),
+    **{each.__name__: (each, dict(roughness=0.2)) for each in (co.gold, co.silver, co.copper, co.aluminium, co.iron)},
+    "fog": (co.fog, dict(scattering=1, absorption=1, anisotropy=0.5)),
+    "Environment": (co.Environment, dict(pixels=[[[1, 1, 1]]], intensity=1, rotation=0)),
+    "clear_sky": (co.clear_sky, dict(sun=(0, 0, 1), turbidity=3, ground="red", intensity=1, height=4)),
     "Camera": (co.Camera, dict(position=(7, 0, 0), look_at=(0, 0, 0), up=(0, 0, 1), field_of_view=40)),
     "OrthographicCamera": (
         co.OrthographicCamera,

@@ -70,6 +70,16 @@ def test_highlights(material, cosine):
     assert seen == pytest.approx(np.array((1, 0.5, 0)) * cosine**12, rel=1e-6)
 
 
+# Lamps
+
+
+def test_what_glows_is_seen():
+    """Its emission, whatever light there is; it lights nothing here."""
+    lamp = co.Body(co.Box((-1, -1, 0), (1, 1, 1)), co.glow((3, 2, 0.5)))
+    assert color([lamp]).tolist() == [3, 2, 0.5]
+    assert color([lamp], [co.DirectionalLight((0, 0, -1), 9)]).tolist() == [3, 2, 0.5]
+
+
 # Shadows
 
 
