@@ -6,8 +6,9 @@ import math
 from typing import Any, NamedTuple
 
 from ..compiler.jit import helper, inline
+from ..engine.numbers.turns import cos_sin_turns
 from ..engine.numbers.vectors import dot, normalized
-from ..scattering.warps import Direction, around, sphere_direction, to_world, turned
+from ..scattering.warps import Direction, around, sphere_direction, to_world
 from ..shading.lights import share, towards
 from ..shading.look import Look
 from .environment import Environment, environment_density, environment_direction, environment_radiance
@@ -138,7 +139,7 @@ def _to_ball(source: Any, x: float, y: float, z: float, u: float, v: float) -> t
 @inline
 def _on_disc(source: Any, u: float, v: float) -> Direction:
     """A point of a disc."""
-    c, s = turned(v)
+    c, s = cos_sin_turns(v)
     r = source.radius * math.sqrt(u)
     a, b, m = source.across, source.beside, source.center
     return m[0] + r * (c * a[0] + s * b[0]), m[1] + r * (c * a[1] + s * b[1]), m[2] + r * (c * a[2] + s * b[2])
@@ -171,7 +172,7 @@ def _on_cylinder(source: Any, u: float, v: float) -> tuple[Direction, Direction]
     r, length = source.radius, source.length
     a, b, w, m = source.across, source.beside, source.along, source.center
     side = length / (length + r)  # of the area
-    c, s = turned(v)
+    c, s = cos_sin_turns(v)
     if u < side:
         h = length * u / side
         nx, ny, nz = c * a[0] + s * b[0], c * a[1] + s * b[1], c * a[2] + s * b[2]

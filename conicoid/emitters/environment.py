@@ -19,8 +19,9 @@ from ..compiler.jit import helper, inline
 from ..compiler.shapes import shaped
 from ..engine.body.uv import turns
 from ..engine.numbers.angles import acos
+from ..engine.numbers.turns import cos_sin_turns
 from ..engine.tables import Floats
-from ..scattering.warps import Direction, turned
+from ..scattering.warps import Direction
 from ..shapes.rounded import sin_cos_degrees
 
 
@@ -119,8 +120,8 @@ def _cell_density(around_all: Environment, row: int, column: int) -> float:
     share = around_all.rows[row + 1] - around_all.rows[row]
     at = row * (w + 1) + column
     share *= around_all.columns[at + 1] - around_all.columns[at]
-    top, _ = turned(0.5 * row / around_all.height)
-    bottom, _ = turned(0.5 * (row + 1) / around_all.height)
+    top, _ = cos_sin_turns(0.5 * row / around_all.height)
+    bottom, _ = cos_sin_turns(0.5 * (row + 1) / around_all.height)
     return float(share * w / (2.0 * math.pi * (top - bottom)))
 
 
@@ -156,9 +157,9 @@ def environment_direction(around_all: Environment, u: float, v: float) -> tuple[
     column = _last_below(around_all.columns, first, w, v)
     low, high = around_all.columns[first + column], around_all.columns[first + column + 1]
     t = (v - low) / (high - low) if high > low else 0.5
-    top, _ = turned(0.5 * row / h)
-    bottom, _ = turned(0.5 * (row + 1) / h)
+    top, _ = cos_sin_turns(0.5 * row / h)
+    bottom, _ = cos_sin_turns(0.5 * (row + 1) / h)
     z = top + s * (bottom - top)  # uniform in solid angle within the pixel
-    c, q = turned(min(1.0, (column + t) / w))
+    c, q = cos_sin_turns(min(1.0, (column + t) / w))
     r = math.sqrt(max(0.0, (1.0 - z) * (1.0 + z)))
     return (r * c, r * q, z), _cell_density(around_all, row, column)

@@ -13,13 +13,13 @@ import numpy as np
 
 from ..compiler.jit import helper, inline, kernel
 from ..compiler.shapes import shaped
+from ..engine.numbers.turns import cos_sin_turns
 from ..engine.numbers.vectors import normalized
 from ..engine.tables import Floats
 from ..film.filters import QUANTILES, Filter, lower_filter
 from ..shapes.arrays import without_traces
 from ..shapes.vector import FloatArray
 from .camera import EQUIRECTANGULAR, LINEAR, NUMBERS, THIN_LENS, AnyCamera
-from .turns import cos_sin_turns
 from .wide_cameras import EQUIDISTANT, EQUISOLID
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 
 from ..compiler.jit import inline
+from ..engine.numbers.turns import cos_sin_turns
 from ..engine.numbers.vectors import dot, normalized
-from .warps import Direction, turned
+from .warps import Direction
 
 
 @inline
@@ -37,7 +38,7 @@ def visible_facet(o: Direction, alpha: float, u: float, v: float) -> Direction:
     Dupuy and Benyoub, Sampling visible GGX normals with spherical caps, CGF 42(8), 2023.
     """
     x, y, z = normalized(alpha * o[0], alpha * o[1], o[2])
-    c, s = turned(u)
+    c, s = cos_sin_turns(u)
     height = (1.0 - v) * (1.0 + z) - z
     r = math.sqrt(max(0.0, (1.0 - height) * (1.0 + height)))
     return normalized(alpha * (r * c + x), alpha * (r * s + y), max(0.0, height + z))

@@ -5,46 +5,18 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-import numpy as np
-
 from ..compiler.jit import helper, inline
 from ..engine.numbers.exponential import log_of
-from ..engine.numbers.polynomial import polynomial
+from ..engine.numbers.turns import cos_sin_turns
 from ..engine.numbers.vectors import dot
 
 Direction: TypeAlias = tuple[float, float, float]
-
-_SIN = (
-    2.8114572543455206e-15, -7.647163731819816e-13, 1.6059043836821613e-10, -2.505210838544172e-08,
-    2.7557319223985893e-06, -0.0001984126984126984, 0.008333333333333333, -0.16666666666666666,
-)  # fmt: skip
-_COS = (
-    4.779477332387385e-14, -1.1470745597729725e-11, 2.08767569878681e-09, -2.755731922398589e-07,
-    2.48015873015873e-05, -0.001388888888888889, 0.041666666666666664, -0.5,
-)  # fmt: skip
-"""Taylor's series of (sin x - x) / x³ and (cos x - 1) / x² in x², |x| <= pi / 4: 2^-54 of the results."""
-
-
-@inline
-def turned(u: float) -> tuple[float, float]:
-    """(cos, sin) of 2 pi u, for u in [0, 1]."""
-    quarter = np.floor(4.0 * u + 0.5)
-    x = 2.0 * math.pi * (u - 0.25 * quarter)
-    z = x * x
-    s, c = x + x * z * polynomial(z, _SIN), 1.0 + z * polynomial(z, _COS)
-    if quarter == 1.0:
-        return -s, c
-    if quarter == 2.0:
-        return -c, -s
-    if quarter == 3.0:
-        return s, -c
-    return c, s
 
 
 @inline
 def around(u: float, z: float) -> Direction:
     """The unit vector of height z at the angle 2 pi u."""
-    c, s = turned(u)
+    c, s = cos_sin_turns(u)
     r = math.sqrt(max(0.0, (1.0 - z) * (1.0 + z)))
     return r * c, r * s, z
 
@@ -52,7 +24,7 @@ def around(u: float, z: float) -> Direction:
 @inline
 def cosine_direction(u: float, v: float) -> Direction:
     """A direction of the upper hemisphere, of density cos / pi (Malley): a point of the disc, raised."""
-    c, s = turned(v)
+    c, s = cos_sin_turns(v)
     r = math.sqrt(u)
     return r * c, r * s, math.sqrt(1.0 - u)
 

@@ -82,7 +82,7 @@ def footprint(geometry: Geometry, texture: Any, at: Place, u: float, v: float) -
         p, q = coordinates(geometry, texture.mapping, at, at.x + r * tx, at.y + r * ty, at.z + r * tz)
         du, dv = p - u, q - v
         if texture.mapping != BOX:
-            du -= np.rint(du)  # across the seam
+            du -= np.floor(du + 0.5)  # across the seam
         du, dv = du / texture.scale[0] * texture.size[0], dv / texture.scale[1] * texture.size[1]
         uu, uv, vv = uu + du * du, uv + du * dv, vv + dv * dv
     middle, half = 0.5 * (uu + vv), 0.5 * (uu - vv)
@@ -102,7 +102,7 @@ def image_color(geometry: Geometry, texels: Texels, texture: Any, at: Place) -> 
     du, dv, long, short = footprint(geometry, texture, at, u, v)
     size, wraps = (texture.size[0], texture.size[1], texture.size[2]), (texture.wraps[0], texture.wraps[1])
     u, v = (u - texture.offset[0]) / texture.scale[0], (v - texture.offset[1]) / texture.scale[1]
-    taps = int(min(_MOST_TAPS, max(1.0, np.ceil(long / max(short, 1.0)))))
+    taps = int(min(_MOST_TAPS, max(1.0, -np.floor(-long / max(short, 1.0)))))
     reach = max(short, long / taps)
     du, dv = du * long / texture.size[0], dv * long / texture.size[1]
     r, g, b = 0.0, 0.0, 0.0
