@@ -27,10 +27,10 @@ _SHAPES = {
     "Union": "region", "Intersection": "region", "Difference": "region", "Complement": "region",
     "Painted": "region",
     "Shape": "base", "Solid": "base", "Sheet": "base", "Body": "body",
-    "Material": "material", "matte": "material", "phong": "material", "blinn_phong": "material", "lacquer": "material",
-    "mirror": "material", "glass": "material", "metal": "material", "glow": "material", "plastic": "material",
-    "conductor": "material", "gold": "material", "silver": "material", "copper": "material", "aluminium": "material",
-    "iron": "material", "fog": "material",
+    "Material": "material", "matte": "looks", "phong": "looks", "blinn_phong": "looks", "lacquer": "looks",
+    "mirror": "looks", "glass": "looks", "metal": "looks", "glow": "looks", "plastic": "looks",
+    "conductor": "metals", "gold": "metals", "silver": "metals", "copper": "metals", "aluminium": "metals",
+    "iron": "metals", "fog": "looks",
     "AIR": "material", "WATER": "material", "GLASS": "material", "VACUUM": "material", "Checker": "checker",
     "ImageTexture": "texture", "Gradient": "texture", "Noise": "texture", "Wood": "texture", "Brick": "texture",
     "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light",
@@ -113,27 +113,27 @@ if TYPE_CHECKING:
     from .shapes.light import DirectionalLight as DirectionalLight
     from .shapes.light import PointLight as PointLight
     from .shapes.light import SpotLight as SpotLight
+    from .shapes.looks import blinn_phong as blinn_phong
+    from .shapes.looks import fog as fog
+    from .shapes.looks import glass as glass
+    from .shapes.looks import glow as glow
+    from .shapes.looks import lacquer as lacquer
+    from .shapes.looks import matte as matte
+    from .shapes.looks import metal as metal
+    from .shapes.looks import mirror as mirror
+    from .shapes.looks import phong as phong
+    from .shapes.looks import plastic as plastic
     from .shapes.material import AIR as AIR
     from .shapes.material import GLASS as GLASS
     from .shapes.material import VACUUM as VACUUM
     from .shapes.material import WATER as WATER
     from .shapes.material import Material as Material
-    from .shapes.material import aluminium as aluminium
-    from .shapes.material import blinn_phong as blinn_phong
-    from .shapes.material import conductor as conductor
-    from .shapes.material import copper as copper
-    from .shapes.material import fog as fog
-    from .shapes.material import glass as glass
-    from .shapes.material import glow as glow
-    from .shapes.material import gold as gold
-    from .shapes.material import iron as iron
-    from .shapes.material import lacquer as lacquer
-    from .shapes.material import matte as matte
-    from .shapes.material import metal as metal
-    from .shapes.material import mirror as mirror
-    from .shapes.material import phong as phong
-    from .shapes.material import plastic as plastic
-    from .shapes.material import silver as silver
+    from .shapes.metals import aluminium as aluminium
+    from .shapes.metals import conductor as conductor
+    from .shapes.metals import copper as copper
+    from .shapes.metals import gold as gold
+    from .shapes.metals import iron as iron
+    from .shapes.metals import silver as silver
     from .shapes.one_sheet_hyperboloid import OneSheetHyperboloid as OneSheetHyperboloid
     from .shapes.parabolic_cylinder import ParabolicCylinder as ParabolicCylinder
     from .shapes.plane import Plane as Plane

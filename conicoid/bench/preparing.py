@@ -19,7 +19,7 @@ from ..scene import Scene
 from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.light import AmbientLight, PointLight
-from ..shapes.material import matte
+from ..shapes.looks import matte
 from . import povray, raysect
 from .core import write_core
 from .fresh import Place, place

@@ -24,7 +24,7 @@ from ..scene import Scene
 from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.light import AmbientLight, PointLight
-from ..shapes.material import matte
+from ..shapes.looks import matte
 from . import embree, fresh, limits, mitsuba, povray, preparing, raysect, trimesh
 from .peer import Peer
 from .row import Measured, Row, Size

@@ -19,7 +19,9 @@ import numpy as np
 
 from ..shapes import REGISTRY, Shape
 from ..shapes.color import color_hint
-from ..shapes.material import CONSTRUCTORS, Material, matte
+from ..shapes.looks import matte
+from ..shapes.makers import CONSTRUCTORS
+from ..shapes.material import Material
 from ..shapes.texture import ImagePath
 from ..shapes.vector import Matrix4
 from .data_files import beside

@@ -15,7 +15,8 @@ from ..shapes import Shape
 from ..shapes.body import Body
 from ..shapes.bulk import Bulk
 from ..shapes.image_file import Pixels
-from ..shapes.material import Material, spelled
+from ..shapes.makers import spelled
+from ..shapes.material import Material
 from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
 from ..shapes.properties import Properties
 from ..shapes.texture import ImagePath, ImageTexture

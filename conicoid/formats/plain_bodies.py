@@ -15,7 +15,8 @@ from typing import Any, TypeAlias
 from ..shapes import REGISTRY, Shape
 from ..shapes.body import Body
 from ..shapes.bulk import Bulk
-from ..shapes.material import Material, as_material
+from ..shapes.makers import as_material
+from ..shapes.material import Material
 from ..shapes.motion import AXES, STILL, Motion
 from .fields import fields_of
 from .kinds import Fixed, Kind, Maybe, Number, Several

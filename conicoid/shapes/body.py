@@ -14,7 +14,8 @@ from .calls import explained_methods
 from .carried import restore
 from .elsewhere import no_attribute, no_operator
 from .fixed import fixed
-from .material import Material, as_material
+from .makers import as_material
+from .material import Material
 from .validate import shown, what
 
 

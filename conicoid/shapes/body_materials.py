@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .arrays import real_array
 from .base import Shape
 from .bulk import Bulk
-from .material import as_material
+from .makers import as_material
 from .validate import shown, what
 
 Index = npt.NDArray[np.int32]

@@ -9,7 +9,8 @@ from typing import Any, Literal
 from .base import Sheet, Solid
 from .boxes import around, common, is_empty
 from .cut_bounds import NO_CUTS, NOTHING_KNOWN, Cuts, KnownBoxes, cut_bounds
-from .material import Material, as_material
+from .makers import as_material
+from .material import Material
 from .motion import STILL, Motion
 from .validate import shown, what
 from .vector import Box

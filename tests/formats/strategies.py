@@ -19,7 +19,8 @@ from conicoid.formats.kinds import Choice, Fixed, Flag, Kind, Maybe, Named, Numb
 from conicoid.shapes import REGISTRY, Sheet, Solid
 from conicoid.shapes.bulk import Bulk
 from conicoid.shapes.light import LIGHTS
-from conicoid.shapes.material import CONSTRUCTORS, Material
+from conicoid.shapes.makers import CONSTRUCTORS
+from conicoid.shapes.material import Material
 
 COMBINED = ("Union", "Intersection", "Difference", "Complement", "Painted", "ClippedSheet")
 PRIMITIVES = sorted(set(REGISTRY) - set(COMBINED))

@@ -10,7 +10,8 @@ import pytest
 import conicoid as co
 from conicoid.shapes.background import as_background
 from conicoid.shapes.light import as_lights
-from conicoid.shapes.material import CONSTRUCTORS, Material
+from conicoid.shapes.makers import CONSTRUCTORS
+from conicoid.shapes.material import Material
 
 
 def test_constants_are_those_of_the_source():

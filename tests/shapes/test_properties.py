@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import conicoid as co
 from conicoid.formats.schema import scene_schema
-from conicoid.shapes.material import CONSTRUCTORS
+from conicoid.shapes.makers import CONSTRUCTORS
 from conicoid.shapes.properties import Properties
 
 ENERGIES = [0.03, 0.06, 0.1]

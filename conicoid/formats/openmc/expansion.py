@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from ...shapes.base import Solid
-from ...shapes.material import Material, matte
+from ...shapes.looks import matte
+from ...shapes.material import Material
 from ...shapes.region import Union
 from ..errors import MOST, Problem, SceneFileError
 from . import limits
