@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .colormap import COLORMAPS, mapped
-from .film.tone import Tone, checked_exposure, checked_tone, developed
+from .film.names import Tone
+from .film.tone import checked_exposure, checked_tone, developed
 from .shapes.arrays import is_masked, real_array
 from .shapes.calls import explained_methods
 from .shapes.calm import calm

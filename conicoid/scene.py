@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .engine.lowering import Lowered
     from .engine.memory import Memory
     from .engine.prepared import Prepared
-    from .film.filters import Filter
+    from .film.names import Filter
     from .image import Image
     from .render.camera import AnyCamera, Camera, OrthographicCamera
     from .scene_parts import Bodies

@@ -68,7 +68,7 @@ def test_motions_of_shapes_are_motions(name, motion):
     (lambda: co.Scene([], cameras=3), r"\(did you mean camera\?\)"),
     (lambda: CAMERA.rays(64), r"^Camera.rays\(\) missing height; call it as rays\(width, height\)$"),
     (lambda: SCENE.rays(10), r"^Scene.rays\(\) missing height; call it as rays\(width, height\)$"),
-    (lambda: co.Image(np.eye(3)).save(), r"^Image.save\(\) missing path; call it as save\(path\)$"),
+    (lambda: co.Image(np.eye(3)).save(), r"^Image.save\(\) missing path; call it as save\(path, \*, bits\)$"),
     (lambda: HITS.save(), r"^Hits.save\(\) missing path"), (lambda: RAYS.save(), r"^Rays.save\(\) missing path"),
     (lambda: HITS.detached(1), r"^Hits.detached\(\) takes no arguments, got 1"),
     (lambda: co.Hits.concatenate(HITS, HITS), r"^Hits.concatenate\(\) takes 1 argument, got 2 \(put parts in a list\)"),

@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from ..film.filters import FILTERS, Filter
-from ..film.layer_names import LAYERS, checked_layers
-from ..film.tone import TONES, Tone, checked_exposure, checked_tone
+from ..film.names import FILTERS, LAYERS, MOST_SAMPLES, TONES, Filter, Tone
 from ..integrators import INTEGRATORS, with_option
-from ..render.picture import MOST_SAMPLES
 from .parts import (
     STDOUT,
     SceneFile,
@@ -246,6 +243,9 @@ def _film(
     context: typer.Context, output: Path, layers: str | None, bits: int | None, exposure: float, tone: str
 ) -> tuple[str, ...]:
     """The names of the layers; mistakes in what is saved are found before anything is rendered."""
+    from ..film.layer_names import checked_layers
+    from ..film.tone import checked_exposure, checked_tone
+
     suffix = ".png" if output == STDOUT else output.suffix.lower()
     only_with(context, "an .exr", suffix == ".exr", "layers")
     only_with(context, "a .png or an .exr", suffix in (".png", ".exr"), "bits")

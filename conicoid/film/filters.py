@@ -16,16 +16,15 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any
 
 import numpy as np
 
 from ..shapes.suggestion import close_to
 from ..shapes.validate import shown
 from ..shapes.vector import FloatArray
+from .names import FILTERS, Filter
 
-Filter: TypeAlias = Literal["box", "tent", "gaussian", "mitchell", "blackman-harris"]
-FILTERS: tuple[Filter, ...] = get_args(Filter)
 QUANTILES = 1025
 """In so many even steps, from the first to the last, the absolute value of a filter is cut."""
 _FINE = 1 << 16

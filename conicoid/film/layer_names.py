@@ -6,17 +6,8 @@ from typing import Any
 
 from ..shapes.suggestion import close_to
 from ..shapes.validate import shown
+from .names import LAYERS
 
-LAYERS = {
-    "albedo": "the colours of what is first seen, without light: the mean of all samples, (h, w, 3)",
-    "normal": "the outward unit normal at the pixel's centre, (h, w, 3); 0 where nothing is",
-    "depth": "the distance from the camera at the pixel's centre, (h, w); inf where nothing is",
-    "position": "the point of the world at the pixel's centre, (h, w, 3); NaN where nothing is",
-    "body": "the number of the body at the pixel's centre, (h, w) integers; -1 where nothing is",
-    "samples": "how many samples the pixel has, (h, w) integers",
-    "error": "the standard error of its brightness as displayed, (h, w); see `noise`",
-}
-"""Name -> what it is."""
 OF_SUMS = ("samples", "error")
 
 

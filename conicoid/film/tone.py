@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,8 @@ from ..shapes.row_vectors import product
 from ..shapes.suggestion import close_to
 from ..shapes.validate import number, shown
 from ..shapes.vector import FloatArray
+from .names import TONES, Tone
 
-Tone: TypeAlias = Literal["srgb", "filmic", "agx"]
-TONES: tuple[Tone, ...] = get_args(Tone)
 _MOST_STOPS = 64.0
 
 _INSET = np.array([

@@ -305,6 +305,6 @@ def _alternatives(hints: tuple[Any, ...]) -> Kind:
     records = {hint.__name__: hint for hint in classes if dataclasses.is_dataclass(hint)}
     kinds = [kind_of(hint) for hint in rest if hint not in records.values()]
     if records:
-        kinds.append(Tagged(records, " or ".join(records)))
+        kinds.append(Tagged(records, next(iter(records)) if len(records) == 1 else "pattern"))
     kind = kinds[0] if len(kinds) == 1 else OneOf(tuple(kinds))
     return Maybe(kind) if len(rest) < len(hints) else kind

@@ -30,11 +30,6 @@ class Integrator:
     """Its module in this folder, where that is not called as the integrator is."""
 
     @property
-    def kernel(self) -> str:
-        """The name of the kernel that fills a film with its pictures."""
-        return f"{self.module}_tiles"
-
-    @property
     def module(self) -> str:
         """The name of its module; integrators of one module have one kernel."""
         return self.file or self.name

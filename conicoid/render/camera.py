@@ -57,7 +57,7 @@ class AnyCamera:
         return LINEAR, (0.0, 0.0, 0.0, 0.0)
 
     def pixel(self, width: int, height: int) -> tuple[float, float]:
-        """How large a pixel is at the camera, and how much more for each unit of the way from there."""
+        """How large a pixel of a picture of `width` x `height` is at the camera, and how much more each unit away."""
         lens = self.lens
         return 2 * float(lengths(lens[2])) / height, 2 * float(lengths(lens[5])) / height
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..film.filters import Filter, checked_filter
+from ..film.filters import checked_filter
+from ..film.names import MOST_SAMPLES, SAMPLES, Filter
 from ..integrators import INTEGRATORS
 from ..shapes.material import DEFAULT, Material
 from ..shapes.repeated_labels import looks_of
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from ..engine.threads import Progress
     from .passes import Preview
     from .tiles import Film
-
-SAMPLES, MOST_SAMPLES = 4, 1 << 14
-"""For each pixel where nobody says how many, and at most where only the noise is said."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ from ..compiler.shapes import shaped
 from ..engine.numbers.turns import cos_sin_turns
 from ..engine.numbers.vectors import normalized
 from ..engine.tables import Floats
-from ..film.filters import QUANTILES, Filter, lower_filter
+from ..film.filters import QUANTILES, lower_filter
+from ..film.names import Filter
 from ..shapes.arrays import without_traces
 from ..shapes.vector import FloatArray
 from .camera import EQUIRECTANGULAR, LINEAR, NUMBERS, THIN_LENS, AnyCamera

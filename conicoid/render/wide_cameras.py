@@ -32,7 +32,7 @@ class _Around(AnyCamera):
         return np.array([self.position, zero, zero, forward, right, up])
 
     def pixel(self, width: int, height: int) -> tuple[float, float]:
-        """How large a pixel is at the camera, and how much more for each unit of the way from there."""
+        """How large a pixel of a picture of `width` x `height` is at the camera, and how much more each unit away."""
         kind, numbers = self.optics
         return 0.0, (4 * math.pi * numbers[1] if kind == FISHEYE else math.pi) / height
 
@@ -82,6 +82,7 @@ class FisheyeCamera(_Around):
         "equidistant": θ in proportion to r;
         "equisolid": sin(θ/2) in proportion to r, equal areas for equal solid angles, as most lenses do;
         "stereographic": tan(θ/2) in proportion to r: small circles stay circles.
+    position, look_at: where the camera is, and what is in the middle; `up` is upwards in the picture.
     `field_of_view` is in (0, 360], of a stereographic one below 360.
     """
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import warnings
 from hashlib import blake2b
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .color import srgb_decode
 from .validate import shown
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 MOST_TEXELS = 1 << 27
 _PHOTOS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
@@ -47,8 +49,11 @@ def _again(array: Any) -> Pixels:
     return Pixels(np.array(array))
 
 
-def read_pixels(path: Path) -> Pixels:
+def read_pixels(file: str | os.PathLike[str]) -> Pixels:
     """The picture in a file. Raises ValueError for a file that is missing, no picture, damaged, or too large."""
+    from pathlib import Path  # few scenes have pictures on their bodies
+
+    path = Path(file)
     try:
         is_there = path.is_file()
     except (OSError, ValueError):  # no name that the system could have

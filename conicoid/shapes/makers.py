@@ -38,7 +38,7 @@ def as_material(owner: str, value: Any, hint: str = "") -> Material:
         return value
     if isinstance(value, PATTERNS):
         return matte(value)
-    if isinstance(value, str) and value in CONSTRUCTORS:
+    if isinstance(value, str) and value in CONSTRUCTORS and value not in ("gold", "silver"):  # which are colours
         expected = f"materials are made by functions: co.{value}(...), without quotes"
         raise ValueError(f"{owner}: material must be a Material or a colour, got {value!r}; {expected}")
     if isinstance(value, str):

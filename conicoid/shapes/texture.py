@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -126,7 +125,7 @@ def _pixels_of(image: Any) -> Pixels:
         return image
     if isinstance(image, str | os.PathLike):
         try:
-            return read_pixels(Path(image))
+            return read_pixels(image)
         except ValueError as error:
             raise ValueError(f"ImageTexture: image {error}") from None
     given = getattr(image, "pixels", image)

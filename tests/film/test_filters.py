@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.film.filters import FILTERS, RADII, lower_filter
+from conicoid.film.filters import RADII, lower_filter
+from conicoid.film.names import FILTERS
 
 MOMENT = {
     "box": 1 / 12,

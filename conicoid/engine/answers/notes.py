@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 import threading
 from collections.abc import Callable, Iterator
 
@@ -30,4 +29,6 @@ def tell_once(labels: Labels, text: Callable[[], str]) -> None:
         notes.extend([] if notes else [text()])
     elif not vars(labels).get("_told_overlaps"):
         vars(labels)["_told_overlaps"] = True
+        import logging
+
         logging.getLogger("conicoid").warning("%s", text())

@@ -6,7 +6,7 @@ from .case import broken
 
 broken("materials as a list", "materials: [{phong: {}}]\nbodies: []\n", 1, "materials: must be a mapping from names")
 broken(
-    "unknown look", "materials: {a: {fong: {}}}\nbodies: []\n", 1, "unknown material 'fong'", "did you mean 'phong'?"
+    "unknown look", "materials: {a: {phonk: {}}}\nbodies: []\n", 1, "unknown material 'phonk'", "did you mean 'phong'?"
 )
 broken("two looks", "materials: {a: {phong: {}, glass: {}}}\nbodies: []\n", 1, 'material "a": must be a material')
 broken(
@@ -24,7 +24,7 @@ broken(
 )
 broken("unknown color", "materials: {a: {matte: {color: redd}}}\nbodies: []\n", 1, "color must be", "got 'redd'")
 broken(
-    "unknown pattern", "materials: {a: {matte: {color: {Chequer: {}}}}}\nbodies: []\n", 1, "unknown Checker 'Chequer'"
+    "unknown pattern", "materials: {a: {matte: {color: {Chequer: {}}}}}\nbodies: []\n", 1, "unknown pattern 'Chequer'"
 )
 broken(
     "pattern with a mistake",
@@ -83,7 +83,7 @@ broken(
     "unknown key 'lookat'",
     "did you mean 'look_at'?",
 )
-broken("unknown camera", "camera: {FisheyeCamera: {}}\nbodies: []\n", 1, "unknown camera 'FisheyeCamera'")
+broken("unknown camera", "camera: {PanoramaCamera: {}}\nbodies: []\n", 1, "unknown camera 'PanoramaCamera'")
 broken("background is a number", "background: 3\nbodies: []\n", 1, "background: must be 3 numbers, or a text", "got 3")
 broken(
     "background is half a color", "background: [1, 1]\nbodies: []\n", 1, "background: must be 3 numbers", "got [1, 1]"

@@ -41,6 +41,7 @@ def report(line: dict[str, Any]) -> None:
 def main(kind: str, first: int, count: int, folder: Path) -> None:
     faulthandler.enable()
     warnings.simplefilter("error")
+    warnings.filterwarnings("ignore", message=".* is linear light, .* times white")  # random numbers may be that
     mapped = (
         int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize() if sys.platform == "linux" else 0
     )

@@ -20,7 +20,7 @@ BOXES = {"assembly": ((-10.8, -10.8, -22.0), (10.8, 10.8, 402.0)), "kinds": ((-3
 
 def box(name: str, scene: co.Scene) -> tuple[FloatArray, FloatArray]:
     """Around the geometry with a margin."""
-    low, high = BOXES.get(name, extent(body.shape.bounds for body in scene.bodies))
+    low, high = BOXES.get(name, extent(np.array([body.shape.bounds for body in scene.bodies]).reshape(-1, 6)))
     margin = 0.02 * (np.array(high) - low)
     return low - margin, high + margin
 
