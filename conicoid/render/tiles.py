@@ -65,16 +65,34 @@ def tile_corner(tile: int, width: int) -> tuple[int, int]:
 
 
 @helper
-def camera_rays(
+def plain_rays(
+    lens: Floats, pixels: Longs, lanes: Floats, film: Film, left: int, top: int, sample: int, settings: Settings,
+    progressive: bool,
+) -> int:  # fmt: skip
+    """`camera_rays` of a pinhole or an orthographic camera, without a filter: a loop of its own, which is short."""
+    height, width, count = film.shape[0], film.shape[1], 0
+    seed, samples = settings.seed, settings.samples
+    for row in range(top, min(height, top + SQUARE)):
+        for column in range(left, min(width, left + SQUARE)):
+            pixel = row * width + column
+            if progressive:
+                x, y = sobol_pair(seed, pixel, sample, 0)
+            else:
+                x, y = sample_in_pixel(seed, pixel, sample, samples)
+            pixels[count] = pixel
+            ox, oy, oz, dx, dy, dz = camera_ray(lens, column + x, row + y, width, height)
+            put_ray(lanes, count, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
+            count += 1
+    return count
+
+
+@helper
+def special_rays(
     view: View, frame: Frame, lanes: Floats, film: Film, left: int, top: int, sample: int, settings: Settings,
     progressive: bool,
 ) -> int:  # fmt: skip
-    """One ray through each pixel of the square at (left, top), row by row; returns how many pixels that are.
-
-    Their numbers go into the frame, and what each ray counts, where they do not count the same.
-    """
-    height, width, count = film.shape[0], film.shape[1], 0
-    seed, is_plain = settings.seed, view.kind == LINEAR and view.filtered == 0
+    """`camera_rays` of any camera and filter."""
+    height, width, count, seed = film.shape[0], film.shape[1], 0, settings.seed
     for row in range(top, min(height, top + SQUARE)):
         for column in range(left, min(width, left + SQUARE)):
             pixel = row * width + column
@@ -83,20 +101,31 @@ def camera_rays(
             else:
                 x, y = sample_in_pixel(seed, pixel, sample, settings.samples)
             frame.pixels[count] = pixel
-            if is_plain:
-                ox, oy, oz, dx, dy, dz = camera_ray(view.lens, column + x, row + y, width, height)
-            else:
-                weight = view.scale
-                if view.filtered == 1:
-                    x, one = filtered_offset(view, x)
-                    y, other = filtered_offset(view, y)
-                    x, y, weight = x + 0.5, y + 0.5, weight * one * other
-                a, b = sobol_pair(seed, pixel, sample, 1) if view.kind == THIN_LENS else (0.5, 0.5)
-                ox, oy, oz, dx, dy, dz, is_seen = special_ray(view, column + x, row + y, a, b, width, height)
-                frame.weights[count] = weight if is_seen else 0.0
+            weight = view.scale
+            if view.filtered == 1:
+                x, one = filtered_offset(view, x)
+                y, other = filtered_offset(view, y)
+                x, y, weight = x + 0.5, y + 0.5, weight * one * other
+            a, b = sobol_pair(seed, pixel, sample, 1) if view.kind == THIN_LENS else (0.5, 0.5)
+            ox, oy, oz, dx, dy, dz, is_seen = special_ray(view, column + x, row + y, a, b, width, height)
+            frame.weights[count] = weight if is_seen else 0.0
             put_ray(lanes, count, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
             count += 1
     return count
+
+
+@inline
+def camera_rays(
+    view: View, frame: Frame, lanes: Floats, film: Film, left: int, top: int, sample: int, settings: Settings,
+    progressive: bool,
+) -> int:  # fmt: skip
+    """One ray through each pixel of the square at (left, top), row by row; returns how many pixels that are.
+
+    Their numbers go into the frame, and what each ray counts, where they do not count the same.
+    """
+    if view.kind == LINEAR and view.filtered == 0:
+        return plain_rays(view.lens, frame.pixels, lanes, film, left, top, sample, settings, progressive)
+    return special_rays(view, frame, lanes, film, left, top, sample, settings, progressive)
 
 
 @allocator
