@@ -9,6 +9,7 @@ import typer
 
 from .exit_codes import FOUND
 from .measuring import LENGTHS_EXAMPLES, MEASURE_EXAMPLES, lengths, measure
+from .pages import EXPORT_EXAMPLES, PLAYGROUND_EXAMPLES, VIEW_EXAMPLES, export, playground, view
 from .parts import (
     STDOUT,
     Command,
@@ -75,82 +76,9 @@ def common(
 
 app.command(cls=Command, epilog=RENDER_EXAMPLES)(render)
 app.command(cls=Command, epilog=TURNTABLE_EXAMPLES)(turntable)
-
-
-@app.command(
-    cls=Command,
-    epilog="Examples:\n\n  conicoid view scene.yaml\n\n  conicoid view --quadrics\n\n"
-    "The page follows the file as it changes. docs/viewer.md says what can be done on it.",
-)
-def view(
-    scene: Annotated[
-        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file, YAML or JSON.", show_default=False)
-    ] = None,
-    quadrics: Annotated[bool, typer.Option("--quadrics", help="The nine quadrics, with sliders.")] = False,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
-    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
-) -> None:
-    """Walk around in a scene in the browser, until Ctrl-C."""
-    with user_mistakes():
-        if (scene is None) != quadrics:
-            raise ValueError("view: give either a scene file or --quadrics")
-        from ..viewer.quadrics import quadrics_scene
-        from ..viewer.server import serve
-        from ..viewer.session import Session, stamp_of
-
-        if scene is None:
-            session = Session(quadrics_scene(), "Nine quadrics", select=0)
-        else:
-            stamp = stamp_of(scene)
-            loaded = load(scene, None)
-            prepare(loaded)
-            session = Session(loaded, scene.stem, scene, stamp=stamp)
-        with compile_notes():
-            session.scene()
-        serve(session, port, browser, say)
-
-
-@app.command(
-    cls=Command,
-    epilog="Examples:\n\n  conicoid playground\n\n  conicoid playground scene.yaml\n\n"
-    "The file stays as it is. docs/playground.md says what can be done there.",
-)
-def playground(
-    scene: Annotated[
-        Path | None, typer.Argument(metavar="[SCENE]", help="A scene file to begin with.", show_default=False)
-    ] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page on this machine; 0: any free one.")] = 0,
-    browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
-) -> None:
-    """Type a scene in the browser, and read what is on a ray, until Ctrl-C."""
-    with user_mistakes():
-        from ..viewer.playground import Playground
-        from ..viewer.server import serve
-
-        if scene is not None:
-            load(scene, None)
-        with compile_notes():
-            session = Playground(scene)
-        serve(session, port, browser, say)
-
-
-@app.command(cls=Command, epilog="Example:\n\n  conicoid export scene.yaml scene.html")
-def export(
-    scene: SceneFile,
-    output: Annotated[Path, typer.Argument(metavar="PAGE", help="The page, .html.", show_default=False)],
-) -> None:
-    """Write a scene as one page that any current browser shows, from a disk, with no server."""
-    with user_mistakes():
-        if output.suffix.lower() not in (".html", ".htm"):
-            raise ValueError(f"{output}: pages are saved as .html")
-        check_folder(output)
-        loaded = load(scene, None)
-        from ..viewer import export as write_page
-
-        prepare(loaded)
-        with compile_notes():
-            write_page(loaded, output, scene.stem)
-        say(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")
+app.command(cls=Command, epilog=VIEW_EXAMPLES)(view)
+app.command(cls=Command, epilog=PLAYGROUND_EXAMPLES)(playground)
+app.command(cls=Command, epilog=EXPORT_EXAMPLES)(export)
 
 
 @app.command(

@@ -64,6 +64,14 @@ def tile_corner(tile: int, width: int) -> tuple[int, int]:
     return SIDE * (tile % across), SIDE * (tile // across)
 
 
+@inline
+def _in_pixel(progressive: bool, seed: int, pixel: int, sample: int, samples: int) -> tuple[float, float]:
+    """Where in its pixel a sample lies, (x, y) in [0, 1)²."""
+    if progressive:
+        return sobol_pair(seed, pixel, sample, 0)
+    return sample_in_pixel(seed, pixel, sample, samples)
+
+
 @helper
 def plain_rays(
     lens: Floats, pixels: Longs, lanes: Floats, film: Film, left: int, top: int, sample: int, settings: Settings,
@@ -75,10 +83,7 @@ def plain_rays(
     for row in range(top, min(height, top + SQUARE)):
         for column in range(left, min(width, left + SQUARE)):
             pixel = row * width + column
-            if progressive:
-                x, y = sobol_pair(seed, pixel, sample, 0)
-            else:
-                x, y = sample_in_pixel(seed, pixel, sample, samples)
+            x, y = _in_pixel(progressive, seed, pixel, sample, samples)
             pixels[count] = pixel
             ox, oy, oz, dx, dy, dz = camera_ray(lens, column + x, row + y, width, height)
             put_ray(lanes, count, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
@@ -96,10 +101,7 @@ def special_rays(
     for row in range(top, min(height, top + SQUARE)):
         for column in range(left, min(width, left + SQUARE)):
             pixel = row * width + column
-            if progressive:
-                x, y = sobol_pair(seed, pixel, sample, 0)
-            else:
-                x, y = sample_in_pixel(seed, pixel, sample, settings.samples)
+            x, y = _in_pixel(progressive, seed, pixel, sample, settings.samples)
             frame.pixels[count] = pixel
             weight = view.scale
             if view.filtered == 1:

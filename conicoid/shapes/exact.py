@@ -28,11 +28,11 @@ from .number import (
     rounded,
     settled,
     simplest_ratio,
-    sin_cos_degrees,
     sqrt,
     total,
 )
 from .number import Number as Exact
+from .sines import sin_cos_degrees
 
 __all__ = [
     "BITS", "CANCELLED", "IDENTITY", "ONE", "ZERO", "Exact", "Row", "Rows", "Writable", "apply", "cancelling_sum",

@@ -38,9 +38,6 @@ def as_material(owner: str, value: Any, hint: str = "") -> Material:
         return value
     if isinstance(value, PATTERNS):
         return matte(value)
-    if isinstance(value, str) and value in CONSTRUCTORS and value not in ("gold", "silver"):  # which are colours
-        expected = f"materials are made by functions: co.{value}(...), without quotes"
-        raise ValueError(f"{owner}: material must be a Material or a colour, got {value!r}; {expected}")
     if isinstance(value, str):
         return _of_color(owner, value, hint)
     if isinstance(value, (tuple, list, np.ndarray)):
@@ -50,10 +47,13 @@ def as_material(owner: str, value: Any, hint: str = "") -> Material:
 
 @lru_cache(maxsize=256)
 def _of_color(owner: str, color: str, hint: str) -> Material:
-    """The matte material of a colour's text."""
+    """The matte material of a colour's text: also of "gold" and "silver", which are metals where they are called."""
     try:
         return matte(checked_color(owner, "material", color))
     except ValueError as error:
+        if color in CONSTRUCTORS:
+            expected = f"materials are made by functions: co.{color}(...), without quotes"
+            raise ValueError(f"{owner}: material must be a Material or a colour, got {color!r}; {expected}") from None
         raise ValueError(f"{error}{hint if not color.startswith('#') else ''}") from None
 
 

@@ -10,8 +10,8 @@ from fractions import Fraction
 
 from . import exact as ex
 from .coefficients import Symmetric
-from .number import mpmath_of, of_mpmath
 from .rational import eliminated
+from .sines import mpmath_of, of_mpmath
 from .surface import UPRIGHT, QuadricSurface, Triples
 
 _WEAK = Fraction(1, 1024)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .number import Number, Symbol, exact, rounded, sqrt, total
-from .number import sin_cos_degrees as exact_sin_cos
+from .sines import sin_cos_degrees as exact_sin_cos
 from .traced import Plain
 from .vector import FloatArray
 

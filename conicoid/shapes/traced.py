@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from . import number
+from . import number, sines
 from .number import Number, Symbol, exact
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ class Plain(_Compared, Symbol):
         degrees = self.value % 360.0
         turn = round(degrees / 30.0) % 12 if 30.0 * round(self.value / 30.0) == self.value else 12
         self.tape.code.append(("turn", 0, self.register, turn, 0))
-        s, c = number.sin_cos_degrees(self.value)
+        s, c = sines.sin_cos_degrees(self.value)
         if turn < 12:
             return s, c
         return self.tape.sine_cosine(self.register, s, c)

@@ -13,10 +13,11 @@ import flint
 import pytest
 
 from conicoid.shapes import exact as ex
-from conicoid.shapes import number
+from conicoid.shapes import sines
 from conicoid.shapes.coefficients import Symmetric
-from conicoid.shapes.number import BITS, Number, cut, exact, fraction, settled, simplest_ratio, sin_cos_degrees, sqrt
+from conicoid.shapes.number import BITS, Number, cut, exact, fraction, settled, simplest_ratio, sqrt
 from conicoid.shapes.principal_axes import eigen
+from conicoid.shapes.sines import sin_cos_degrees
 
 ANGLES = [15, 16, 22.5, 45, 60, 75, 105, 120, 285, 0.1, 1e-3, 1e-80, 359.9, -7.25, 1e6 + 0.3]
 
@@ -187,7 +188,7 @@ def test_threads_do_not_share_a_precision():
     def work(k: int) -> None:
         for turn in range(1, 13):
             wrong.extend(k for a, b in zip(eigen(stretched(k))[0], alone[k], strict=True) if a - b)
-            s, c = number._sin_cos_degrees.__wrapped__(turn / 7)
+            s, c = sines._sin_cos_degrees.__wrapped__(turn / 7)
             wrong.extend([k] if s * s + c * c - 1 else [])
 
     switches = sys.getswitchinterval()

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from ...shapes import number
+from ...shapes import number, sines
 from ...shapes.number import Number
 from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Signs
@@ -50,8 +50,8 @@ def _series() -> Longs:
     for k in range(_TERMS):
         coefficients.append(factor)
         factor = -factor / ((2 * k + 2) * (2 * k + 3))
-    with number.mpmath_of(number.BITS) as mp:
-        degree = number.of_mpmath(mp.pi / 180, number.BITS - 64)
+    with sines.mpmath_of(number.BITS) as mp:
+        degree = sines.of_mpmath(mp.pi / 180, number.BITS - 64)
     return np.array([wide_row(value) for value in (degree, *reversed(coefficients))])
 
 

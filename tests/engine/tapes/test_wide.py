@@ -14,7 +14,7 @@ from conicoid.engine.tapes.order import in_order
 from conicoid.engine.tapes.play import Recording
 from conicoid.engine.tapes.tape import ELSEWHERE, HELD, OPEN
 from conicoid.engine.tapes.wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
-from conicoid.shapes import number
+from conicoid.shapes import number, sines
 from conicoid.shapes.number import Number, exact, fraction, rounded, sqrt
 from conicoid.shapes.recorder import Tape
 
@@ -101,12 +101,12 @@ def test_many_are():
 @pytest.mark.parametrize("degrees", [0.25, 1e-9, 17.5, 45.0, 89.999, 91.0, -123.456, 359.0, 400.5, -1e7 + 0.125])
 def test_sine_and_cosine(degrees):
     tape = Tape()
-    for each in number.sin_cos_degrees(tape.input(degrees)):
+    for each in sines.sin_cos_degrees(tape.input(degrees)):
         tape.write_wide(each)
         tape.write(number.rounded(each))
     played = Recording.of(tape).play(np.array([[degrees], [degrees + 0.03125]]), NOTHING, np.zeros(2, np.int32))
     for row, angle in enumerate((degrees, degrees + 0.03125)):
-        for k, truth in enumerate(number.sin_cos_degrees(angle)):
+        for k, truth in enumerate(sines.sin_cos_degrees(angle)):
             error = abs(value(played.wides[row, k]) - fraction(truth))
             assert error <= bound(played.wides[row, k]) < abs(fraction(truth)) / 2**210
             assert played.floats[row, k] == float(truth)
@@ -115,7 +115,7 @@ def test_sine_and_cosine(degrees):
 @pytest.mark.parametrize("turns", range(12))
 def test_multiples_of_thirty_degrees_have_recordings_of_their_own(turns):
     tape = Tape()
-    for each in number.sin_cos_degrees(tape.input(30.0 * turns)):
+    for each in sines.sin_cos_degrees(tape.input(30.0 * turns)):
         tape.write(number.rounded(each))
     angles = np.array([[30.0 * turns], [30.0 * turns - 360.0], [30.0 * turns + 30.0], [31.0 * turns + 1.0]])
     played = Recording.of(tape).play(angles, NOTHING, np.zeros(4, np.int32))
