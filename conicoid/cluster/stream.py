@@ -12,9 +12,9 @@ from ..engine.answers.rays import Rays
 from ..engine.answers.spans import Crossings, Spans
 from ..formats.ray_stream import RayStream, TimedRays
 from ..shapes.carried import aligned
-from ..shapes.suggestion import close_to
+from ..shapes.suggestion import one_of
 from ..shapes.validate import path as checked_path
-from ..shapes.validate import shown, what
+from ..shapes.validate import what
 from . import queries
 from .course import Course, Piece, closing
 from .pace import Pace
@@ -50,10 +50,7 @@ def stream(
     scene: Any, rays: Any, query: str, chunk: int | None, executor: Any, out: Any, options: dict[str, Any]
 ) -> Any:
     """`scene.stream`."""
-    if query not in QUERIES:
-        close = close_to(query, QUERIES) if isinstance(query, str) else ""
-        meant = f" (did you mean {close!r}?)" if close else ""
-        raise ValueError(f"stream: query must be one of {', '.join(QUERIES)}, got {shown(query)}{meant}")
+    one_of("stream", "query", query, QUERIES)
     if query == "line_integral" and "values" not in options:
         raise TypeError("stream: line_integral needs values=")
     limits = options.pop("t_min", _LIMITS[0]), options.pop("t_max", _LIMITS[1])

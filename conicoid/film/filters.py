@@ -20,8 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..shapes.suggestion import close_to
-from ..shapes.validate import shown
+from ..shapes.suggestion import one_of
 from ..shapes.vector import FloatArray
 from .names import FILTERS, Filter
 
@@ -65,12 +64,7 @@ _CURVES: dict[str, Callable[[FloatArray], FloatArray]] = {
 
 def checked_filter(owner: str, value: Any) -> Filter:
     """The name of a filter, or a ValueError."""
-    for name in FILTERS:
-        if isinstance(value, str) and value == name:
-            return name
-    close = close_to(value, FILTERS) if isinstance(value, str) else ""
-    meant = f" (did you mean {close!r}?)" if close else ""
-    raise ValueError(f"{owner}: filter must be one of {', '.join(FILTERS)}, got {shown(value)}{meant}")
+    return one_of(owner, "filter", value, FILTERS)
 
 
 @functools.cache

@@ -16,8 +16,8 @@ import numpy as np
 
 from ..shapes.color import srgb_decode
 from ..shapes.row_vectors import product
-from ..shapes.suggestion import close_to
-from ..shapes.validate import number, shown
+from ..shapes.suggestion import one_of
+from ..shapes.validate import number
 from ..shapes.vector import FloatArray
 from .names import TONES, Tone
 
@@ -39,12 +39,7 @@ _AGX = (15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232)
 
 def checked_tone(owner: str, value: Any) -> Tone:
     """The name of a tone curve, or a ValueError."""
-    for name in TONES:
-        if isinstance(value, str) and value == name:
-            return name
-    close = close_to(value, TONES) if isinstance(value, str) else ""
-    meant = f" (did you mean {close!r}?)" if close else ""
-    raise ValueError(f"{owner}: tone must be one of {', '.join(TONES)}, got {shown(value)}{meant}")
+    return one_of(owner, "tone", value, TONES)
 
 
 def checked_exposure(owner: str, value: Any) -> float:

@@ -12,7 +12,7 @@ from ..film.names import MOST_SAMPLES, SAMPLES, Filter
 from ..integrators import INTEGRATORS
 from ..shapes.material import DEFAULT, Material
 from ..shapes.repeated_labels import looks_of
-from ..shapes.suggestion import close_to
+from ..shapes.suggestion import one_of
 from ..shapes.validate import positive, shown, whole
 from ..shapes.vector import FloatArray
 from .camera import AnyCamera, as_camera, checked_size
@@ -147,13 +147,9 @@ def _with_pixels(look: Any, job: Job) -> Any:
 
 def check_options(samples: Any, integrator: Any, seed: Any, depth: Any) -> dict[str, Any]:
     """The options of a picture, or an error."""
-    if not isinstance(integrator, str) or integrator not in INTEGRATORS:
-        close = close_to(integrator, INTEGRATORS) if isinstance(integrator, str) else ""
-        meant = f" (did you mean {close!r}?)" if close else ""
-        raise ValueError(f"render: integrator must be one of {', '.join(INTEGRATORS)}, got {shown(integrator)}{meant}")
     return dict(
         samples=_whole("samples", samples, 1, 2**20),
-        integrator=integrator,
+        integrator=one_of("render", "integrator", integrator, INTEGRATORS),
         seed=_whole("seed", seed, 0, 2**63 - 1),
         depth=_whole("depth", depth, 0, 10_000),
     )

@@ -13,7 +13,7 @@ from ..shapes.degrees import degrees
 from ..shapes.other_names import hinted
 from ..shapes.rounded import sin_cos_degrees, tan_degrees
 from ..shapes.row_vectors import dot_rows, lengths
-from ..shapes.validate import shown
+from ..shapes.suggestion import one_of
 from ..shapes.vector import FloatArray, VectorLike
 from .camera import EQUIRECTANGULAR, FISHEYE, UP, AnyCamera, _check, basis
 
@@ -95,9 +95,7 @@ class FisheyeCamera(_Around):
     def __post_init__(self) -> None:
         _check(self)
         angle = degrees("FisheyeCamera", "field_of_view", self.field_of_view)
-        if not isinstance(self.projection, str) or self.projection not in get_args(Projection):
-            names = ", ".join(map(repr, get_args(Projection)))
-            raise ValueError(f"FisheyeCamera: projection must be one of {names}, got {shown(self.projection)}")
+        one_of("FisheyeCamera", "projection", self.projection, get_args(Projection))
         if not 0 < angle <= 360 or (angle == 360 and self.projection == "stereographic"):
             limits = "(0, 360)" if self.projection == "stereographic" else "(0, 360]"
             raise ValueError(f"FisheyeCamera: field_of_view must be in {limits} degrees, got {angle}")

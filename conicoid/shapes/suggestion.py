@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import Any, TypeVar
 
-from .validate import listed
+from .validate import listed, shown
+
+Name = TypeVar("Name", bound=str)
 
 _COMPARED = 5000
 """Names that one is compared with, which takes a fraction of a second."""
@@ -17,6 +20,17 @@ def close_to(name: str, known: Collection[str], least: float = 0.6) -> str:
     folded = {item.casefold(): item for item in known if len(item) <= 100}
     close = difflib.get_close_matches(name.casefold()[:100], folded, n=1, cutoff=least)
     return folded[close[0]] if close else ""
+
+
+def one_of(owner: str, field: str, value: Any, known: Collection[Name]) -> Name:
+    """The value, where it is one of the known names; a ValueError that lists them, and says which may be meant."""
+    if isinstance(value, str):
+        for name in known:
+            if value == name:
+                return name
+    close = close_to(value, known) if isinstance(value, str) else ""
+    meant = f" (did you mean {close!r}?)" if close else ""
+    raise ValueError(f"{owner}: {field} must be one of {', '.join(known)}, got {shown(value)}{meant}")
 
 
 def did_you_mean(name: str, known: Collection[str]) -> str:

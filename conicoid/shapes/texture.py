@@ -20,6 +20,7 @@ from .arrays import real_array
 from .checker import Checker
 from .color import Color, checked_color
 from .image_file import Pixels, read_pixels
+from .suggestion import one_of
 from .validate import flag, nonnegative, number, numbers, positive, shown, whole
 
 Mapping: TypeAlias = Literal["uv", "latitude", "box"]
@@ -30,13 +31,6 @@ Sides: TypeAlias = float | tuple[float, float]
 
 class ImagePath(str):
     """The name of a picture's file; in a scene file relative to its folder."""
-
-
-def _choice(owner: str, field: str, value: Any, kind: Any) -> Any:
-    names = get_args(kind)
-    if not isinstance(value, str) or value not in names:
-        raise ValueError(f"{owner}: {field} must be one of {', '.join(map(repr, names))}, got {shown(value)}")
-    return value
 
 
 def _sides(owner: str, field: str, value: Any) -> Sides:
@@ -79,14 +73,14 @@ class ImageTexture:
 
     def __post_init__(self) -> None:
         name = "ImageTexture"
-        object.__setattr__(self, "mapping", _choice(name, "mapping", self.mapping, Mapping))
+        object.__setattr__(self, "mapping", one_of(name, "mapping", self.mapping, get_args(Mapping)))
         object.__setattr__(self, "scale", _sides(name, "scale", self.scale))
         u, v = numbers(name, "offset", self.offset, 2)
         object.__setattr__(self, "offset", (u, v))
         wraps = self.wrap if isinstance(self.wrap, tuple | list) else (self.wrap, self.wrap)
         if len(wraps) != 2:
             raise ValueError(f"{name}: wrap must be a word, or two, got {shown(self.wrap)}")
-        first, second = (_choice(name, "wrap", each, Wrap) for each in wraps)
+        first, second = (one_of(name, "wrap", each, get_args(Wrap)) for each in wraps)
         object.__setattr__(self, "wrap", (first, second))
         object.__setattr__(self, "data", flag(name, "data", self.data))
         pixels = _pixels_of(self.image)
@@ -154,7 +148,7 @@ class Gradient:
 
     def __post_init__(self) -> None:
         _check_colors(self, "a", "b")
-        object.__setattr__(self, "along", _choice("Gradient", "along", self.along, Along))
+        object.__setattr__(self, "along", one_of("Gradient", "along", self.along, get_args(Along)))
         object.__setattr__(self, "length", positive("Gradient", "length", self.length))
         object.__setattr__(self, "offset", number("Gradient", "offset", self.offset))
 
@@ -238,7 +232,7 @@ class Brick:
         if variation > 1:
             raise ValueError(f"Brick: variation must be in [0, 1], got {variation}")
         object.__setattr__(self, "variation", variation)
-        object.__setattr__(self, "mapping", _choice("Brick", "mapping", self.mapping, Mapping))
+        object.__setattr__(self, "mapping", one_of("Brick", "mapping", self.mapping, get_args(Mapping)))
 
 
 Texture: TypeAlias = ImageTexture | Gradient | Noise | Wood | Brick

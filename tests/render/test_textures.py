@@ -327,10 +327,10 @@ def test_arrays_cannot_stand_in_a_scene_file(tmp_path):
     [
         (lambda: co.ImageTexture(np.zeros((2, 2))), r"image must be a file or have shape \(height, width, 3\)"),
         (lambda: co.ImageTexture(np.full((2, 2, 3), np.nan)), "image must hold finite numbers"),
-        (lambda: co.ImageTexture(np.zeros((2, 2, 3), np.uint8), "round"), "mapping must be one of 'uv'"),
-        (lambda: co.ImageTexture(np.zeros((2, 2, 3), np.uint8), wrap="twice"), "wrap must be one of 'repeat'"),
+        (lambda: co.ImageTexture(np.zeros((2, 2, 3), np.uint8), "round"), "mapping must be one of uv"),
+        (lambda: co.ImageTexture(np.zeros((2, 2, 3), np.uint8), wrap="twice"), "wrap must be one of repeat"),
         (lambda: co.ImageTexture(np.zeros((2, 2, 3), np.uint8), scale=0), "scale must be > 0"),
-        (lambda: co.Gradient(along="w"), "Gradient: along must be one of 'u'"),
+        (lambda: co.Gradient(along="w"), "Gradient: along must be one of u"),
         (lambda: co.Noise(octaves=0), "Noise: octaves must be a whole number from 1 to 16"),
         (lambda: co.Wood(ring=-1), "Wood: ring must be > 0"),
         (lambda: co.Brick(joint=0.1), "Brick: joint must be less than both of size"),
