@@ -165,6 +165,7 @@ def playing():
 @needs_browser
 def test_the_bits_of_the_engine_are_in_the_page(browser, playing):
     with Page(browser, playing.url, WIDE) as found:
+        found.wait("window.playground && playground.brain.number > 0")
         for example in examples():
             for ray in rays_of(example, 3):
                 words = " ".join(map(repr, (*ray["origin"], *ray["direction"])))
@@ -173,6 +174,18 @@ def test_the_bits_of_the_engine_are_in_the_page(browser, playing):
                 shown = found.ask("conicoid.state.found")
                 assert bits({name: (shown or {}).get(name) for name in expected or {}}) == bits(expected or {})
                 assert (shown is None) == (expected is None)
+        assert found.errors == []
+
+
+@needs_browser
+def test_a_scene_that_had_to_wait_is_shown_when_its_promise_is_kept(browser, playing):
+    """Three at once: the first is asked, the second overtaken by the third, and all that wait, wait for that."""
+    with Page(browser, playing.url, WIDE) as found:
+        found.wait("window.playground && playground.brain.number > 0")
+        texts = [BALL.replace("1}", f"{radius}}}") for radius in (1, 2, 0.5)]
+        takes = ", ".join(f"playground.take({json.dumps(text)}, '0 0 3 0 0 -1')" for text in texts)
+        for which in range(3):
+            assert found.ask(f"[{takes}][{which}].then(() => conicoid.state.found.t)") == 2.5
         assert found.errors == []
 
 

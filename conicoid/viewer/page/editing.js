@@ -22,14 +22,21 @@ export function showSliders(root, scene, item, numbers, change) {
   }
 }
 
-// Calls of an asynchronous function, one at a time; those that a later one overtakes are left out
+// Calls of an asynchronous function, one at a time; those that a later one overtakes are left out. What comes back is
+// kept when none is left: also by a call that had to wait
 export function latest(call) {
-  let busy = false, next = null;
-  const run = async (values) => {
-    if (busy) { next = values; return; }
-    busy = true;
-    try { await call(...values); } finally { busy = false; }
-    if (next) { const values_ = next; next = null; await run(values_); }
+  let running = null, next = null;
+  const loop = async () => {
+    try {
+      while (next) {
+        const values = next;
+        next = null;
+        await call(...values);
+      }
+    } finally { running = null; }
   };
-  return (...values) => run(values);
+  return (...values) => {
+    next = values;
+    return running ??= loop();
+  };
 }
