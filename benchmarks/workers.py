@@ -4,7 +4,7 @@
 
 SCALE 1, if not given, is 10⁸ camera rays (a picture, and shadows) and 10⁷ rays whose spans are summed; 0.01 tries it
 out. Each question is asked in turn of both, three times, and the fastest counts, by the clock: nothing else should
-run. With --dask the workers are those of a scheduler of Dask, else `co.cluster.Processes`. Five minutes on two cores.
+run. With --dask the workers are those of a scheduler of Dask, else `co.cluster.Processes`. Two minutes on two cores.
 
 Then: bytes sent for each ray and brought back; tasks a second that a driver gets through, of those that do nothing;
 bytes a second that it takes in; and what a scene is in bytes. docs/cluster.md puts these together.

@@ -23,9 +23,13 @@ _SHAPES = {
     "Polygon": "polygon", "Polyhedron": "polyhedron", "Quadric": "quadric", "Sphere": "sphere", "Spheres": "spheres",
     "Boxes": "bulk_solids", "Capsules": "bulk_solids", "Cones": "bulk_solids", "Cylinders": "bulk_solids",
     "Ellipsoids": "bulk_solids", "Discs": "bulk_sheets", "Triangles": "bulk_sheets",
+    "Mesh": "mesh", "Extrusion": "mesh", "Revolution": "revolution",
     "Triangle": "triangle", "TwoSheetHyperboloid": "two_sheet_hyperboloid",
     "Union": "region", "Intersection": "region", "Difference": "region", "Complement": "region",
     "Painted": "region",
+    "Conic": "conic", "ConicSheet": "conic", "Lens": "lens", "Mirror": "lens", "Stop": "stop", "Wall": "wall",
+    "Prism": "prism", "PentaPrism": "prism", "CornerCube": "prism",
+    "LensGroup": "lens_group", "Doublet": "lens_group",
     "Shape": "base", "Solid": "base", "Sheet": "base", "Body": "body",
     "Material": "material", "matte": "looks", "phong": "looks", "blinn_phong": "looks", "lacquer": "looks",
     "mirror": "looks", "glass": "looks", "metal": "looks", "glow": "looks", "plastic": "looks",
@@ -35,22 +39,29 @@ _SHAPES = {
     "ImageTexture": "texture", "Gradient": "texture", "Noise": "texture", "Wood": "texture", "Brick": "texture",
     "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light",
     "Environment": "background", "Sky": "background", "clear_sky": "clear_sky",
+    "BodyTrack": "animation", "CameraTrack": "animation",
 }  # fmt: skip
 _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
     "EquirectangularCamera": ".render.wide_cameras", "FisheyeCamera": ".render.wide_cameras",
     "Rays": ".engine.answers.rays", "Hits": ".engine.answers.hits", "Spans": ".engine.answers.spans",
-    "Crossings": ".engine.answers.spans",
+    "Crossings": ".engine.answers.spans", "Distances": ".engine.answers.distances",
+    "BodiesAt": ".engine.answers.bodies_at", "Slice": ".slices.slice", "Outline": ".slices.outline",
+    "Voxels": ".slices.voxels",
+    "fresnel": ".shapes.fresnel", "trace_paths": ".optics.tracing",
     "reflect": ".shading.optics", "refract": ".shading.optics", "set_threads": ".engine.threads",
     "load": ".files", "save": ".files", "load_openmc": ".files", "SceneFileError": ".formats.errors",
+    "Explanation": ".explain.explanation", "SceneSurface": ".explain.surfaces",
     "check": ".checks.check", "Finding": ".checks.finding",
     "Findings": ".checks.finding",
     "measure": ".measures.measure", "Measures": ".measures.measure",
     "SceneMeasures": ".measures.scene_measures",
-    "turntable": ".turntables.turntable", "export": ".viewer.html", "warmup": ".warmup",
+    "molecule": ".molecules", "Molecule": ".molecules",
+    "turntable": ".turntables.turntable", "animate": ".turntables.animation",
+    "export": ".viewer.html", "warmup": ".warmup", "parameters": ".derivatives.parameters",
 }  # fmt: skip
 
-_PACKAGES = ("cluster", "ct")
+_PACKAGES = ("cluster", "ct", "derivatives", "optics")
 """Public names that are packages themselves."""
 
 __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedDunderAll]
@@ -58,14 +69,21 @@ __all__ = ["__version__", *sorted(_HOMES)]  # pyright: ignore[reportUnsupportedD
 if TYPE_CHECKING:
     from . import cluster as cluster
     from . import ct as ct
+    from . import derivatives as derivatives
+    from . import optics as optics
     from .checks.check import check as check
     from .checks.finding import Finding as Finding
     from .checks.finding import Findings as Findings
+    from .derivatives.parameters import parameters as parameters
+    from .engine.answers.bodies_at import BodiesAt as BodiesAt
+    from .engine.answers.distances import Distances as Distances
     from .engine.answers.hits import Hits as Hits
     from .engine.answers.rays import Rays as Rays
     from .engine.answers.spans import Crossings as Crossings
     from .engine.answers.spans import Spans as Spans
     from .engine.threads import set_threads as set_threads
+    from .explain.explanation import Explanation as Explanation
+    from .explain.surfaces import SceneSurface as SceneSurface
     from .files import load as load
     from .files import load_openmc as load_openmc
     from .files import save as save
@@ -74,6 +92,9 @@ if TYPE_CHECKING:
     from .measures.measure import Measures as Measures
     from .measures.measure import measure as measure
     from .measures.scene_measures import SceneMeasures as SceneMeasures
+    from .molecules import Molecule as Molecule
+    from .molecules import molecule as molecule
+    from .optics.tracing import trace_paths as trace_paths
     from .render.camera import Camera as Camera
     from .render.camera import OrthographicCamera as OrthographicCamera
     from .render.wide_cameras import EquirectangularCamera as EquirectangularCamera
@@ -81,6 +102,8 @@ if TYPE_CHECKING:
     from .scene import Scene as Scene
     from .shading.optics import reflect as reflect
     from .shading.optics import refract as refract
+    from .shapes.animation import BodyTrack as BodyTrack
+    from .shapes.animation import CameraTrack as CameraTrack
     from .shapes.background import Environment as Environment
     from .shapes.background import Sky as Sky
     from .shapes.base import Shape as Shape
@@ -98,6 +121,8 @@ if TYPE_CHECKING:
     from .shapes.checker import Checker as Checker
     from .shapes.clear_sky import clear_sky as clear_sky
     from .shapes.cone import Cone as Cone
+    from .shapes.conic import Conic as Conic
+    from .shapes.conic import ConicSheet as ConicSheet
     from .shapes.cylinder import Cylinder as Cylinder
     from .shapes.cylinder_patch import CylinderPatch as CylinderPatch
     from .shapes.disc import Disc as Disc
@@ -106,9 +131,14 @@ if TYPE_CHECKING:
     from .shapes.elliptic_cone import EllipticCone as EllipticCone
     from .shapes.elliptic_cylinder import EllipticCylinder as EllipticCylinder
     from .shapes.elliptic_paraboloid import EllipticParaboloid as EllipticParaboloid
+    from .shapes.fresnel import fresnel as fresnel
     from .shapes.half_space import HalfSpace as HalfSpace
     from .shapes.hyperbolic_cylinder import HyperbolicCylinder as HyperbolicCylinder
     from .shapes.hyperbolic_paraboloid import HyperbolicParaboloid as HyperbolicParaboloid
+    from .shapes.lens import Lens as Lens
+    from .shapes.lens import Mirror as Mirror
+    from .shapes.lens_group import Doublet as Doublet
+    from .shapes.lens_group import LensGroup as LensGroup
     from .shapes.light import AmbientLight as AmbientLight
     from .shapes.light import DirectionalLight as DirectionalLight
     from .shapes.light import PointLight as PointLight
@@ -128,6 +158,8 @@ if TYPE_CHECKING:
     from .shapes.material import VACUUM as VACUUM
     from .shapes.material import WATER as WATER
     from .shapes.material import Material as Material
+    from .shapes.mesh import Extrusion as Extrusion
+    from .shapes.mesh import Mesh as Mesh
     from .shapes.metals import aluminium as aluminium
     from .shapes.metals import conductor as conductor
     from .shapes.metals import copper as copper
@@ -139,14 +171,19 @@ if TYPE_CHECKING:
     from .shapes.plane import Plane as Plane
     from .shapes.polygon import Polygon as Polygon
     from .shapes.polyhedron import Polyhedron as Polyhedron
+    from .shapes.prism import CornerCube as CornerCube
+    from .shapes.prism import PentaPrism as PentaPrism
+    from .shapes.prism import Prism as Prism
     from .shapes.quadric import Quadric as Quadric
     from .shapes.region import Complement as Complement
     from .shapes.region import Difference as Difference
     from .shapes.region import Intersection as Intersection
     from .shapes.region import Painted as Painted
     from .shapes.region import Union as Union
+    from .shapes.revolution import Revolution as Revolution
     from .shapes.sphere import Sphere as Sphere
     from .shapes.spheres import Spheres as Spheres
+    from .shapes.stop import Stop as Stop
     from .shapes.texture import Brick as Brick
     from .shapes.texture import Gradient as Gradient
     from .shapes.texture import ImageTexture as ImageTexture
@@ -154,6 +191,11 @@ if TYPE_CHECKING:
     from .shapes.texture import Wood as Wood
     from .shapes.triangle import Triangle as Triangle
     from .shapes.two_sheet_hyperboloid import TwoSheetHyperboloid as TwoSheetHyperboloid
+    from .shapes.wall import Wall as Wall
+    from .slices.outline import Outline as Outline
+    from .slices.slice import Slice as Slice
+    from .slices.voxels import Voxels as Voxels
+    from .turntables.animation import animate as animate
     from .turntables.turntable import turntable as turntable
     from .viewer.html import export as export
     from .warmup import warmup as warmup
@@ -186,4 +228,4 @@ def _meant(name: str) -> str:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted([*__all__, *_PACKAGES])

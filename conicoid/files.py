@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .formats import scene_file
 from .scene import Scene, as_scene
@@ -15,6 +15,9 @@ from .shapes.calm import calm
 from .shapes.validate import callback, flag, integer
 from .shapes.validate import path as checked_path
 
+if TYPE_CHECKING:
+    from .formats.imports import Imported
+
 _log = logging.getLogger("conicoid")
 _TOLD = 12
 """Notes of an import that are shown at once."""
@@ -22,17 +25,44 @@ _TOLD = 12
 
 @calm
 def load(
-    path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None, outside: bool = False
+    path: str | os.PathLike[str],
+    *,
+    progress: Callable[[int, int], Any] | None = None,
+    outside: bool = False,
+    **options: Any,
 ) -> Scene:
-    """The scene in the YAML or JSON file at `path` (docs/files.md). Nothing in a file is executed.
+    """The scene in the file at `path`: YAML or JSON (docs/files.md), or a file of another program (docs/importing.md).
 
-    progress: progress(done, count) is called now and then, with shares of the work.
+    The format is known by what is in the file. Nothing in a file is executed.
+
+    progress: progress(done, count) is called now and then, with shares of the work, or numbers of bodies.
     outside: may pictures of textures lie outside of the file's folder? Else that is an error.
+    options: of files of other programs, those of `conicoid.formats.imports.Options`: void, max_bodies, strict, only,
+        depth, smooth. `scene.notes` then is what there is to say of the import; what is not as the file says also goes
+        to the log, `logging.getLogger("conicoid")`, as warnings.
 
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
     what was expected and what was found; where there is no such file it is a FileNotFoundError as well.
     """
-    return Scene.load(path, progress=progress, outside=outside)
+    from .formats.imports import Options, format_of
+
+    found = format_of(checked_path("load", path))
+    if found is None:
+        if options:
+            raise TypeError(f"load: {', '.join(options)} are for files of other programs, which {path} is not")
+        return Scene.load(path, progress=progress, outside=outside)
+    flag("load", "outside", outside)
+    return _scene_of(path, found.read(path, Options.of(progress=progress, **options)))
+
+
+def _scene_of(path: str | os.PathLike[str], parts: Imported) -> Scene:
+    """The scene of what was imported, with its notes; its remarks are told."""
+    scene = Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
+    scene._notes = parts.notes
+    if parts.remarks:
+        more = [] if len(parts.remarks) <= _TOLD else [f"... and {len(parts.remarks) - _TOLD:,} more in scene.notes"]
+        _log.warning("%s", "\n".join(f"{os.fspath(path)}: {note}" for note in [*parts.remarks[:_TOLD], *more]))
+    return scene
 
 
 @calm
@@ -78,9 +108,4 @@ def load_openmc(
     callback("load_openmc", "progress", progress)
     max_bodies = integer("load_openmc", "max_bodies", max_bodies, 1)
     parts = openmc.read(checked_path("load_openmc", path), void=void, max_bodies=max_bodies, progress=progress)
-    scene = Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
-    scene._notes = parts.notes
-    if parts.remarks:
-        more = [] if len(parts.remarks) <= _TOLD else [f"... and {len(parts.remarks) - _TOLD:,} more in scene.notes"]
-        _log.warning("%s", "\n".join(f"{os.fspath(path)}: {note}" for note in [*parts.remarks[:_TOLD], *more]))
-    return scene
+    return _scene_of(path, parts)

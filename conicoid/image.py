@@ -7,13 +7,13 @@ import os
 import sys
 import warnings
 from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from .colormap import COLORMAPS, mapped
+from .film.layer_names import Layers
 from .film.names import Tone
 from .film.tone import checked_exposure, checked_tone, developed
 from .shapes.arrays import is_masked, real_array
@@ -23,6 +23,7 @@ from .shapes.carried import restore
 from .shapes.color import srgb_decode
 from .shapes.elsewhere import Told
 from .shapes.other_names import hinted
+from .shapes.same import by_value
 from .shapes.suggestion import close_to
 from .shapes.validate import path as checked_path
 from .shapes.validate import shown
@@ -34,6 +35,7 @@ Pixels = npt.NDArray[np.float32]
 
 @hinted
 @explained_methods
+@by_value("values", "pixels", "exposure", "tone", "layers")
 class Image(metaclass=Told):
     """Linear colours (height, width, 3), or a number per pixel (height, width) seen through a colour map.
 
@@ -52,8 +54,10 @@ class Image(metaclass=Told):
 
     values: Any
     pixels: Pixels
-    layers: Mapping[str, Any] = MappingProxyType({})
+    layers: Mapping[str, Any]
     """What `render(layers=...)` was asked for beside the light, by name."""
+    noise: float | None = None
+    """Of a preview: the error of the whole picture as far as it is, as `render(noise=...)` counts it."""
     exposure: float = 0.0
     tone: Tone = "srgb"
 
@@ -95,7 +99,7 @@ class Image(metaclass=Told):
         if layers:
             for layer in layers.values():
                 layer.setflags(write=False)
-            image.layers = dict(layers)
+            image.layers = Layers(layers)
         return image
 
     @calm
@@ -136,11 +140,20 @@ class Image(metaclass=Told):
 
     def _keep(self, values: Any, colors: Any) -> None:
         self.values, self.pixels = values, np.asarray(colors, dtype=np.float32)
+        self.layers = Layers()
         self.values.setflags(write=False)
         self.pixels.setflags(write=False)
 
     def __getitem__(self, index: Any) -> Any:
         raise TypeError("Image: image.pixels[...] is linear light, np.asarray(image)[...] the bytes that are shown")
+
+    if not TYPE_CHECKING:  # else checkers would let pictures be reckoned with
+
+        def _no_number(self, *_: Any) -> NoReturn:
+            raise TypeError("Image: pictures are no numbers: co.Image(2 * image.pixels) is one of twice the light")
+
+        __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = _no_number
+        __pow__ = __neg__ = __abs__ = __lt__ = __le__ = __gt__ = __ge__ = __float__ = _no_number
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore(self, state)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from .forks import lock
+from .scene_animation import Moving
 from .scene_contents import Contents
 from .scene_edits import Edits
+from .scene_explained import Explained
 from .scene_queries import Queries
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
+from .shapes.bounds import Bounds
 from .shapes.calls import explained_methods
 from .shapes.calm import calm
 from .shapes.elsewhere import Told, no_attribute_of_scene
@@ -30,19 +33,22 @@ if TYPE_CHECKING:
     from .image import Image
     from .render.camera import AnyCamera, Camera, OrthographicCamera
     from .scene_parts import Bodies
+    from .slices.slice import Slice
+    from .slices.voxels import Voxels
 
-_PARTS = ("lights", "camera", "background", "domain")
+_PARTS = ("lights", "camera", "background", "domain", "animation")
 
 
 @explained_methods
-class Scene(Contents, Edits, Queries, metaclass=Told):
+class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
     """Bodies in listing order (ties go to the first), with lights, a camera and a background.
 
     items: shapes or `Body`s; one of these alone is a scene too.
     lights: a list of lights, or one; with none, pictures are lit by some that fit.
     camera: a `Camera`, an `OrthographicCamera` or another one; None for one that fits.
-    background: a colour or a `Sky`.
+    background: a colour, a `Sky` or an `Environment`; None for a pale sky, which lights the scene in light transport.
     domain: a solid that the bodies are to fill: `check` tells where they do not, and nothing else asks for it.
+    animation: a list of `BodyTrack` and `CameraTrack`, by which `at`, films and shutters go.
 
     The scene is immutable; its arrays are built when first asked for.
     Every query takes origins and directions (..., 3), or a `Rays` alone, and keeps the leading shape.
@@ -55,8 +61,10 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
         camera: Any = None,
         background: Any = None,
         domain: Solid | None = None,
+        animation: Any = (),
     ) -> None:
         from .scene_parts import as_bodies, as_camera, as_domain, refuse_same_names, refuse_second
+        from .shapes.animation import as_animation
         from .shapes.background import as_background
         from .shapes.light import as_lights
 
@@ -67,6 +75,7 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
         self._camera = as_camera(camera)
         self._background = as_background(background)
         self._domain = as_domain(domain)
+        self._animation = as_animation(animation)
         for part in (*self._lights, self._camera, self._background):
             fixed(type(part))
         self._prepared: Prepared | None = None
@@ -106,6 +115,9 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
             made._before = of._prepared or of._before
         return made
 
+    def _still(self) -> Scene:
+        return self._edited(self._bodies, *self._parts[1:-1], ()) if self._animation else self
+
     @cached_property
     @calm
     def extent(self) -> Box:
@@ -130,12 +142,12 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
 
     @property
     @calm
-    def bounds(self) -> Box:
+    def bounds(self) -> Bounds:
         """(low, high) around all bodies; ±inf where unbounded, (inf, -inf) for an empty scene."""
         from .scene_parts import boxes_of
         from .shapes.boxes import around_rows
 
-        return around_rows(boxes_of(self._bodies, self._prepared))
+        return Bounds(*around_rows(boxes_of(self._bodies, self._prepared)))
 
     @property
     @calm
@@ -173,7 +185,7 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
 
     @property
     def memory(self) -> Memory:
-        """What the prepared scene takes: bytes of its tables and of its tree, and for how many primitives (`cells`)."""
+        """What the prepared scene takes: bytes of its tables and of its tree, and how many primitives there are."""
         from .engine.memory import memory
 
         return memory(self.geometry)
@@ -191,19 +203,23 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
         camera: AnyCamera | None = None,
         filter: Filter = "box",  # noqa: A002
         noise: float | None = None,
+        shutter: tuple[float, float] | None = None,
+        times: int | None = None,
         layers: bool | str | Iterable[str] = (),
+        groups: Mapping[str, Any] | None = None,
         axes: bool = False,
         labels: bool = False,
         normals: bool = False,
         progress: Callable[[int, int], Any] | None = None,
-        preview: Callable[[Image], Any] | None = None,
+        preview: Callable[[Image], Any] | bool | None = None,
         executor: Any = None,
         resume: str | os.PathLike[str] | None = None,
     ) -> Image:
         """A picture `width` x `height` pixels large; with a camera and light that fit, where none is given.
 
         samples: rays for each pixel, 4 if not given; 1 goes through its centre, more are spread over it.
-        integrator: "whitted"; "normals" or "albedo" for the normals, or the colours, of what is seen.
+        integrator: "whitted"; "path" or "direct" for light as it travels; "occlusion"; "normals" or "albedo" for the
+            normals, or the colours, of what is seen.
         seed: of where in the pixels the rays go; equal seeds give equal pictures.
         depth: how often a ray is reflected or refracted at most.
         camera: in place of the scene's; nothing is prepared anew for it.
@@ -211,45 +227,27 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
             "blackman-harris", which reach beyond it.
         noise: of a progressive integrator, the error of brightness at which a square of pixels is done, as it is
             displayed, where 1 is white; `samples` then is a limit, 16,384 if not given.
+        shutter: when it opens and closes, in the seconds of the scene's animation: what moves meanwhile is blurred.
+        times: in how many moments of that time it is seen, each by as many of the samples; 64 at most if not given.
         layers: names of what else is wanted of each pixel, as `image.layers`, or True for all: "albedo", "normal",
             "depth", "position", "body", "samples", "error".
-        axes, labels, normals: drawn over the picture: the axes of the world with their scale, the names of the bodies
-            (or numbers), arrows along the normals of what is seen.
+        groups: name -> a list of bodies that glow, by name, of lights of the scene, and "background": the light of each
+            group alone is the layer "light.name", as many samples more.
+        axes, labels, normals: drawn over it: the world's axes, names of bodies or numbers, arrows along normals.
         progress: progress(done, count) is called now and then.
-        preview: preview(image) is called with a progressive picture as it becomes better.
+        preview: preview(image) is called with a progressive picture as it becomes better, with its error as
+            `image.noise`; True shows it in a notebook.
         executor: where its tiles are made, as for `first_hit`; the picture is the same to the bit.
         resume: a file of finished tiles, kept up to date: where there are some of this picture, it goes on from them,
             also to more samples where the integrator is progressive.
         """
-        from .film.layer_names import OF_SUMS, checked_layers
-        from .image import Image
-        from .render.layers import layers_of
-        from .render.picture import job_of, render
+        from .scene_pictures import picture_of
 
-        drawn = {name: flag("render", name, on) for name, on in dict(axes=axes, labels=labels, normals=normals).items()}
-        names = checked_layers(layers)
-        job = job_of(self, width, height, samples, integrator, seed, depth, camera, filter, noise)
-        callback("render", "progress", progress)
-        callback("render", "preview", preview)
-
-        def shown(film: Any, sums: Any) -> None:
-            assert preview is not None
-            preview(Image._of_light(film.copy()))
-
-        shows = None if preview is None else shown
-        keeps = any(name in names for name in OF_SUMS)
-        if executor is not None or resume is not None:
-            from .cluster.pictures import rendered
-
-            exposed = rendered(self, job, keeps, executor, resume, progress, shows)
-        else:
-            exposed = render(self, job, keeps, progress, shows)
-        image = Image._of_light(exposed.film, layers_of(self, job, names, exposed))
-        if not any(drawn.values()):
-            return image
-        from .overlay import drawn_over
-
-        return drawn_over(image, self, job.view, **drawn)
+        asked = width, height, samples, integrator, seed, depth, camera, filter, noise, shutter, times
+        return picture_of(
+            self, asked, layers=layers, groups=groups, drawn=dict(axes=axes, labels=labels, normals=normals),
+            progress=progress, preview=preview, executor=executor, resume=resume,
+        )  # fmt: skip
 
     @calm
     def section(
@@ -272,6 +270,44 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
             section_pixels(self.prepared, self._bodies, self.extent, plane, at, width, height, samples)
         )
 
+    @calm
+    def slice(
+        self, origin: Any = "z", u: Any = None, v: Any = None, pixels: Any = 640, *, at: float | None = None,
+        progress: Callable[[int, int], Any] | None = None, executor: Any = None,
+    ) -> Slice:  # fmt: skip
+        """What a plane meets: bodies and materials by pixel, exact outlines of walls, and pictures with a legend.
+
+        origin: a corner of the window, (3,), with u and v; or "x", "y" or "z", across which the plane lies at `at` (0
+            if not given), in a window that fits.
+        u, v: from that corner, over the whole width and height, at right angles.
+        pixels: (width, height), or how many along the longer side.
+        progress: progress(done, count) is called with numbers of pixels.
+        executor: as for `first_hit`.
+        """
+        from .slices.slice import slice_of
+
+        return slice_of(self, origin, u, v, pixels, at, progress, executor)
+
+    @calm
+    def voxels(
+        self, bounds: Any = None, shape: Any = 64, *, fractions: Literal["body", "material"] | None = None,
+        samples: int = 4, axis: Literal["x", "y", "z"] = "z", progress: Callable[[int, int], Any] | None = None,
+        executor: Any = None,
+    ) -> Voxels:  # fmt: skip
+        """The scene in equal boxes: what is at their centres, or with `fractions` how much of each is what.
+
+        bounds: (low, high) of all of them; the scene's if not given.
+        shape: (nx, ny, nz), or how many along the longest side.
+        fractions: "body" or "material": shares of volumes from exact chords, each with a bound on its error.
+        samples: so many rays squared go through each column of voxels; the bounds shrink with them.
+        axis: along which the rays go: what has the same cross-section all along it is best.
+        progress: progress(done, count) is called with numbers of voxels, or of columns for fractions.
+        executor: as for `first_hit`.
+        """
+        from .slices.voxels import voxels_of
+
+        return voxels_of(self, bounds, shape, fractions, samples, axis, progress, executor)
+
     @staticmethod
     def load(
         path: str | os.PathLike[str], *, progress: Callable[[int, int], Any] | None = None, outside: bool = False
@@ -285,7 +321,7 @@ class Scene(Contents, Edits, Queries, metaclass=Told):
 
         callback("load", "progress", progress)
         parts = scene_file.read(checked_path("load", path), progress, flag("load", "outside", outside))
-        return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
+        return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain, parts.animation)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a scene file at `path` that `co.load` reads as an equal scene; `co.save` says more."""

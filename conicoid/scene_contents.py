@@ -29,6 +29,7 @@ class Contents:
     _camera: Any
     _background: Any
     _domain: Solid | None
+    _animation: tuple[Any, ...]
     _notes: tuple[str, ...] = ()
 
     @property
@@ -150,7 +151,7 @@ class Contents:
 
     @property
     def _parts(self) -> tuple[Any, ...]:
-        return self._bodies, self._lights, self._camera, self._background, self._domain
+        return self._bodies, self._lights, self._camera, self._background, self._domain, self._animation
 
     @cached_property
     def _firsts(self) -> Any:

@@ -35,22 +35,24 @@ class Edits:
     def replace(
         self, which: str | int | None = None, item: Shape | Body | None = None, *,
         material: Any = _SAME, name: Any = _SAME,
-        lights: Any = _SAME, camera: Any = _SAME, background: Any = _SAME, domain: Any = _SAME,
+        lights: Any = _SAME, camera: Any = _SAME, background: Any = _SAME, domain: Any = _SAME, animation: Any = _SAME,
     ) -> Scene:  # fmt: skip
-        """A scene with one entry changed, or other lights, camera, background or domain; it prepares only that.
+        """A scene with one entry changed, or other lights, camera, background, domain or animation.
+
+        It prepares only that.
 
         which: the name of the entry, or the number of its body.
         item: a shape takes the place of the entry's shape, which keeps its material and name, and a `Body` that of the
             whole entry, whose name stays if the `Body` has none.
         material, name: change these alone, or besides; None takes them away.
-        lights, camera, background, domain: as for a `Scene`; None takes them away.
+        lights, camera, background, domain, animation: as for a `Scene`; None takes them away.
 
         Raises KeyError and IndexError for an entry that there is not.
         """
         labels = {key: new for key, new in dict(material=material, name=name).items() if new is not _SAME}
         keeps = which is None and item is None and not labels
-        given = (old if new is _SAME else new
-                 for new, old in zip((lights, camera, background, domain), self._parts[1:], strict=True))  # fmt: skip
+        asked = lights, camera, background, domain, animation
+        given = (old if new is _SAME else new for new, old in zip(asked, self._parts[1:], strict=True))
         if keeps:
             return self._edited(self._bodies, *given)
         return self._with_entry(*exchanged(self._bodies, self._first_numbers, which, item, labels), *given)

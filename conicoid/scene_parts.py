@@ -70,6 +70,8 @@ class Entries(tuple[Body, ...]):
         hint = ""
         if name in ("append", "extend", "insert", "remove", "pop", "clear"):
             hint = ": a scene does not change, co.Scene([*scene.bodies, another]) is one of more"
+        elif any(body.name == name for body in self):
+            hint = f": scene[{name!r}] is the one of that name"
         raise AttributeError(f"the entries of a scene have no {name[:80]!r}{hint}")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -210,7 +212,7 @@ def exchanged(
     if isinstance(which, str):
         named(bodies, which)
     if not isinstance(item, (Shape, Body)) and not (item is None and labels):
-        hint = "" if item is None or labels else "; material= and name= change these alone"
+        hint = "" if labels else "; material= and name= change these alone"
         raise TypeError(f"replace: item must be a shape or a Body, got {what(item)}{hint}")
     entry = one_entry(bodies, firsts, which, "replace")
     old = bodies[entry]

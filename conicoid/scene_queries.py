@@ -10,10 +10,13 @@ import numpy as np
 
 from .shapes.arrays import is_lazy
 from .shapes.calm import calm
-from .shapes.validate import callback
+from .shapes.usual import END, START
+from .shapes.validate import callback, flag
 from .shapes.vector import FloatArray
 
 if TYPE_CHECKING:
+    from .engine.answers.bodies_at import BodiesAt
+    from .engine.answers.distances import Distances
     from .engine.answers.hits import Hits
     from .engine.answers.spans import Crossings, Spans
     from .engine.prepared import Prepared
@@ -32,14 +35,15 @@ class Queries:
 
     @calm
     def first_hit(
-        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        self, origins: Any, directions: Any = None, t_min: Any = START, t_max: Any = END, *,
         executor: Any = None,
     ) -> Hits:  # fmt: skip
         """The nearest crossing of each ray in the open interval (t_min, t_max).
 
         origins, directions: (..., 3), which broadcast; or a `Rays` alone. Directions are of any length but 0.
         t_min, t_max: the interval, one for all rays or one for each, in units of the direction's length; where t_min
-            is not below t_max it is empty, and nothing is hit.
+            is not below t_max it is empty, and nothing is hit. If not given, 0 and infinity; of the rays of a scan,
+            `co.Rays.from_scan`, what the scan says.
 
         executor: an executor, a Dask client or a `co.cluster.Workers` that does it in parts, to the same bits; the
             other queries take it as well.
@@ -58,7 +62,7 @@ class Queries:
 
     @calm
     def occluded(
-        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        self, origins: Any, directions: Any = None, t_min: Any = START, t_max: Any = END, *,
         executor: Any = None,
     ) -> Any:  # fmt: skip
         """bool (...): is there any crossing strictly between t_min and t_max?  Equals first_hit(...).t < inf.
@@ -76,7 +80,7 @@ class Queries:
 
     @calm
     def spans(
-        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        self, origins: Any, directions: Any = None, t_min: Any = START, t_max: Any = END, *,
         executor: Any = None,
     ) -> Spans:  # fmt: skip
         """Every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray.
@@ -95,7 +99,7 @@ class Queries:
 
     @calm
     def crossings(
-        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        self, origins: Any, directions: Any = None, t_min: Any = START, t_max: Any = END, *,
         executor: Any = None,
     ) -> Crossings:  # fmt: skip
         """Every crossing of each ray with solids and sheets, strictly between t_min and t_max, sorted along the ray.
@@ -137,7 +141,7 @@ class Queries:
 
     @calm
     def lengths(
-        self, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        self, origins: Any, directions: Any = None, t_min: Any = START, t_max: Any = END, *,
         by: Literal["body", "material"] = "body", overlaps: Literal["both", "error"] | None = None,
         progress: Progress | None = None, executor: Any = None,
     ) -> FloatArray:  # fmt: skip
@@ -164,7 +168,7 @@ class Queries:
 
     @calm
     def line_integral(
-        self, values: Any, origins: Any, directions: Any = None, t_min: Any = 0.0, t_max: Any = math.inf, *,
+        self, values: Any, origins: Any, directions: Any = None, t_min: Any = START, t_max: Any = END, *,
         otherwise: Any = None, overlaps: Literal["both", "error"] | None = None, progress: Progress | None = None,
         executor: Any = None,
     ) -> Any:  # fmt: skip
@@ -202,9 +206,9 @@ class Queries:
             from .cluster.route import located
 
             return located(self, "contains", executor, points)
-        from .engine.queries import queries
+        from .engine.queries.points import body_at
 
-        return np.asarray(queries.body_at(self.prepared, points, "contains") >= 0)[()]
+        return np.asarray(body_at(self.prepared, points, "contains") >= 0)[()]
 
     @calm
     def body_at(self, points: Any, *, executor: Any = None) -> Any:
@@ -217,9 +221,54 @@ class Queries:
             from .cluster.route import located
 
             return located(self, "body_at", executor, points)
-        from .engine.queries import queries
+        from .engine.queries.points import body_at
 
-        return queries.body_at(self.prepared, points)
+        return body_at(self.prepared, points)
+
+    @calm
+    def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
+        """All bodies that contain each point, in their order, as lists one after the other.
+
+        points: (..., 3), finite.
+        executor: as for `first_hit`.
+        """
+        if _goes_elsewhere(executor, points):
+            from .cluster.route import located
+
+            found: BodiesAt = located(self, "bodies_at", executor, points)
+            return found
+        from .engine.queries.points import bodies_at
+
+        return bodies_at(self.prepared, points)
+
+    @calm
+    def distance(
+        self, points: Any, *, exact: bool = False, max_distance: Any = math.inf, progress: Progress | None = None,
+        executor: Any = None,
+    ) -> Distances:  # fmt: skip
+        """How far each point is from the nearest wall of any body: negative inside a solid, inf where there is none.
+
+        By default a certified bound: no wall is nearer than that. It is the distance itself for one surface, less
+        near edges and where bodies are combined.
+
+        points: (..., 3), finite.
+        exact: whether to find the nearest wall itself: its point, normal, body and face, with an error bound.
+        max_distance: walls beyond are not looked for, one for all points or one for each; such distances are infinite.
+        progress: progress(done, count) is called with numbers of points.
+        executor: as for `first_hit`.
+
+        Raises ValueError for points that are not finite and a max_distance that is not positive.
+        """
+        from .engine.queries import distances
+
+        callback("distance", "progress", progress)
+        exact = flag("distance", "exact", exact)
+        if _goes_elsewhere(executor, points):
+            from .cluster.route import measured
+
+            found: Distances = measured(self, executor, points, max_distance, exact, progress)
+            return found
+        return distances.distance(self.prepared, points, max_distance, exact, progress)
 
 
 def _goes_elsewhere(executor: Any, *arrays: Any) -> bool:

@@ -15,7 +15,7 @@ def warmup() -> None:
 
     if SHIPPED is not None:
         return
-    for call in (_answers, _pictures, _coherent, _in_no_order, _one_by_one, _exact, _large, _many):
+    for call in (_answers, _pictures, _coherent, _in_no_order, _one_by_one, _exact, _large, _many, _explained):
         call()
 
 
@@ -31,6 +31,7 @@ def _answers() -> None:
     certain, touching = (0.0, 0.0, 5.0), (1.0, 0.0, 5.0)
     for origins in ([certain], [touching], [certain, touching]):
         hits = scene.first_hit(origins, (0.0, 0.0, -1.0))
+        hits.before  # noqa: B018 (worked out when asked)
         for rays in (hits.rays, hits.spawn((0.0, 0.0, 1.0)), hits.spawn((1.0, 0.0, 0.0))):
             for name in along_rays:
                 answer = getattr(scene, name)(rays)
@@ -39,6 +40,8 @@ def _answers() -> None:
                     answer[:1].detached()
     for name in at_points:
         getattr(scene, name)([(0.0, 0.0, 0.0)])
+    scene.voxels(shape=1, fractions="body", samples=1)
+    scene.distance([(0.0, 0.0, 0.0)], exact=True).detached()
 
 
 def _pictures() -> None:
@@ -99,7 +102,7 @@ def _exact() -> None:
     two = Scene([Sphere(1.0), Sphere(1.0, (1.0, 0.0, 0.0))])
     edge = (0.5, 0.0, 5.0), (0.0, 0.0, -1.0)
     for query in (two.first_hit, two.spans, two.crossings):
-        query(*edge)
+        query(*edge).detached()
     Scene([Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
 
 
@@ -110,6 +113,17 @@ def _many() -> None:
     from .shapes.sphere import Sphere
 
     Scene([Sphere(1.0, (float(k), 0.0, 0.0)) for k in range(FEWEST)]).prepare()
+
+
+def _explained() -> None:
+    """What writes down how an answer came about: of solids, and of sheets that are clipped."""
+    from .scene import Scene
+    from .shapes.box import Box
+    from .shapes.polygon import Polygon
+    from .shapes.sphere import Sphere
+
+    corners = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0))
+    Scene([Sphere(1.0) - Box(), Polygon(corners) & Sphere(1.0)]).explain((0.1, 0.2, 5.0), (0.0, 0.0, -1.0))
 
 
 def _large() -> None:

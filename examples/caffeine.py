@@ -1,4 +1,4 @@
-"""A molecule of caffeine, C8H10N4O2, from arrays: its atoms are one entry, its bonds are another."""
+"""A molecule of caffeine, C8H10N4O2, from its atoms' places."""
 
 from __future__ import annotations
 
@@ -17,37 +17,19 @@ H -2.10 -0.78 -0.89  H 4.53 -1.22 0  H 3.09 -1.78 0.89  H 3.09 -1.78 -0.89
 """.split()
 COLORS = {"C": "#3a3d42", "H": "#e8e4dc", "N": "#2f62b5", "O": "#c0392b"}
 RADII = {"C": 0.42, "H": 0.27, "N": 0.40, "O": 0.38}
-LONGEST = {True: 1.25, False: 1.75}
 
 
-def atoms() -> tuple[list[str], np.ndarray]:
-    """(elements, places (N, 3)), standing upright."""
+def molecule() -> co.Molecule:
+    """It stands upright; what is bonded follows from the distances."""
     places = np.array([[float(x) for x in ATOMS[k + 1 : k + 4]] for k in range(0, len(ATOMS), 4)])
-    return ATOMS[::4], (places - (0.9, 1.2, 0))[:, [0, 2, 1]] + (0, 0, 3.8)
-
-
-def bonds(elements: list[str], places: np.ndarray) -> np.ndarray:
-    """(M, 2) pairs of atoms that are near enough; two hydrogens never are."""
-    first, second = np.triu_indices(len(places), 1)
-    light = np.array([(elements[i] == "H") + (elements[k] == "H") for i, k in zip(first, second, strict=True)])
-    near = np.linalg.norm(places[first] - places[second], axis=1) < np.where(light, LONGEST[True], LONGEST[False])
-    return np.column_stack((first, second))[near & (light < 2)]
+    return co.molecule((places - (0.9, 1.2, 0))[:, [0, 2, 1]] + (0, 0, 3.8), ATOMS[::4])
 
 
 def scene() -> co.Scene:
     """Balls for atoms; each bond is two cylinders, which meet in its middle in the colours of its atoms."""
-    elements, places = atoms()
-    kinds = list(COLORS)
-    kind_of = np.array([kinds.index(element) for element in elements])
-    materials = [co.lacquer(COLORS[kind]) for kind in kinds]
-    pairs = bonds(elements, places)
-    starts = np.concatenate([pairs[:, 0], pairs[:, 1]])
-    middles = np.tile(places[pairs].mean(axis=1), (2, 1))
-    radii = np.array([RADII[element] for element in elements])
-    balls = co.Body(co.Spheres(places, radii), materials=materials, material_index=kind_of, name="atoms")
-    rods = co.Cylinders(places[starts], middles, 0.14)
-    sticks = co.Body(rods, materials=materials, material_index=kind_of[starts], name="bonds")
-    turned = [body.rotate("z", 28) for body in (balls, sticks)]
+    colors = {symbol: co.lacquer(color) for symbol, color in COLORS.items()}
+    bodies = molecule().bodies("ball and stick", radii=RADII, colors=colors)
+    turned = [body.rotate("z", 28) for body in bodies]
     camera = co.Camera((0, -17, 9), (0, 0, 3.4), field_of_view=30)
     return co.Scene([*turned, *backdrop()], lights=lights(camera), camera=camera, background=ROOM)
 

@@ -1,10 +1,15 @@
-"""Render every picture of the gallery: python examples/gallery.py [folder] [scale]"""
+"""Render the pictures of the gallery: python examples/gallery.py [folder] [scale] [light] [denoised]
+
+Those by light transport take minutes each, with `light`; without it two of them are made small and with few samples.
+`denoised` takes what noise they have left out of them, by Open Image Denoise (an extra).
+"""
 
 from __future__ import annotations
 
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
@@ -13,22 +18,33 @@ import balls_and_barrel
 import boolean_solids
 import bored_box
 import caffeine
+import camera_lens
+import caustic
 import chess_focus
 import chess_pawn
+import clay_assembly
 import cylinder_patch
+import detector
 import die
 import engine
 import free_cylinder
 import gear_plate
 import glass_water_mirror
 import globe
+import lens_bench
 import lenses
+import mobile
 import nine_quadrics
 import polygons
+import rainbow
 import reactor_pin
+import rotunda
+import salt
 import shepp_logan
 import sliding_planes
 import steinmetz
+import studio_light
+import telescope
 
 PICTURES = {
     "balls_and_barrel": balls_and_barrel.picture,
@@ -42,6 +58,8 @@ PICTURES = {
     "shepp_logan_cut": shepp_logan.picture,
     "bored_box": bored_box.picture,
     "lenses": lenses.picture,
+    "camera_lens": camera_lens.picture,
+    "telescope": telescope.picture,
     "die": die.picture,
     "chess_pawn": chess_pawn.picture,
     "chess_focus": chess_focus.picture,
@@ -50,17 +68,32 @@ PICTURES = {
     "engine": engine.picture,
     "steinmetz": steinmetz.picture,
     "caffeine": caffeine.picture,
+    "salt": salt.picture,
     "reactor_pin": reactor_pin.picture,
     "boolean_solids": boolean_solids.picture,
+    "rainbow": lambda progress, scale: rainbow.picture(progress, scale, samples=4),
+    "caustic": lambda progress, scale: caustic.picture(progress, 0.6 * scale, samples=64),
 }
 
+LIGHT = {
+    "rainbow": rainbow.picture,
+    "caustic": caustic.picture,
+    "studio_light": studio_light.picture,
+    "lens_bench": lens_bench.picture,
+    "rotunda": rotunda.picture,
+    "mobile": mobile.picture,
+    "clay_assembly": clay_assembly.picture,
+    "detector": detector.picture,
+}
+"""By light transport, but for the first, in full."""
 
-def render_all(folder: Path, scale: float, console: Console) -> None:
+
+def render_all(pictures: dict[str, Any], folder: Path, scale: float, console: Console, cleans: bool) -> None:
     """One file for each picture; those that are finished stay if the rest is stopped."""
     folder.mkdir(parents=True, exist_ok=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console) as bars:
-        for name, picture in PICTURES.items():
+        for name, picture in pictures.items():
             task = bars.add_task(f"{name} (compiling kernels, if this is the first time)", total=None)
 
             def show(done: int, count: int, task: TaskID = task, name: str = name) -> None:
@@ -68,6 +101,8 @@ def render_all(folder: Path, scale: float, console: Console) -> None:
                     bars.update(task, description=name, completed=done, total=count)
 
             image = picture(show, scale)
+            if cleans:
+                image = image.denoised()
             image.save(folder / f"{name}.png")
             bars.update(task, description=str(folder / f"{name}.png"), completed=1, total=1)
 
@@ -75,10 +110,11 @@ def render_all(folder: Path, scale: float, console: Console) -> None:
 def main() -> None:
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out")
     scale = float(sys.argv[2]) if len(sys.argv) > 2 else 1.0
+    pictures = LIGHT if "light" in sys.argv[3:] else PICTURES
     console = Console()
     start = time.perf_counter()
-    render_all(folder, scale, console)
-    console.print(f"{len(PICTURES)} pictures in {folder.resolve()}, after {time.perf_counter() - start:.0f} seconds")
+    render_all(pictures, folder, scale, console, "denoised" in sys.argv[3:])
+    console.print(f"{len(pictures)} pictures in {folder.resolve()}, after {time.perf_counter() - start:.0f} seconds")
 
 
 if __name__ == "__main__":

@@ -152,7 +152,7 @@ def test_mistakes_in_the_options_of_render(scene, tmp_path, monkeypatch, argumen
         ("0,0,5,0,0,0\n", "hits.npz", "direction must not be zero"),
         ("0,0,5,0,0,-1\n0,nan,5,0,0,1\n", "hits.npz", "origin must be finite"),
         ("0,0,5,0,0\n", "hits.npz", "must be 6 numbers"),
-        ("0,0,5,0,0,-1\n", "hits.txt", "results are written as .npz or .csv"),
+        ("0,0,5,0,0,-1\n", "hits.txt", "results are written as .npz, .csv, .parquet or .zarr"),
         ("0,0,5,0,0,-1\n", "none/hits.npz", "no such folder"),
         (None, "hits.npz", "no such file"),
     ],

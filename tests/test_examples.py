@@ -31,6 +31,27 @@ def test_every_picture_of_the_gallery(load):
         assert pixels.std() > 0.05, name
 
 
+LARGE = ["clay_assembly"]
+"""Pictures whose scenes take seconds to read."""
+
+
+def _is_seen(picture):
+    pixels = picture(None, 0.04, samples=2).pixels
+    return np.isfinite(pixels).all() and pixels.std() > 0.005
+
+
+def test_pictures_by_light_transport(load):
+    """Each in a few pixels, with two samples: all of it is light, and something is seen."""
+    light = load("gallery").LIGHT
+    assert [name for name in light if name not in LARGE and not _is_seen(light[name])] == []
+
+
+@pytest.mark.deep
+def test_large_pictures_by_light_transport(load):
+    light = load("gallery").LIGHT
+    assert [name for name in LARGE if not _is_seen(light[name])] == []
+
+
 def test_the_ball_lens_has_its_paraxial_focus(load):
     """n R / (2 (n - 1)) from the centre, up to spherical aberration of second order in the height."""
     lens = load("trace_ball_lens")
@@ -38,6 +59,21 @@ def test_the_ball_lens_has_its_paraxial_focus(load):
     errors = [paraxial - lens.focal_length(height) for height in (0.1, 0.01, 0.001)]
     assert 0 < errors[2] < 1e-6
     assert errors[1] / errors[2] == pytest.approx(100, rel=1e-2)
+
+
+def test_the_ray_that_is_explained_goes_through_the_bore(load, tmp_path, capsys):
+    """The bore of radius 1/2 about z is left and entered at x = −4 + t = ∓1/2; the lens's balls of radius 2.2 follow."""
+    example = load("explained")
+    example.main(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"explained.svg", "explained.html"}
+    assert capsys.readouterr().out.startswith("The ray\n")
+    found = example.scene().explain(*example.RAY)
+    assert [crossing.t for crossing in found["barrel"].crossings[1:3]] == pytest.approx([3.5, 4.5], rel=1e-15)
+    # |(−4 + t − c, 0.9 − 0.12 t)|² = 2.2²: the later entry and the earlier exit of c = 5.5 and 2.5
+    roots = [np.roots([1 + 0.12**2, -2 * (4 + c) - 0.216, (4 + c) ** 2 + 0.81 - 2.2**2]) for c in (5.5, 2.5)]
+    expected = [max(map(min, roots)), min(map(max, roots))]
+    assert [crossing.t for crossing in found["lens"].crossings] == pytest.approx(expected, rel=1e-12)
+    assert found["box"].outcome == "box missed"
 
 
 def test_the_head_is_that_of_the_shared_figures(load):

@@ -157,7 +157,7 @@ def _options():
     for name, command in typer.main.get_command(app).commands.items():
         for option in command.params:
             if option.param_type_name == "option" and not option.multiple and option.name != "help":
-                yield name, max(option.opts, key=len), [] if option.is_flag else ["1"]
+                yield name, max(option.opts, key=len), [] if option.is_flag else ["1"] * option.nargs
 
 
 @pytest.mark.parametrize(("command", "option", "value"), list(_options()))

@@ -272,7 +272,7 @@ def test_overlaps_on_the_command_line(tmp_path):
     assert "body 0 'one' and body 1 'two' overlap" in refused(
         "lengths", *files, "--property", "mu", "--overlaps", "error"
     )
-    assert "overlaps must be 'both', 'error'" in refused("lengths", *files, "--overlaps", "no")
+    assert "--overlaps must be one of both, error, got 'no'" in refused("lengths", *files, "--overlaps", "no")
     assert run("lengths", *files, "--property", "mu", "--overlaps", "both").exit_code == 0
     assert (tmp_path / "x.csv").read_text() == "line_integral\n14.5\n"  # 2 * 2 + 3 * 2 + 3 * 1.5
 

@@ -59,7 +59,7 @@ def test_a_check_says_what_it_could_not_look_for(domain, told, path):
 @pytest.mark.parametrize(("arguments", "what"), [
     (("info", "-"), "scenes"), (("render", "-", "-o", "x.png"), "scenes"), (("view", "-"), "scenes"),
     (("export", "-", "x.html"), "scenes"), (("trace", "-", "RAYS", "-o", "x.csv"), "scenes"),
-    (("trace", "SCENE", "-", "-o", "x.csv"), "rays"), (("import", "-", "-o", "x.yaml"), "geometries"),
+    (("trace", "SCENE", "-", "-o", "x.csv"), "rays"), (("import", "-", "-o", "x.yaml"), "files of other programs"),
 ])  # fmt: skip
 def test_standard_input_is_refused(arguments, what, path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

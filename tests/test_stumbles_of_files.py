@@ -235,7 +235,7 @@ def test_a_column_of_diameters_is_not_read_as_radii(tmp_path):
 
 
 @pytest.mark.parametrize(("shape", "told"), [
-    ("{Mesh: {file: a.obj}}", "unknown shape 'Mesh': bodies are of planes and quadrics; a mesh is {Triangles: ...}"),
+    ("{Torus: {radius: 1}}", "unknown shape 'Torus': bodies are of planes and quadrics; a mesh is {Mesh: ...} or {Triangles: ...}"),
     ("{Torus: {radius: 1}}", "unknown shape 'Torus': bodies are of planes and quadrics"),
     ("{Subtract: [{Sphere: }, {Box: }]}", "unknown shape 'Subtract' (did you mean 'Difference'?)"),
     ("{Plane: {point: [0, 0, 0], normal: [0, 0, 1]}}", "unknown key 'point' (did you mean offset (normal·point)?)"),

@@ -102,7 +102,7 @@ def compilation(size: Size) -> Measured:
 def bytes_of_a_cell(size: Size) -> Measured:
     """Of 24 GiB for ten million balls, what a ball's tables and its share of the tree take."""
     memory = Scene(balls(size.balls).shapes()).memory
-    return within(np.floor(24 * 2**30 / 1e7), (memory.tables + memory.tree) / memory.cells, "bytes")
+    return within(np.floor(24 * 2**30 / 1e7), (memory.tables + memory.tree) / memory.primitives, "bytes")
 
 
 ROWS = (

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..shapes.fixed import fixed
+from ..shapes.other_names import hinted
+from ..shapes.same import by_value
 from ..shapes.vector import FloatArray
 
 if TYPE_CHECKING:
@@ -17,7 +19,9 @@ UNDEFINED = "undefined"
 KINDS = (OVERLAP, SLIVER, COINCIDENCE, EMPTY, DIGITS, UNDEFINED)
 
 
+@hinted
 @fixed
+@by_value()
 @dataclass(frozen=True, eq=False)
 class Finding:
     """Something that a scene's author may not have meant.

@@ -128,8 +128,17 @@ def _sampled(
     others = [k for k, (a, b) in enumerate(boxes) if k != which and (a <= high).all() and (low <= b).all()]
     own = inside[regions.of_points(inside, [which, *others], _free(scene, domain)) == which]
     share, box = len(own) / _POINTS, float(np.prod(high - low))
-    error = math.sqrt(share * (1 - share) / (_POINTS - 1)) if len(own) else 1 / _POINTS  # so it is below 3 / n, at 95 %
-    return own, box * share, box * error
+    return own, box * share, box * _share_error(len(own))
+
+
+def _share_error(inside: int) -> float:
+    """The standard error of the share of points that are inside; 1 / n for none, which so is below 3 / n, at 95 %.
+
+    That of a share of which nothing was known before (Bayes and Laplace): also for all of them it is not 0.
+    """
+    if not inside:
+        return 1 / _POINTS
+    return math.sqrt((inside + 1) * (_POINTS - inside + 1) / (_POINTS + 3)) / (_POINTS + 2)
 
 
 def _box(gaps: list[Gap]) -> tuple[FloatArray, FloatArray]:

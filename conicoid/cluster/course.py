@@ -125,6 +125,8 @@ class Course:
         except BrokenExecutor:
             raise
         except Exception as error:
+            if getattr(self.workers.executor, "is_here", False):
+                raise  # of the task, which is done at once
             told = f"{self.owner}: executor takes no more tasks, it was shut down ({error})"
             raise ValueError(told) from error
         return future

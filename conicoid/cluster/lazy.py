@@ -8,7 +8,7 @@ again from them wherever the task goes next: nothing is scattered.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -59,6 +59,10 @@ class LazyHits:
             return _field(self.blocks, name, float, _VECTORS[name])
         known = ", ".join([*_SCALARS, *_VECTORS])
         raise AttributeError(f"LazyHits has no field {name[:80]!r}; it has {known}")
+
+    def __getitem__(self, index: Any) -> NoReturn:
+        told = "its fields are arrays of Dask, which select, such as hits.t[hits.hit]"
+        raise TypeError(f"LazyHits: hits that are not worked out have no items; {told}")
 
     def __dir__(self) -> list[str]:
         return [*_SCALARS, *_VECTORS, "blocks", "shape"]

@@ -11,11 +11,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from ..engine.answers.bodies_at import BodiesAt
+from ..engine.answers.distances import Distances, Nearest
 from ..engine.answers.hits import Hits
 from ..engine.answers.spans import Crossings, Spans, refuse_large
 from ..engine.answers.weights import BODY, checked_by, weights_of
 from ..engine.arrays.found import Found
-from ..engine.queries import integrals, queries
+from ..engine.queries import distances, integrals, queries
+from ..engine.queries import points as at_points
 from ..shapes.carried import read_only
 from .course import Course, Piece, closing
 from .here import here
@@ -184,18 +187,47 @@ def line_integral(
 
 
 @prepared_first
-def _bodies_part(scene: Scene, points: Any) -> Any:
-    return np.asarray(queries.body_at(scene.prepared, points))
+def _bodies_part(scene: Scene, points: Any, after: Any) -> Any:
+    return at_points.first_after(scene.prepared, points, after)
 
 
-def body_at(scene: Scene, points: Any, executor: Any, owner: str = "body_at") -> Any:
-    """`scene.body_at` in parts."""
-    flat, shape = queries.points_of(owner, points)
+def body_at(scene: Scene, points: Any, executor: Any, owner: str = "body_at", after: Any = at_points.FIRST) -> Any:
+    """`scene.body_at` in parts; of each point the first body after a number, or after one number for all."""
+    flat, shape = at_points.points_of(owner, points)
     workers, result = workers_of(owner, executor), np.empty(len(flat), np.int32)
     pace = Pace(workers.chunk, _LEAST, min(_MOST, workers.most_bytes // 24), workers.count)
-    pieces = (Piece(a, b, (flat[a:b],)) for a, b in pace.pieces(0, len(flat)))
+    pieces = (Piece(a, b, (flat[a:b], after[a:b] if len(after) > 1 else after)) for a, b in pace.pieces(0, len(flat)))
     course = Course(owner, workers, _bodies_part, (recipe_of(scene),))
     with closing(course.results(pieces, pace.saw, len(flat))) as results:
         for piece, value in results:
             result[piece.begin : piece.end] = value
     return result.reshape(shape)[()]
+
+
+def bodies_at(scene: Scene, points: Any, executor: Any) -> BodiesAt:
+    """`scene.bodies_at` in parts."""
+    return at_points.bodies_at(
+        scene.prepared, points, lambda some, after: body_at(scene, some, executor, "bodies_at", after)
+    )
+
+
+@prepared_first
+def _distances_part(scene: Scene, exact: bool, points: Any, reach: Any) -> Any:
+    return tuple((distances.nearest if exact else distances.bounded)(scene.prepared, points, reach))
+
+
+def distance(
+    scene: Scene, points: Any, max_distance: Any, exact: bool, executor: Any, progress: Progress | None
+) -> Distances:
+    """`scene.distance` in parts."""
+    flat, shape = at_points.points_of("distance", points)
+    reach = distances.reach_of(max_distance, shape)
+    workers, found = workers_of("distance", executor, progress), Nearest.nothing(len(flat))
+    pace = Pace(workers.chunk, _LEAST // 16, min(_MOST, workers.most_bytes // 96), workers.count)
+    pieces = (Piece(a, b, (flat[a:b], reach[a:b])) for a, b in pace.pieces(0, len(flat)))
+    course = Course("distance", workers, _distances_part, (recipe_of(scene), Recipe(exact)))
+    with closing(course.results(pieces, pace.saw, len(flat))) as results:
+        for piece, columns in results:
+            for name, part in zip(Nearest._fields, columns, strict=True):
+                getattr(found, name)[piece.begin : piece.end] = part
+    return Distances(scene.prepared, flat.reshape((*shape, 3)), found)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from ..engine.answers.lazy_rays import LazyRays
 from ..engine.answers.rays import Rays, lines_of
 from ..engine.queries.queries import as_rays, limits_of
+from ..shapes.usual import given_or
 from ..shapes.vector import FloatArray
 
 SENT = 48
@@ -37,8 +38,9 @@ class Asked:
     def __init__(self, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any) -> None:
         lazy = isinstance(origins, LazyRays) and directions is None
         self.rays: Rays | LazyRays = origins if lazy else as_rays(query, origins, directions)
-        self.t_min: FloatArray = limits_of(query, self.rays, "t_min", t_min)
-        self.t_max: FloatArray = limits_of(query, self.rays, "t_max", t_max)
+        first, last = self.rays.interval if isinstance(self.rays, LazyRays) else (t_min, t_max)
+        self.t_min: FloatArray = limits_of(query, self.rays, "t_min", given_or(first, t_min))
+        self.t_max: FloatArray = limits_of(query, self.rays, "t_max", given_or(last, t_max))
 
     @property
     def shape(self) -> tuple[int, ...]:

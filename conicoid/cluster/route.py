@@ -41,6 +41,8 @@ def routed(
 
 def located(scene: Any, query: str, executor: Any, points: Any) -> Any:
     """The answer to a query of points."""
+    if is_dask(points) and query == "bodies_at":
+        raise TypeError(f"{query}: points must be an array of NumPy's, got {what(points)}; body_at takes Dask's")
     if is_dask(points):
         from . import lazy
 
@@ -50,8 +52,19 @@ def located(scene: Any, query: str, executor: Any, points: Any) -> Any:
         raise TypeError(f"{query}: points must be an array (..., 3), got {what(points)}")
     from . import queries
 
+    if query == "bodies_at":
+        return queries.bodies_at(scene, points, executor)
     found = queries.body_at(scene, points, executor, query)
     return found if query == "body_at" else (found >= 0)
+
+
+def measured(scene: Any, executor: Any, points: Any, max_distance: Any, exact: bool, progress: Any) -> Any:
+    """Distances of points."""
+    if is_dask(points) or hasattr(points, "_share"):
+        raise TypeError(f"distance: points must be an array (..., 3) that is at hand, got {what(points)}")
+    from . import queries
+
+    return queries.distance(scene, points, max_distance, exact, executor, progress)
 
 
 def _no_executor(query: str, executor: Any) -> None:

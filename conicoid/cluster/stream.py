@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 from ..engine.answers.lazy_rays import ArrayRays, LazyRays
 from ..engine.answers.rays import Rays
 from ..engine.answers.spans import Crossings, Spans
+from ..engine.queries.queries import refuse_no_rays
 from ..formats.ray_stream import RayStream, TimedRays
 from ..shapes.carried import aligned
 from ..shapes.suggestion import one_of
+from ..shapes.usual import END, START
 from ..shapes.validate import path as checked_path
 from ..shapes.validate import what
 from . import queries
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 QUERIES = ("first_hit", "occluded", "spans", "crossings", "lengths", "line_integral")
 _LEAST, _MOST = 4096, 1 << 20
 _READ = 1 << 18  # rays that are read from a file at a time
-_LIMITS = 0.0, float("inf")
+_LIMITS = START, END
 
 
 @prepared_first
@@ -50,7 +52,11 @@ def stream(
     scene: Any, rays: Any, query: str, chunk: int | None, executor: Any, out: Any, options: dict[str, Any]
 ) -> Any:
     """`scene.stream`."""
+    if not isinstance(query, str):
+        told = "rays are one argument: stream(co.Rays(origins, directions)), or (origins, directions) in brackets"
+        raise TypeError(f"stream: query must be the name of one, got {what(query)}; {told}")
     one_of("stream", "query", query, QUERIES)
+    refuse_no_rays("stream", rays)
     if query == "line_integral" and "values" not in options:
         raise TypeError("stream: line_integral needs values=")
     limits = options.pop("t_min", _LIMITS[0]), options.pop("t_max", _LIMITS[1])

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
+from ..shapes.calls import explained
 from ..shapes.validate import callback, shown, what, whole
 from ..shapes.validate import path as checked_path
 from .dask_client import DaskExecutor
@@ -37,6 +38,7 @@ class Workers:
     Raises TypeError for what is no executor, ValueError for senseless numbers.
     """
 
+    @explained
     def __init__(
         self, executor: Any, *, chunk: int | None = None, window: int | None = None, retries: int = 3,
         threads: int | None = 1, progress: Progress | None = None, store: str | os.PathLike[str] | None = None,

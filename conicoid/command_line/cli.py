@@ -1,4 +1,4 @@
-"""The command line: conicoid render, turntable, view, playground, export, info, trace, measure, import and the rest."""
+"""The command line: conicoid render, turntable, slice, view, export, info, trace, measure and the rest."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from .exit_codes import FOUND
+from .explaining import EXPLAIN_EXAMPLES, explain
+from .films import ANIMATE_EXAMPLES, animate
+from .importing import IMPORT_EXAMPLES, import_
 from .measuring import LENGTHS_EXAMPLES, MEASURE_EXAMPLES, lengths, measure
 from .pages import EXPORT_EXAMPLES, PLAYGROUND_EXAMPLES, VIEW_EXAMPLES, export, playground, view
 from .parts import (
@@ -26,10 +29,10 @@ from .parts import (
     rays_for,
     refuse_overwriting,
     refuse_stdin,
-    refused_files,
     written,
 )
 from .pictures import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turntable
+from .slices import SLICE_EXAMPLES, slice_scene
 from .terminal import Bar, compile_notes, say, show_table, user_mistakes
 from .workers import ClusterOption, SlurmOption, WorkersOption, executor_of
 
@@ -76,9 +79,12 @@ def common(
 
 app.command(cls=Command, epilog=RENDER_EXAMPLES)(render)
 app.command(cls=Command, epilog=TURNTABLE_EXAMPLES)(turntable)
+app.command("slice", cls=Command, epilog=SLICE_EXAMPLES)(slice_scene)
+app.command(cls=Command, epilog=ANIMATE_EXAMPLES)(animate)
 app.command(cls=Command, epilog=VIEW_EXAMPLES)(view)
 app.command(cls=Command, epilog=PLAYGROUND_EXAMPLES)(playground)
 app.command(cls=Command, epilog=EXPORT_EXAMPLES)(export)
+app.command(cls=Command, epilog=EXPLAIN_EXAMPLES)(explain)
 
 
 @app.command(
@@ -194,7 +200,7 @@ def trace(
             where = workers, cluster, slurm
             _trace_in_chunks(scene, rays, output, spans, chunk or CHUNK, resume, where, threads, limits)
             return
-        table = rays_for(rays, scene, output).within(t_min, t_max)
+        table = rays_for(rays, scene, output, (".npz", ".csv", ".parquet", ".zarr")).within(t_min, t_max)
         loaded = load(scene, threads)
         from . import ray_tables
 
@@ -245,41 +251,7 @@ app.command(cls=Command, epilog=LENGTHS_EXAMPLES)(lengths)
 app.command(cls=Command, epilog=MEASURE_EXAMPLES)(measure)
 
 
-@app.command(
-    "import",
-    cls=Command,
-    epilog="Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"
-    "  conicoid import model.xml -o scene.yaml --no-void\n\ndocs/openmc.md says what becomes of what.",
-)
-def import_(
-    geometry: Annotated[
-        Path, typer.Argument(metavar="GEOMETRY", help="OpenMC's geometry.xml or model.xml.", show_default=False)
-    ],
-    output: Annotated[
-        Path,
-        typer.Option(
-            "--output", "-o", help="The scene file, .yaml or .json; - is YAML on standard output.", show_default=False
-        ),
-    ],
-    void: Annotated[bool, typer.Option(help="Keep cells without material, as invisible bodies.")] = True,
-    max_bodies: Annotated[int, typer.Option(min=1, help="Refuse what expands into more bodies.")] = 500_000,
-) -> None:
-    """Turn an OpenMC geometry into a scene; cells are coloured by material, and the legend is printed."""
-    with user_mistakes():
-        if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
-            raise ValueError(f"{output}: scenes are saved as .yaml or .json")
-        check_folder(output)
-        from ..formats import openmc, scene_file
-        from ..shapes.labels import counted
-
-        refuse_stdin(geometry, "geometries")
-        with refused_files(), Bar("expanding", "body") as bar:
-            imported = openmc.read(geometry, void=void, max_bodies=max_bodies, progress=_counted(geometry, bar))
-        with written(output, ".yaml") as file:
-            scene_file.write(imported, file, imported.material_names)
-        for line in (*imported.notes, *imported.legend):
-            typer.echo(line, err=output == STDOUT)
-        say(f"{name_of(output)}: {counted(len(imported.bodies), 'body', 'bodies')}")
+app.command("import", cls=Command, epilog=IMPORT_EXAMPLES)(import_)
 
 
 @app.command(
@@ -347,15 +319,3 @@ def schema() -> None:
 
     with user_mistakes():
         typer.echo(json.dumps(scene_schema(), indent=2))
-
-
-def _counted(geometry: Path, bar: Bar) -> Any:
-    """Progress that states the number of bodies before the first of them is made."""
-    from ..shapes.labels import counted
-
-    def progress(done: int, count: int) -> None:
-        if done == 0:
-            say(f"{geometry}: expands into {counted(count, 'body', 'bodies')}")
-        bar(done, count)
-
-    return progress

@@ -77,15 +77,17 @@ def lengths(
 ) -> None:  # fmt: skip
     """Measure how far rays go inside each body, or material; or sum up a value along them."""
     with user_mistakes():
-        from ..engine.answers.overlaps import checked_overlaps
         from ..engine.answers.weights import checked_by
+        from ..shapes.suggestion import one_of
 
         integral = bool(value) or property_ is not None
         only_with(context, "--value or --property", integral, "otherwise")
         only_with(context, "lengths, not with --value or --property", not integral, "by")
         if value and property_ is not None:
             raise ValueError("lengths: give either --value or --property")
-        by, overlaps = checked_by("lengths", by), checked_overlaps("lengths", overlaps)
+        by = checked_by("lengths", by)
+        if overlaps is not None:
+            overlaps = one_of("lengths", "--overlaps", overlaps, ("both", "error"))
         values = _values(value) if value else property_
         table = rays_for(rays, scene, output).within(t_min, t_max)
         loaded = load(scene, threads)
@@ -113,6 +115,7 @@ def _integrals(
     scene: Scene, table: RayTable, values: Any, otherwise: float | None, overlaps: str | None, bar: Bar
 ) -> Any:
     """Line integrals; what is wrong with the values is told in words of the command line."""
+    from ..engine.answers.weights import BY_BODY
     from . import ray_tables
 
     try:
@@ -120,7 +123,7 @@ def _integrals(
     except ValueError as error:
         text = str(error).removeprefix("line_integral: ").removeprefix("values: ")
         option = text.replace("otherwise=0 (or another value) stands for it", "--otherwise 0 would stand for it")
-        raise ValueError(f"lengths: {option}") from None
+        raise ValueError(f"lengths: {option.removesuffix('; ' + BY_BODY)}") from None
 
 
 def _values(texts: list[str]) -> dict[str, float]:

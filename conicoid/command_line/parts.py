@@ -52,13 +52,14 @@ class Commands(TyperGroup):
 _LONGEST = 600
 _COMMANDS = {
     "check": "info SCENE --check", "volume": "measure", "volumes": "measure", "spans": "trace --spans",
-    "section": "render --section", "slice": "render --section", "show": "view", "version": "--version",
+    "section": "slice", "plot": "slice", "show": "view", "version": "--version",
     "validate": "info SCENE", "lint": "info SCENE", "hits": "trace", "first_hit": "trace",
-    "line_integral": "lengths --property", "project": "lengths --property", "gif": "turntable", "movie": "turntable",
+    "line_integral": "lengths --property", "project": "lengths --property", "gif": "turntable",
+    "movie": "turntable or animate", "film": "animate",
 }  # fmt: skip
 """Commands that one may look for, and those that there are."""
 _NOT_COMMANDS = {
-    "convert": "conicoid import reads OpenMC's geometries, and in Python scene.save(path) writes .yaml and .json",
+    "convert": "conicoid import reads files of other programs, and in Python scene.save(path) writes .yaml and .json",
     "gallery": "`make demo` in the repository renders the gallery",
     "crossings": "conicoid trace --spans has the ends of each stretch, in Python scene.crossings(rays) all crossings",
 }
@@ -90,7 +91,7 @@ class Command(TyperCommand):
             name = getattr(error, "option_name", None)
             if name in _OPTIONS and set(_OPTIONS[name]) <= set(self._names):
                 error.possibilities = list(_OPTIONS[name])  # type: ignore[attr-defined]
-            if name in _NOT_OPTIONS:
+            if name in _NOT_OPTIONS and name not in self._names:
                 ctx.fail(f"No such option: {name}: {_NOT_OPTIONS[name]}")
             raise
         for option in given:
@@ -157,7 +158,12 @@ _READ = 0.5
 """Bytes of a file for each step of reading it: its letters are gone through, and then its bodies."""
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
-RayFile = Annotated[Path, typer.Argument(metavar="RAYS", help="Rays: .npy, .npz or .csv.", show_default=False)]
+RayFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="RAYS", help="Rays: .npy, .npz or .csv; for trace also .parquet, .zarr.", show_default=False
+    ),
+]
 TMin = Annotated[float | None, typer.Option("--t-min", help="Where rays begin, in units of the direction's length.",
                                             show_default="0")]  # fmt: skip
 TMax = Annotated[float | None, typer.Option("--t-max", help="Where rays end.", show_default="inf")]
@@ -181,13 +187,13 @@ def refused_files() -> Iterator[None]:
         raise SystemExit(MISTAKE) from None
 
 
-def load(path: Path, threads: int | None) -> Scene:
-    """The scene in a file; so many threads from now on."""
+def load(path: Path, threads: int | None, outside: bool = False) -> Scene:
+    """The scene in a file; so many threads from now on. outside: may textures lie outside of its folder?"""
     from ..files import load as read
 
     refuse_stdin(path, "scenes")
     with refused_files(), said_warnings(), Bar("reading", "B", _READ) as bar:
-        scene = read(path, progress=_told(bar, lambda _: f"reading {path} ..."))
+        scene = read(path, progress=_told(bar, lambda _: f"reading {path} ..."), outside=outside)
     if not scene.bodies:
         say(f"{path}: holds no bodies")
     if threads is not None:
@@ -259,13 +265,16 @@ def refuse_overwriting(output: Path, *read: Path) -> None:
             raise ValueError(f"{output}: is read for this and would be lost: choose another file for the results")
 
 
-def rays_for(rays: Path, scene: Path, output: Path) -> RayTable:
-    """The rays in a file, with what there is to say of them; an output that cannot be written is refused before."""
+def rays_for(rays: Path, scene: Path, output: Path, suffixes: tuple[str, ...] = (".npz", ".csv")) -> RayTable:
+    """The rays in a file, with what there is to say of them; an output that cannot be written is refused before.
+
+    suffixes: those of results that the command writes, whatever the file of rays.
+    """
     from ..formats.ray_file import check_output, ray_notes, read_rays
 
     refuse_stdin(rays, "rays")
     if output != STDOUT:
-        check_output(output)
+        check_output(output, suffixes)
     check_folder(output)
     refuse_overwriting(output, scene, rays)
     table = read_rays(rays)

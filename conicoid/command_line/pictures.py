@@ -1,4 +1,4 @@
-"""The commands conicoid render and conicoid turntable."""
+"""The commands conicoid render, turntable and animate."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from ..film.names import FILTERS, LAYERS, MOST_SAMPLES, TONES, Filter, Tone
+from ..film.names import MOST_SAMPLES, Filter, Tone
 from ..integrators import INTEGRATORS, with_option
 from .parts import (
     STDOUT,
@@ -22,6 +22,34 @@ from .parts import (
     prepare,
     said_warnings,
     written,
+)
+from .picture_options import (
+    Axes,
+    Bits,
+    Depth,
+    Exposure,
+    FieldOfView,
+    FilterOption,
+    Fit,
+    Integrator,
+    Labels,
+    Layers,
+    LookAt,
+    Noise,
+    Normals,
+    Orthographic,
+    Outside,
+    Pixels,
+    Position,
+    Preview,
+    Resume,
+    Samples,
+    Section,
+    Seed,
+    Shutter,
+    Time,
+    ToneOption,
+    Up,
 )
 from .terminal import Bar, compile_notes, say, user_mistakes
 from .workers import ClusterOption, SlurmOption, WorkersOption, executor_of
@@ -43,61 +71,11 @@ TURNTABLE_EXAMPLES = (
     "Frames are kept beside the output and taken again, so what was interrupted goes on. "
     'A .mp4 needs `pip install ".\\[video]"` in the repository.'
 )
-Pixels = Annotated[int, typer.Option(min=1, help="Pixels.")]
-Samples = Annotated[int, typer.Option(min=1, help="Rays for each pixel.")]
-_NAMES = " or ".join(INTEGRATORS)
-Integrator = Annotated[str, typer.Option(help=f"How light is gathered: {_NAMES}.")]
-Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same picture, to the bit.")]
-Depth = Annotated[int, typer.Option(min=0, max=10_000, help="Reflections and refractions of a ray, at most.")]
-Axes = Annotated[bool, typer.Option("--axes", help="Draw the axes of the world, with their scale.")]
-Labels = Annotated[bool, typer.Option("--labels", help="Write the names of bodies on them, or their numbers.")]
-Normals = Annotated[bool, typer.Option("--normals", help="Draw arrows along the normals of what is seen.")]
-Position = Annotated[
-    str | None, typer.Option(metavar="X,Y,Z", help="A camera here, not the scene's.", show_default=False)
-]
-LookAt = Annotated[
-    str | None, typer.Option(metavar="X,Y,Z", help="With --position: what it looks at.", show_default="the middle")
-]
-Up = Annotated[str | None, typer.Option(metavar="X,Y,Z", help="With --position.", show_default="0,0,1")]
-FieldOfView = Annotated[float | None, typer.Option(help="With --position: degrees, vertical.", show_default="40")]
-Orthographic = Annotated[
-    float | None,
-    typer.Option("--orthographic", metavar="HEIGHT", help="With --position: parallel rays, of a window so high.",
-                 show_default=False),
-]  # fmt: skip
-Section = Annotated[
-    str | None,
-    typer.Option(
-        "--section", "--slice", metavar="AXIS=VALUE", help="A section, or slice, such as z=0.", show_default=False
-    ),
-]  # fmt: skip
-Resume = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE", help="Keep finished tiles in a file, and go on from those in it.", show_default=False
-    ),
-]  # fmt: skip
-FilterOption = Annotated[str, typer.Option("--filter", help=f"How samples make a pixel: {', '.join(FILTERS)}.")]
-Noise = Annotated[
-    float | None,
-    typer.Option(help="Go on until brightness is as sure as this, where 1 is white; --samples is a limit.",
-                 show_default=False),
-]  # fmt: skip
-Exposure = Annotated[float, typer.Option(help="Stops; each makes all twice as bright.")]
-ToneOption = Annotated[str, typer.Option("--tone", help=f"The curve from light to the display: {', '.join(TONES)}.")]
-Layers = Annotated[
-    str | None,
-    typer.Option(metavar="NAMES", help=f"For an .exr: all, or some of {', '.join(LAYERS)}.", show_default=False),
-]
-Bits = Annotated[
-    int | None, typer.Option(help="16 for a .png so deep, or an .exr of half floats.", show_default="8, or 32")
-]
-Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the scene's.")]
-
+PROGRESSIVE = tuple(name for name, one in INTEGRATORS.items() if one.progressive)
 
 _OF_VIEWS = (
     "integrator", "seed", "depth", "position", "look_at", "up", "field_of_view", "orthographic", "fit", "axes",
-    "labels", "normals", "resume", "workers", "cluster", "slurm", "filter", "noise", "layers",
+    "labels", "normals", "resume", "workers", "cluster", "slurm", "filter", "noise", "layers", "shutter", "preview",
 )  # fmt: skip
 AXES = ("x", "y", "z")
 
@@ -135,6 +113,10 @@ def render(
     tone: ToneOption = "srgb",
     bits: Bits = None,
     resume: Resume = None,
+    shutter: Shutter = None,
+    time: Time = None,
+    preview: Preview = None,
+    outside: Outside = False,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     slurm: SlurmOption = None,
@@ -143,6 +125,7 @@ def render(
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
     with user_mistakes():
         from ..image import SUFFIXES
+        from .previews import previews
 
         if output == STDOUT:
             check_stdout("a picture")
@@ -154,7 +137,14 @@ def render(
         names = _film(context, output, layers, bits, exposure, tone)
         limit = None if noise is not None and not _is_given(context, "samples") else samples
         plane = None if section is None else _plane(context, section)
-        loaded = load(scene, threads)
+        during = None if shutter is None else _interval(context, "--shutter", shutter)
+        only_with(context, "a moment, not with --shutter", during is None, "time")
+        only_with(context, "these threads, not with --shutter", during is None, "resume", "workers", "cluster", "slurm")
+        if preview is not None:
+            only_with(context, f"--integrator {' or '.join(PROGRESSIVE)}", integrator in PROGRESSIVE, "preview")
+            check_folder(preview)
+        loaded = load(scene, threads, outside)
+        loaded = loaded if time is None else loaded.at(time)
         with said_warnings():
             camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
         prepare(loaded)
@@ -164,13 +154,17 @@ def render(
             Bar("rendering", "ray") as bar,
             executor_of("render", workers, cluster, slurm) as executor,
         ):
-            image = loaded.section(*plane, width, height, samples) if plane else loaded.render(
+
+            def finished(image: Any) -> Any:
+                plain = exposure == 0 and tone == "srgb"
+                return image if plain else image.developed(exposure, cast(Tone, tone))
+
+            image = finished(loaded.section(*plane, width, height, samples) if plane else loaded.render(
                 width, height, limit, integrator, seed, depth=depth, camera=camera, filter=cast(Filter, filter),
-                noise=noise, layers=names, axes=axes, labels=labels, normals=normals,
+                noise=noise, shutter=during, layers=names, axes=axes, labels=labels, normals=normals,
                 progress=in_rays(bar, width * height * (limit or MOST_SAMPLES)), executor=executor, resume=resume,
-            )  # fmt: skip
-            if exposure != 0 or tone != "srgb":
-                image = image.developed(exposure, cast(Tone, tone))
+                preview=previews(bar, preview, finished) if integrator in PROGRESSIVE else None,
+            ))  # fmt: skip
         if plane is None and _sees_nothing(loaded, camera, width, height):
             say("note: no body is in view" + ("" if fit else "; --fit takes a camera that sees all that is bounded"))
         with written(output, ".png") as file:
@@ -265,18 +259,23 @@ def _is_given(context: typer.Context, name: str) -> bool:
 
 
 def _check(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:
-    from ..render.picture import check_options
-
-    check_options(samples, integrator, seed, depth)
-    deep = with_option("depth")
-    only_with(context, f"--integrator {' or '.join(deep)}", integrator in deep, "depth")
-    only_with(context, "--samples 2 or more", samples > 1, "seed")
+    check_light(context, samples, integrator, seed, depth)
     only_with(context, "--position", context.params["position"] is not None, "look_at", "up", "field_of_view",
               "orthographic")  # fmt: skip
     only_with(
         context, "a pinhole camera, not with --orthographic", context.params["orthographic"] is None, "field_of_view"
     )
     only_with(context, "the scene's camera, without --position", context.params["position"] is None, "fit")
+
+
+def check_light(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:
+    """The options of how light is gathered, or an error."""
+    from ..render.picture import check_options
+
+    check_options(samples, integrator, seed, depth)
+    deep = with_option("depth")
+    only_with(context, f"--integrator {' or '.join(deep)}", integrator in deep, "depth")
+    only_with(context, "--samples 2 or more", samples > 1, "seed")
 
 
 def _camera(
@@ -310,6 +309,14 @@ def _sees_nothing(scene: Scene, camera: AnyCamera | None, width: int, height: in
     few = max(1, max(width, height) // 64)
     rays = seen_by.rays(width, height)
     return not (scene.occluded(rays[::few, ::few]).any() or scene.occluded(rays).any())
+
+
+def _interval(context: typer.Context, option: str, text: str) -> tuple[float, float]:
+    try:
+        first, last = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f"{context.info_name}: {option} must be two numbers, 0,0.5 say, got {text[:80]!r}") from None
+    return first, last
 
 
 def _plane(context: typer.Context, text: str) -> tuple[str, float]:

@@ -111,7 +111,9 @@ def _box(low: Any, high: Any) -> str:
 def _memory(memory: Memory) -> str:
     """Bytes in all, and for each primitive."""
     each = ", ".join(
-        f"{part / max(memory.cells, 1):.0f} bytes a primitive for {name}"
+        f"{part / max(memory.primitives, 1):.0f} bytes a primitive for {name}"
         for name, part in (("the tables", memory.tables), ("the tree", memory.tree))
     )
-    return f"{with_bytes(memory.tables + memory.tree)} for {counted(memory.cells, 'primitive', 'primitives')}: {each}"
+    return (
+        f"{with_bytes(memory.tables + memory.tree)} for {counted(memory.primitives, 'primitive', 'primitives')}: {each}"
+    )

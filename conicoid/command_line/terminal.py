@@ -97,6 +97,8 @@ class Bar:
     def __init__(self, what: str, unit: str, scale: float = 1.0) -> None:
         self.what, self.unit, self.scale = what, unit, scale
         self.started = time.perf_counter()
+        self.note = ""
+        """What else the line says."""
         self.progress: Progress | None = None
 
     @cached_property
@@ -121,7 +123,7 @@ class Bar:
             self.progress.start()
         rate = done * self.scale / (time.perf_counter() - self.started)
         task = self.progress.task_ids[0]
-        self.progress.update(task, completed=done, total=count, rate=f"{with_prefix(rate)}{self.unit}/s")
+        self.progress.update(task, completed=done, total=count, rate=f"{with_prefix(rate)}{self.unit}/s{self.note}")
 
 
 def _bar(console: Console) -> Progress:

@@ -12,6 +12,7 @@ from ..shapes.calls import explained_methods
 from ..shapes.calm import calm
 from ..shapes.fixed import fixed
 from ..shapes.other_names import hinted
+from ..shapes.same import by_value
 from ..shapes.validate import flag, integer, nonnegative
 from ..shapes.vector import FloatArray
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 @hinted
 @fixed
 @explained_methods
+@by_value()
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """Views of a scan by ASTRA's twelve numbers each (`cone_vec` and `parallel3d_vec`).

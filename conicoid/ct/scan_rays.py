@@ -8,10 +8,12 @@ import numpy as np
 
 from ..engine.answers.lazy_rays import LazyRays
 from ..shapes.arrays import without_traces
+from ..shapes.same import by_value
 from ..shapes.vector import FloatArray
 from .geometry import Geometry
 
 
+@by_value("geometry")
 class ScanRays(LazyRays):
     """Rays to the pixels of a scan, in the shape of its sinogram."""
 
@@ -21,6 +23,11 @@ class ScanRays(LazyRays):
     @property
     def shape(self) -> tuple[int, ...]:
         return self.geometry.shape
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """That of the scan: from the source to the pixel, or the whole of a line."""
+        return self.geometry.interval
 
     def _lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
         scan = self.geometry

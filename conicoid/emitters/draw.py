@@ -13,6 +13,7 @@ from ..shading.lights import share, towards
 from ..shading.look import Look
 from .environment import Environment, environment_density, environment_direction, environment_radiance
 from .sources import BALL, CYLINDER, DISC, LIGHT, POLYGON, SURROUNDINGS, TRIANGLE, Sources
+from .spherical import in_polygon, polygon_angle
 
 _WEIGHED = 16
 """So many sources are weighed for each point; more are drawn by their power alone."""
@@ -206,10 +207,14 @@ def _seen_area(px: float, py: float, pz: float, n: Direction) -> float:
 
 
 @helper
-def lamp_density(source: Any, x: float, y: float, z: float, p: Direction, n: Direction) -> float:
+def lamp_density(sources: Sources, source: Any, x: float, y: float, z: float, p: Direction, n: Direction) -> float:
     """How densely the direction from a point to p, on a lamp with the unit normal n, is drawn; per solid angle."""
     if source.kind == BALL:
         return _ball_density(source, x, y, z)
+    if source.kind == POLYGON:
+        angle = polygon_angle(sources.triangles, source, x, y, z)
+        if angle > 0.0:
+            return 1.0 / angle
     seen = _seen_area(p[0] - x, p[1] - y, p[2] - z, n)
     return 1.0 / (seen * source.area) if seen > 0.0 else math.inf
 
@@ -241,6 +246,13 @@ def draw_lit(
             return Lit(d, 0.0, -1, 0.0, 0.0, 0.0, 0.0)
         r, g, b = environment_radiance(around_all, d[0], d[1], d[2])
         return Lit(d, math.inf, -1, r / density, g / density, b / density, density)
+    return lamp_lit(sources, k, likely, x, y, z, u, v)
+
+
+@helper
+def lamp_lit(sources: Sources, k: int, likely: float, x: float, y: float, z: float, u: float, v: float) -> Lit:
+    """Light from the lamp that is source k, which was as likely to be asked."""
+    source = sources.records[k]
     d, end, density = (0.0, 0.0, 1.0), 0.0, 0.0
     if source.kind == BALL:
         d, end, density = _to_ball(source, x, y, z, u, v)
@@ -259,6 +271,10 @@ def _to_area(
 ) -> tuple[Direction, float, float]:
     """(direction, end, density) to a point of a lamp that is drawn by its area; density 0 where its back is seen."""
     p, n = (0.0, 0.0, 0.0), (source.along[0], source.along[1], source.along[2])
+    if source.kind == POLYGON:
+        angle = polygon_angle(sources.triangles, source, x, y, z)
+        if angle > 0.0:
+            return _to_angle(sources, source, angle, x, y, z, u, v)
     if source.kind == DISC:
         p = _on_disc(source, u, v)
     elif source.kind == POLYGON:
@@ -272,6 +288,19 @@ def _to_area(
     return (dx, dy, dz), _BEYOND, 1.0 / (seen * source.area) if seen > 0.0 else 0.0
 
 
+@inline
+def _to_angle(
+    sources: Sources, source: Any, angle: float, x: float, y: float, z: float, u: float, v: float
+) -> tuple[Direction, float, float]:
+    """The same, for a polygon that is drawn by its solid angle."""
+    d = in_polygon(sources.triangles, source, angle, x, y, z, u, v)
+    n, at = source.along, TRIANGLE * source.index
+    px, py, pz = sources.triangles[at] - x, sources.triangles[at + 1] - y, sources.triangles[at + 2] - z
+    along = dot(d[0], d[1], d[2], n[0], n[1], n[2])
+    end = dot(px, py, pz, n[0], n[1], n[2]) / along if along != 0.0 else 0.0
+    return d, end * _BEYOND, 1.0 / angle if end > 0.0 else 0.0
+
+
 # ---- What paths find ----
 
 
@@ -280,7 +309,7 @@ def found_density(
     look: Look, sources: Sources, k: int, x: float, y: float, z: float, p: Direction, n: Direction
 ) -> float:
     """How densely `draw_lit` takes the direction from a point to p, on the lamp that is source k."""
-    return chance(look, sources, k, x, y, z) * lamp_density(sources.records[k], x, y, z, p, n)
+    return chance(look, sources, k, x, y, z) * lamp_density(sources, sources.records[k], x, y, z, p, n)
 
 
 @inline

@@ -25,7 +25,7 @@ from ..scattering.warps import Direction
 from ..shapes.rounded import sin_cos_degrees
 
 
-@shaped(pixels="*", rows="*", columns="*", width="0..", height="0..")
+@shaped(pixels="image", rows="*", columns="*", width="0..image", height="0..image")
 class Environment(NamedTuple):
     """An image around a scene; of no width where there is none."""
 

@@ -69,16 +69,7 @@ class Sources(NamedTuple):
 
 def lower_sources(bodies: Sequence[Body], item_of: Ints, look: Look, surroundings: float) -> Sources:
     """The sources of a scene; surroundings: mean radiance of an image around it, 0 for none that is asked."""
-    found: list[Any] = []
-    triangles: list[npt.NDArray[np.float64]] = []
-    if _is_listed(bodies) and (look.materials.rows["emission"] > 0).any():
-        firsts = np.searchsorted(item_of, np.arange(len(bodies) + 1))
-        for entry in _glowing(bodies, firsts):
-            found += _of_body(bodies[entry], int(firsts[entry]), triangles)
-    source_of = np.zeros(0, np.int32)
-    if found:
-        source_of = np.full(len(item_of), -1, np.int32)
-        source_of[[int(record["body"]) for record in found]] = np.arange(len(found), dtype=np.int32)
+    found, triangles = _lamps(bodies, item_of, look)
     for k, light in enumerate(look.lights):
         record = _blank(LIGHT, -1)
         record["index"] = k
@@ -88,6 +79,32 @@ def lower_sources(bodies: Sequence[Body], item_of: Ints, look: Look, surrounding
         record = _blank(SURROUNDINGS, -1)
         record["power"] = math.pi * surroundings
         found.append(record)
+    return _sources(found, triangles, len(item_of))
+
+
+def lower_lamps(bodies: Sequence[Body], item_of: Ints, look: Look) -> Sources:
+    """The lamps of a scene alone."""
+    return _sources(*_lamps(bodies, item_of, look), len(item_of))
+
+
+def _lamps(bodies: Sequence[Body], item_of: Ints, look: Look) -> tuple[list[Any], list[npt.NDArray[np.float64]]]:
+    """Records and triangles of what glows and is drawn from."""
+    found: list[Any] = []
+    triangles: list[npt.NDArray[np.float64]] = []
+    if _is_listed(bodies) and (look.materials.rows["emission"] > 0).any():
+        firsts = np.searchsorted(item_of, np.arange(len(bodies) + 1))
+        for entry in _glowing(bodies, firsts):
+            found += _of_body(bodies[entry], int(firsts[entry]), triangles)
+    return found, triangles
+
+
+def _sources(found: list[Any], triangles: list[npt.NDArray[np.float64]], bodies: int) -> Sources:
+    """The tables of sources, of which the lamps come first."""
+    lamps = [int(record["body"]) for record in found if record["body"] >= 0]
+    source_of = np.zeros(0, np.int32)
+    if lamps:
+        source_of = np.full(bodies, -1, np.int32)
+        source_of[lamps] = np.arange(len(lamps), dtype=np.int32)
     records = np.array([record[()] for record in found], RECORD) if found else np.zeros(0, RECORD)
     total = records["power"].sum()
     records["until"] = np.cumsum(records["power"]) / total if total > 0 else np.arange(1, len(records) + 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,15 +21,34 @@ from .tables import (
     length,
 )
 
+_HINTS = {
+    **dict.fromkeys(("total", "bytes", "nbytes", "size", "all"), "memory.tables + memory.tree are all bytes"),
+    "cells": "it is called primitives",
+}
 _TREE = (NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
 
 
-class Memory(NamedTuple):
-    """Bytes that kernels read, and for how many cells: balls, primitives, sheets, each leaf of a Boolean body."""
-
-    cells: int
-    tables: int  # surfaces, cells, programs, entries
+class _Sizes(NamedTuple):
+    primitives: int
+    tables: int
     tree: int
+
+
+class Memory(_Sizes):
+    """Bytes of the arrays that a prepared scene is traced by.
+
+    primitives   how many there are: balls, sheets, primitives that are bodies or parts of Boolean bodies
+    tables       bytes of what is known of them
+    tree         bytes of the tree of boxes over them
+    """
+
+    __slots__ = ()
+
+    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+
+        def __getattr__(self, name: str) -> Any:
+            hint = f": {_HINTS[name]}" if name in _HINTS else ""
+            raise AttributeError(f"'Memory' object has no attribute {name[:80]!r}{hint}", name=name, obj=self)
 
 
 def memory(geometry: Geometry) -> Memory:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..exact.forms import Form
 from ..shapes.body import Body
@@ -79,6 +80,16 @@ class Prepared:
     def labels(self) -> Labels:
         """Names and materials by body number."""
         return labels_of(self.entries)
+
+    @cached_property
+    def sources(self) -> dict[int, Any]:
+        """Surfaces as `scene.surface` and `scene.explain` have worked them out."""
+        return {}
+
+    @cached_property
+    def kinds(self) -> npt.NDArray[np.int8]:
+        """What each body is to light: see `body/sides.py`."""
+        return self.labels.kinds(self.lowered.body_count)
 
     @cached_property
     def key(self) -> bytes:

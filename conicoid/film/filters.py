@@ -22,6 +22,7 @@ import numpy as np
 
 from ..shapes.suggestion import one_of
 from ..shapes.vector import FloatArray
+from .fixed import cosine, exponential, interpolated
 from .names import FILTERS, Filter
 
 QUANTILES = 1025
@@ -35,22 +36,22 @@ RADII = {"box": 0.5, "tent": 1.0, "gaussian": 1.5, "mitchell": 2.0, "blackman-ha
 
 def gaussian(x: FloatArray) -> FloatArray:
     """exp(-2 x²), lowered so that it ends at 0."""
-    return np.asarray(np.maximum(np.exp(-2.0 * x * x) - math.exp(-2.0 * 1.5 * 1.5), 0.0))
+    return np.asarray(np.maximum(exponential(-2.0 * x * x) - exponential(-2.0 * 1.5 * 1.5), 0.0))
 
 
 def mitchell(x: FloatArray) -> FloatArray:
     """The cubic of Mitchell and Netravali with B = C = 1/3."""
     x = np.abs(x)
-    inner = (7.0 * x**3 - 12.0 * x**2 + 16.0 / 3.0) / 6.0
-    outer = (-7.0 / 3.0 * x**3 + 12.0 * x**2 - 20.0 * x + 32.0 / 3.0) / 6.0
+    inner = (7.0 * x * x * x - 12.0 * x * x + 16.0 / 3.0) / 6.0
+    outer = (-7.0 / 3.0 * x * x * x + 12.0 * x * x - 20.0 * x + 32.0 / 3.0) / 6.0
     return np.where(x < 1.0, inner, np.where(x < 2.0, outer, 0.0))
 
 
 def blackman_harris(x: FloatArray) -> FloatArray:
     """a₀ - a₁ cos t + a₂ cos 2t - a₃ cos 3t with t from 0 to 2π across the window."""
     t = (x / RADII["blackman-harris"] + 1.0) * math.pi
-    a0, a1, a2, a3 = _HARRIS
-    return np.asarray(a0 - a1 * np.cos(t) + a2 * np.cos(2 * t) - a3 * np.cos(3 * t))
+    c, (a0, a1, a2, a3) = cosine(t), _HARRIS
+    return np.asarray(a0 - a1 * c + a2 * (2.0 * c * c - 1.0) - a3 * (4.0 * c * c * c - 3.0 * c))
 
 
 _CURVES: dict[str, Callable[[FloatArray], FloatArray]] = {
@@ -75,8 +76,8 @@ def lower_filter(name: Filter) -> tuple[FloatArray, float, float]:
     middles = 0.5 * (edges[1:] + edges[:-1])
     values = _CURVES[name](middles)
     sums = np.concatenate([[0.0], np.cumsum(np.abs(values))])
-    quantiles = np.interp(np.linspace(0.0, sums[-1], QUANTILES), sums, edges)
+    quantiles = interpolated(np.linspace(0.0, sums[-1], QUANTILES), sums, edges)
     quantiles = 0.5 * (quantiles - quantiles[::-1])  # symmetric to the bit
     quantiles.setflags(write=False)
-    share = float(np.abs(values).sum() / values.sum())
+    share = float(sums[-1] / np.cumsum(values)[-1])
     return quantiles, ZERO_OF_MITCHELL if name == "mitchell" else math.inf, share * share

@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..shapes.suggestion import close_to
 from ..shapes.validate import shown
 from .names import LAYERS
 
 OF_SUMS = ("samples", "error")
+
+
+class Layers(dict[str, Any]):
+    """What a picture has beside its light, by name. One that it lacks is told of."""
+
+    def __missing__(self, name: object) -> NoReturn:
+        if name not in LAYERS:
+            raise KeyError(f"no layer is called {shown(name)}: those are {', '.join(LAYERS)}")
+        raise KeyError(f"the picture was rendered without {shown(name)}: scene.render(layers=[{shown(name)}]) has it")
+
+    if not TYPE_CHECKING:  # else checkers would let any name be asked for
+
+        def __getattr__(self, name: str) -> Any:
+            hint = f": image.layers[{name!r}] is that" if name in LAYERS else ""
+            raise AttributeError(f"'Layers' object has no attribute {name[:80]!r}{hint}", name=name, obj=self)
 
 
 def checked_layers(value: Any) -> tuple[str, ...]:

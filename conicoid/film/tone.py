@@ -19,6 +19,7 @@ from ..shapes.row_vectors import product
 from ..shapes.suggestion import one_of
 from ..shapes.validate import number
 from ..shapes.vector import FloatArray
+from .fixed import binary_logarithm, power_of_two
 from .names import TONES, Tone
 
 _MOST_STOPS = 64.0
@@ -54,7 +55,7 @@ def developed(pixels: Any, exposure: float, tone: Tone) -> Any:
     """What is displayed of linear light (..., 3), as linear light in [0, 1]; `exposure` stops, each twice as bright."""
     if exposure == 0 and tone == "srgb":
         return pixels
-    light = np.nan_to_num(np.asarray(pixels, np.float64), nan=0.0, posinf=1e30, neginf=0.0) * 2.0**exposure
+    light = np.nan_to_num(np.asarray(pixels, np.float64), nan=0.0, posinf=1e30, neginf=0.0) * power_of_two(exposure)
     light = np.maximum(light, 0.0)
     if tone == "srgb":
         return light
@@ -72,7 +73,7 @@ def _filmic(light: FloatArray) -> Any:
 
 def _agx(light: FloatArray) -> Any:
     mixed = np.maximum(product(light, _INSET.T), 1e-30)
-    x = np.clip((np.log2(mixed) - _LEAST_STOP) / (_LAST_STOP - _LEAST_STOP), 0.0, 1.0)
+    x = np.clip((binary_logarithm(mixed) - _LEAST_STOP) / (_LAST_STOP - _LEAST_STOP), 0.0, 1.0)
     y = np.zeros_like(x)
     for coefficient in _AGX:
         y = y * x + coefficient

@@ -102,7 +102,7 @@ class Tagged(Kind):
     def read(self, node: Node, reader: Reader, where: str) -> Any:
         entry = reader.only_entry(node)
         if entry is None:
-            return reader.expected(node, where, self.phrase)
+            return reader.report(node, where, f"must be {self.phrase}, got {shown(node)}{self._inside(node)}")
         name, key, value = entry
         if name not in self.makers:
             if (maker := next((one for one, make in self.makers.items() if name in fields_of(make)), None)) is None:
@@ -110,6 +110,16 @@ class Tagged(Kind):
             told = f"unknown {self.what} {name!r}: it stands among the fields of one, {{{maker}: {{{name}: ...}}}}"
             return reader.report(key, where, told)
         return Arguments(self.makers[name]).read(value, reader, where)
+
+    def _inside(self, node: Node) -> str:
+        """What to tell of fields that stand beside the name of what has them."""
+        names = [key.text for key in node.heads] if isinstance(node, Table) else []
+        makers = [name for name in names if name in self.makers]
+        if len(makers) != 1:
+            return ""
+        fields = [name for name in names if name in fields_of(self.makers[makers[0]])]
+        told = " and ".join(fields)
+        return f"; {told} goes among its fields, {{{makers[0]}: {{{fields[0]}: ...}}}}" if fields else ""
 
     def schema(self) -> Schema:
         return {"anyOf": [tagged(name, Arguments(make).schema(), make) for name, make in self.makers.items()]}
@@ -300,11 +310,12 @@ def kind_of(hint: Any) -> Kind:
 
 
 def _alternatives(hints: tuple[Any, ...]) -> Kind:
-    rest = [hint for hint in hints if hint is not type(None)]
+    rest = [hint for hint in hints if hint is not type(None) and get_origin(hint) is not Callable]  # a file says none
     classes = [hint for hint in rest if isinstance(hint, type) and not issubclass(hint, Shape)]
     records = {hint.__name__: hint for hint in classes if dataclasses.is_dataclass(hint)}
     kinds = [kind_of(hint) for hint in rest if hint not in records.values()]
     if records:
-        kinds.append(Tagged(records, next(iter(records)) if len(records) == 1 else "pattern"))
+        several = "pattern" if "Checker" in records else "formula"
+        kinds.append(Tagged(records, next(iter(records)) if len(records) == 1 else several))
     kind = kinds[0] if len(kinds) == 1 else OneOf(tuple(kinds))
-    return Maybe(kind) if len(rest) < len(hints) else kind
+    return Maybe(kind) if type(None) in hints else kind

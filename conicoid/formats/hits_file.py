@@ -28,7 +28,7 @@ from .answer_file import (
 )  # fmt: skip
 
 _FLOATS = {"t": (), "t_error": (), "point_error": (), "point": (3,), "local_point": (3,), "normal": (3,), "uv": (2,)}
-_INTS = {"body": np.int32, "face": np.int32, "surface": np.int32, "side": np.int32}
+_INTS = dict.fromkeys(("body", "face", "surface", "before", "after", "side"), np.int32)
 _FLAGS = ("hit", "entering", "doubtful")
 _ALL = (*_FLOATS, *_INTS, *_FLAGS, *RAYS, "home", *LABELS)
 """The arrays of such a file. `home` holds the bytes of a scene's key."""
@@ -78,6 +78,7 @@ def _hits(arrays: dict[str, Any], path: str | os.PathLike[str]) -> Hits:
         "_points": arrays["point"].reshape(-1, 3),
         "_errors": arrays["t_error"].ravel(),
         **{name: arrays[name][()] for name in ("point_error", "local_point", "normal", "uv")},
+        **{name: ints[name][()] for name in ("before", "after")},
         "_home": text_in("home", arrays),
         "_labels": labels_in(arrays, ints["body"], path),
     }

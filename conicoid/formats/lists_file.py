@@ -55,8 +55,12 @@ _SPANS = _Fields(
     ("body",), ("enter_clipped", "exit_clipped"), True,
 )  # fmt: skip
 _CROSSINGS = _Fields(
-    {"t": (), "t_error": (), "point": _VECTOR, "normal": _VECTOR}, ("body", "face", "surface"), ("entering",), False
+    {"t": (), "t_error": (), "point": _VECTOR, "normal": _VECTOR},
+    ("body", "face", "surface", "before", "after"),
+    ("entering",),
+    False,
 )
+_SIDES = ("before", "after")
 _OF = {"Spans": _SPANS, "Crossings": _CROSSINGS}
 
 
@@ -96,7 +100,7 @@ def _rows(arrays: Arrays, fields: _Fields) -> dict[str, Any]:
     check_shapes(arrays, (int(offsets[-1]),), {**fields.floats, **dict.fromkeys((*fields.ints, *fields.flags), ())})
     return {
         **{name: arrays[name] for name in fields.floats},
-        **{name: whole_array(name, arrays[name], 0, 2**31 - 1, np.int32) for name in fields.ints},
+        **{name: whole_array(name, arrays[name], -(name in _SIDES), 2**31 - 1, np.int32) for name in fields.ints},
         **{name: whole_array(name, arrays[name], 0, 1, np.bool_) for name in fields.flags},
         "offsets": offsets,
         "_rays": rays,

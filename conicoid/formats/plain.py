@@ -20,6 +20,7 @@ from ..shapes.material import Material
 from ..shapes.motion import Motion, Rotate, Scale, Transform, Translate
 from ..shapes.properties import Properties
 from ..shapes.texture import ImagePath, ImageTexture
+from ..shapes.validate import shown
 from .expansion import parts_of
 from .fields import fields_of
 from .kinds import Several
@@ -152,6 +153,11 @@ class ShapeWriter:
             return {str(key): self.value(item) for key, item in value.items()}
         if isinstance(value, (list, tuple)):
             return [self.value(item) for item in value]
+        if callable(value):
+            raise ValueError(
+                "Material: refractive_index must be a number, the name of a glass, a formula or a table to stand in a "
+                f"scene file, got a function, {shown(value)}"
+            )
         return value
 
 

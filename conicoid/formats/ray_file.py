@@ -74,7 +74,9 @@ def read_rays(path: str | os.PathLike[str]) -> RayTable:
     file = Path(path)
     suffix = file.suffix.lower()
     if suffix not in (".npy", ".npz", ".csv"):
-        raise ValueError(f"{file}: rays are read from .npy, .npz or .csv files")
+        raise ValueError(
+            f"{file}: rays are read from .npy, .npz or .csv files, by trace and scene.stream also .parquet and .zarr"
+        )
     open_regular(file).close()
     try:
         table = _from_npz(file) if suffix == ".npz" else _from_columns(file, suffix)

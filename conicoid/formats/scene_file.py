@@ -14,9 +14,11 @@ from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 from ..shapes import REGISTRY
+from ..shapes.animation import BodyTrack
 from ..shapes.base import Shape, Solid
 from ..shapes.body import Body
 from ..shapes.material import Material, renamed
+from ..shapes.suggestion import known_names
 from ..shapes.vector import FloatArray
 from . import scene_text, yaml_parser
 from .atomic import real_path, write_text
@@ -31,7 +33,7 @@ from .nodes import Listing, Node, Scalar, Table, is_nothing, is_null, is_text, s
 from .plain import ShapeWriter, body_data
 from .plain_bodies import PlainBodies
 from .reading import BAD, Bad, Reader, TooManyProblems
-from .sections import BODY, SECTIONS, VERSION, BackgroundKind, CameraKind, light_kind, material_kind
+from .sections import BODY, SECTIONS, VERSION, BackgroundKind, CameraKind, animation_kind, light_kind, material_kind
 from .shape_nodes import ShapeReader
 from .yaml_parser import Unreadable, document
 from .yaml_writer import dump, json_text
@@ -46,6 +48,7 @@ class Parts:
     camera: Any = None
     background: Any = None
     domain: Any = None
+    animation: tuple[Any, ...] = ()
 
 
 class SceneLike(Protocol):
@@ -146,7 +149,18 @@ class _SceneReader:
         domain = shapes.read(given["domain"], "domain", Solid) if "domain" in given else None
         if isinstance(domain, Solid):
             shapes.charge_body(given["domain"], "domain", domain)
-        return Parts(bodies, () if lights is BAD else lights, camera, background, domain)
+        animation = self._animation(given["animation"], bodies) if "animation" in given else ()
+        return Parts(bodies, () if lights is BAD else lights, camera, background, domain, animation)
+
+    def _animation(self, node: Node, bodies: tuple[Body, ...]) -> Any:
+        """Tracks, of bodies that there are."""
+        tracks = animation_kind().read(node, self.reader, "animation")
+        for i, track in enumerate(() if tracks is BAD else tracks):
+            if isinstance(track, BodyTrack) and all(body.name != track.body for body in bodies):
+                names = sorted(body.name for body in bodies if body.name)
+                told = f"unknown body {shortened(track.body)!r}; {known_names(track.body, 'named bodies', names)}"
+                self.reader.report(node, f"animation[{i}]", told)
+        return () if tracks is BAD else tracks
 
     def _version(self, node: Node | None) -> None:
         if node is not None and Integer().read(node, self.reader, "conicoid") not in (VERSION, BAD):
@@ -342,9 +356,11 @@ def scene_data(
     if scene.background is not None:
         sections["background"] = writer.value(scene.background)
     sections |= {"lights": [writer.value(light) for light in scene.lights]} if scene.lights else {}
+    tracks = getattr(scene, "animation", ())  # imported models have none
+    animation = {"animation": [writer.value(track) for track in tracks]} if tracks else {}
     sections |= {"materials": writer.materials} if writer.materials else {}
     sections |= {"shapes": writer.named} if writer.named else {}
-    return sections | domain | {"bodies": bodies}
+    return sections | domain | {"bodies": bodies} | animation
 
 
 def _shapes(scene: SceneLike) -> list[Shape]:

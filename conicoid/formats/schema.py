@@ -10,7 +10,7 @@ from ..shapes.region import Difference, Intersection
 from .bulk_nodes import INDEX, array_kind
 from .fields import Arguments, tagged
 from .kinds import Fixed, Number, Schema, Several
-from .sections import VERSION, BackgroundKind, CameraKind, light_kind, material_kind
+from .sections import VERSION, BackgroundKind, CameraKind, animation_kind, light_kind, material_kind
 from .shape_nodes import AXIS, VECTOR, operand_field
 
 STEPS: dict[str, Schema] = {
@@ -42,6 +42,7 @@ def scene_schema() -> dict[str, Any]:
             "shapes": _by_name({"$ref": "#/$defs/shape"}),
             "domain": {"anyOf": [{"$ref": "#/$defs/solid"}, {"type": "null"}]},
             "bodies": {"type": "array", "items": {"$ref": "#/$defs/body"}},
+            "animation": {"anyOf": [animation_kind().schema(), {"type": "null"}]},
         },
         "required": ["bodies"],
         "additionalProperties": False,

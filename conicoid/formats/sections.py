@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..shapes.animation import TRACKS
 from ..shapes.background import Background, as_background
 from ..shapes.light import LIGHTS
 from .fields import Arguments, MaterialKind, Tagged, kind_of
@@ -12,7 +13,7 @@ from .nodes import Node, Table
 from .reading import BAD, Reader
 
 VERSION = 1
-SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "domain", "bodies")
+SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "domain", "bodies", "animation")
 BODY = ("name", "shape", "move", "material", "materials", "material_index")
 
 
@@ -46,8 +47,16 @@ def light_kind() -> Kind:
     return Several(Tagged(LIGHTS, "light"))
 
 
+def animation_kind() -> Kind:
+    return Several(Tagged(TRACKS, "track"))
+
+
 def material_kind() -> Tagged:
     return MaterialKind().written
+
+
+_MAPPINGS = ("Sky", "Environment")
+"""Backgrounds that have arguments."""
 
 
 class BackgroundKind(Kind):
@@ -59,6 +68,8 @@ class BackgroundKind(Kind):
 
     def read(self, node: Node, reader: Reader, where: str) -> Any:
         value = self.written.read(node, reader, where)
+        if isinstance(value, str) and value in _MAPPINGS:
+            return reader.report(node, where, f"must be a mapping, {{{value}: {{...}}}}, got the bare word {value!r}")
         holder = Table(node.line, node.column, {where: node})
         return BAD if value is BAD else reader.made(holder, "scene", lambda: as_background(value))
 

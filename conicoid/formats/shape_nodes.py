@@ -141,8 +141,10 @@ class ShapeReader:
         heads = [key for key in node.heads if key.text != "move"]
         if len(heads) != 1:
             found = f"{len(heads)}: {', '.join(key.text for key in heads[:4])}" if heads else "none"
+            beside = [key.text for key in heads if key.text in ("name", "material", "materials", "material_index")]
+            hint = f"; {' and '.join(beside)} of a body stand beside `shape:`, not in it" if beside else ""
             return self.reader.report(
-                node, where, f"must have one shape as its key (and `move` beside it), got {found}"
+                node, where, f"must have one shape as its key (and `move` beside it), got {found}{hint}"
             )
         shape = self._head(heads[0], node.entries[heads[0].text], where)
         return self.moved(shape, node.entries.get("move"), where)
@@ -168,8 +170,9 @@ class ShapeReader:
             return self.reader.report(key, where, found)
         if (meant := CLASSES.get(key.text, "")) in REGISTRY:
             return self.reader.report(key, where, f"unknown shape {key.text!r} (did you mean {meant!r}?)")
-        if key.text in ("Mesh", "Torus", "Obj", "Stl", "STL", "OBJ"):
-            told = f"unknown shape {key.text!r}: bodies are of planes and quadrics; a mesh is {{Triangles: ...}}"
+        if key.text in ("Torus", "Obj", "Stl", "STL", "OBJ"):
+            told = f"unknown shape {key.text!r}: bodies are of planes and quadrics; "
+            told += "a mesh is {Mesh: ...} or {Triangles: ...}"
             return self.reader.report(key, where, told)
         return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
 

@@ -25,7 +25,7 @@ def gather(geometry: Geometry, scratch: Scratch, memory: None, settings: Setting
             continue
         nx, ny, nz = normal_at(geometry, surface, side, x, y, z)
         sight = Sight(t, body, surface, face, side, outside, outside, x, y, z, nx, ny, nz)
-        r, g, b = surface_color(geometry, settings.look.materials, sight)
+        r, g, b = surface_color(geometry, settings.look.look.materials, sight)
         samples.colors[i, 0] += r
         samples.colors[i, 1] += g
         samples.colors[i, 2] += b

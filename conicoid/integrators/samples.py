@@ -14,14 +14,15 @@ from ..engine.packets.packet import Packet
 from ..engine.tables import Floats, Geometry, Longs
 
 
-@shaped(samples="1..1048576", depth="0..10000")
+@shaped(samples="1..1048576", depth="0..10000", sobol="0..1")
 class Settings(NamedTuple):
     """The same for all of a picture. Each integrator has a kernel of its own, compiled for the type of `look`."""
 
     samples: int  # rays per pixel
     seed: int
     depth: int  # reflections and refractions of a ray, at most
-    look: Any  # Look; None for integrators that are not `lit`
+    look: Any  # Lamplight or Transport; None for integrators that are not `lit`
+    sobol: int = 0  # 1: places in pixels are Sobol's also for integrators that are not progressive
 
 
 class Samples(NamedTuple):

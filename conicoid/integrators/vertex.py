@@ -16,21 +16,28 @@ from ..engine.ray import Ray, with_limits
 from ..engine.single.first import resolved_first_crossing
 from ..engine.surface.normal import normal_at
 from ..engine.tables import Geometry, whole
+from ..scattering.bent import FLAT, draw_over, evaluate_over
 from ..scattering.dispersion import color_of, index_by, wavelength
 from ..scattering.layers import pane_share
 from ..scattering.medium import free_way, phase, phase_direction, transmitted
 from ..scattering.record import LOST, SHARP, STRAIGHT, Touched
-from ..scattering.surface import draw, evaluate, has_extent
+from ..scattering.surface import has_extent
 from ..scattering.warps import to_frame, to_world
 from ..shading.background import background_color
 from ..shading.local import surface_color
-from ..shading.materials import Materials, material_row
+from ..shading.materials import ROUGH_STEPS, Materials, material_row
 from ..shading.media import medium_of
+from ..shading.relief import bent_point, has_relief, place_of
 from ..shading.sight import Sight, facing
+from ..textures.patterns import texture_color
 from .sobol import sobol_pair
 
 NONE = -1.0
 """Density of a direction that only a path finds: of camera rays, mirrors, smooth glass."""
+
+
+_ROUGH_PAIRS = 1 << 20
+"""Numbers of pairs from those of a scattering to the one by which roughness is drawn between its steps."""
 
 
 class Path(NamedTuple):
@@ -208,6 +215,21 @@ def _touched(
     return Touched(number, min(1.0, kd * r), min(1.0, kd * g), min(1.0, kd * b), refracts, not from_inside, eta)
 
 
+@helper
+def _as_rough(geometry: Geometry, materials: Materials, sight: Sight, at: Touched, u: float) -> Touched:
+    """The surface with the roughness that a texture has there: one of two steps, by chance u as near as it is."""
+    row = materials.rows[at.row]
+    r, g, b = texture_color(
+        geometry, materials.textures, materials.texels, row.rough_texture, place_of(materials, sight)
+    )
+    rough = min(1.0, max(0.0, (r + g + b) * (1.0 / 3.0)))
+    step = min(ROUGH_STEPS - 1, int(math.sqrt(rough) * ROUGH_STEPS))
+    low, high = step * step, (step + 1) * (step + 1)
+    share = (rough * (ROUGH_STEPS * ROUGH_STEPS) - low) / (high - low)
+    number = row.first_rough + step + (1 if u < share else 0)
+    return Touched(whole(number), at.r, at.g, at.b, at.refracts, at.outside, at.eta)
+
+
 @inline
 def _at_surface(
     geometry: Geometry, transport: Transport, depth: int, random: tuple[int, int, int, int], path: Path, ray: Ray,
@@ -225,7 +247,13 @@ def _at_surface(
         path = _colored(path, wavelength(sobol_pair(seed, pixel, sample, 3)[1]))
     point, _, from_inside = facing(sight, ray.dx, ray.dy, ray.dz)
     n = point.nx, point.ny, point.nz
-    at = _touched(geometry, materials, path, sight, number, from_inside)
+    at, g = _touched(geometry, materials, path, sight, number, from_inside), FLAT
+    if materials.rows[number].rough_texture >= 0:
+        at = _as_rough(geometry, materials, sight, at, sobol_pair(seed, pixel, sample, pair + _ROUGH_PAIRS)[0])
+    if has_relief(materials.rows[number]):
+        point = bent_point(geometry, materials, sight, number, point, from_inside)
+        g = to_frame(n, (point.nx, point.ny, point.nz))
+        n = point.nx, point.ny, point.nz
     o = to_frame((point.ex, point.ey, point.ez), n)
     beyond = sight.after if at.refracts else sight.before
     if len(transport.sources.records) > 0 and has_extent(materials, at):
@@ -236,21 +264,22 @@ def _at_surface(
         if lit.end > 0.0:
             length = math.sqrt(dot(lit.d[0], lit.d[1], lit.d[2], lit.d[0], lit.d[1], lit.d[2]))
             i = to_frame((lit.d[0] / length, lit.d[1] / length, lit.d[2] / length), n)
-            r, g, b, density = evaluate(materials, transport.albedos, at, o, i)
-            if r + g + b > 0.0:
+            r, green, b, density = evaluate_over(materials, transport.albedos, at, o, i, g)
+            if r + green + b > 0.0:
                 part = _share(lit.density, density) if lit.density > 0.0 else 1.0
                 asked = Asked(
                     sight.x, sight.y, sight.z, lit.d, lit.end, whole(lit.body), path.r * r * lit.r * part,
-                    path.g * g * lit.g * part, path.b * b * lit.b * part, sight.before if i[2] > 0.0 else beyond, True,
+                    path.g * green * lit.g * part, path.b * b * lit.b * part,
+                    sight.before if dot(i[0], i[1], i[2], g[0], g[1], g[2]) > 0.0 else beyond, True,
                 )  # fmt: skip
     u, v = sobol_pair(seed, pixel, sample, pair + 2)
-    drawn = draw(materials, transport.albedos, at, o, lobe, u, v)
+    drawn = draw_over(materials, transport.albedos, at, o, g, lobe, u, v)
     if drawn.how == LOST or (drawn.how != STRAIGHT and path.turns + 1 >= depth and not transport.shines):
         return found, _ended(path), ray, asked
     d = ray.dx, ray.dy, ray.dz
     if drawn.how != STRAIGHT:
         d = to_world(drawn.i, n)
-    behind = drawn.i[2] < 0.0
+    behind = dot(drawn.i[0], drawn.i[1], drawn.i[2], g[0], g[1], g[2]) < 0.0
     scale = path.scale / (at.eta * at.eta) if behind and at.refracts else path.scale
     medium = whole(beyond if behind else sight.before)
     path = weighed(path, drawn.r, drawn.g, drawn.b)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiler.jit import allocator, helper, inline
+from ..emitters.lamplight import Lamplight
 from ..engine.body.scratch import Scratch
 from ..engine.packets.first import trace_packet
 from ..engine.packets.lanes import (
@@ -31,21 +32,25 @@ from ..engine.packets.lanes import (
 )
 from ..engine.packets.load import coherent
 from ..engine.packets.packet import new_lanes, with_lanes
+from ..engine.ray import with_limits
 from ..engine.single.first import first_crossing
 from ..engine.tables import Floats, Geometry, whole
 from ..shading.local import shadow_ray, shown
 from ..shading.look import Look
 from ..shading.materials import Materials
 from ..shading.media import OUTSIDE
+from ..shading.relief import has_relief, is_behind
 from ..shading.shadow import light_along
 from ..shading.sight import Sight
+from .lamps import lamp_count, lamp_ray
 from .samples import Samples, Settings, trace_samples
 from .stack import Pending, Stack, new_stack
 from .whitted import follow, medium_at, shade, sight_of, sky
 
-_MEDIUM, _ASKS = 13, 14
-"""Columns behind a sight: the medium that the ray starts in; 1 where a shadow ray is needed, else 0."""
-_NUMBERS = 15
+_MEDIUM, _ASKS, _LAMP = 13, 14, 15
+"""Columns behind a sight: the medium that the ray starts in; 1 where a shadow ray is needed, else 0; the body of the
+lamp that this is to meet."""
+_NUMBERS = 16
 
 
 class Wave(NamedTuple):
@@ -54,14 +59,14 @@ class Wave(NamedTuple):
     stack: Stack  # rays that are mirrored or refracted
     shadow: Floats  # the lanes of rays from what they meet to a light
     sights: Floats  # (64, _NUMBERS) what they meet, see `Sight`, and more
-    arrived: Floats  # (64 · lights · 3) how much of each light reaches what they meet
-    further: Floats  # (lights · 3) how much reaches what a mirrored or refracted ray meets
+    arrived: Floats  # (64 · (lights + lamps) · 3) how much of each light and lamp reaches what they meet
+    further: Floats  # ((lights + lamps) · 3) how much reaches what a mirrored or refracted ray meets
 
 
 @allocator
 def new_memory(settings: Settings) -> Wave:
     """Memory for one thread."""
-    numbers = 3 * max(1, len(settings.look.lights))
+    numbers = 3 * max(1, len(settings.look.look.lights) + lamp_count(settings.look.lamps))
     return Wave(
         new_stack(settings.depth), new_lanes(), np.empty((LANES, _NUMBERS)), np.empty(numbers * LANES),
         np.empty(numbers),
@@ -114,7 +119,7 @@ def _see(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, samples: 
 
 
 @helper
-def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, samples: Samples) -> int:
+def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, stride: int, samples: Samples) -> int:
     """Shadow rays to light k into the lanes of sights that it may light; returns one of them, or -1 for none."""
     lanes, light, some = wave.shadow, look.lights[k], -1
     for i in range(samples.size):
@@ -127,6 +132,9 @@ def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, samples: Sa
         if not shows:
             continue
         ray, asked = shadow_ray(light, look.materials.rows[row], point, sight.surface)
+        if asked and has_relief(look.materials.rows[row]) and is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz):
+            at, asked = 3 * (stride * i + k), False
+            wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = 0.0, 0.0, 0.0
         if asked:
             put_ray(lanes, i, ray)
             wave.sights[i, _ASKS], some = 1.0, i
@@ -134,10 +142,12 @@ def _shadow_rays(geometry: Geometry, wave: Wave, look: Look, k: int, samples: Sa
 
 
 @helper
-def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: int, samples: Samples) -> None:
-    """How much of light k reaches what the rays have met."""
+def _ask_light(
+    geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: int, stride: int, samples: Samples
+) -> None:
+    """How much of light k reaches what the rays have met; stride: of how many lights and lamps it is one."""
     lanes, materials, light, count = wave.shadow, look.materials, look.lights[k], samples.size
-    some = _shadow_rays(geometry, wave, look, k, samples)
+    some = _shadow_rays(geometry, wave, look, k, stride, samples)
     if some < 0:
         return
     for i in range(LANES):
@@ -158,7 +168,7 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
     for i in range(count):
         if wave.sights[i, _ASKS] == 0.0:
             continue
-        at, inside = 3 * (len(look.lights) * i + k), _kept(wave.sights[i]).before
+        at, inside = 3 * (stride * i + k), _kept(wave.sights[i]).before
         ray, covered = lane_ray(lanes, i, lanes[T_MAX + np.uint64(i)]), lanes[BEST + np.uint64(i)] < math.inf
         wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = light_along(
             geometry, scratch, materials, ray, inside, covered
@@ -166,14 +176,71 @@ def _ask_light(geometry: Geometry, scratch: Scratch, wave: Wave, look: Look, k: 
 
 
 @helper
+def _lamp_rays(geometry: Geometry, wave: Wave, lit: Lamplight, j: int, seed: int, stride: int, samples: Samples) -> int:
+    """Rays to the j-th lamp that is asked into the lanes of sights that it may light; one of these, or -1 for none."""
+    lanes, look, some = wave.shadow, lit.look, -1
+    for i in range(samples.size):
+        at, sight = 3 * (stride * i + len(look.lights) + j), _kept(wave.sights[i])
+        wave.sights[i, _ASKS] = 0.0
+        wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = 0.0, 0.0, 0.0
+        if sight.body < 0:
+            continue
+        dx, dy, dz = _direction(samples.packet.lanes, i)
+        shows, row, point = shown(geometry, look.materials, sight, dx, dy, dz)
+        if not shows:
+            continue
+        random = seed, samples.pixels[i], samples.sample
+        ray, body, asked = lamp_ray(lit, j, random, sight, look.materials.rows[row], point, dx, dy, dz)
+        if asked:
+            put_ray(lanes, i, ray)
+            wave.sights[i, _ASKS], wave.sights[i, _LAMP], some = 1.0, body, i
+    return some
+
+
+@helper
+def _ask_lamp(
+    geometry: Geometry, scratch: Scratch, wave: Wave, lit: Lamplight, j: int, seed: int, stride: int, samples: Samples
+) -> None:
+    """How much of the j-th lamp that is asked reaches what the rays have met."""
+    lanes, materials = wave.shadow, lit.look.materials
+    some = _lamp_rays(geometry, wave, lit, j, seed, stride, samples)
+    if some < 0:
+        return
+    for i in range(LANES):
+        if i >= samples.size or wave.sights[i, _ASKS] == 0.0:
+            put_idle(lanes, i, some)
+    prepare_lanes(lanes)
+    put_lane_beam(lanes, False)
+    together = coherent(geometry, lanes)
+    if together:
+        trace_packet(geometry, scratch, with_lanes(samples.packet, lanes), materials.opaque, False)
+    for i in range(samples.size):
+        if wave.sights[i, _ASKS] == 0.0:
+            continue
+        ray = lane_ray(lanes, i, lanes[T_MAX + np.uint64(i)])
+        if together:
+            hit = lane_hit(lanes, i)
+        else:
+            hit = first_crossing(geometry, scratch, ray, materials.opaque, False)
+        at, inside = 3 * (stride * i + len(lit.look.lights) + j), _kept(wave.sights[i]).before
+        ray = with_limits(ray, 0.0, min(ray.t_max, hit.t))
+        wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = light_along(
+            geometry, scratch, materials, ray, inside, hit.body != whole(wave.sights[i, _LAMP])
+        )
+
+
+@helper
 def gather(geometry: Geometry, scratch: Scratch, wave: Wave, settings: Settings, samples: Samples) -> None:
     """Add what comes back along the rays, after at most `settings.depth` turns."""
-    look, depth, stack, colors = settings.look, settings.depth, wave.stack, samples.colors
+    lit, depth, stack, colors = settings.look, settings.depth, wave.stack, samples.colors
+    look = lit.look
     _begin(geometry, scratch, wave, look.materials, samples)
     _see(geometry, scratch, wave, look, samples)
-    lights = len(look.lights)
-    for k in range(lights):
-        _ask_light(geometry, scratch, wave, look, k, samples)
+    stride = len(look.lights) + lamp_count(lit.lamps)
+    for k in range(len(look.lights)):
+        _ask_light(geometry, scratch, wave, look, k, stride, samples)
+    for j in range(lamp_count(lit.lamps)):
+        _ask_lamp(geometry, scratch, wave, lit, j, settings.seed, stride, samples)
     for i in range(samples.size):
         sight = _kept(wave.sights[i])
         x, y, z, dx, dy, dz, _, _, start = lane_ray(samples.packet.lanes, i, math.inf)
@@ -181,9 +248,10 @@ def gather(geometry: Geometry, scratch: Scratch, wave: Wave, settings: Settings,
         if sight.body < 0:
             r, g, b = sky(look, ray.medium, dz, 1.0, 1.0, 1.0)
         else:
-            r, g, b, size = shade(geometry, look, stack, 0, ray, sight, wave.arrived, 3 * lights * i)
+            random = settings.seed, samples.pixels[i], samples.sample
+            r, g, b, size = shade(geometry, lit, stack, 0, ray, sight, wave.arrived, 3 * stride * i, random)
             if size > 0:
-                red, green, blue = follow(geometry, scratch, stack, size, look, wave.further)
+                red, green, blue = follow(geometry, scratch, stack, size, lit, wave.further, random)
                 r, g, b = r + red, g + green, b + blue
         colors[i, 0] += r
         colors[i, 1] += g

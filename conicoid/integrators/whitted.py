@@ -13,10 +13,12 @@ import math
 from typing import Any
 
 from ..compiler.jit import helper, inline
+from ..emitters.lamplight import Lamplight
 from ..engine.body.hit import Crossed, Hit, resolved
 from ..engine.body.media import media
 from ..engine.body.scratch import Scratch
 from ..engine.numbers.bits import next_above, next_below
+from ..engine.numbers.vectors import dot
 from ..engine.ray import Ray, with_limits
 from ..engine.single.first import first_crossing, resolved_first_crossing
 from ..engine.surface.normal import normal_at
@@ -24,12 +26,13 @@ from ..engine.tables import Floats, Geometry, halted, whole
 from ..shading.background import background_color
 from ..shading.fresnel import dielectric, schlick
 from ..shading.local import ask_lights, direct_light, surface_color
-from ..shading.look import Look
 from ..shading.materials import Materials, material_row
 from ..shading.media import OUTSIDE, absorbed, index_of, medium_of, unseen
 from ..shading.reflect import reflect
 from ..shading.refract import refract
+from ..shading.relief import bent_point, has_relief, on_side
 from ..shading.sight import Sight, facing, shows_light
+from .lamps import ask_lamps, lamp_count, lamp_light
 from .stack import NO_SURFACE, Pending, Stack, pending, push
 
 
@@ -93,18 +96,24 @@ def medium_at(geometry: Geometry, scratch: Scratch, materials: Materials, x: flo
 
 @inline
 def shade(
-    geometry: Geometry, look: Look, stack: Stack, size: int, ray: Pending, sight: Sight, arrived: Floats, at: int
-) -> tuple[float, float, float, int]:
+    geometry: Geometry, lit: Lamplight, stack: Stack, size: int, ray: Pending, sight: Sight, arrived: Floats, at: int,
+    random: tuple[int, int, int],
+) -> tuple[float, float, float, int]:  # fmt: skip
     """(rgb that what a ray sees sends back by itself, new size of the stack): the rays it sends on are pushed.
 
-    arrived[at:]: how much of each light reaches it.
+    arrived[at:]: how much of each light and lamp reaches it; random: seed, pixel and sample.
     """
-    materials = look.materials
+    look, materials = lit.look, lit.look.materials
     _, _, _, dx, dy, dz, wr, wg, wb, _, turns, _ = ray
     wr, wg, wb = absorbed(materials, sight.before, sight.t, wr, wg, wb)
-    row = materials.rows[material_row(geometry, materials, sight.body, sight.face)]
+    number = material_row(geometry, materials, sight.body, sight.face)
+    row = materials.rows[number]
     cr, cg, cb = surface_color(geometry, materials, sight)
     point, cosine, from_inside = facing(sight, dx, dy, dz)
+    gx, gy, gz, bent = point.nx, point.ny, point.nz, has_relief(row)
+    if bent:
+        point = bent_point(geometry, materials, sight, number, point, from_inside)
+        cosine = dot(point.nx, point.ny, point.nz, point.ex, point.ey, point.ez)
     x, y, z, nx, ny, nz, _, _, _ = point
 
     # How light parts there: F is reflected, of the rest a share goes through
@@ -116,12 +125,18 @@ def shade(
         tx, ty, tz, beyond = refract(dx, dy, dz, nx, ny, nz, eta)
         fr = dielectric(cosine, beyond, eta)
         fg, fb = fr, fr
+        if bent:
+            tx, ty, tz = on_side(tx, ty, tz, gx, gy, gz, False)
     pr, pg, pb = row.transparency[0], row.transparency[1], row.transparency[2]
 
     # Its own light
     red, green, blue = 0.0, 0.0, 0.0
     if shows_light(materials, sight, from_inside):
         dr, dg, db, hr, hg, hb = direct_light(look, row, arrived, at, point)
+        if lamp_count(lit.lamps) > 0:
+            behind = at + 3 * len(look.lights)
+            lr, lg, lb, sr, sg, sb = lamp_light(lit, random, row, arrived, behind, point)
+            dr, dg, db, hr, hg, hb = dr + lr, dg + lg, db + lb, hr + sr, hg + sg, hb + sb
         ka, kd = row.ambient, row.diffuse
         ar, ag, ab = look.ambient
         red = wr * (cr * (ka * ar + kd * dr) * (1.0 - fr) * (1.0 - pr) + row.specular[0] * hr)
@@ -136,6 +151,8 @@ def shade(
             sight.surface, turns - 1, sight.after if refracts else sight.before,
         ))  # fmt: skip
         mx, my, mz = reflect(dx, dy, dz, nx, ny, nz)
+        if bent:
+            mx, my, mz = on_side(mx, my, mz, gx, gy, gz, True)
         size = push(stack, size, Pending(
             x, y, z, mx, my, mz, wr * fr, wg * fg, wb * fb, sight.surface, turns - 1, sight.before,
         ))  # fmt: skip
@@ -143,7 +160,7 @@ def shade(
 
 
 @inline
-def sky(look: Look, medium: int, dz: float, wr: float, wg: float, wb: float) -> tuple[float, float, float]:
+def sky(look: Any, medium: int, dz: float, wr: float, wg: float, wb: float) -> tuple[float, float, float]:
     """Rgb of the background along a unit direction, seen from a medium."""
     wr, wg, wb = absorbed(look.materials, medium, math.inf, wr, wg, wb)
     r, g, b = background_color(look.background, dz)
@@ -152,10 +169,11 @@ def sky(look: Look, medium: int, dz: float, wr: float, wg: float, wb: float) -> 
 
 @helper
 def follow(
-    geometry: Geometry, scratch: Scratch, stack: Stack, size: int, look: Look, arrived: Floats
-) -> tuple[float, float, float]:
+    geometry: Geometry, scratch: Scratch, stack: Stack, size: int, lit: Lamplight, arrived: Floats,
+    random: tuple[int, int, int],
+) -> tuple[float, float, float]:  # fmt: skip
     """Linear rgb of what comes back along the rays on the stack."""
-    materials = look.materials
+    look, materials = lit.look, lit.look.materials
     red, green, blue = 0.0, 0.0, 0.0
     while size > 0 and not halted(geometry):
         size -= 1
@@ -168,6 +186,8 @@ def follow(
             r, g, b = sky(look, left.medium, dz, left.r, left.g, left.b)
         else:
             ask_lights(geometry, scratch, look, arrived, sight, dx, dy, dz)
-            r, g, b, size = shade(geometry, look, stack, size, left, sight, arrived, 0)
+            if lamp_count(lit.lamps) > 0:
+                ask_lamps(geometry, scratch, lit, random, arrived, sight, dx, dy, dz)
+            r, g, b, size = shade(geometry, lit, stack, size, left, sight, arrived, 0, random)
         red, green, blue = red + r, green + g, blue + b
     return red, green, blue

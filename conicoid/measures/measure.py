@@ -18,6 +18,7 @@ from ..shapes.fixed import fixed
 from ..shapes.motion import STILL
 from ..shapes.other_names import hinted
 from ..shapes.region import Boolean, Complement, Union
+from ..shapes.same import by_value
 from ..shapes.sphere import Sphere
 from ..shapes.validate import callback, integer, what
 from ..shapes.vector import FloatArray
@@ -40,6 +41,7 @@ _PLAIN, _LARGEST = 64, 332
 
 @hinted
 @fixed
+@by_value()
 @dataclass(frozen=True, eq=False)
 class Measures:
     """What `measure` found, each value with its standard error (one sigma; 0 where a closed form was used).
@@ -131,6 +133,9 @@ def measure(
             f"measure: shape must be a shape or a Body, got {what(shape)}; of a Scene every body is measured{hint}"
         )
     callback("measure", "progress", progress)
+    if isinstance(rays, str) and isinstance(shape, Scene):
+        told = f"got {rays!r}; of one body it is measure(scene)[{rays!r}]"
+        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, {told}")
     rays = None if rays is None else integer("measure", "rays", rays, FEWEST_RAYS, _MOST_RAYS)
     seed = integer("measure", "seed", seed, 0)
     if isinstance(shape, Scene):

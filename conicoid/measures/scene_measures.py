@@ -15,6 +15,7 @@ from ..shapes.body import Body
 from ..shapes.fixed import fixed
 from ..shapes.named_parts import Named
 from ..shapes.other_names import hinted
+from ..shapes.same import by_value
 from ..shapes.suggestion import close_to, known_names
 from ..shapes.validate import shown
 from ..shapes.vector import FloatArray
@@ -31,6 +32,7 @@ _LISTED, _NARROW = 50, 28
 
 @hinted
 @fixed
+@by_value()
 @dataclass(frozen=True, eq=False)
 class SceneMeasures(Sequence[Measures]):
     """What `measure` found of a scene: a sequence with the `Measures` of each body by its number.

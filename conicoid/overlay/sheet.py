@@ -57,7 +57,8 @@ class Sheet:
         drawn = np.asarray(self._sheet).reshape(self.height, _FINE, self.width, _FINE, 4)
         opacity = drawn[..., 3:] / 255
         share = opacity.mean(axis=(1, 3))
-        color = (srgb_decode(drawn[..., :3] / 255) * opacity).mean(axis=(1, 3))
+        light = srgb_decode(np.arange(256) / 255)[drawn[..., :3]]
+        color = (light * opacity).mean(axis=(1, 3))
         return np.where(share > 0, pixels * (1 - share) + color, pixels).astype(np.float32)
 
 

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..shapes.arrays import without_traces
 from ..shapes.calls import explained_methods
 from ..shapes.calm import calm
 from ..shapes.degrees import degrees
@@ -66,7 +65,7 @@ class AnyCamera:
 
         Of a lens those through its middle.
         """
-        return rays_of(self, width, height)
+        return self.lazy_rays(width, height).made()
 
     def lazy_rays(self, width: int, height: int) -> LazyRays:
         """`rays(width, height)`, made where they are traced; `Rays.from_camera` is the same."""
@@ -184,7 +183,8 @@ class OrthographicCamera(AnyCamera):
 def as_camera(owner: str, camera: Any) -> AnyCamera | None:
     """A camera, or None for one that fits; a TypeError otherwise."""
     if camera is not None and not isinstance(camera, AnyCamera):
-        raise TypeError(f"{owner}: camera must be a Camera, an OrthographicCamera or None, got {what(camera)}")
+        kinds = "Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None"
+        raise TypeError(f"{owner}: camera must be a {kinds}, got {what(camera)}")
     return camera
 
 
@@ -197,48 +197,23 @@ def basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, Fl
 
 
 @calm
-def rays_of(camera: AnyCamera, width: int, height: int) -> Rays:
-    """Rays of the pixel centres of a picture."""
-    from ..engine.answers.rays import Rays
-
-    width, height = checked_size(width, height)
-    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    return Rays(*lines_through(camera, x, y, width, height))
-
-
-def lines_through(
-    camera: AnyCamera, x: FloatArray, y: FloatArray, width: int, height: int
-) -> tuple[FloatArray, FloatArray]:
-    """Origins and unit directions through points (x, y) of a picture, in pixels."""
-    if camera.optics[0] > THIN_LENS:
-        from .view import lines_of
-
-        return lines_of(camera, x, y, width, height)
-    u, v = ((2 * x - width) / height)[..., None], ((height - 2 * y) / height)[..., None]
-    lens = camera.lens
-    directions = lens[3] + u * lens[4] + v * lens[5]
-    directions /= lengths(directions)[..., None]
-    return without_traces(lens[0] + u * lens[1] + v * lens[2]), without_traces(directions)
-
-
-@calm
 def projected(camera: AnyCamera, points: Any, width: int, height: int) -> FloatArray:
     """The pixel coordinates of points: the film coordinates u and v of the rays through them, turned around."""
     from ..engine.answers.rays import points_array
 
-    width, height = checked_size(width, height)
+    width, height = checked_size(width, height, "project")
     places = points_array("project", "points", points)
     film = camera._film(places, width, height)
     pixels: FloatArray = (film * (height, -height) + (width, height)) / 2
     return pixels
 
 
-def checked_size(width: int, height: int) -> tuple[int, int]:
-    """Width and height as positive integers, or an error."""
+def checked_size(width: int, height: int, owner: str = "rays") -> tuple[int, int]:
+    """Width and height of what asks for them, as positive integers, or an error."""
     for name, value in (("width", width), ("height", height)):
         pixels = whole(value)
         if pixels is None or not 1 <= pixels < 1 << 31:
-            raise ValueError(f"picture: {name} must be a whole number of pixels >= 1, got {shown(value)}")
+            raise ValueError(f"{owner}: {name} must be a whole number of pixels >= 1, got {shown(value)}")
     return int(width), int(height)
 
 

@@ -35,8 +35,10 @@ class Exposure:
     """
 
     def __init__(
-        self, scene: Any, job: Job, keeps: bool, begin: int = 0, end: int | None = None, look: Any = None
-    ) -> None:
+        self, scene: Any, job: Job, keeps: bool, begin: int = 0, end: int | None = None, look: Any = None,
+        goes_on: bool = False,
+    ) -> None:  # fmt: skip
+        """goes_on: may samples be added also where the integrator is not progressive?"""
         self.scene, self.job, self.keeps = scene, job, keeps
         self.begin = begin
         self.end = tiles.tile_total(job.width, job.height) if end is None else end
@@ -44,7 +46,7 @@ class Exposure:
         self.sums = np.zeros((job.height if keeps else 0, job.width, SUMS))
         look = light_of(scene, job.view, job.integrator) if look is None else look
         turns = turns_of(job.integrator, job.depth)
-        self._settings = Settings(job.samples, job.seed, turns, look and seen_at(look, job))
+        self._settings = Settings(job.samples, job.seed, turns, look and seen_at(look, job), int(goes_on))
         self._view = view_of(job.view, job.filter)
         self._lock, self._busy = threading.Lock(), 0
         self._finished: set[int] = set()

@@ -10,10 +10,11 @@ import numpy as np
 from ..film.filters import checked_filter
 from ..film.names import MOST_SAMPLES, SAMPLES, Filter
 from ..integrators import INTEGRATORS
+from ..shapes.light import AmbientLight
 from ..shapes.material import DEFAULT, Material
 from ..shapes.repeated_labels import looks_of
 from ..shapes.suggestion import one_of
-from ..shapes.validate import positive, shown, whole
+from ..shapes.validate import numbers, positive, shown, whole
 from ..shapes.vector import FloatArray
 from .camera import AnyCamera, as_camera, checked_size
 from .fit import fitting_lights
@@ -37,6 +38,9 @@ class Job:
     view: AnyCamera
     filter: Filter = "box"
     noise: float | None = None
+    shutter: tuple[float, float] | None = None
+    times: int = 1
+    """In so many moments of the shutter's time what moves is seen."""
 
     @property
     def is_progressive(self) -> bool:
@@ -58,10 +62,10 @@ class Exposed(NamedTuple):
 
 def job_of(
     scene: Any, width: Any, height: Any, samples: Any, integrator: Any, seed: Any, depth: Any, camera: Any,
-    form: Any = "box", noise: Any = None,
+    form: Any = "box", noise: Any = None, shutter: Any = None, times: Any = None,
 ) -> Job:  # fmt: skip
     """The picture that is asked for. Raises ValueError for unknown integrators and senseless numbers."""
-    width, height = checked_size(width, height)
+    width, height = checked_size(width, height, "render")
     limit = positive("render", "noise", noise) if noise is not None else None
     if samples is None:
         samples = SAMPLES if limit is None else MOST_SAMPLES
@@ -73,7 +77,29 @@ def job_of(
         )
     kind = checked_filter("render", form)
     view = as_camera("render", camera) or scene.camera or scene.fitting_camera(width / height)
-    return Job(width, height, **options, view=view, filter=kind, noise=limit)
+    during = None if shutter is None else _shutter(shutter)
+    if times is not None and shutter is None:
+        raise ValueError("render: times goes with shutter; without one all is seen at one time")
+    most = (
+        1
+        if shutter is None
+        else min(options["samples"], MOST_TIMES if times is None else _whole("times", times, 1, 2**20))
+    )
+    if during is not None and limit is not None:
+        raise ValueError("render: noise must be None with a shutter, whose moments share the samples out beforehand")
+    return Job(width, height, **options, view=view, filter=kind, noise=limit, shutter=during, times=most)
+
+
+MOST_TIMES = 64
+"""Moments of a shutter's time, where nobody says how many."""
+
+
+def _shutter(value: Any) -> tuple[float, float]:
+    """When a shutter opens and closes."""
+    opens, closes = numbers("render", "shutter", value, 2)
+    if not opens <= closes:
+        raise ValueError(f"render: shutter must close after it opens, got {opens:g} to {closes:g}")
+    return opens, closes
 
 
 def render(
@@ -103,7 +129,18 @@ def light_of(scene: Any, camera: AnyCamera, integrator: str) -> Any:
     chosen = INTEGRATORS[integrator]
     if chosen.transports:
         return _transport_of(scene, camera)
-    return look_of(scene, camera) if chosen.lit else None
+    return _lamplight_of(scene, camera) if chosen.lit else None
+
+
+def _lamplight_of(scene: Any, camera: AnyCamera) -> Any:
+    """What Whitted's pictures need. Where the scene has lamps and no lights, of those that fit only the ambient one."""
+    from ..emitters.lamplight import lower_lamplight
+
+    made = lower_lamplight(look_of(scene, camera), scene.bodies, scene.lowered.body_item)
+    if scene.lights or len(made.lamps.records) == 0:
+        return made
+    ambient = [light for light in fitting_lights(camera) if isinstance(light, AmbientLight)]
+    return made._replace(look=look_of(scene, camera, ambient))
 
 
 def _transport_of(scene: Any, camera: AnyCamera) -> Any:
@@ -135,9 +172,7 @@ def look_of(scene: Any, camera: AnyCamera, lights: Any = None) -> Any:
 
 def seen_at(look: Any, job: Job) -> Any:
     """A look, or what light transport needs, for pixels of a picture's size."""
-    if INTEGRATORS[job.integrator].transports:
-        return look._replace(look=_with_pixels(look.look, job))
-    return _with_pixels(look, job)
+    return look._replace(look=_with_pixels(look.look, job))
 
 
 def _with_pixels(look: Any, job: Job) -> Any:

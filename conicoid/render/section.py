@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..shapes.material import Material
+from ..shapes.pattern_means import mean_color
 from ..shapes.repeated_labels import looks_of
 from ..shapes.validate import number, shown, what, whole
 from ..shapes.vector import Box, FloatArray
-from ..textures.lower import mean_color
 from .camera import OrthographicCamera, checked_size
 
 if TYPE_CHECKING:
@@ -38,16 +38,16 @@ def section_pixels(
     plane: "x", "y" or "z", an axis across it, which `at` says where; the window fits. Or an `OrthographicCamera`: the
     plane through its position across its view, and its window.
     """
-    from ..engine.queries.queries import body_at
+    from ..engine.queries.points import body_at
 
-    width, height = checked_size(width, height)
+    width, height = checked_size(width, height, "section")
     camera = _camera(plane, at, extent, width / height)
     grid = whole(samples)
     if grid is None or not 1 <= grid <= _MOST_SAMPLES:
         raise ValueError(f"section: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {shown(samples)}")
     steps = math.isqrt(grid - 1) + 1
     materials, _, place_of = looks_of(listed, scene.lowered.body_item)
-    colors = np.array([_color(material) for material in materials] + [_NOTHING])
+    colors = np.array([material_color(material) for material in materials] + [_NOTHING])
     entries = np.append(place_of, len(materials))
     groups = _groups(materials, entries)
     x, y = ((np.arange(steps * size) + 0.5) / steps for size in (width, height))
@@ -122,7 +122,7 @@ def _meets(bodies: Any, before: Any, steps: int) -> Any:
     return result
 
 
-def _color(material: Any) -> tuple[float, float, float]:
+def material_color(material: Any) -> tuple[float, float, float]:
     """The colour of a material in a section: its own; a pale blue for what is clear, and white for void."""
     material = Material() if material is None else material
     if np.any(np.asarray(material.transparency) != 0):

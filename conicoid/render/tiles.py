@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from .. import integrators
 from ..compiler.jit import allocator, helper, inline, kernel
+from ..emitters.lamplight import Lamplight
 from ..emitters.transport import Transport
 from ..engine.body.scratch import new_scratch
 from ..engine.packets.lanes import LANES, put_ray
@@ -28,7 +29,6 @@ from ..film.sums import COUNT, SQUARES, SUMS, luminance
 from ..integrators import INTEGRATORS
 from ..integrators.samples import Samples, Settings, no_memory
 from ..integrators.stack import NO_SURFACE
-from ..shading.look import Look
 from .camera import LINEAR, THIN_LENS
 from .sampler import sample_in_pixel, sobol_pair
 from .view import View, camera_ray, filtered_offset, special_ray
@@ -220,7 +220,10 @@ def _tile_kernel(integrator: str) -> Callable[..., None]:
                     for sample in range(first, last):
                         if halted(geometry):
                             break
-                        count = camera_rays(view, frame, packet.lanes, film, left, top, sample, settings, progressive)
+                        count = camera_rays(
+                            view, frame, packet.lanes, film, left, top, sample, settings,
+                            progressive or settings.sobol == 1,
+                        )  # fmt: skip
                         if not is_plain:
                             colors[:] = 0.0
                         gather(
@@ -231,7 +234,7 @@ def _tile_kernel(integrator: str) -> Callable[..., None]:
                     if len(sums) == 0 or (first < last and not halted(geometry)):
                         end_square(frame, film, sums, left, top, last)
 
-    look = Transport if chosen.transports else Look if chosen.lit else None
+    look = Transport if chosen.transports else Lamplight if chosen.lit else None
     tiles.__annotations__["settings"] = Annotated[Settings, {"look": look}]
     tiles.__name__ = tiles.__qualname__ = f"{integrator}_tiles"
     return kernel(film="out h w 3", sums=f"out h|0 w {SUMS}", squares="*", last="1..1048576", begin="0..end")(tiles)

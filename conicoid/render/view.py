@@ -19,7 +19,6 @@ from ..engine.tables import Floats
 from ..film.filters import QUANTILES, lower_filter
 from ..film.names import Filter
 from ..shapes.arrays import without_traces
-from ..shapes.vector import FloatArray
 from .camera import EQUIRECTANGULAR, LINEAR, NUMBERS, THIN_LENS, AnyCamera
 from .wide_cameras import EQUIDISTANT, EQUISOLID
 
@@ -174,21 +173,38 @@ def filtered_offset(view: View, a: float) -> tuple[float, float]:
     return offset, -1.0 if abs(offset) > view.sign_change else 1.0
 
 
-@kernel(x="n", y="n", a="n", b="n", width="1..2147483647", height="1..2147483647", lines="out n 6")
-def picture_lines(
-    view: View, x: Floats, y: Floats, a: Floats, b: Floats, width: int, height: int, lines: Floats
+@kernel(
+    first="0..4611686018427387904",
+    width="1..2147483647",
+    height="1..2147483647",
+    origins="out n 3",
+    directions="out n 3",
+)
+def pixel_lines(
+    view: View, first: int, a: float, b: float, width: int, height: int, origins: Floats, directions: Floats
 ) -> None:
-    """Origins and unit directions through points of a picture and of the lens, of which (1/2, 1/2) is the middle."""
-    for i in range(len(x)):
-        ox, oy, oz, dx, dy, dz, _ = special_ray(view, x[i], y[i], a[i], b[i], width, height)
-        lines[i, 0], lines[i, 1], lines[i, 2] = ox, oy, oz
-        lines[i, 3], lines[i, 4], lines[i, 5] = dx, dy, dz
+    """Origins and unit directions through the middles of a picture's pixels, from the given one on, row by row.
+
+    All go through one point of the lens, (a, b), of which (1/2, 1/2) is the middle.
+    """
+    row, column = first // width, first % width
+    linear = view.kind == LINEAR
+    for i in range(len(origins)):
+        if linear:  # merged into the loop
+            ox, oy, oz, dx, dy, dz = camera_ray(view.lens, column + 0.5, row + 0.5, width, height)
+        else:
+            ox, oy, oz, dx, dy, dz, _ = special_ray(view, column + 0.5, row + 0.5, a, b, width, height)
+        origins[i, 0], origins[i, 1], origins[i, 2] = ox, oy, oz
+        directions[i, 0], directions[i, 1], directions[i, 2] = dx, dy, dz
+        column += 1
+        if column == width:
+            row, column = row + 1, 0
 
 
-def lines_of(camera: AnyCamera, x: FloatArray, y: FloatArray, width: int, height: int) -> tuple[FloatArray, FloatArray]:
-    """Origins and unit directions through points (x, y) of a picture, in pixels."""
-    lines, middle = np.empty((x.size, 6)), np.full(x.size, 0.5)
-    columns, rows = (np.ascontiguousarray(part, np.float64).ravel() for part in np.broadcast_arrays(x, y))
-    picture_lines(view_of(camera, "box"), columns, rows, middle, middle, width, height, lines)
-    lines = lines.reshape(*x.shape, 6)
-    return without_traces(lines[..., :3].copy()), without_traces(lines[..., 3:].copy())
+def fill_lines(view: View, begin: int, width: int, height: int, origins: Floats, directions: Floats) -> None:
+    """Write origins and unit directions (n, 3) of a picture's pixels from `begin` on: those that a picture traces."""
+    pixel_lines(view, begin, 0.5, 0.5, width, height, origins, directions)
+    for lines in (origins, directions):
+        without = without_traces(lines)
+        if without is not lines:
+            lines[:] = without

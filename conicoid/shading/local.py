@@ -12,11 +12,12 @@ from ..engine.numbers.vectors import dot
 from ..engine.ray import Ray
 from ..engine.single.first import blocked
 from ..engine.tables import Floats, Geometry
-from ..textures.patterns import Place, texture_color
+from ..textures.patterns import texture_color
 from .lights import share, towards
 from .look import Look
 from .materials import CHECKER_UV, PLAIN, TEXTURED, Materials, color_in_space, color_on_uv, material_row, pick
 from .phong import half_vector, phong
+from .relief import bent_point, has_relief, is_behind, place_of
 from .shadow import light_along
 from .sight import ShadingPoint, Sight, facing, shows_light
 
@@ -33,11 +34,7 @@ def surface_color(geometry: Geometry, materials: Materials, sight: Sight) -> tup
         u, v = uv_at(geometry, sight.body, sight.face, sight.surface, sight.x, sight.y, sight.z)
         return color_on_uv(row, u, v)
     if row.pattern == TEXTURED:
-        reach = materials.pixel[0] + materials.pixel[1] * sight.t
-        at = Place(
-            sight.body, sight.face, sight.surface, sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz, reach
-        )
-        return texture_color(geometry, materials.textures, materials.texels, row.texture, at)
+        return texture_color(geometry, materials.textures, materials.texels, row.texture, place_of(materials, sight))
     return color_in_space(row, sight.x, sight.y, sight.z, sight.nx, sight.ny, sight.nz)
 
 
@@ -80,9 +77,11 @@ def _light_at(
 def shown(
     geometry: Geometry, materials: Materials, sight: Sight, dx: float, dy: float, dz: float
 ) -> tuple[bool, int, ShadingPoint]:
-    """(does what is seen along unit d show the light of lights?, the row of its material, the point)."""
+    """(does what is seen along d show the light of lights?, the row of its material, the point as it is shaded)."""
     point, _, from_inside = facing(sight, dx, dy, dz)
     row = material_row(geometry, materials, sight.body, sight.face)
+    if has_relief(materials.rows[row]):
+        point = bent_point(geometry, materials, sight, row, point, from_inside)
     return shows_light(materials, sight, from_inside), row, point
 
 
@@ -112,7 +111,9 @@ def ask_lights(
     row = materials.rows[number]
     for k in range(len(look.lights)):
         ray, asked = shadow_ray(look.lights[k], row, point, sight.surface)
-        if asked:
+        if asked and has_relief(row) and is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz):
+            arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = 0.0, 0.0, 0.0
+        elif asked:
             covered = blocked(geometry, scratch, ray, materials.opaque)
             arrived[3 * k], arrived[3 * k + 1], arrived[3 * k + 2] = light_along(
                 geometry, scratch, materials, ray, sight.before, covered

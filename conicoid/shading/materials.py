@@ -14,10 +14,12 @@ from ..engine import tables as table
 from ..engine.tables import Floats, Geometry, Ints, Signs, integer
 from ..shapes.checker import Checker
 from ..shapes.color import amount_rgb, linear_rgb
+from ..shapes.dispersion import index_in_pictures, spread_in_pictures
 from ..shapes.material import Material
+from ..shapes.pattern_means import mean_color, mean_grey
 from ..shapes.texture import TEXTURES
 from ..textures.lower import RECORD as TEXTURE
-from ..textures.lower import Table, mean_color
+from ..textures.lower import Table
 from ..textures.texels import Texels
 from .checker import is_even
 
@@ -25,6 +27,9 @@ PLAIN, CHECKER_UV, CHECKER_SPACE, TEXTURED = 0, 1, 2, 3
 MATTE, GLOSSY, METAL, LAYERED = 0, 1, 2, 3
 """What surfaces do in light transport (`scattering`); solids that are transparent refract."""
 _DEPTH = 2.0**-20  # of a cube's side: how far under the surface a pattern in space is read
+
+ROUGH_STEPS = 16
+"""Roughness by a texture has rows of its own for 0, 1 / 256, 4 / 256, ... 1: between two of them light is shared."""
 
 RECORD = np.dtype(
     [
@@ -54,6 +59,11 @@ RECORD = np.dtype(
         ("scatters", "i8"),
         ("anisotropy", "f8"),
         ("dispersion", "f8"),
+        ("rough_texture", "i8"),
+        ("first_rough", "i8"),
+        ("bump", "i8"),
+        ("bump_height", "f8"),
+        ("normal_map", "i8"),
     ],
     align=True,
 )
@@ -98,6 +108,7 @@ def lower_materials(
     rows, textures = np.zeros(max(1, len(known)), dtype=RECORD), Table()
     for material, row in known.items():
         _fill(rows[row], material, textures)
+    rows = _with_steps(rows)
     transparent = rows["transparent"][row_of] != 0
     medium = transparent & ~np.array(sheets, dtype=bool)
     return Materials(
@@ -110,6 +121,28 @@ def lower_materials(
         *textures.arrays(),
         np.zeros(2),
     )
+
+
+def _with_steps(rows: Any) -> Any:
+    """The rows, and behind them those of each step of the ones whose roughness is a texture's."""
+    more: list[Any] = []
+    for row in rows:
+        if row["rough_texture"] >= 0:
+            row["first_rough"] = len(rows) + (ROUGH_STEPS + 1) * len(more)
+            steps = np.repeat(row[None], ROUGH_STEPS + 1)
+            steps["roughness"] = (np.arange(ROUGH_STEPS + 1) / ROUGH_STEPS) ** 2
+            more.append(steps)
+    return np.concatenate([rows, *more]) if more else rows
+
+
+def _relief(row: Any, material: Material, textures: Table) -> None:
+    """Roughness, bumps and normals by textures."""
+    rough = material.roughness
+    row["roughness"] = rough if isinstance(rough, float) else mean_grey(rough)
+    patterns = dict(rough_texture=rough, bump=material.bump, normal_map=material.normal)
+    for field, pattern in patterns.items():
+        row[field] = textures.row(pattern)
+    row["bump_height"] = material.bump_height
 
 
 def _fill(row: Any, material: Material, textures: Table) -> None:
@@ -129,12 +162,15 @@ def _fill(row: Any, material: Material, textures: Table) -> None:
     row["half_vector"], row["fresnel"] = material.highlight == "blinn_phong", material.fresnel
     for field in ("emission", "scattering"):
         row[field] = amount_rgb(getattr(material, field))
-    for field in ("roughness", "coat", "anisotropy", "dispersion"):
+    _relief(row, material, textures)
+    for field in ("coat", "anisotropy"):
         row[field] = getattr(material, field)
+    row["index"] = index_in_pictures(material.refractive_index)
+    row["dispersion"] = material.dispersion or spread_in_pictures(material.refractive_index)
     if material.metal_index is not None and material.metal_extinction is not None:
         row["metal_index"], row["metal_extinction"] = material.metal_index, material.metal_extinction
     row["scatters"], row["kind"] = bool((row["scattering"] > 0).any()), _kind(row)
-    row["transparent"], row["index"] = bool((row["transparency"] > 0).any()), material.refractive_index
+    row["transparent"] = bool((row["transparency"] > 0).any())
 
 
 def _kind(row: Any) -> int:

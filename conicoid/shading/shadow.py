@@ -18,7 +18,7 @@ from ..engine.single.first import resolved_first_crossing
 from ..engine.surface.normal import normal_at
 from ..engine.tables import Geometry
 from .fresnel import dielectric
-from .materials import Materials
+from .materials import Materials, material_row
 from .media import absorbed, index_of, medium_of
 
 
@@ -47,7 +47,7 @@ def _through_glass(
     length = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
     done = 0.0
     while True:
-        t, body, surface, _, side = resolved_first_crossing(geometry, scratch, ray)
+        t, body, surface, face, side = resolved_first_crossing(geometry, scratch, ray)
         if body < 0:
             break
         before, after = media(geometry, scratch, ray, t, materials.medium)
@@ -57,7 +57,7 @@ def _through_glass(
             nx, ny, nz = normal_at(geometry, surface, side, x + t * lx, y + t * ly, z + t * lz)
             cosine = abs(dot(lx, ly, lz, nx, ny, nz)) / length
             kept = 1.0 - wall_reflectance(cosine, index_of(materials, inside), index_of(materials, beyond))
-            row = materials.rows[materials.row_of[body]]
+            row = materials.rows[material_row(geometry, materials, body, face)]
             r, g, b = r * kept * row.transparency[0], g * kept * row.transparency[1], b * kept * row.transparency[2]
             inside, done = beyond, t
         ray = with_limits(ray, t, end)

@@ -113,4 +113,6 @@ def without_traces(vectors: FloatArray) -> FloatArray:
 
 def outside(points: FloatArray) -> Any:
     """Indices of those rows of points (n, 3) that are not finite or lie beyond the domain."""
+    if points.size and points.max() <= LARGEST and points.min() >= -LARGEST:  # NaN is neither
+        return np.zeros(0, np.intp)
     return np.flatnonzero(~(np.abs(points) <= LARGEST).all(axis=1))

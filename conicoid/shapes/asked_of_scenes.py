@@ -21,6 +21,7 @@ ASKED = {
         "visible is_visible visibility line_of_sight shadow in_shadow ray_test test_occlusions intersects_any any_hit "
         "is_occluded occlusion blocked",
     ),
+    **_all("it is called explain(origin, direction)", "why debug_ray trace_one work_out show_ray inspect_ray"),
     **_all("it is called crossings(rays), all of each ray", "all_hits every_hit all_intersections intersects_all"),
     **_all("np.diff(scene.crossings(rays).offsets) has how many each ray has", "count_intersections count_hits"),
     **_all(
@@ -33,12 +34,17 @@ ASKED = {
     ),
     **_all(
         "scene.body_at(points) has the numbers of bodies, and scene.body(number).material what one is made of",
-        "material_at find find_cell cell_at which_body locate name_at at inside_body point_in",
+        "material_at find find_cell cell_at which_body locate name_at inside_body point_in",
     ),
+    **_all(
+        "scene.bodies, scene.bounds, scene.materials and scene.memory are that; `conicoid info scene.yaml` prints them",
+        "info describe summary statistics stats print report",
+    ),
+    **_all("scenes are asked by rays, scene.first_hit(origins, directions)", "query ask evaluate run"),
     **_all("it is called contains(points)", "contains_points compute_occupancy is_inside inside point_inside"),
     **_all(
-        "there are no distances to surfaces off a ray: rays are asked, scene.first_hit(origins, directions)",
-        "distance signed_distance compute_distance compute_signed_distance closest_point closest_points "
+        "scene.distance(points) is the distance from the nearest wall, with exact=True the nearest point",
+        "signed_distance compute_distance compute_signed_distance closest_point closest_points "
         "compute_closest_points sdf",
     ),
     **_all("it is called bounds", "aabb aabbs bbox bounding_box box get_bounds get_aabb bbox_min limits"),
@@ -67,7 +73,8 @@ ASKED = {
     **_all(
         "co.check(scene) finds overlaps, each with a ray", "overlaps find_overlaps overlapping is_watertight is_valid"
     ),
-    **_all("it is called section(plane, at)", "slice cut cross_section clip"),
+    **_all("it is called section(plane, at), or slice(plane, at=...)", "cut cross_section clip"),
+    **_all("it is called voxels(bounds, shape)", "voxelize voxelise rasterize to_grid volume_fractions"),
     **_all(
         "scenes are put together by their entries, co.Scene([*a.bodies, *b.bodies], a.lights)",
         "union merge join combine concatenate",

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from .arrays import real_array
-from .color import BRIGHT, BYTE, Color, are_bytes, bytes_hint, checked_color, grey_hint
-from .validate import nonnegative, number, what
+from .color import BRIGHT, BYTE, Color, are_bytes, bytes_hint, checked_color, grey_hint, srgb_decode
+from .degrees import degrees
+from .image_file import picture_of, read_pixels
+from .validate import nonnegative, shown, what
+from .validate import path as checked_path
 from .vector import FloatArray
 from .warned import warn
 
@@ -54,8 +57,8 @@ class Sky:
 class Environment:
     """An image of all directions around a scene, equirectangular, which lights it in light transport.
 
-    pixels: (height, width, 3), linear radiance >= 0. The first row is straight up, +z; along a row the angle about z
-        grows from left to right, from the x axis on.
+    pixels: (height, width, 3), linear radiance >= 0, bytes (uint8) of sRGB, or an `Image`; `of_file` reads a picture.
+        The first row is straight up, +z; along a row the angle about z grows from left to right, from the x axis on.
     intensity: everything is so many times as bright.
     rotation: degrees about z by which the image is turned, counter-clockwise as seen from above.
 
@@ -67,7 +70,11 @@ class Environment:
     rotation: float = 0.0
 
     def __post_init__(self) -> None:
-        found = real_array("Environment", "pixels", self.pixels, "an array of numbers (height, width, 3)")
+        if isinstance(self.pixels, str | os.PathLike):
+            told = f"got {shown(self.pixels)}; co.Environment.of_file(path) reads a picture"
+            raise ValueError(f"Environment: pixels must be an array of numbers (height, width, 3), {told}")
+        found = picture_of("Environment", "pixels", self.pixels)
+        found = srgb_decode(found / 255) if found.dtype == np.uint8 else found
         if found.ndim != 3 or found.shape[2] != 3 or found.size == 0:
             raise ValueError(f"Environment: pixels must have shape (height, width, 3), got {found.shape}")
         bad = np.argwhere(~(np.isfinite(found) & (found >= 0)))
@@ -75,11 +82,36 @@ class Environment:
             place = tuple(int(k) for k in bad[0])
             raise ValueError(f"Environment: pixels{list(place)} must be finite and >= 0, got {found[place]}")
         intensity = nonnegative("Environment", "intensity", self.intensity)
-        rotation = number("Environment", "rotation", self.rotation)
+        rotation = degrees("Environment", "rotation", self.rotation)
         pixels = np.array(found, np.float64)
         pixels.flags.writeable = False
         for field, value in (("pixels", pixels), ("intensity", intensity), ("rotation", rotation)):
             object.__setattr__(self, field, value)
+
+    @classmethod
+    def of_file(cls, path: str | os.PathLike[str], intensity: float = 1.0, rotation: float = 0.0) -> Environment:
+        """The picture of all directions in a file, an .exr of linear light, or a .png, .jpg or .webp.
+
+        path: the file; intensity, rotation: those of an `Environment`.
+
+        Raises ValueError for what is missing, no picture, or damaged.
+        """
+        try:
+            return cls(read_pixels(checked_path("Environment", path)).linear(is_data=False), intensity, rotation)
+        except ValueError as error:
+            told = str(error)
+            raise ValueError(told if told.startswith("Environment") else f"Environment: file {told}") from None
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Environment) and self._key() == other._key() and np.array_equal(self.pixels, other.pixels)
+        )
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def _key(self) -> tuple[Any, ...]:
+        return self.pixels.shape, float(self.pixels.sum()), self.intensity, self.rotation
 
     @property
     def radiance(self) -> FloatArray:
@@ -98,5 +130,5 @@ def as_background(value: Any) -> Background | None:
         return value
     if not isinstance(value, str) and not hasattr(value, "__len__"):
         grey = grey_hint(value) if isinstance(value, int | float) and not isinstance(value, bool) else ""
-        raise TypeError(f"Scene: background must be a colour, a Sky or None, got {what(value)}{grey}")
+        raise TypeError(f"Scene: background must be a colour, a Sky, an Environment or None, got {what(value)}{grey}")
     return _light("Scene", "background", value)

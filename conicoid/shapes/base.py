@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, overload
 import numpy as np
 
 from .about import about as moved_about
+from .bounds import Bounds
 from .calls import explained
 from .calm import calm
 from .carried import restore, said
@@ -145,10 +146,10 @@ class Shape(ABC):
         return self._moved(self.motion.transform(matrix))
 
     @property
-    def bounds(self) -> Box:
+    def bounds(self) -> Bounds:
         """(low, high), two (3,) arrays: the tightest box, ±inf where unbounded; low > high if empty."""
         low, high = self._bounds
-        return low.copy(), high.copy()
+        return Bounds(low.copy(), high.copy())
 
     @cached_property
     @calm
@@ -187,6 +188,10 @@ class Shape(ABC):
         def __xor__(self, other: Any) -> Any:
             told = "^ is no operation of shapes; (a | b) - (a & b) is what either of two has alone"
             raise TypeError(f"{type(self).__name__}: {told}")
+
+        def __contains__(self, other: Any) -> bool:
+            told = f"points are asked of a scene: co.Scene({type(self).__name__.lower()}).contains(points)"
+            raise TypeError(f"{type(self).__name__}: `in` means nothing here; {told}")
 
         __rmul__, __pos__, __rxor__ = __mul__, __neg__, __xor__
 

@@ -93,6 +93,10 @@ class Body:
         def __getattr__(self, name: str) -> Any:
             raise no_attribute(self, name)
 
+        def __contains__(self, other: Any) -> bool:
+            told = "points are asked of a scene: co.Scene(body).contains(points)"
+            raise TypeError(f"Body: `in` means nothing here; {told}")
+
         def __or__(self, other: Any) -> Any:
             return _no_operator(self, "|", other)
 

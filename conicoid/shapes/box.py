@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from .base import PrimitiveSolid
 from .cells import UV, Cell, Face, flat
 from .rounded import larger
@@ -46,7 +44,7 @@ class Box(PrimitiveSolid):
     def _refused_call(args: Sequence[Any], keywords: Mapping[str, Any]) -> str:
         """Why a call is not taken: a size, or one argument, which may be meant for a size or half of it."""
         sized = [name for name in _SIZES if name in keywords]
-        is_alone = len(args) == 1 and "high" not in keywords and np.ndim(args[0]) > 0
+        is_alone = len(args) == 1 and "high" not in keywords and args[0] is not None and not isinstance(args[0], str)
         if not is_alone and not sized:
             return ""
         found = f"{sized[0]} alone" if sized else "one argument alone"

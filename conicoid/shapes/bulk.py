@@ -14,7 +14,7 @@ from .boxes import EVERYWHERE
 from .calm import calm
 from .motion import Motion
 from .row_vectors import product
-from .validate import DOMAIN, outside_domain, shown
+from .validate import DOMAIN, outside_domain, shown, whole
 from .vector import Box, FloatArray
 
 _CLOSE = 1e-9
@@ -82,7 +82,18 @@ class Bulk(Shape, abstract=True):
 
     def row(self, index: int, name: str) -> Any:
         """The number of the field `name` of body `index` as a float, or its three as a tuple."""
-        return _plain(getattr(self, name)[index])
+        return _plain(getattr(self, name)[self._place(index)])
+
+    def _place(self, index: Any) -> int:
+        """The place of one body, checked."""
+        place = whole(index)
+        if place is None:
+            raise TypeError(f"{type(self).__name__}.single: index must be a whole number, got {shown(index)}")
+        if not 0 <= place < len(self):
+            raise IndexError(
+                f"{type(self).__name__}.single: index must be at least 0 and below {len(self)}, got {shown(index)}"
+            )
+        return place
 
     def numbers(self, leaf: int) -> FloatArray:
         """(N, n) numbers of one primitive, number `leaf`, of each body, in the order of its fields."""

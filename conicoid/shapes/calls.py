@@ -26,8 +26,9 @@ _ALIKE = 0.7
 """How much an argument's name has in common with the one that was meant, at least: name is not camera."""
 _ELSEWHERE = {
     **dict.fromkeys(("background", "lights", "domain"), "a scene has it, scene.replace({0}=...)"),
-    **dict.fromkeys(("threads", "n_threads", "workers", "n_jobs"), "co.set_threads(count) is for all that follows"),
     **dict.fromkeys(("output", "filename", "path", "file"), "what comes back is saved, image.save(path)"),
+    **dict.fromkeys(("exposure", "tone", "gamma"), "what comes back is developed, image.developed(exposure, tone)"),
+    **dict.fromkeys(("denoise", "denoised", "denoiser"), "what comes back has that, image.denoised()"),
 }
 """What is no argument of a picture."""
 _HIDDEN = ("self", "cls")
@@ -37,6 +38,11 @@ _NOTES: tuple[tuple[tuple[str, ...], set[str], str], ...] = (
         ("t_min", "t_max"),
         {"origins", "directions"},
         "intervals go with the question, scene.first_hit(rays, t_min=0, t_max=...)",
+    ),
+    (
+        ("threads", "n_threads", "workers", "n_jobs", "processes", "n_workers", "pool", "client"),
+        {"executor"},
+        "executor=co.cluster.Processes(count), or any other executor, does that; threads are co.set_threads(count)",
     ),
     (("epsilon", "eps", "offset", "bias", "delta", "t_min"), {"directions"}, _SPAWNED),
     (
@@ -173,10 +179,10 @@ def _suggested(name: str, names: Collection[str]) -> str:
     shown = [other for other in names if other not in _HIDDEN and not _is_motion(names, other)]
     if note := _noted(name, shown):
         return f": {note}"
+    if name in _ELSEWHERE and {"width", "samples", "seed"} <= set(shown):
+        return f": {_ELSEWHERE[name].format(name)}"
     if meant := meant_by(name, shown):
         return f" (did you mean {meant}?)"
-    if name in _ELSEWHERE and {"width", "samples"} <= set(shown):
-        return f": {_ELSEWHERE[name].format(name)}"
     if name in ("x", "y", "z") and {"plane", "at"} <= set(shown):
         return f": section('{name}', 0.5) is the one by {name} = 0.5"
     if name in _OF_BODIES and (_is_motion(names, "motion") or "items" in names):

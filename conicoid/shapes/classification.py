@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .other_names import hinted
 from .vector import Vector
 
 SPHERE, ELLIPSOID = "sphere", "ellipsoid"
@@ -48,6 +49,7 @@ SIDES = {
 }  # fmt: skip
 
 
+@hinted
 @dataclass(frozen=True)
 class Classification:
     """A quadric by its kind, its place and its measures; what is not exact is rounded once.

@@ -7,6 +7,7 @@ coefficients. Center and vertex are rational as well; axes and semi-axes come fr
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -19,6 +20,7 @@ from .classification import Classification
 from .coefficients import Symmetric
 from .motion import STILL, Motion
 from .principal_axes import eigen
+from .surface import UPRIGHT, QuadricSurface
 from .vector import Vector
 
 _SAME = ex.power_of_two(-200)
@@ -41,6 +43,26 @@ def classify(matrix: Symmetric, motion: Motion = STILL) -> Classification:
     return _Placed(kind, sense, matrix, null, still).classification()
 
 
+def classify_surface(surface: QuadricSurface) -> Classification:
+    """What a quadric in the world is; its kind is found in its own coordinates, where its numbers are as written."""
+    own = [[Fraction(0)] * 4 for _ in range(4)]
+    for k, (square, linear) in enumerate(zip(surface.squares, surface.linear, strict=True)):
+        own[k][k], own[k][3], own[3][k] = ex.fraction(square), ex.fraction(linear), ex.fraction(linear)
+    own[3][3] = -ex.fraction(surface.constant)
+    kind, sense = _kind_and_sense(tuple(map(tuple, own)))
+    rows = tuple(ex.exact_row(row) for row in surface.rows)
+    shift = ex.apply((rows[0], rows[1], rows[2]), ex.exact_row(surface.anchor))
+    matrix = _carried(tuple(map(tuple, own)), rows, [-value for value in shift])
+    null = rational.null_space([row[:3] for row in own[:3]])
+    still = surface.rows is UPRIGHT and not any(map(ex.is_rounded, surface.anchor))
+    if not still:
+        turned = [[ex.fraction(entry) for entry in row] for row in ex.inverse((rows[0], rows[1], rows[2]))]
+        null = [[rational.dot(row, vector) for row in turned] for vector in null]
+    if sense < 0:
+        matrix = tuple(tuple(-entry for entry in row) for row in matrix)
+    return _Placed(kind, sense, matrix, null, still).classification()
+
+
 def _kind_and_sense(matrix: Symmetric) -> tuple[str, int]:
     """The kind, and -1 where the polynomial has to be turned over to have the signs of the table."""
     (p, n), (q, m) = rational.inertia([row[:3] for row in matrix[:3]]), rational.inertia(matrix)
@@ -55,7 +77,11 @@ def _is_scalar(matrix: Symmetric) -> bool:
 
 def _moved(matrix: Symmetric, motion: Motion) -> Symmetric:
     """M⁻ᵀ matrix M⁻¹, with the inverse motion as its 3000 bits say."""
-    rows, shift = motion.inverse
+    return _carried(matrix, *motion.inverse)
+
+
+def _carried(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[ex.Exact]) -> Symmetric:
+    """The quadric of points x for which rows x + shift are on one."""
     back = [[*(ex.fraction(c) for c in row), ex.fraction(t)] for row, t in zip(rows, shift, strict=True)]
     back.append([Fraction(0), Fraction(0), Fraction(0), Fraction(1)])
     columns = list(zip(*back, strict=True))

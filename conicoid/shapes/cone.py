@@ -84,4 +84,4 @@ class Cone(PrimitiveSolid):
 
 
 def _cap_uv(radius: float) -> UV:
-    return flat((radius, 0, 0), (0, radius, 0)) if radius else PLAIN_UV
+    return flat((radius, 0, 0), (0, radius, 0)) if radius > 0 else PLAIN_UV

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
+from . import exact as ex
 from .elliptic import EllipticSolid, Profile
 from .validate import interval, positive
 from .vector import Interval
@@ -33,4 +33,4 @@ class DoubleCone(EllipticSolid):
 
     @property
     def profile(self) -> Profile:
-        return 0, 0, Fraction(self.slope) ** 2
+        return 0, 0, ex.rational(self.slope) ** 2

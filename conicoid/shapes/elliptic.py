@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from . import exact as ex
 from .base import PrimitiveSolid
 from .cells import PLAIN_UV, Cell, Face, around_z, flat
-from .rounded import is_finite
+from .rounded import is_finite, root
 from .support import elliptic_support, inverse_root
 from .surface import PlaneSurface, QuadricSurface
 from .vector import Interval, Vector
@@ -108,8 +108,8 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         square = self._g(z)
         if square <= 0:
             return PLAIN_UV
-        (x, y), root = self.widths, math.sqrt(square)
-        return flat((x * root, 0.0, 0.0), (0.0, y * root, 0.0))
+        (x, y), size = self.widths, root(square)
+        return flat((x * size, 0.0, 0.0), (0.0, y * size, 0.0))
 
     def _g(self, z: float | Fraction) -> Any:
         g0, g1, g2 = (ex.rational(g) for g in self.profile)

@@ -12,11 +12,11 @@ from .suggestion import close_to
 
 OF_SCENES = (
     "render", "section", "view", "first_hit", "occluded", "spans", "crossings", "lengths", "line_integral", "contains",
-    "body_at", "stream", "save", "prepare", "fitting_camera",
+    "body_at", "bodies_at", "slice", "voxels", "stream", "save", "prepare", "fitting_camera", "explain", "distance",
 )  # fmt: skip
 """What a scene of the shape can be asked."""
 OF_MEASURES = ("volume", "area", "centroid", "inertia")
-FUNCTIONS = ("check", "measure", "export", "turntable")
+FUNCTIONS = ("check", "measure", "export", "turntable", "animate")
 """Functions of the package, not methods."""
 ELSEWHERE = {
     "move": "translate", "moved": "translate", "translated": "translate", "rotated": "rotate", "scaled": "scale",
@@ -29,10 +29,26 @@ _COMBINED = {
     "cut": "-", "minus": "-",
 }  # fmt: skip
 _OF_BODIES = ("material", "color", "name")
+_OF_PARTS = (
+    "radius",
+    "radii",
+    "low",
+    "high",
+    "start",
+    "end",
+    "normal",
+    "offset",
+    "left",
+    "right",
+    "a",
+    "b",
+    "children",
+)
+"""What primitives have, or two operands elsewhere, that a Boolean does not."""
 CLASSES = {
     "Ball": "Sphere", "Cuboid": "Box", "Cube": "Box", "Block": "Box", "Tube": "Cylinder", "Pipe": "Cylinder",
     "Ray": "Rays", "Hit": "Hits", "Span": "Spans", "Circle": "Disc", "Disk": "Disc", "Group": "Union",
-    "Prism": "Polyhedron", "Frustum": "Cone", "Light": "PointLight", "Pyramid": "Polyhedron",
+    "Frustum": "Cone", "Light": "PointLight", "Pyramid": "Polyhedron",
     "Tetrahedron": "Polyhedron", "Paraboloid": "EllipticParaboloid", "Hyperboloid": "OneSheetHyperboloid",
     "PerspectiveCamera": "Camera", "Pinhole": "Camera", "PinholeCamera": "Camera", "Texture": "Checker",
     "Checkerboard": "Checker", "EnvironmentMap": "Environment", "Sun": "DirectionalLight",
@@ -40,11 +56,11 @@ CLASSES = {
     "Minus": "Difference", "Plastic": "plastic", "diffuse": "matte", "lambertian": "matte", "Lambertian": "matte",
     "dielectric": "glass", "Dielectric": "glass", "metallic": "metal", "emissive": "glow", "write": "save",
     "dump": "save", "read": "load", "open": "load", "import_openmc": "load_openmc", "from_openmc": "load_openmc",
-    "volume": "measure", "validate": "check", "gif": "turntable", "animate": "turntable", "snell": "refract",
+    "volume": "measure", "validate": "check", "gif": "turntable", "snell": "refract",
     "to_html": "export", "Rectangle": "Polygon", "Square": "Polygon", "Quad": "Polygon",
     "Subtract": "Difference", "Subtraction": "Difference", "Intersect": "Intersection", "Unite": "Union",
     "unite": "Union", "HollowCylinder": "Cylinder", "Wedge": "Polyhedron", "Lambert": "matte", "lambert": "matte",
-    "Asphere": "Quadric", "AsphericSurface": "Quadric", "Conic": "Quadric", "XCone": "EllipticCone",
+    "Asphere": "Quadric", "AsphericSurface": "Quadric", "XCone": "EllipticCone",
     "YCone": "EllipticCone", "ZCone": "EllipticCone", "RightCircularCylinder": "Cylinder",
     "RectangularParallelepiped": "Box", "TriangleMesh": "Triangles", "World": "Scene", "RaycastingScene": "Scene",
 }  # fmt: skip
@@ -57,14 +73,12 @@ _OTHERWISE = {
     "array"),
                     "vectors are three numbers, as a tuple, a list or an array"),
     **dict.fromkeys(("Color", "RGB", "rgb", "color"), "colours are texts, 'tomato', or three linear numbers"),
-    **dict.fromkeys(("Lens",), "a lens is what two balls have in common, co.Sphere(r, a) & co.Sphere(r, b)"),
-    **dict.fromkeys(("Aperture", "Stop"), "a stop is co.Disc(center, normal, r) - co.Cylinder(start, end, hole)"),
+    **dict.fromkeys(("Aperture",), "an aperture is co.Stop(aperture, diameter)"),
     **dict.fromkeys(("Shell", "HollowSphere"), "that is co.Sphere(outer) - co.Sphere(inner)"),
-    **dict.fromkeys(("Torus", "Mesh"), "bodies are made of planes and quadrics, nothing else"),
-    **dict.fromkeys(("fresnel", "Fresnel", "fresnel_equations"),
-                    "co.refract has directions; the amounts follow from "
-                    "the cosines -(d * n).sum(-1) before and behind"),
-    **dict.fromkeys(("Optic", "Surface", "SurfaceGroup", "Singlet", "Doublet"),
+    **dict.fromkeys(("Torus",), "bodies are made of planes and quadrics, nothing else"),
+    **dict.fromkeys(("Fresnel", "fresnel_equations"),
+                    "co.refract has directions, and co.fresnel the amounts by polarisation"),
+    **dict.fromkeys(("Optic", "Surface", "SurfaceGroup", "Singlet"),
                     "lenses are solids, co.Sphere(r, a) & co.Sphere(r, b), and docs/tutorials/optics.md follows rays "
                     "through them"),
     **dict.fromkeys(("project", "projection", "sinogram", "radon", "forward_project"), "co.ct.project makes sinograms"),
@@ -116,12 +130,17 @@ def _of_shapes(it: str, name: str) -> str:
         return f"it is called {ELSEWHERE[name]}"
     if name in ("rotate_x", "rotate_y", "rotate_z", "rotateX", "rotateY", "rotateZ"):
         return f'axes are named, {it}.rotate("{name[-1].lower()}", degrees)'
+    if name in ("mirror", "mirrored", "reflect", "flip", "reflected", "inverted"):
+        return f"{it}.scale((-1, 1, 1)) is the mirror image across the plane x = 0, about=... across another"
     if name in _COMBINED and it != "body":
         return f"shapes combine with operators, {it} {_COMBINED[name]} other"
     if name in ("replace", "copy", "_replace", "set", "with_") and it != "body":
         return f"dataclasses.replace({it}, field=...) is another; shapes do not change"
     if name in _OF_BODIES and it != "body":
         return f"a body has that, co.Body({it}, material, name)"
+    if it in ("union", "intersection", "difference", "complement", "painted"):
+        part = "operand" if it in ("complement", "painted") else "operands[0]"
+        return f"{it}.{part} is a shape that it is made of" if name in _OF_PARTS else ""
     return ""
 
 

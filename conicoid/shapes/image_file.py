@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .color import srgb_decode
+from .arrays import real_array
+from .color import BYTE, srgb_decode
 from .validate import shown
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 MOST_TEXELS = 1 << 27
+_FEW = 8
+"""Different whole numbers that light may have by intention."""
 _PHOTOS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
 SUFFIXES = (*_PHOTOS, ".exr")
 
@@ -43,6 +46,31 @@ class Pixels:
             return self.array
         table = np.arange(256) / 255 if is_data else srgb_decode(np.arange(256) / 255)
         return table.astype(np.float32)[self.array]
+
+
+def picture_of(owner: str, field: str, image: Any) -> Any:
+    """The numbers of an array, or of an `Image`: uint8, which are bytes of sRGB, or floats of linear light.
+
+    Whole numbers of other types that can only be bytes are a ValueError: as light they were hundreds of times white.
+    """
+    given = image if isinstance(image, list | tuple) else getattr(image, "pixels", image)
+    array = np.asarray(given) if hasattr(given, "dtype") else np.zeros(0)
+    if array.dtype == np.uint8:
+        return array
+    floats = real_array(owner, field, given, "an array of numbers (height, width, 3)")
+    bright = float(floats.max()) if floats.size and np.isfinite(floats).all() else 0.0
+    if array.dtype.kind in "iu" and bright > 1:
+        raise ValueError(
+            f"{owner}: {field} of integers up to {bright:g} must be of uint8, sRGB bytes (array.astype('uint8')); "
+            f"got {array.dtype}"
+        )
+    is_whole = 1 < bright <= BYTE and floats.min() >= 0 and (floats == np.round(floats)).all()
+    if is_whole and len(np.unique(floats)) > _FEW:
+        raise ValueError(
+            f"{owner}: {field} of whole numbers up to {bright:g} must be of uint8, sRGB bytes "
+            f"(array.astype('uint8')), or linear light of which 1 is white; got {array.dtype}"
+        )
+    return floats
 
 
 def _again(array: Any) -> Pixels:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .body import Body
 from .bulk import Bulk
 from .carried import said
+from .color import amount_rgb
 
 
 def numbers_of(body: Body) -> int:
@@ -48,6 +49,11 @@ def looks(bodies: Sequence[Body], item_of: Any) -> tuple[list[Any], list[bool], 
             materials += body.materials
             sheets += [body.shape.is_sheet] * len(body.materials)
     return materials, sheets, place_of
+
+
+def is_clear(material: Any) -> bool:
+    """Does light go through what is made of a material? None is that of bodies without."""
+    return material is not None and max(amount_rgb(material.transparency)) > 0
 
 
 def counted(count: int, one: str, many: str) -> str:
@@ -129,6 +135,15 @@ class Labels:
     def materials_of(self, numbers: Any) -> Any:
         """Objects of the numbers' shape: the material, or None for a body without and for -1."""
         return self._materials[self._rows(numbers)]
+
+    def kinds(self, count: int) -> npt.NDArray[np.int8]:
+        """Of so many bodies: 0 for those that are opaque, 1 for transparent solids, 2 for transparent sheets."""
+        known: dict[int, bool] = {}
+        for material in self.materials:
+            if id(material) not in known:  # which is quicker than comparing
+                known[id(material)] = is_clear(material)
+        rows = [known[id(m)] * (1 if solid else 2) for m, solid in zip(self.materials, self.solid, strict=True)]
+        return np.repeat(np.array(rows, np.int8), np.diff([*self.firsts, count]))
 
     @cached_property
     def distinct(self) -> tuple[tuple[Any, bool], ...]:

@@ -6,10 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from .calls import explained
+from .coating import Coating
 from .color import Amount, Color, linear_rgb
+from .dispersion import Index
 from .material import GLASS, Material, made_by
 from .properties import NO_PROPERTIES
-from .texture import Pattern
+from .relief import typical_roughness
+from .texture import Pattern, Texture
 from .validate import number
 
 
@@ -19,7 +22,7 @@ def matte(
     ambient: float = 1.0,
     diffuse: float = 1.0,
     *,
-    roughness: float = 0.0,
+    roughness: float | Texture = 0.0,
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
@@ -131,23 +134,25 @@ def mirror(
 
 @explained
 def glass(
-    refractive_index: float = GLASS,
+    refractive_index: Index = GLASS,
     absorption: Amount = 0.0,
     transparency: Amount = 1.0,
     specular: Amount = 0.6,
     *,
-    roughness: float = 0.0,
+    roughness: float | Texture = 0.0,
     dispersion: float = 0.0,
+    coating: Coating | None = None,
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
 ) -> Material:
     """A clear dielectric with a sharp highlight; of index WATER it is water.
 
-    refractive_index: of the inside against vacuum, > 0.
+    refractive_index: of the inside against vacuum, > 0; or the name of a glass, a formula or a function, as in
+        `Material`.
     absorption: per unit length inside, for each channel: light fades by exp(-absorption · length).
     transparency: the share of light that passes each wall unless mirrored, in [0, 1]: one number, or a colour.
     specular: how strong the highlights of lights are, in [0, 1]: one number, or a colour.
-    roughness, dispersion: of light transport, as in `Material`.
+    roughness, dispersion, coating: of light transport and `co.trace_paths`, as in `Material`.
     name, properties: the user's own, as in `Material`.
     """
     made = Material(
@@ -161,6 +166,7 @@ def glass(
         absorption=absorption,
         roughness=roughness,
         dispersion=dispersion,
+        coating=coating,
         name=name,
         properties=properties,
     )
@@ -214,7 +220,7 @@ def glow(
 def plastic(
     color: Color | Pattern = (0.8, 0.8, 0.8),
     refractive_index: float = 1.5,
-    roughness: float = 0.0,
+    roughness: float | Texture = 0.0,
     *,
     name: str | None = None,
     properties: Mapping[str, Any] = NO_PROPERTIES,
@@ -223,17 +229,16 @@ def plastic(
 
     color: the reflectance under the coat, linear rgb, a text in sRGB or a Checker.
     refractive_index: of the coat, >= 1.
-    roughness: of the coat, the α of GGX in [0, 1].
+    roughness: of the coat, the α of GGX in [0, 1], or a texture of it.
     name, properties: the user's own, as in `Material`.
     """
     index = number("plastic", "refractive_index", refractive_index)
     if not index >= 1:
         raise ValueError(f"plastic: refractive_index must be >= 1, got {index}")
     at_normal = ((index - 1) / (index + 1)) ** 2
-    rough = number("plastic", "roughness", roughness)
     made = Material(
-        color, specular=0.5, shininess=shininess_of(rough), reflectivity=at_normal, fresnel=True, coat=index,
-        roughness=rough, name=name, properties=properties,
+        color, specular=0.5, shininess=shininess_of(typical_roughness("plastic", roughness)), reflectivity=at_normal,
+        fresnel=True, coat=index, roughness=roughness, name=name, properties=properties,
     )  # fmt: skip
     return made_by(made, "plastic", {"refractive_index": index})
 

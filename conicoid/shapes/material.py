@@ -5,15 +5,20 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, Literal, NoReturn, TypeAlias, get_args
 
+from .coating import Coating
 from .color import Amount, Color, checked_amount, checked_color
+from .dispersion import Index, checked_index
 from .fixed import fixed
+from .glasses import close_glass
 from .other_names import hinted
 from .properties import NO_PROPERTIES, Properties
-from .texture import PATTERNS, Pattern
+from .relief import checked_relief, checked_roughness
+from .texture import PATTERNS, ImageTexture, Pattern, Texture
 from .validate import nonnegative, number, numbers, positive, shown
 from .vector import Vector
+from .warned import warn
 
 Highlight: TypeAlias = Literal["phong", "blinn_phong"]
 
@@ -46,20 +51,29 @@ class Material:
     transparency: over 0 a solid is a dielectric: F is Fresnel's for unpolarised light, the ray is
         refracted by Snell's law, and total reflection has F = 1. A transparent sheet is a pane too
         thin to bend rays. `transparency` as a colour tints at each wall.
-    refractive_index: of the inside, against `VACUUM` = 1 outside of all bodies.
+    refractive_index: of the inside, against `VACUUM` = 1 outside of all bodies: a number, the name of a glass such as
+        "N-BK7", a formula of `co.optics`, or a function of the wavelength in μm (docs/optics.md). Pictures take n_d.
     absorption: per unit length inside, for each channel: light fades by exp(-absorption · length) (Beer).
 
     What follows is for light transport ("path", "direct"); what it means there of the fields above says docs/light.md.
 
     emission: radiance that the surface sends to all sides by itself, from both of its sides.
     roughness: 0 is smooth. Of what mirrors or refracts the α of Trowbridge and Reitz's distribution (GGX), of matte
-        surfaces the σ of Oren and Nayar's law; in [0, 1].
+        surfaces the σ of Oren and Nayar's law; in [0, 1]. A texture says it by how bright it is.
     coat: the refractive index of a clear coat over the colour; 1 is none.
     metal_index, metal_extinction: the complex refractive index n + ik of a metal for red, green and blue.
     scattering: per unit length inside, for each channel: how often light is scattered there (fog, milk).
     anisotropy: the mean cosine of such a turn, in ]-1, 1[: 0 to all sides alike, over 0 rather forward.
     dispersion: by how much the refractive index grows towards blue: Cauchy's B in μm² of
-        n(λ) = refractive_index + B (1/λ² - 1/λ_d²), λ_d = 0.5876 μm.
+        n(λ) = refractive_index + B (1/λ² - 1/λ_d²), λ_d = 0.5876 μm. Of an index that depends on the wavelength it is
+        the B through n_F and n_C unless it is given.
+
+    coating: thin films on its walls, a `co.optics.Coating`; `co.trace_paths` goes by it, pictures do not.
+
+    And for all pictures:
+
+    bump: a texture whose brightness is a height over the surface, times `bump_height`, which bends its normal.
+    normal: an `ImageTexture` with `data=True` of normals: 2 c - 1 along growing u, growing v and the surface's normal.
 
     What follows changes no picture. It is kept in scene files and pickles, `hits.material` gives it back, and path
     lengths, line integrals and volumes go by it:
@@ -78,18 +92,22 @@ class Material:
     reflectivity: Amount = 0.0
     fresnel: bool = False
     transparency: Amount = 0.0
-    refractive_index: float = 1.0
+    refractive_index: Index = 1.0
     absorption: Amount = 0.0
     name: str | None = None
     properties: Mapping[str, Any] = NO_PROPERTIES
     emission: Amount = dataclasses.field(default=0.0, kw_only=True)
-    roughness: float = dataclasses.field(default=0.0, kw_only=True)
+    roughness: float | Texture = dataclasses.field(default=0.0, kw_only=True)
     coat: float = dataclasses.field(default=1.0, kw_only=True)
     metal_index: Vector | None = dataclasses.field(default=None, kw_only=True)
     metal_extinction: Vector | None = dataclasses.field(default=None, kw_only=True)
     scattering: Amount = dataclasses.field(default=0.0, kw_only=True)
     anisotropy: float = dataclasses.field(default=0.0, kw_only=True)
     dispersion: float = dataclasses.field(default=0.0, kw_only=True)
+    bump: Texture | None = dataclasses.field(default=None, kw_only=True)
+    bump_height: float = dataclasses.field(default=1.0, kw_only=True)
+    normal: ImageTexture | None = dataclasses.field(default=None, kw_only=True)
+    coating: Coating | None = dataclasses.field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         name, infinity = "Material", float("inf")
@@ -114,6 +132,8 @@ class Material:
         object.__setattr__(self, "refractive_index", _index(self))
         if not isinstance(self.highlight, str) or self.highlight not in get_args(Highlight):
             raise ValueError(f"{name}: highlight must be 'phong' or 'blinn_phong', got {shown(self.highlight)}")
+        if self.coating is not None and not isinstance(self.coating, Coating):
+            raise ValueError(f"{name}: coating must be a co.optics.Coating or None, got {shown(self.coating)}")
         if not isinstance(self.fresnel, bool):
             raise ValueError(f"{name}: fresnel must be true or false, got {shown(self.fresnel)}")
 
@@ -136,16 +156,14 @@ class Material:
 def _checked_transport(material: Material) -> dict[str, Any]:
     """The fields of light transport that are no amounts."""
     name = "Material"
-    roughness = number(name, "roughness", material.roughness)
-    if not 0 <= roughness <= 1:
-        raise ValueError(f"{name}: roughness must be in [0, 1], got {roughness}")
     coat = number(name, "coat", material.coat)
     if not coat >= 1:
         raise ValueError(f"{name}: coat must be an index of refraction >= 1, got {coat}")
     anisotropy = number(name, "anisotropy", material.anisotropy)
     if not -1 < anisotropy < 1:
         raise ValueError(f"{name}: anisotropy must be in ]-1, 1[, got {anisotropy}")
-    found = dict(roughness=roughness, coat=coat, anisotropy=anisotropy)
+    found: dict[str, Any] = dict(roughness=checked_roughness(name, material.roughness))
+    found |= dict(coat=coat, anisotropy=anisotropy) | checked_relief(material)
     found["dispersion"] = nonnegative(name, "dispersion", material.dispersion)
     return found | _metal(material)
 
@@ -168,6 +186,23 @@ def _metal(material: Material) -> dict[str, Any]:
     return found
 
 
+def _asked_as_mapping(material: Material, name: object) -> NoReturn:
+    raise TypeError(f"'Material' object has no items: material.properties[{shown(name)}] is what it keeps by that name")
+
+
+def _compared(material: Material, other: object) -> Any:
+    """Equality of all fields. That a text equals no material is told, as it may be meant for its name."""
+    if isinstance(other, str):
+        told = f"material.name == {shown(other)} compares names, and scene.materials[name] is the one of a name"
+        warn(f"Material: a material equals no text, got {shown(other)}: {told}")
+    return _same(material, other)
+
+
+_same = Material.__eq__
+setattr(Material, "__eq__", _compared)  # noqa: B010 - the one that dataclass made is called by it
+setattr(Material, "__getitem__", _asked_as_mapping)  # noqa: B010 - else checkers would let items be asked for
+
+
 def _amount(material: Material, field: str, most: float) -> Amount:
     value = getattr(material, field)
     try:
@@ -176,15 +211,17 @@ def _amount(material: Material, field: str, most: float) -> Amount:
         raise ValueError(f"{error}{_meant_as_name(material, value)}") from None
 
 
-def _index(material: Material) -> float:
-    """The refractive index, one number."""
+def _index(material: Material) -> Index:
+    """The refractive index: one number, or what gives one for each wavelength."""
     value = material.refractive_index
     try:
-        return positive("Material", "refractive_index", value)
+        return checked_index("Material", value)
     except ValueError as error:
         several = isinstance(value, list | tuple | dict) or bool(getattr(value, "ndim", 0))
         hint = "; a scene is of one wavelength: make one for each, scene.replace(name, material=co.glass(index))"
-        raise ValueError(f"{error}{hint if several else _meant_as_name(material, value)}") from None
+        hint += "; or co.optics.Tabulated(wavelengths, n) is a table of them"
+        name = _meant_as_name(material, value) + close_glass(value)
+        raise ValueError(f"{error}{hint if several else name}") from None
 
 
 def _meant_as_name(material: Material, value: Any) -> str:

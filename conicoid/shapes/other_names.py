@@ -62,6 +62,7 @@ _NAMES: dict[str, dict[str, str]] = {
         **_all("the fields are t, point, normal, body, face, surface, uv and more", "keys fields columns items values"),
         **_all("hits.hit.sum() is how many rays hit, len(hits) how many there are", "count n_hits num_hits"),
         **_all("scene.contains(points) tells that", "is_inside contains"),
+        **_all("hits[np.argsort(hits.t)] are in the order of t", "sort sorted argsort sort_values"),
         **_FIELDS,
         **_SHAPE,
         **_TABLE,
@@ -123,6 +124,7 @@ _NAMES: dict[str, dict[str, str]] = {
         **_all("co.Rays.concatenate([a, b]) joins rays", "append extend join concat stack"),
         **_all("a scene is asked, scene.{2}(rays)", "first_hit occluded spans crossings lengths line_integral"),
         **_all("a scene is asked, scene.first_hit(rays)", "trace cast intersect hit hits"),
+        **_all("spawned rays know the surface that they start on by themselves", "surface surfaces start_surface"),
         **_all("rays are read-only and need no copies", "copy"),
         **_TABLE,
     },
@@ -198,6 +200,7 @@ _NAMES: dict[str, dict[str, str]] = {
             "error errors std sigma uncertainty",
         ),
         **_all("the shape has that, shape.bounds", "bounds bbox extent"),
+        **_all("co.measure(scene).names are those of bodies, in the order of their measures", "name names body"),
         **_all("materials keep that, material.properties", "density"),
     },
     "SceneMeasures": {
@@ -227,6 +230,10 @@ _NAMES: dict[str, dict[str, str]] = {
         ),
         **_all("image.show() shows it, and image.save(path) writes it", "plot imshow display view write export"),
         **_all(
+            "PIL.Image.fromarray(np.asarray(image)) is a picture of Pillow, whose save also takes a file in memory",
+            "to_bytes tobytes bytes to_pil pil __array_interface__",
+        ),
+        **_all(
             "scenes are rendered in any size, and PIL.Image.fromarray(np.asarray(image)) is a picture to edit",
             "resize crop rotate convert thumbnail",
         ),
@@ -242,13 +249,39 @@ _NAMES: dict[str, dict[str, str]] = {
         **_all("a scene has it, scene.render(width, height, camera=camera)", "render picture shoot"),
         **_all(
             "dataclasses.replace(camera, position=...) is another camera; cameras do not change",
-            "move translate rotate orbit zoom copy replace",
+            "move translate rotate orbit zoom copy replace moved translated rotated pan dolly",
         ),
         **_all("it is worked out: look_at - position, at any length", "direction forward"),
         **_all("it is that of a picture: width / height of scene.render(width, height)", "aspect aspect_ratio width"),
         **_all("it is called rays(width, height)", "get_rays generate_rays ray"),
     },
 }
+_NAMES["SceneMeasures"] |= _all("found.volume.sum() is that of all bodies", "sum mean total_volume") | _all(
+    "found.names, found.volume and found.bodies are columns of a table, and `conicoid measure` writes one as .csv",
+    "to_csv to_dataframe to_pandas to_dict to_numpy tolist to_list save_csv save",
+)
+_NAMES["Classification"] = {
+    **_all("they are called semi_axes", "radius radii half_axes semiaxes a b c"),
+    **_all("it is called kind", "type name family"),
+    **_all("it is called center", "centre vertex apex origin point"),
+    **_all("they are called axes, and a body of revolution has its own last", "axis direction directions"),
+    **_all("it is called revolution", "is_revolution symmetric"),
+}
+_NAMES["Finding"] = {
+    **_all("a ray that shows it is finding.origin and finding.direction", "ray rays origins directions"),
+    **_all("it is called message, and str(finding) is all of it", "text description msg reason info"),
+    **_all("it is called size", "volume thickness length overlap extent"),
+    **_all("it is called kind", "type category severity level"),
+    **_all("it is called bodies, their numbers", "body names name ids"),
+    **_all("it is called size_error", "error volume_error"),
+    **_all("it is called point, for undefined regions; others have a ray, origin and direction", "position location"),
+}
+_NAMES["CameraRays"] = {
+    **_all("rays.made().{2} is that: these rays are made where they are traced", "origins directions"),
+    **_all("rays.made() are rays in arrays, which have that", "save concatenate copy origin direction reshape spawn"),
+    **_all("a scene is asked, scene.{2}(rays)", "first_hit occluded spans crossings lengths line_integral"),
+}
+_NAMES["ScanRays"] = _NAMES["CameraRays"]
 _NAMES["Geometry"] = {
     **_all("co.Rays.from_scan(geometry) are its rays", "rays get_rays directions origins ray pixels_rays"),
     **_all(
@@ -281,7 +314,7 @@ def hinted(kind: Kind) -> Kind:
 def _not_there(thing: object, name: str) -> Any:
     """The error for an attribute that there is not."""
     kind = type(thing).__name__
-    hint = "" if name.startswith("_") else _hint(thing, kind, name)
+    hint = "" if name.startswith("_") and name not in _NAMES.get(kind, ()) else _hint(thing, kind, name)
     text = f"{kind!r} object has no attribute {name[:_SHOWN]!r}{': ' if hint else ''}{hint}"
     raise AttributeError(text, name=name, obj=thing)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -18,9 +17,9 @@ from .vector import Box, Vector
 
 def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 0.0)) -> PlaneSurface:
     """normal·x = offset as written, anchored at the foot of the perpendicular from `near`."""
-    n = [Fraction(c) for c in normal]
-    point = [Fraction(c) for c in near]
-    over = (Fraction(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
+    n = [ex.rational(c) for c in normal]
+    point = [ex.rational(c) for c in near]
+    over = (ex.rational(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
     x, y, z = (p + over * c for p, c in zip(point, n, strict=True))
     return PlaneSurface(normal, offset, (x, y, z))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -43,6 +44,10 @@ class Quadric(PrimitiveSolid):
         if (self.matrix is None) == (self.coefficients is None):
             found = "neither" if self.matrix is None else "both"
             raise ValueError(f"Quadric: exactly one of matrix and coefficients must be given, got {found}")
+        if isinstance(self.matrix, Mapping):
+            raise ValueError(
+                "Quadric: matrix must be 4 x 4 numbers, got a mapping; Quadric(coefficients={...}) takes it"
+            )
         if self.matrix is not None:
             object.__setattr__(self, "matrix", matrix4("Quadric", "matrix", self.matrix))
         else:

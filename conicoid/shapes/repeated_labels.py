@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .body import Body
-from .labels import Labels, looks
+from .labels import Labels, is_clear, looks
 from .repeated import Repeated
 
 
@@ -62,6 +62,12 @@ class RepeatedLabels(Labels):
         rows = rows[rows >= 0].astype(np.int64)
         names = tuple(self.bodies.name(number) for number in rows.tolist())
         return Labels(rows, names, tuple(self.materials_of(rows)), (True,) * len(rows))
+
+    def kinds(self, count: int) -> npt.NDArray[np.int8]:
+        """Of all bodies: 1 for those that are transparent."""
+        del count
+        kinds = np.array([is_clear(material) for material in self._materials[:-1]], np.int8)
+        return kinds[self.bodies.kinds]
 
     def names_of(self, numbers: Any) -> Any:
         """Objects of the numbers' shape: the name; None for -1."""

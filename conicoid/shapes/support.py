@@ -12,7 +12,8 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from .rounded import has_several, hypot, if_several, larger, sum_of
+from .number import Symbol
+from .rounded import has_several, hypot, if_several, larger, root, sum_of
 from .vector import Vector
 
 _SLACK = 8 * 2.0**-53
@@ -77,6 +78,8 @@ def product_with_root(w: float, g: Any) -> float:
 
 def inverse_root(a: Any) -> float:
     """1 / sqrt(a), a > 0 a float or fraction: the half-axis of a x² = 1, not below the exact value."""
+    if isinstance(a, Symbol):
+        return 1 / root(a)
     value = 1 / math.sqrt(a)
     return value if Fraction(a) * Fraction(value) ** 2 >= 1 else math.nextafter(value, math.inf)
 

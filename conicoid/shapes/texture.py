@@ -16,17 +16,21 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from .arrays import real_array
 from .checker import Checker
-from .color import Color, checked_color
-from .image_file import Pixels, read_pixels
+from .color import BYTE, Color, checked_color
+from .image_file import Pixels, picture_of, read_pixels
 from .suggestion import one_of
 from .validate import flag, nonnegative, number, numbers, positive, shown, whole
+from .warned import warn
 
 Mapping: TypeAlias = Literal["uv", "latitude", "box"]
 Wrap: TypeAlias = Literal["repeat", "clamp", "mirror"]
 Along: TypeAlias = Literal["u", "v", "x", "y", "z"]
 Sides: TypeAlias = float | tuple[float, float]
+
+
+_BRIGHT = 16
+"""Times white: most of a texture is not so bright."""
 
 
 class ImagePath(str):
@@ -122,10 +126,12 @@ def _pixels_of(image: Any) -> Pixels:
             return read_pixels(image)
         except ValueError as error:
             raise ValueError(f"ImageTexture: image {error}") from None
-    given = getattr(image, "pixels", image)
-    array = np.asarray(given)
+    array = picture_of("ImageTexture", "image", image)
     if array.dtype != np.uint8:
-        array = real_array("ImageTexture", "image", given, "an array of numbers (height, width, 3)").astype(np.float32)
+        array = array.astype(np.float32)
+        if np.count_nonzero(array > 1) * 2 > array.size and _BRIGHT < (most := float(array.max())) <= BYTE:
+            told = f"most numbers of the array, up to {most:g}, are beyond 1, which is white"
+            warn(f"ImageTexture: {told}: colours are linear light, or sRGB bytes in uint8")
     if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
         raise ValueError(f"ImageTexture: image must be a file or have shape (height, width, 3), got {array.shape}")
     if not np.isfinite(array).all():

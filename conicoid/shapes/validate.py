@@ -6,6 +6,7 @@ expected and what was found.
 
 from __future__ import annotations
 
+import inspect
 import math
 import os
 import sys
@@ -237,10 +238,19 @@ def matrix4(owner: str, field: str, value: Any) -> Matrix4:
     return tuple(numbers(owner, f"{field}[{i}]", row, 4) for i, row in enumerate(rows))
 
 
-def callback(owner: str, field: str, value: Any) -> None:
-    """Refuse what is neither a function nor None."""
-    if value is not None and (not callable(value) or isinstance(value, type)):
+def callback(owner: str, field: str, value: Any, takes: str = "done, count") -> None:
+    """Refuse what is neither a function nor None, or takes other arguments."""
+    if value is None:
+        return
+    if not callable(value) or isinstance(value, type):
         raise TypeError(f"{owner}: {field} must be a function or None, got {what(value)}")
+    try:
+        inspect.signature(value).bind(*takes.split(", "))
+    except ValueError:  # one of Python's own, which tell nothing
+        return
+    except TypeError as error:
+        told = f"got {what(value)}, which does not: {error}"
+        raise TypeError(f"{owner}: {field} must be called as {field}({takes}); {told}") from None
 
 
 def path(owner: str, value: Any, field: str = "path") -> str | os.PathLike[str]:
@@ -258,3 +268,10 @@ def npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
         hint = "; a table of conicoid trace is read by np.genfromtxt(path, delimiter=',', names=True)" if table else ""
         raise ValueError(f"{owner}: path of {what} must end with .npz, got {shown(os.fspath(file))}{hint}")
     return file
+
+
+def refuse_with(owner: str, field: str, **others: Any) -> None:
+    """ValueError for the first of some arguments that is given beside one that it does not go with."""
+    for name, value in others.items():
+        if value is not None:
+            raise ValueError(f"{owner}: {name} does not go with {field}")

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from ..shapes.checker import Checker
 from ..shapes.color import linear_rgb
 from ..shapes.image_file import Pixels
+from ..shapes.pattern_means import mean_color
 from ..shapes.texture import (
     Along,
     Brick,
@@ -111,22 +110,3 @@ class Table:
             self._texels.append(texels)
             self._count += len(texels)
         return self._pictures[key]
-
-
-def mean_color(pattern: Any) -> tuple[float, float, float]:
-    """One colour for a pattern, where no pattern can be shown."""
-    if isinstance(pattern, ImageTexture):
-        return pattern.mean
-    if isinstance(pattern, Brick):
-        return mean_color(pattern.bricks)
-    if isinstance(pattern, Checker):
-        return linear_rgb(pattern.a)
-    ends: Iterable[Any] = ()
-    if isinstance(pattern, Gradient | Noise):
-        ends = pattern.a, pattern.b
-    elif isinstance(pattern, Wood):
-        ends = pattern.early, pattern.late
-    else:
-        return linear_rgb(pattern)
-    (ar, ag, ab), (br, bg, bb) = map(linear_rgb, ends)
-    return (ar + br) / 2, (ag + bg) / 2, (ab + bb) / 2

@@ -35,13 +35,13 @@ class Frames:
         tables = {k: v for k, v in lowered.tables._asdict().items() if k not in _OF_THE_TREE}
         names = [body.name for body in scene.bodies] if options["labels"] else []
         parts = (source_hash(), sorted(options.items()), names, tables, lowered.rest, lowered.boxes, lowered.body_item)
-        self._key = _digest(*parts, *scene.extent)
+        self._key = digest_of(*parts, *scene.extent)
 
     def path(self, camera: AnyCamera) -> Path:
         """Where the picture by a camera is, or is to be."""
         light = light_of(self.scene, camera, self.options["integrator"])
         light = look_of(self.scene, camera) if light is None else light
-        key = _digest(self._key, type(camera).__name__, camera, light)
+        key = digest_of(self._key, type(camera).__name__, camera, light)
         return self.folder / f"{key.hex()}.png"
 
     def is_there(self, path: Path) -> bool:
@@ -84,7 +84,8 @@ def frame(scene: Scene, options: dict[str, Any], camera: AnyCamera) -> bytes:
     return scene.render(camera=camera, **options)._repr_png_()
 
 
-def _digest(*parts: Any) -> bytes:
+def digest_of(*parts: Any) -> bytes:
+    """One digest of all parts."""
     digest = blake2b(digest_size=16)
     for part in parts:
         _add(digest, part)

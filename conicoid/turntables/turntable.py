@@ -69,7 +69,7 @@ def turntable(
     (extra `video`: `pip install ".[video]"` in the repository), both before the first frame.
     """
     scene, target = as_scene("turntable", scene), Path(checked_path("turntable", path))
-    width, height = checked_size(width, height)
+    width, height = checked_size(width, height, "turntable")
     count = whole(frames)
     if count is None or not 1 <= count <= _MOST:
         raise ValueError(f"turntable: frames must be a whole number from 1 to {_MOST}, got {shown(frames)}")
@@ -106,7 +106,7 @@ def turntable(
         made.render_on(workers, list(missing.items()), told)
     write_movie(target, files, seconds)
     if not keep:
-        _remove(files, place)
+        remove_frames(files, place)
     return rendered
 
 
@@ -143,7 +143,7 @@ def _share(progress: Callable[[int, int], Any], frame: int, frames: int) -> Call
     return told
 
 
-def _remove(files: list[Path], folder: Path) -> None:
+def remove_frames(files: list[Path], folder: Path) -> None:
     """Frames that are no longer wanted, and their folder if nothing else is in it."""
     for file in set(files):
         file.unlink(missing_ok=True)

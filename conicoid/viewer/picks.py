@@ -39,6 +39,13 @@ def pick(scene: Scene, request: dict[str, Any]) -> dict[str, Any]:
     return {"found": _hit(scene, origin, direction, crossings[0], bool(hidden) or kept != (-math.inf, math.inf)) | rest}
 
 
+def why(scene: Scene, request: dict[str, Any]) -> dict[str, Any]:
+    """The answer to {origin, direction, body}: {text}, the working of a ray with a body; nothing is passed over."""
+    body = request.get("body")
+    found = scene.explain(*(_vector(request, name) for name in ("origin", "direction")), body=int(body))  # type: ignore[arg-type]
+    return {"text": found.text}
+
+
 def name_of(scene: Scene, item: int) -> str:
     """A body's name, or its shape and number, as the page has it."""
     body = scene.bodies[item]

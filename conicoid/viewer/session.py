@@ -15,7 +15,7 @@ from ..scene import Scene
 from .html import page, preview_of
 from .lowered_data import scene_data
 from .numbers import Step, numbers_of, with_number
-from .picks import pick
+from .picks import pick, why
 
 Stamp = tuple[int, int, int, int]
 _PAUSE, _SHARE = 2.0, 10.0
@@ -48,7 +48,7 @@ class Session:
     @property
     def calls(self) -> dict[str, Callable[[Any], Any]]:
         """What a page may ask with a request, by name."""
-        return {"pick": self.pick, "numbers": self.numbers, "edit": self.edit}
+        return {"pick": self.pick, "why": self.why, "numbers": self.numbers, "edit": self.edit}
 
     def page(self) -> str:
         """The page as it is now."""
@@ -81,6 +81,10 @@ class Session:
     def pick(self, request: Any) -> dict[str, Any]:
         """What is on a ray."""
         return pick(self._scene, request)
+
+    def why(self, request: Any) -> dict[str, Any]:
+        """A ray worked out."""
+        return why(self._scene, request)
 
     def numbers(self, request: Any) -> list[dict[str, Any]]:
         """The numbers of a body."""

@@ -18,7 +18,7 @@ from ..formats import scene_file
 from ..formats.errors import SceneFileError
 from ..scene import Scene
 from .lowered_data import scene_data
-from .picks import MISTAKES, pick
+from .picks import MISTAKES, pick, why
 
 _KEPT = 16
 NOWHERE = os.path.join(os.devnull, "scene")
@@ -40,7 +40,7 @@ class TypedScenes:
     @property
     def calls(self) -> dict[str, Callable[[Any], Any]]:
         """What a page may ask, by name."""
-        return {"typed": self.typed, "pick": self.pick}
+        return {"typed": self.typed, "pick": self.pick, "why": self.why}
 
     def typed(self, request: Any) -> dict[str, Any]:
         """The answer to {text}: the scene as the page takes it and its number, or {problems}, with their places."""
@@ -61,11 +61,19 @@ class TypedScenes:
 
     def pick(self, request: Any) -> dict[str, Any]:
         """What is on a ray through the scene of a number: `picks.pick`, with a normal and bounds in every row."""
+        scene = self._scene(request)
+        return with_bounds(scene, request, pick(scene, request))
+
+    def why(self, request: Any) -> dict[str, Any]:
+        """A ray through the scene of a number, worked out."""
+        return why(self._scene(request), request)
+
+    def _scene(self, request: Any) -> Scene:
         with self._lock:
             scene = self._scenes.get(int(request["number"]))
         if scene is None:
             raise ValueError("this scene is no longer known here; change a letter of it, and ask again")
-        return with_bounds(scene, request, pick(scene, request))
+        return scene
 
 
 def scene_of(text: str, path: str | os.PathLike[str] = NOWHERE) -> Scene:

@@ -10,7 +10,7 @@ from ..scene import Scene
 from ..shapes.validate import integer
 from .html import as_url, asset, markup, preview_of, script, shaders
 from .lowered_data import scene_data
-from .picks import MISTAKES, pick
+from .picks import MISTAKES, pick, why
 from .still_page import run_by_a_program, still_page
 
 _RENDER = """
@@ -43,15 +43,18 @@ def view(scene: Scene, height: int = 480) -> Any:
 def answer(scene: Scene, message: Any) -> dict[str, Any] | None:
     """The kernel's answer to what the page asks, {id, answer} or {id, error}; None for messages that are not its own.
 
-    The page asks {ask, id, request}: `hello`, whether there is a kernel at all, or `pick`, as `picks.pick` has it.
+    The page asks {ask, id, request}: `hello`, whether there is a kernel at all, or `pick`, `why`, as picks.py has them.
     """
-    if not isinstance(message, dict) or message.get("ask") not in ("hello", "pick"):
+    if not isinstance(message, dict) or message.get("ask") not in ("hello", *_ASKED):
         return None
     try:
-        found = pick(scene, message["request"]) if message["ask"] == "pick" else None
+        found = _ASKED[message["ask"]](scene, message["request"]) if message["ask"] in _ASKED else None
     except MISTAKES as error:
         return {"id": message.get("id"), "error": str(error) or type(error).__name__}
     return {"id": message.get("id"), "answer": found}
+
+
+_ASKED = {"pick": pick, "why": why}
 
 
 @cache

@@ -24,6 +24,7 @@ SCENES = {
     "engine": "An engine, cut open",
     "steinmetz": "Steinmetz solids",
     "caffeine": "Caffeine",
+    "salt": "Rock salt, benzene and water",
     "reactor_pin": "A fuel assembly",
 }
 """Example programs with one scene, which the gallery shows alive, and their titles."""

@@ -7,6 +7,7 @@ the dataclass by `FIELDS`. Where that does not do, add a line to `LISTED`.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -73,6 +74,19 @@ def _painted() -> Iterator[Any]:
 
 
 LISTED: dict[str, Callable[[], Any]] = {
+    "Mesh": lambda: [
+        co.Mesh([(0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 0, 2)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]),
+        co.Mesh([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (1, 1, 0.5), (1, 1, 2)],  # a pyramid with a pit below
+                [(0, 1, 5), (1, 2, 5), (2, 3, 5), (3, 0, 5), (1, 0, 4), (2, 1, 4), (3, 2, 4), (0, 3, 4)]),
+    ],
+    "Extrusion": lambda: [
+        co.Extrusion([(0, 0), (1, 0), (1, 0.5), (0.5, 0.5), (0.5, 1), (0, 1)], (-1, 1)), co.Extrusion([(0, 0), (0.25, 1), (1, 0)], (0, 1), 0.5),
+        co.Extrusion([(-1, -1), (1, -1), (1, 1), (-1, 1)], (0, 2), 0),
+    ],
+    "Revolution": lambda: [
+        co.Revolution([(1, -1), (2, -1), (2, 1), (1.5, 1), (1, 0.5)]), co.Revolution([(0, 0), (2, 0), (1, 1), (0, 2)]),
+        co.Revolution([(0.5, 0), (2, 0), (1.5, 1), (0.75, 1)], 20, 110), co.Revolution([(0, 0), (2, 0), (2, 1), (0, 1)], -30, 240),
+    ],
     "Sphere": lambda: [co.Sphere(), co.Sphere(0.75, (1, -2, 0.5))],
     "Ellipsoid": lambda: [
         co.Ellipsoid(), co.Ellipsoid((1, 2, 1.5), (0.5, 0, -1), z_range=(-0.5, 1)), co.Ellipsoid((2, 1, 1), z_range=(0, INF)),
@@ -127,6 +141,24 @@ LISTED: dict[str, Callable[[], Any]] = {
     ],
     "CylinderPatch": lambda: [
         co.CylinderPatch((0, 0, 0), (0, 0, 2), 1, 0, 90, (1, 0, 0)), co.CylinderPatch((0, 0, 0), (1, 1, 1), 1, 20, 310, (2, 0, 0)),
+    ],
+    "Conic": lambda: [co.Conic(2, 0, 2), co.Conic(-1.5, -1, 3), co.Conic(1.5, -3, 2.5), co.Conic(-1, 2, 1.1), co.Conic(1, 0, 2), co.Conic(2, -0.6, 3)],
+    "ConicSheet": lambda: [
+        co.ConicSheet(-2, -1, 3, 0.5), co.ConicSheet(1.5, -3, 2.5), co.ConicSheet(math.inf, 0, 2, 1), co.ConicSheet(-1, 2, 1.1), co.ConicSheet(2, -0.6, 3),
+    ],
+    "Lens": lambda: [
+        co.Lens(2, -3, 1, 2), co.Lens(-2, 1.5, 0.4, 2, front_aperture=1.5), co.Lens(math.inf, -2, 0.75, 2), co.Lens(1, 1.5, 0.5, 1.8, -0.5, -2),
+        co.Lens(1, -1, 2, 2), co.Lens(1, math.inf, 4, 1.5), co.Lens(-1.5, -1, 1, 2.5, -3, 0, 2, 1.5), co.Lens(math.inf, math.inf, 0.5, 2),
+        co.Lens(1.5, 2, 1, 2.5, -3, -1, 1.5),
+    ],
+    "Mirror": lambda: [co.Mirror(-2, -1, 3, 0.5, 0.75), co.Mirror(-1.5, -3, 2, -1), co.Mirror(math.inf, 0, 2, 0.25), co.Mirror(1, 0, 1.5, 1, 0.5)],
+    "Stop": lambda: [co.Stop(1, 3)],
+    "Prism": lambda: [co.Prism(60, 2, 3), co.Prism(90, 1.5, 1)],
+    "PentaPrism": lambda: [co.PentaPrism(1.5, 2)],
+    "CornerCube": lambda: [co.CornerCube(2)],
+    "Wall": lambda: [
+        co.Wall(co.EllipticParaboloid(1, 0.5, (0, 2))), co.Wall(co.Box((-3, -3, 0.5), (3, 3, 1)).rotate("x", 20), 5), co.Wall(co.Sphere(1.5, (1, 0, 0))),
+        co.Wall(co.Cylinder((0, 0, 0), (0, 2, 0), 1.5, -30, 240, (2, 1, 0.5)), 3), co.Wall(co.Lens(-2, 1.5, 0.4, 2, front_aperture=1.5), 3),
     ],
     "Union": _union, "Intersection": _intersection, "Difference": _difference, "Complement": _complement, "Painted": _painted, "ClippedSheet": _clipped,
 }  # fmt: skip

@@ -84,7 +84,7 @@ def test_a_large_tree_is_the_same_on_any_number_of_threads():
         for count in (1, 2, 5):
             threads.set_threads(count)
             built.append(co.Scene([co.Spheres(centers, radii)]))
-            assert built[-1].memory.cells == 60_000
+            assert built[-1].memory.primitives == 60_000
     finally:
         threads.set_threads(None)
     for other in built[1:]:

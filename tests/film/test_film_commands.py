@@ -65,3 +65,29 @@ def test_exposure_and_tone(scene, tmp_path):
 def test_what_would_be_ignored_is_refused(scene, options, message):
     options[1] = str(scene.parent / options[1])
     assert message in refused("render", scene, *options, *(SMALL if "--section" not in options else ()))
+
+
+def test_a_preview_is_written_again_and_again(scene, tmp_path, monkeypatch):
+    """The last one is the picture."""
+    written = []
+    save = co.Image.save
+    monkeypatch.setattr(
+        co.Image, "save", lambda image, path, **rest: (written.append(str(path)), save(image, path, **rest))
+    )
+    options = ("--integrator", "path", "--width", "16", "--height", "12", "--samples", "8")
+    result = run("render", scene, "-o", tmp_path / "a.png", *options, "--preview", tmp_path / "p.png")
+    assert result.exit_code == 0, result.output
+    assert written.count(str(tmp_path / "p.png")) == 4
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "p.png").read_bytes()
+    told = refused("render", scene, "-o", tmp_path / "a.png", "--preview", tmp_path / "p.png")
+    assert "--preview goes with --integrator" in told
+
+
+def test_pictures_outside_of_the_folder_are_taken_when_that_is_said(tmp_path):
+    (tmp_path / "scenes").mkdir()
+    PIL.Image.new("RGB", (2, 2), "red").save(tmp_path / "red.png")
+    text = "bodies: [{shape: {Sphere: {radius: 1}}, material: {matte: {color: {ImageTexture: {image: ../red.png}}}}}]"
+    (tmp_path / "scenes" / "scene.yaml").write_text(text)
+    command = ("render", tmp_path / "scenes" / "scene.yaml", "-o", tmp_path / "a.png", *SMALL)
+    assert "outside" in refused(*command)
+    assert run(*command, "--outside").exit_code == 0

@@ -122,7 +122,47 @@ def built(name: str, arguments: st.SearchStrategy[dict[str, Any]]) -> st.SearchS
     return arguments.map(make).filter(lambda shape: shape is not None)
 
 
+def _lenses() -> dict[str, Any]:
+    """What is turned about an axis, of numbers that are often a lens."""
+    radii = st.one_of(st.floats(2, 50), st.floats(-50, -2), st.just(math.inf))
+    curved, conics, near = radii.filter(math.isfinite), st.floats(-4, 2).map(within_domain), st.floats(0.5, 2)
+    conic = {"radius_of_curvature": curved, "conic_constant": conics, "aperture": near}
+    lens = {"front_radius": radii, "back_radius": radii, "thickness": near, "diameter": st.just(2.0)}
+    more = {"front_conic": conics, "back_conic": conics, "front_aperture": near, "back_aperture": near}
+    mirror = {"radius_of_curvature": radii, "conic_constant": conics, "diameter": near, "thickness": st.floats(1, 3)}
+    hole = {"hole": st.floats(0, 0.4).map(within_domain)}
+    walls = st.tuples(_near, st.sampled_from([0, 3, 5])).map(
+        lambda drawn: {"solid": co.Box((-3, -3, -3), (drawn[0] + 0.125, 4, 4)), "face": drawn[1]}
+    )
+    return {
+        "Conic": lambda: built("Conic", st.fixed_dictionaries(conic)),
+        "ConicSheet": lambda: built("ConicSheet", st.fixed_dictionaries(conic | {"radius_of_curvature": radii}, optional=hole)),
+        "Lens": lambda: built("Lens", st.fixed_dictionaries(lens, optional=more)),
+        "Mirror": lambda: built("Mirror", st.fixed_dictionaries(mirror, optional=hole)),
+        "Stop": lambda: built("Stop", near.map(lambda a: {"aperture": a, "diameter": a + 0.5})),
+        "Prism": lambda: built("Prism", st.fixed_dictionaries({"apex_angle": st.floats(1, 179), "side": positive, "length": positive})),
+        "Wall": lambda: built("Wall", walls),
+    }  # fmt: skip
+
+
+def _outlined() -> dict[str, Any]:
+    """What is made of outlines and faces: a corner is drawn, and those that cross are refused."""
+    corners = st.tuples(st.floats(0.1, 5).map(within_domain), st.floats(0.1, 5).map(within_domain))
+    outline = corners.map(lambda p: [(0.0, 0.0), (p[0], 0.0), (p[0] / 2, p[1] / 2), (0.0, p[1])])
+    faces = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+    return {
+        "Mesh": lambda: built("Mesh", corners.map(
+            lambda p: {"vertices": [(0, 0, 0), (p[0], 0, 0), (0, p[1], 0), (0, 0, 1)], "faces": faces})),
+        "Extrusion": lambda: built("Extrusion", st.fixed_dictionaries(
+            {"outline": outline}, optional={"scale_at_top": st.floats(0, 2).map(within_domain)})),
+        "Revolution": lambda: built("Revolution", st.fixed_dictionaries(
+            {"profile": outline}, optional={"end_angle": st.floats(1, 360).map(within_domain)})),
+    }  # fmt: skip
+
+
 SPECIAL: dict[str, Any] = {
+    **_outlined(),
+    **_lenses(),
     "Cylinder": lambda: _round("Cylinder"), "CylinderPatch": lambda: _round("CylinderPatch"),
     "Polyhedron": _polyhedra, "Quadric": _quadrics, "Ellipsoid": _ellipsoids, "Spheres": _spheres,
     **{name: functools.partial(_many, name) for name in MANY},
@@ -138,7 +178,14 @@ def of_kind(kind: Kind, name: str) -> st.SearchStrategy[Any]:
     if isinstance(kind, Maybe):
         return st.none() | of_kind(kind.item, name)
     if isinstance(kind, Number):
-        return positive if name in ("radius", "slope", "scale") or name.isupper() or "radius" in name else numbers
+        return (
+            positive
+            if name in ("radius", "slope", "scale")
+            or name.isupper()
+            or "radius" in name
+            or name in ("side", "height", "length")
+            else numbers
+        )
     if isinstance(kind, Fixed):
         return ranges if kind.count == 2 else st.tuples(*[of_kind(kind.item, name)] * kind.count)
     if isinstance(kind, Several):

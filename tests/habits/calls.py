@@ -12,6 +12,11 @@ import conicoid as co
 BALL = co.Sphere()
 SCENE = co.Scene([BALL])
 CAMERA = co.Camera((0, -5, 0), (0, 0, 0))
+MOVING = co.Scene(
+    [co.Body(co.Sphere(1), name="a")],
+    camera=CAMERA,
+    animation=co.BodyTrack("a", (0, 1), translate=((0, 0, 0), (1, 0, 0))),
+)
 ORIGINS, DIRECTIONS = np.array([[0, 0, 5.0]]), np.array([[0, 0, -1.0]])
 DISC = co.Disc((0, 0, 0), (0, 0, 1), 1)
 
@@ -47,6 +52,15 @@ SHAPES: dict[str, Call] = {
     "Quadric of coefficients": (co.Quadric, dict(coefficients=dict(xx=1, constant=-1))),
     "HalfSpace": (co.HalfSpace, dict(normal=(0, 0, 1), offset=0)),
     "Polyhedron": (co.Polyhedron, dict(normals=[(1, 0, 0)], offsets=[1])),
+    "Mesh": (
+        co.Mesh,
+        dict(
+            vertices=[(0, 0, 0), (2, 0, 0), (0, 2, 0), (0, 0, 2)],
+            faces=[(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)],
+        ),
+    ),
+    "Extrusion": (co.Extrusion, dict(outline=[(0, 0), (1, 0), (0, 1)], z_range=(0, 1), scale_at_top=1)),
+    "Revolution": (co.Revolution, dict(profile=[(1, 0), (2, 0), (2, 1)], start_angle=0, end_angle=90)),
     "Spheres": (co.Spheres, dict(centers=[(0, 0, 0)], radii=1)),
     "Cylinders": (co.Cylinders, dict(starts=[(0, 0, 0)], ends=[(0, 0, 1)], radii=1)),
     "Capsules": (co.Capsules, dict(starts=[(0, 0, 0)], ends=[(0, 0, 1)], radii=1)),
@@ -63,6 +77,35 @@ SHAPES: dict[str, Call] = {
     "Disc": (co.Disc, dict(center=(0, 0, 0), normal=(0, 0, 1), radius=1)),
     "Triangle": (co.Triangle, dict(a=(0, 0, 0), b=(1, 0, 0), c=(0, 1, 0))),
     "Polygon": (co.Polygon, dict(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0)])),
+    "Conic": (co.Conic, dict(radius_of_curvature=5, conic_constant=-1, aperture=2)),
+    "ConicSheet": (co.ConicSheet, dict(radius_of_curvature=5, conic_constant=-1, aperture=2, hole=1)),
+    "Lens": (
+        co.Lens,
+        dict(
+            front_radius=5,
+            back_radius=-5,
+            thickness=1,
+            diameter=2,
+            front_conic=0,
+            back_conic=0,
+            front_aperture=1,
+            back_aperture=1,
+        ),
+    ),
+    "LensGroup": (
+        co.LensGroup,
+        dict(radii=(5, -5), thicknesses=(1,), diameter=2, materials=(1.5,), conics=(0, 0), names=("a",)),
+    ),
+    "Doublet": (
+        co.Doublet,
+        dict(radii=(5, -5, 9), thicknesses=(1, 1), diameter=2, materials=(1.5, 1.6), conics=None, names=None),
+    ),
+    "Mirror": (co.Mirror, dict(radius_of_curvature=-5, conic_constant=-1, diameter=2, thickness=1, hole=1)),
+    "Stop": (co.Stop, dict(aperture=1, diameter=2)),
+    "Prism": (co.Prism, dict(apex_angle=60, side=1, length=1)),
+    "PentaPrism": (co.PentaPrism, dict(side=1, length=1)),
+    "CornerCube": (co.CornerCube, dict(height=1)),
+    "Wall": (co.Wall, dict(solid=BALL, face=0)),
     "Union": (co.Union, dict(operands=(BALL, BALL))),
     "Intersection": (co.Intersection, dict(operands=(BALL, BALL))),
     "Difference": (co.Difference, dict(operands=(BALL, BALL))),
@@ -82,7 +125,8 @@ LOOKS: dict[str, Call] = {
     "Material": (
         co.Material,
         dict(color="red", ambient=1, diffuse=1, specular=0, shininess=1, highlight="phong", reflectivity=0)
-        | dict(fresnel=False, transparency=0, refractive_index=1, absorption=0, name="a", properties={"a": 1}),
+        | dict(fresnel=False, transparency=0, refractive_index=1, absorption=0, name="a", properties={"a": 1})
+        | dict(roughness=0.1, bump=co.Noise(), bump_height=1),
     ),
     **{name: (getattr(co, name), dict(color="red")) for name in ("matte", "phong", "blinn_phong", "lacquer")},
     "metal": (co.metal, dict(color="red", shininess=3, reflectivity=1)),
@@ -144,6 +188,7 @@ SCENES: dict[str, Call] = {
     "render": (
         _query("render"),
         dict(width=4, height=3, samples=1, integrator="normals", seed=0, depth=1, progress=None)
+        | dict(shutter=(0, 1), times=1)
         | dict(camera=CAMERA, axes=False, labels=False, normals=False),
     ),
     "prepare": (_query("prepare"), dict(progress=None)),
@@ -166,10 +211,36 @@ SCENES: dict[str, Call] = {
         | dict(seed=0, depth=1, camera=CAMERA, axes=False, labels=False, normals=False, folder=None, keep=False)
         | dict(progress=None),
     ),
+    "animate": (
+        co.animate,
+        dict(scene=MOVING, path="film.gif", frames=1, seconds=1, start=0, shutter=0, times=1, width=4, height=3)
+        | dict(samples=1, integrator="normals", seed=0, depth=1, camera=CAMERA, axes=False, labels=False)
+        | dict(normals=False, folder=None, keep=False, progress=None),
+    ),
+    "BodyTrack": (
+        co.BodyTrack,
+        dict(body="a", times=(0, 1), translate=((0, 0, 0), (1, 0, 0)), degrees=(0, 9), axis="z", about=(0, 0, 0))
+        | dict(ease="smooth"),
+    ),
+    "CameraTrack": (
+        co.CameraTrack,
+        dict(times=(0, 1), position=((0, 0, 0), (1, 0, 0)), look_at=((0, 0, 0), (1, 0, 0)), field_of_view=(40, 30))
+        | dict(focus_distance=(1, 2), ease="smooth"),
+    ),
+    "at": (MOVING.at, dict(time=0.5)),
     "Rays": (co.Rays, RAYS),
     **{name: (_query(name), RAYS | dict(t_min=0, t_max=9)) for name in ("first_hit", "occluded", "spans", "crossings")},
     "contains": (_query("contains"), dict(points=ORIGINS)),
     "body_at": (_query("body_at"), dict(points=ORIGINS)),
+    "bodies_at": (_query("bodies_at"), dict(points=ORIGINS)),
+    "slice": (_query("slice"), dict(origin=(-2, -2, 0), u=(4, 0, 0), v=(0, 4, 0), pixels=(4, 3), progress=None)),
+    "slice across": (_query("slice"), dict(origin="z", pixels=4, at=0)),
+    "voxels": (
+        _query("voxels"),
+        dict(bounds=((-2, -2, -2), (2, 2, 2)), shape=(2, 2, 2), fractions="body", samples=1, axis="z", progress=None),
+    ),
+    "distance": (_query("distance"), dict(points=ORIGINS, exact=True, max_distance=9.0, progress=None)),
+    "Distances.concatenate": (co.Distances.concatenate, dict(parts=[])),
     "spawn": (lambda directions: SCENE.first_hit(**RAYS).spawn(directions), dict(directions=DIRECTIONS)),
     "line_integral": (lambda values: SCENE.spans(**RAYS).line_integral(values), dict(values=[1])),
     "scene.line_integral": (
@@ -180,8 +251,15 @@ SCENES: dict[str, Call] = {
     "spans.lengths": (lambda by: SCENE.spans(**RAYS).lengths(by), dict(by="body")),
     "reflect": (co.reflect, dict(directions=DIRECTIONS, normals=DIRECTIONS)),
     "refract": (co.refract, dict(directions=DIRECTIONS, normals=DIRECTIONS, eta=1)),
+    "molecule": (co.molecule, dict(atoms=ORIGINS, elements=["C"], bonds=[], cell=np.eye(3))),
+    "fresnel": (co.fresnel, dict(cos=1, n1=1, n2=1.5, k=0)),
+    "trace_paths": (
+        co.trace_paths,
+        dict(scene=SCENE, rays=co.Rays(**RAYS), depth=2, split=True, wavelength=0.5, weight=1, least=0, seed=0, unit=1),
+    ),
     "measure": (co.measure, dict(shape=BALL, rays=100, seed=0, progress=None)),
     "check": (co.check, dict(scene=SCENE, rays=100, seed=0, progress=None)),
+    "parameters": (co.parameters, dict(scene=SCENE, only=None)),
     "load": (co.load, dict(path="scene.yaml")),
     "save": (co.save, dict(scene=SCENE, path="scene.yaml")),
     "Image.save": (co.Image(np.zeros((2, 2))).save, dict(path="picture.png")),
@@ -216,22 +294,38 @@ TAKEN = {
     ("Material", "properties", "a mapping"),
     *(
         (name, argument, "a huge number")
-        for name, argument in (("measure", "seed"), ("check", "seed"), ("load_openmc", "max_bodies"))
+        for name, argument in (
+            ("measure", "seed"),
+            ("check", "seed"),
+            ("trace_paths", "seed"),
+            ("load_openmc", "max_bodies"),
+        )
     ),
     *(
         (name, "progress", "a function")
         for name in (
+            "slice",
+            "voxels",
             "measure",
             "check",
             "render",
             "load_openmc",
             "prepare",
             "turntable",
+            "animate",
             "scene.line_integral",
             "scene.lengths",
+            "distance",
         )
     ),
-    *((name, "camera", "a camera") for name in ("render", "turntable")),
+    *((name, "camera", "a camera") for name in ("render", "turntable", "animate")),
+    *(("BodyTrack", "body", kind) for kind in ("a text", "a long text")),
+    ("animate", "scene", "a scene"),
+    *(("animate", "folder", kind) for kind in ("a text", "a long text")),
+    ("trace_paths", "scene", "a scene"),
+    *(("fresnel", argument, "an array") for argument in ("cos", "k")),
+    ("fresnel", "k", "a long list"),
+    ("fresnel", "cos", "NaN"),
     ("export", "scene", "a scene"),
     *(("export", "title", kind) for kind in ("a text", "a long text")),
     *(("replace in part", "name", kind) for kind in ("a text", "a long text")),
@@ -242,6 +336,7 @@ TAKEN = {
     *((name, "normals", "NaN") for name in ("reflect", "refract")),
     ("Image", "array", "an array"),
     ("check", "scene", "a scene"),
+    ("parameters", "scene", "a scene"),
     ("measure", "shape", "a scene"),
     ("save", "scene", "a scene"),
     ("Scene", "camera", "a camera"),

@@ -49,6 +49,7 @@ def test_junk_is_refused_by_object_and_field(name, tmp_path, monkeypatch):
 def test_every_public_function_is_in_the_table():
     called = {name.partition(".")[0].partition(" ")[0] for name in CALLS}
     answers = {"Hits", "Spans", "Crossings", "Finding", "Findings", "Measures", "SceneMeasures", "SceneFileError"}
+    answers |= {"BodiesAt", "Explanation", "Molecule", "Outline", "SceneSurface", "Slice", "Voxels"}
     kinds = {"Shape", "Solid", "Sheet"}
     for name in set(co.__all__) - called - answers - kinds - {"warmup"}:
         assert not callable(getattr(co, name)), f"{name} is not in the table"

@@ -94,14 +94,21 @@ def work() -> None:
     edge = (-3.5, 0.5, 5.0), (0.0, 0.0, -1.0)
     two = co.Scene([co.Sphere(1.0), co.Sphere(1.0, (1.0, 0.0, 0.0))])
     for query in (two.first_hit, two.spans, two.crossings):
-        query((0.5, 0.0, 5.0), edge[1])
+        query((0.5, 0.0, 5.0), edge[1]).detached()
     co.Scene([co.Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
     scene.contains(rng.uniform(-3, 3, (100, 3)))
+    scene.bodies_at(rng.uniform(-3, 3, (100, 3)))
+    scene.voxels(((-1, -1, -1), (1, 1, 1)), 3, fractions="body", samples=1)
+    for exact in (False, True):
+        scene.distance(rng.uniform(-3, 3, (100, 3)), exact=exact).detached()
     for integrator in ("whitted", "normals", "path", "occlusion", "albedo"):
         scene.render(24, 16, samples=1, integrator=integrator, layers="samples")
     co.FisheyeCamera((0, 0, 9), (0, 0, 0)).rays(5, 4)
     co.Scene([co.Sphere(1.0, (k, 0, 0)).rotate((1, 2, 3), k + 0.5) for k in range(20)]).prepare()
     _as_pages_ask(scene)
+    for body in (0, "sheet"):
+        sheet = co.Body(co.Polygon([(-1, -1, 0), (1, -1, 0), (0, 1, 0)]) & co.Sphere(1.0), name="sheet")
+        co.Scene([co.Sphere(1.0) - co.Box(), sheet]).explain((0.1, 0.2, 5.0), (0.0, 0.0, -1.0), body=body)
 
 
 def _as_pages_ask(scene: Any) -> None:

@@ -116,7 +116,10 @@ def test_refusals():
     for name in ("axes", "labels", "normals"):
         with pytest.raises(ValueError, match=f"render: {name} must be true or false, got 'yes'"):
             SCENE.render(8, 8, **{name: "yes"})
-    with pytest.raises(TypeError, match="render: camera must be a Camera, an OrthographicCamera or None, got str"):
+    with pytest.raises(
+        TypeError,
+        match="render: camera must be a Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None, got str",
+    ):
         SCENE.render(8, 8, camera="front")
 
 

@@ -58,8 +58,8 @@ def test_parallel_rays():
         (lambda: co.Camera((0, 0, 0), (0, 1, 0), field_of_view=180), r"Camera: field_of_view must be in \(0, 180\)"),
         (lambda: co.Camera((0, 0, math.nan), (0, 1, 0)), r"Camera: position\[2\] must be finite"),
         (lambda: co.OrthographicCamera((0, 0, 0), (0, 1, 0), height=0), "OrthographicCamera: height must be > 0"),
-        (lambda: co.Camera((0, 0, 0), (0, 1, 0)).rays(0, 10), "picture: width must be a whole number"),
-        (lambda: co.Camera((0, 0, 0), (0, 1, 0)).rays(10, 2.5), "picture: height must be a whole number"),
+        (lambda: co.Camera((0, 0, 0), (0, 1, 0)).rays(0, 10), "rays: width must be a whole number"),
+        (lambda: co.Camera((0, 0, 0), (0, 1, 0)).rays(10, 2.5), "rays: height must be a whole number"),
     ],
 )
 def test_bad_cameras_name_the_field(make, message):

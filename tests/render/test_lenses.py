@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render.view import picture_lines, view_of
+from conicoid.render.view import pixel_lines, view_of
 
-WIDTH, HEIGHT = 80, 60
+WIDTH, HEIGHT = 81, 61
 
 
 def lens_rays(camera, x, y, count=2000):
-    """Rays through one point of a picture and many of the lens: origins and directions."""
-    lines, rng = np.empty((count, 6)), np.random.default_rng(1)
-    columns = [np.full(count, x), np.full(count, y), rng.random(count), rng.random(count)]
-    picture_lines(view_of(camera, "box"), *columns, WIDTH, HEIGHT, lines)
-    return lines[:, :3], lines[:, 3:]
+    """Rays through the middle of a pixel, (x, y), and many points of the lens: origins and directions."""
+    pixel, view = int(y) * WIDTH + int(x), view_of(camera, "box")
+    origins, directions = np.empty((2, count, 3))
+    for k, (a, b) in enumerate(np.random.default_rng(1).random((count, 2))):
+        pixel_lines(view, pixel, a, b, WIDTH, HEIGHT, origins[k : k + 1], directions[k : k + 1])
+    return origins, directions
 
 
 @pytest.mark.parametrize(("focus", "depth"), [(5.0, 5.0), (5.0, 2.0), (5.0, 9.0), (2.0, 30.0)])
@@ -27,7 +28,7 @@ def test_the_circle_of_confusion(focus, depth):
     """A point at depth z spreads over a disc of diameter A |1/F - 1/z| where the depth is 1."""
     aperture = 0.4
     camera = co.Camera((0, 0, 0), (0, 1, 0), aperture=aperture, focus_distance=focus)
-    at = (50.0, 20.0)
+    at = (50.5, 20.5)
     target = depth * through_the_middle(camera, at)
     origins, directions = lens_rays(camera, *at)
     at_depth = origins + directions * ((depth - origins[:, 1]) / directions[:, 1])[:, None]
@@ -53,10 +54,10 @@ def test_rays_of_a_lens_are_those_through_its_middle():
 
 def test_points_of_a_disc_and_of_a_polygon_are_even():
     camera = co.Camera((0, 0, 0), (0, 1, 0), aperture=2)  # right is x, up is z
-    radius = np.hypot(*lens_rays(camera, 40.0, 30.0, 4000)[0][:, [0, 2]].T)
+    radius = np.hypot(*lens_rays(camera, 40.5, 30.5, 4000)[0][:, [0, 2]].T)
     assert radius.max() < 1 + 1e-12
     assert (radius < math.sqrt(0.5)).mean() == pytest.approx(0.5, abs=0.03)
-    six = lens_rays(dataclasses.replace(camera, blades=6), 40.0, 30.0, 4000)[0][:, [0, 2]]
+    six = lens_rays(dataclasses.replace(camera, blades=6), 40.5, 30.5, 4000)[0][:, [0, 2]]
     # a hexagon of circumradius 1: every normal at 30 + 60 k degrees has n·p <= cos 30°
     angles = np.radians(30 + 60 * np.arange(6))
     reach = six @ np.array([np.cos(angles), np.sin(angles)])

@@ -138,3 +138,17 @@ def test_what_paint_is_refused_on():
         co.Painted(co.Disc((0, 0, 0), (0, 0, 1), 1), co.matte())
     with pytest.raises(TypeError, match=r"Painted: operands must be solids, got Spheres"):
         co.Spheres([(0, 0, 0)], [1]).painted(co.matte())
+
+
+def test_light_through_a_painted_face_of_glass_takes_its_tint():
+    """A slab of index 1: its upper face tints, the lower one does not; a shadow ray met the body's own material on both."""
+    tint = (1.0, 0.5, 0.25)
+    clear, tinted = (
+        co.Material("black", transparency=share, refractive_index=1.0, absorption=1e-9) for share in (1.0, tint)
+    )
+    top = co.HalfSpace((0, 0, 1), 1.5).painted(tinted)
+    slab = co.Body(co.Box((-5, -5, 1), (5, 5, 2)) & top, clear)
+    floor = co.Body(co.Plane((0, 0, 1), 0), co.matte((1.0, 1.0, 1.0)))
+    view = co.OrthographicCamera((0, -1e-3, 1e-4), (0, 0, 0), up=(0, 0, 1), height=1e-9)
+    scene = co.Scene([slab, floor], [co.DirectionalLight((0, 0, -1), 1.0)], view, "black")
+    assert scene.render(1, 1, 1).pixels[0, 0] == pytest.approx(tint, rel=1e-6)

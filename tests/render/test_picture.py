@@ -66,7 +66,7 @@ def test_progress_ends_with_the_count():
     ("arguments", "message"),
     [
         (dict(integrator="photons"), f"render: integrator must be one of {', '.join(INTEGRATORS)}, got 'photons'"),
-        (dict(width=0), "picture: width must be a whole number of pixels >= 1, got 0"),
+        (dict(width=0), "render: width must be a whole number of pixels >= 1, got 0"),
         (dict(samples=0), "render: samples must be a whole number from 1 to 1048576, got 0"),
         (dict(samples=2.5), "render: samples must be a whole number"),
         (dict(seed=-1), "render: seed must be a whole number"),
@@ -82,7 +82,10 @@ def test_what_is_no_material_or_camera_is_a_type_error():
     """At the door, before anything is rendered."""
     with pytest.raises(TypeError, match="Body: material must be a Material"):
         co.Body(co.Sphere(), 3)
-    with pytest.raises(TypeError, match="Scene: camera must be a Camera, an OrthographicCamera or None, got str"):
+    with pytest.raises(
+        TypeError,
+        match="Scene: camera must be a Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None, got str",
+    ):
         co.Scene([co.Sphere()], camera="front")
 
 

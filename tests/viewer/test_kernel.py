@@ -93,6 +93,35 @@ def test_messages_of_others_are_left_alone(message):
     assert answer(SCENE, message) is None
 
 
+def test_why_is_the_working_of_the_ray_with_the_body():
+    found = answer(SCENE, {"ask": "why", "id": 2, "request": RAY | {"body": 0}})
+    assert found == {"id": 2, "answer": {"text": SCENE.explain(RAY["origin"], RAY["direction"], body=0).text}}
+    for request in (RAY, RAY | {"body": 7}, RAY | {"body": "ball"}, None):
+        assert set(answer(SCENE, {"ask": "why", "id": 3, "request": request})) == {"id", "error"}
+
+
+@needs_browser
+def test_a_pick_says_why(browser, tmp_path):
+    """The ball's front is met where t² − 16 t + 63 = 0 for a ray through its middle; here beside it."""
+    page, _ = opened(browser, tmp_path, "alive")
+    click(page)
+    assert page.locator("pre.why").is_visible() is False
+    page.locator(".reasons summary").click()
+    until(page, "document.querySelector('pre.why').textContent.includes('Body 0 “ball”: hit')")
+    text = page.locator("pre.why").inner_text()
+    assert "B = (d, o − S) = " in text
+    assert "the ray tracing notes" in text
+    page.context.close()
+
+
+@needs_browser
+def test_the_shader_gives_no_reasons(browser, tmp_path):
+    page, _ = opened(browser, tmp_path, None)
+    click(page)
+    assert page.locator(".reasons").count() == 0
+    page.context.close()
+
+
 @needs_browser
 def test_a_click_is_answered_by_the_kernel(browser, tmp_path):
     page, _ = opened(browser, tmp_path, "alive")

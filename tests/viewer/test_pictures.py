@@ -20,6 +20,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 GALLERY = (
     "balls_and_barrel", "bored_box", "caffeine", "chess_pawn", "cylinder_patch", "die", "engine",
     "free_cylinder", "gear_plate", "glass_water_mirror", "lenses", *(f"nine_quadrics/{k}" for k in range(9)), "polygons", "reactor_pin",
+    "salt",
     "shepp_logan", "sliding_planes", "steinmetz",
 )  # fmt: skip
 QUICK = {"balls_and_barrel", "bored_box", "gear_plate", "glass_water_mirror", "polygons"}

@@ -263,7 +263,7 @@ def test_it_fits_a_phone_and_the_keyboard(browser, playing):
         ]
         assert tops == sorted(tops)
         names = []
-        for _ in range(20):
+        for _ in range(24):
             found.page.keyboard.press("Tab")
             names.append(
                 found.ask(

@@ -56,6 +56,12 @@ def test_it_serves_the_page_and_the_scene(server):
     assert json.loads(ask(server, "GET", "scene")[1])["item_count"] == 2
 
 
+def test_why_is_told_by_the_engine(server):
+    status, text = ask(server, "POST", "why", json.dumps(RAY | {"body": 1}))
+    assert (status, json.loads(text)) == (200, {"text": SCENE.explain(*RAY.values(), body=1).text})
+    assert ask(server, "POST", "why", json.dumps(RAY | {"body": -1}))[0] == 400
+
+
 def test_picks_are_the_engines_to_the_last_digit(server):
     status, text = ask(server, "POST", "pick", json.dumps(RAY))
     found = json.loads(text)["found"]

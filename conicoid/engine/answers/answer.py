@@ -28,6 +28,10 @@ class NoScene:
 NO_SCENE: Any = NoScene()
 
 
+_OF_SCENE = "_scene", "_met", "_moving"
+"""What an answer keeps only as long as it has its scene: it, and what derivatives have found of its walls."""
+
+
 @explained_methods
 class Answer(NoArray):
     """Hits, spans or crossings: read-only, and equal where all their fields are.
@@ -101,7 +105,7 @@ class Answer(NoArray):
     def __getstate__(self) -> dict[str, Any]:
         for field in self._fields():
             getattr(self, field)
-        state = {name: value for name, value in vars(self).items() if name != "_scene" and name not in self._views}
+        state = {name: value for name, value in vars(self).items() if name not in (*_OF_SCENE, *self._views)}
         return {**state, "_home": self._home, "_labels": self._labels.of_only(self._numbers)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:

@@ -18,13 +18,16 @@ from ...shapes.other_names import hinted
 from ...shapes.validate import DOMAIN, npz_path, outside_domain
 from ...shapes.vector import FloatArray
 from ..arrays.found import Found
+from ..body.sides import AFTER, BEFORE
 from ..certified.errors import errors_of_points
 from ..certified.exact_errors import bounds_of_t
-from ..ray import DEAD
+from ..certified.sides import Places, sides_of
+from ..ray import DEAD, RayArrays
 from ..threads import run_chunks
 from .answer import NO_SCENE, Answer
 from .fields import faces_of, local_points_of, normals_of, points_along, uvs_of
 from .rays import Rays, lines_of, points_array, refuse_name
+from .slopes import HitSlopes
 from .told import one_hit
 from .unpacked import refuse_pairs
 
@@ -36,7 +39,7 @@ _CHUNK = 16384
 
 @hinted
 @explained_methods
-class Hits(Answer):
+class Hits(Answer, HitSlopes):
     """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
 
     t         float64 (...), in units of the direction's length; inf for a miss
@@ -48,6 +51,7 @@ class Hits(Answer):
     point_error   float64 (...): so is the point, in length; NaN for a miss
     point, local_point, normal   float64 (..., 3); NaN for a miss; the normal is unit and outward
     uv        float64 (..., 2); NaN for a miss
+    before, after   int32 (...): the body that the ray is in before the wall and after it; -1 outside and for a miss
     name, material   objects (...): what the body is called and made of; None for a miss
     rays      Rays (...): those that were asked; of one hit, its own ray
     shape, ndim, size   those of `t`
@@ -116,6 +120,30 @@ class Hits(Answer):
     @cached_property
     def face(self) -> Any:
         return self._shaped(self._faces[1])
+
+    @cached_property
+    def _sides(self) -> Any:
+        """(3, n): bodies before and after the wall, and the first opaque one that is crossed there."""
+        scene, rays = self._scene, self.rays
+        limits = np.array([-np.inf]), np.array([np.inf])
+        arrays, found = RayArrays(*lines_of(rays), *limits, rays._starts_in(scene)), self._found
+        places = Places(found.t, np.ascontiguousarray(self._faces[0]), found.entry, found.turn)
+        return sides_of(scene, arrays, places)
+
+    @cached_property
+    def before(self) -> Any:
+        """int32 (...): the body that the ray is in just before the wall; -1 for none, and for a miss.
+
+        Of bodies that overlap a transparent one counts before an opaque one, among equals the one listed first, as
+        where pictures show glass in water. What coincides at the wall is taken together: between two blocks that abut
+        there is no gap, and where a nested body ends the one around it goes on.
+        """
+        return self._shaped(self._sides[BEFORE])
+
+    @cached_property
+    def after(self) -> Any:
+        """int32 (...): the body that the ray would be in just after the wall, by the rule of `before`."""
+        return self._shaped(self._sides[AFTER])
 
     @cached_property
     def entering(self) -> Any:

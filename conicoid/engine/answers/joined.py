@@ -1,4 +1,4 @@
-"""Hits, spans or crossings of several questions as one."""
+"""Hits, spans, crossings or distances of several questions as one."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 from ...shapes.labels import Labels
 from ..arrays.found import Found
 from .answer import NO_SCENE
+from .distances import Distances, Nearest
 from .hits import Hits
 from .parts import parts_of
 from .rays import Rays
 
-_ROWS = ("point_error", "local_point", "normal", "uv")
+_ROWS = ("point_error", "local_point", "normal", "uv", "before", "after")
 """What is worked out, an array shaped like the rays each."""
 
 
@@ -61,6 +62,29 @@ def joined_lists(kind: Any, parts: Any) -> Any:
         vars(result)["_scene"] = given[0]._scene
     else:
         vars(result).update(_of_one_scene(rows, name))
+    return result
+
+
+def joined_distances(parts: Any) -> Distances:
+    """Distances one after the other along the first axis (see `Distances.concatenate`)."""
+    given = parts_of(Distances, parts)
+    if not given:
+        raise ValueError("Distances: parts must hold at least one Distances, got none")
+    shapes = [part.points.shape if part.shape else (1, 3) for part in given]
+    if len({shape[1:] for shape in shapes}) > 1:
+        raise ValueError(f"Distances: parts must have one shape but for the first axis, got {shapes[:4]}")
+    points = np.concatenate([part.points.reshape(shape) for part, shape in zip(given, shapes, strict=True)])
+    found = Nearest(*(np.concatenate(columns) for columns in zip(*(part._found for part in given), strict=True)))
+    scene = given[0]._scene
+    if scene is not NO_SCENE and all(part._scene is scene for part in given):
+        return Distances(scene, points, found)
+    rows = [part.detached() for part in given]
+    state: dict[str, Any] = {"points": points, "_found": found, "_home": rows[0]._home}
+    state |= _of_one_scene(rows, "Distances")
+    state["_faces"] = np.concatenate([part._faces for part in rows], axis=1)
+    state["_normals"] = np.concatenate([part._normals for part in rows])
+    result = object.__new__(Distances)
+    result.__setstate__(state)
     return result
 
 

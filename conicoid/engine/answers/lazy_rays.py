@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from ...shapes.arrays import real_array
 from ...shapes.calls import explained_methods
 from ...shapes.calm import calm
+from ...shapes.other_names import hinted
 from ...shapes.vector import FloatArray
 from ..threads import run_chunks
 from .no_array import NoArray
-from .rays import Rays
+from .rays import Rays, first_wrong
 
 _BLOCK = 1 << 12
 
 
+@hinted
 @explained_methods
 class LazyRays(NoArray):
     """Rays of a camera or a scan, which take a few bytes until they are traced, also on other machines.
@@ -34,6 +37,11 @@ class LazyRays(NoArray):
         raise NotImplementedError
 
     @property
+    def interval(self) -> tuple[float, float]:
+        """t_min and t_max of queries that say nothing else."""
+        return 0.0, math.inf
+
+    @property
     def ndim(self) -> int:
         """How many axes `shape` has."""
         return len(self.shape)
@@ -49,29 +57,48 @@ class LazyRays(NoArray):
     def __len__(self) -> int:
         return self.shape[0]
 
+    if not TYPE_CHECKING:  # else checkers would let rays that are not made be told apart
+
+        def __getitem__(self, index: Any) -> NoReturn:
+            told = "rays.part(begin, end) are some of them, and rays.made()[...] any"
+            raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {told}")
+
+        def __iter__(self) -> NoReturn:
+            told = "origins, directions = rays.made() are two arrays of all"
+            raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {told}")
+
     def made(self) -> Rays:
-        """All of them as `Rays`, 48 bytes each."""
+        """All of them as `Rays`, 48 bytes each; these have no interval of their own, so queries of them start at 0."""
         return self.part(0, self.size, self.shape)
 
     @calm
     def part(self, begin: int, end: int, shape: tuple[int, ...] | None = None) -> Rays:
         """Flat rays `begin` to `end`, counted with the last axis the fastest; in another shape of so many if given."""
-        origins, directions = self._many_lines(begin, end)
-        made = shape or (end - begin,)
-        return Rays(origins.reshape((*made, 3)), directions.reshape((*made, 3)))
+        made = (*(shape or (end - begin,)), 3)
+        if not self._in_blocks:
+            origins, directions = self._lines(begin, end)
+            return Rays(origins.reshape(made), directions.reshape(made))
+        origins, directions = np.empty(made), np.empty(made)
+        if self._fill_all(begin, origins.reshape(-1, 3), directions.reshape(-1, 3)):
+            return Rays._spawned(origins, directions, np.array([-1], np.int32))
+        return Rays(origins, directions)  # which says what is wrong, and where
 
-    def _many_lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
-        """`_lines`, some at a time, that what is worked out stays near the processor, and by all threads."""
-        count = end - begin
-        if not self._in_blocks or count <= _BLOCK:
-            return self._lines(begin, end)
-        origins, directions = np.empty((count, 3)), np.empty((count, 3))
+    def _fill_all(self, begin: int, origins: FloatArray, directions: FloatArray) -> bool:
+        """`_fill`, some at a time, that what is worked out stays near the processor, and by all threads: all right?"""
+        wrong = []
 
         def fill(first: int, last: int) -> None:
-            origins[first:last], directions[first:last] = self._lines(begin + first, begin + last)
+            lines = origins[first:last], directions[first:last]
+            self._fill(begin + first, *lines)
+            if first_wrong(*lines) is not None:
+                wrong.append(first)
 
-        run_chunks(fill, count, _BLOCK)
-        return origins, directions
+        run_chunks(fill, len(origins), _BLOCK)
+        return not wrong
+
+    def _fill(self, begin: int, origins: FloatArray, directions: FloatArray) -> None:
+        """Write `_lines` from the flat ray `begin` on into arrays (n, 3)."""
+        origins[:], directions[:] = self._lines(begin, begin + len(origins))
 
     def _lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
         """Origins and directions (n, 3) of flat rays `begin` to `end`."""

@@ -213,7 +213,10 @@ class Rays(NoArray):
 
     @staticmethod
     def from_scan(geometry: Any) -> LazyRays:
-        """The rays of all pixels of a scan, the `geometry` of `co.ct`, made where they are traced."""
+        """The rays of all pixels of a scan, the `geometry` of `co.ct`, made where they are traced.
+
+        Queries follow them as far as the scan does, its `interval`, unless they are given another.
+        """
         from .lazy_rays import LazyRays
 
         found = getattr(geometry, "lazy_rays", None)

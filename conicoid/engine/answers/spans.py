@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,13 +19,17 @@ from ...shapes.vector import FloatArray
 from ..arrays.crossing_arrays import CrossingColumns, SpanColumns, put_crossings, put_spans
 from ..arrays.listed import Listed
 from ..arrays.owners import owners
+from ..body.sides import AFTER, BEFORE
 from ..certified.exact_errors import bounds_of_t
+from ..certified.sides import Places, sides_of
+from ..ray import RayArrays
 from ..threads import run_chunks
 from .answer import Answer
 from .by_ray import ByRay
 from .fields import normals_of, points_along
 from .overlaps import ERROR, checked_overlaps, tell_overlaps
 from .rays import Rays, lines_of
+from .slopes import SpanSlopes
 from .told import crossings_of_one, spans_of_one
 from .weights import BODY, Distinct, Weights, checked_by, weights_of
 
@@ -55,7 +60,7 @@ def _errors(scene: Prepared, rays: Rays, offsets: Any, t: FloatArray, surfaces: 
 
 @hinted
 @explained_methods
-class Spans(Answer, ByRay):
+class Spans(Answer, ByRay, SpanSlopes):
     """Stretches of rays inside solids. Those of flat ray i are rows offsets[i]:offsets[i + 1], sorted by t_enter.
 
     t_enter, t_exit   float64, in units of the direction's length
@@ -169,11 +174,12 @@ class Spans(Answer, ByRay):
     def _integral(self, weights: Weights, overlaps: str | None) -> FloatArray:
         """(rays,) or (rays, energies)."""
         places, _ = self._places(weights.by)
+        table = weights.values.reshape(len(weights.values), math.prod(weights.shape))
         if overlaps == ERROR or not (weights.values < 0).any():
-            counts = (weights.values.reshape(len(weights.values), -1) != 0).any(axis=1)
+            counts = (table != 0).any(axis=1)
             tell_overlaps("line_integral", self, overlaps, None, counts[places])
         ray, chord = self._chords()
-        count, columns = len(self.offsets) - 1, weights.values.reshape(len(weights.values), -1).T
+        count, columns = len(self.offsets) - 1, table.T
         total = np.zeros((count, len(columns)))
         for energy, column in enumerate(columns if count else ()):
             weight = column[places]
@@ -197,6 +203,7 @@ class Crossings(Answer, ByRay):
     entering             bool: against the outward normal
     point, normal        float64 (n, 3): the place, and the unit outward normal there
     t_error              float64: t is at most so far from the exact crossing
+    before, after        int32: the body that the ray is in before and after it, as in `Hits`; -1 for none
     name, material       objects: what the body is called and made of
     rays, shape          the rays that were asked, and their leading shape
 
@@ -252,6 +259,31 @@ class Crossings(Answer, ByRay):
     @cached_property
     def t_error(self) -> FloatArray:
         return _errors(self._scene, self._rays, self.offsets, self.t, self.surface)
+
+    @cached_property
+    def _sides(self) -> Any:
+        """(n, 3): bodies before and after each crossing, and the first opaque one that is crossed there."""
+        scene, starts = self._scene, self._rays._starts_in(self._scene)
+        starts = starts if len(starts) == 1 else starts[owners(self.offsets)]
+        limits = np.array([-np.inf]), np.array([np.inf])
+        entries = np.searchsorted(scene.lowered.tables.entry_body, self.body).astype(np.int32)
+        turns = np.where(self.entering, 2, 1).astype(np.int8)
+        places = Places(self.t, self.surface, entries, turns)
+        sides = np.ascontiguousarray(sides_of(scene, RayArrays(*self._rows_rays, *limits, starts), places).T)
+        sides.flags.writeable = False
+        return sides
+
+    @cached_property
+    def before(self) -> npt.NDArray[np.int32]:
+        """int32: the body that the ray is in just before each crossing, as `Hits.before`; -1 for none."""
+        result: npt.NDArray[np.int32] = self._sides[:, BEFORE]
+        return result
+
+    @cached_property
+    def after(self) -> npt.NDArray[np.int32]:
+        """int32: the body that the ray is in just after each crossing, as `Hits.after`; -1 for none."""
+        result: npt.NDArray[np.int32] = self._sides[:, AFTER]
+        return result
 
     def __repr__(self) -> str:
         if not self.shape:

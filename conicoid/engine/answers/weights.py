@@ -15,7 +15,7 @@ from ...shapes.validate import shown
 from ...shapes.vector import FloatArray
 
 BODY, MATERIAL = "body", "material"
-_BY_BODY = "; names are those of materials, and values by body are an array in the order of their numbers"
+BY_BODY = "names are those of materials, and values by body are an array in the order of their numbers"
 _MOST = 5  # materials that a message names
 
 Distinct = Sequence[tuple[Any, bool]]
@@ -51,8 +51,9 @@ def weights_of(values: Any, otherwise: Any, bodies: int, distinct: Distinct) -> 
     """
     if isinstance(values, str):
         hint = _other_properties(values, distinct)
-        if hint and otherwise is not None:
-            raise ValueError(f"line_integral: values: no material has a property {shown(values)}{hint}")
+        if otherwise is not None and _none_has(values, distinct):
+            told = hint or "; properties: none has any"
+            raise ValueError(f"line_integral: values: no material has a property {shown(values)}{told}")
         what = f"property {shown(values)}"
         return _named(lambda material: _property(material, values), otherwise, distinct, what, hint)
     if isinstance(values, Mapping):
@@ -76,6 +77,13 @@ def _other_properties(name: str, distinct: Distinct) -> str:
     return f"; {known_names(name, 'properties', list(known))}" if known and name not in known else ""
 
 
+def _none_has(name: str, distinct: Distinct) -> bool:
+    """Whether there are solids, and no material has a property."""
+    return any(of_solids for _, of_solids in distinct) and not any(
+        material is not None and name in material.properties for material, _ in distinct
+    )
+
+
 def _property(material: Any, name: str) -> Any:
     """A property of a material as numbers; None for a material without."""
     found: Any = None if material is None else material.properties.get(name)
@@ -90,7 +98,7 @@ def _entries(values: Mapping[Any, Any], distinct: Distinct) -> Iterator[tuple[st
     known = dict.fromkeys(material.name for material, _ in distinct if material is not None and material.name)
     for name, value in values.items():
         if name not in known:
-            told = known_names(name, "materials", list(known)) + _BY_BODY
+            told = known_names(name, "materials", list(known)) + "; " + BY_BODY
             raise ValueError(f"line_integral: values: no material is called {shown(name)}; {told}")
         yield name, _numbers(f"values[{name!r}]", value)
 

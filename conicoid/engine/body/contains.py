@@ -10,7 +10,8 @@ from ..numbers.vectors import dot
 from ..ray import Ray
 from ..surface.decide import OPEN, Rest, curved_terms, plane_terms
 from ..surface.doubt import POINT, POINT_AT_BALL
-from ..surface.quadric import quadric_rounding, quadric_value
+from ..surface.plane import Plane, PlaneLimits
+from ..surface.quadric import Sphere, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
 from ..tables import BALL, CELL, PLANE, QUADRIC_SIZE, REGION, SPHERE, Geometry, integer, whole
 from .boolean import leaves_met
@@ -28,13 +29,22 @@ def point_ray(x: float, y: float, z: float) -> Ray:
 
 
 @inline
-def _plane_value(geometry: Geometry, row: int, x: float, y: float, z: float) -> tuple[float, float]:
-    """(value, by how much it may be off)."""
-    nx, ny, nz, over, ax, ay, az = load_plane(geometry, row)
+def plane_value(plane: Plane, limits: PlaneLimits, x: float, y: float, z: float) -> tuple[float, float]:
+    """(value at a point, by how much it may be off)."""
+    nx, ny, nz, over, ax, ay, az = plane
     (px, ex), (py, ey), (pz, ez) = two_difference(x, ax), two_difference(y, ay), two_difference(z, az)
     height = dot(nx, ny, nz, px, py, pz) + (dot(nx, ny, nz, ex, ey, ez) + over)
     terms = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(over)
-    return height, POINT * terms + plane_limits(geometry, row).height
+    return height, POINT * terms + limits.height
+
+
+@inline
+def sphere_value(sphere: Sphere, x: float, y: float, z: float) -> tuple[float, float]:
+    """(value at a point, by how much it may be off)."""
+    cx, cy, cz, r = sphere
+    px, py, pz = x - cx, y - cy, z - cz
+    square = px * px + py * py + pz * pz
+    return square - r * r, POINT_AT_BALL * (square + r * r)
 
 
 @helper
@@ -42,12 +52,9 @@ def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: fl
     """The sign of a surface's value at a point, or OPEN: by floats where their error bound allows, else with bounds."""
     row, kind = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.SURFACE_KIND, surface)
     if kind == PLANE:
-        value, off = _plane_value(geometry, row, x, y, z)
+        value, off = plane_value(load_plane(geometry, row), plane_limits(geometry, row), x, y, z)
     elif kind == SPHERE:
-        cx, cy, cz, r = load_sphere(geometry, row)
-        px, py, pz = x - cx, y - cy, z - cz
-        square = px * px + py * py + pz * pz
-        value, off = square - r * r, POINT_AT_BALL * (square + r * r)
+        value, off = sphere_value(load_sphere(geometry, row), x, y, z)
     else:
         quadric = load_quadric(geometry, row)
         rests, at = rest.quadrics, QUADRIC_SIZE * row

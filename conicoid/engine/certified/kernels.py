@@ -94,7 +94,7 @@ def surfaces_met(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, entr
 
 
 @inline
-def _again(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray) -> int:
+def again(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray) -> int:
     """Prepare to trace a ray whose ranks were found in exact arithmetic; returns how many entries it may meet."""
     count, inverse = collect(geometry, scratch, ray), span_inverse(ray)
     list_surfaces(geometry, scratch, ranks, ray, count)
@@ -110,7 +110,7 @@ def ranked_first(geometry: Geometry, room: Room, rays: RayArrays, i: int, found:
     """The first hit of ray i, whose ranks are known."""
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
     ray, scale = scaled_ray(load_ray(rays, i))
-    count = _again(geometry, stand, scratch, ranks, ray)
+    count = again(geometry, stand, scratch, ranks, ray)
     hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
     hit = scaled_hit(hit, scale)
     put_hit(hit, i, found)
@@ -124,7 +124,7 @@ def ranked_rows(geometry: Geometry, room: Room, rays: RayArrays, i: int, spans: 
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     given = load_ray(rays, i)
     ray, _ = scaled_ray(given)
-    count = _again(geometry, stand, scratch, ranks, ray)
+    count = again(geometry, stand, scratch, ranks, ray)
     rows, used = rows_of_ranks(geometry, room, scratch, given, count, spans, rows, 0)
     forget(ranks)
     return rows[:used].copy()

@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import math
 
-from ...compiler.jit import inline, kernel
+from ...compiler.jit import helper, inline, kernel
 from .. import tables as table
 from ..body.contains import INSIDE, entry_holds, point_ray
 from ..body.entry import collect
-from ..body.scratch import new_scratch
+from ..body.scratch import Scratch, new_scratch
+from ..packets.load import packet_row
+from ..packets.points import locate_packet, new_point_memory, put_points
 from ..surface.decide import OPEN, Rest
 from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, Ints, Signs, integer, whole
 from .ranked import find_leaves, forget_leaves
 from .ranks import SURFACES, Ranks, Room, forget, list_surfaces
+
+_PATIENCE = 31
+"""So many packets, at most, are asked point by point before lanes are tried again."""
 
 
 @inline
@@ -25,23 +30,67 @@ def _is_point(x: float, y: float, z: float) -> bool:
     return math.isfinite(x) and math.isfinite(y) and math.isfinite(z)
 
 
-@kernel(points="n 3", begin="0..end", end="0..n", bodies="out n", still="out n")
-def locate(geometry: Geometry, rest: Rest, points: Floats, begin: int, end: int, bodies: Ints, still: Signs) -> None:
-    """bodies[i] = the lowest-numbered body that contains points[i], or -1; still[i] = 1 where that is not certain."""
-    scratch = new_scratch(geometry)
-    for i in range(begin, end):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        bodies[i], still[i] = -1, 0
-        if not _is_point(x, y, z) or table.halted(geometry):
+@helper
+def _locate_one(
+    geometry: Geometry, rest: Rest, scratch: Scratch, point: tuple[float, float, float], after: int
+) -> tuple[int, int]:
+    """(the first body after a number that holds a point or -1, 1 where that is not certain)"""
+    x, y, z = point
+    if not _is_point(x, y, z):
+        return whole(-1), 0
+    for k in range(collect(geometry, scratch, point_ray(x, y, z))):
+        body = integer(geometry, table.ENTRY_BODY, scratch.found[k])
+        if body <= after:
             continue
-        for k in range(collect(geometry, scratch, point_ray(x, y, z))):
-            holds = entry_holds(geometry, rest, scratch, scratch.found[k], x, y, z)
-            if holds == OPEN:
-                still[i] = 1
-                break
-            if holds == INSIDE:
-                bodies[i] = integer(geometry, table.ENTRY_BODY, scratch.found[k])
-                break
+        holds = entry_holds(geometry, rest, scratch, scratch.found[k], x, y, z)
+        if holds == OPEN:
+            return whole(-1), 1
+        if holds == INSIDE:
+            return body, 0
+    return whole(-1), 0
+
+
+@kernel(points="n 3", after="n|1", width="picture n", begin="0..end", end="0..n", bodies="out n", still="out n")
+def locate_packets(
+    geometry: Geometry, rest: Rest, points: Floats, after: Ints, width: int, begin: int, end: int, bodies: Ints,
+    still: Signs,
+) -> None:  # fmt: skip
+    """bodies[i] = the first body after after[i] that contains points[i], or -1; still[i] = 1 where that is not certain.
+
+    Of packets begin to end. In lanes where the box around a packet has few bodies; where it has many, the packet and
+    some of those that follow, ever more, are asked point by point.
+    """
+    scratch, memory, count = new_scratch(geometry), new_point_memory(), len(points)
+    skipped, patience = 0, 0
+    for packet in range(begin, end):
+        if table.halted(geometry):
+            return
+        for row in range(8):
+            first, n = packet_row(packet, row, width, count)
+            for i in range(first, first + n):
+                bodies[i], still[i] = -1, 0
+        if skipped == 0 and put_points(memory, points, after, packet, width):
+            if locate_packet(geometry, rest, scratch, memory, bodies, still):
+                patience = 0
+                continue
+            patience = min(2 * patience + 1, _PATIENCE)
+            skipped = patience + 1
+        skipped = max(0, skipped - 1)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, count)
+            for i in range(first, first + n):
+                if table.halted(geometry):
+                    return
+                place = points[i, 0], points[i, 1], points[i, 2]
+                bodies[i], still[i] = _locate_one(
+                    geometry, rest, scratch, place, integer_of(after, i if len(after) > 1 else 0)
+                )
+
+
+@inline
+def integer_of(numbers: Ints, i: int) -> int:
+    """An element of an array of integers, an int64."""
+    return whole(numbers[i])
 
 
 @kernel(ranks="out")
@@ -75,8 +124,8 @@ def _stand_in(stand: Geometry, surface: int, where: float) -> None:
 
 
 @kernel(room="out")
-def locate_ranked(geometry: Geometry, room: Room, x: float, y: float, z: float) -> int:
-    """The lowest-numbered body that contains a point, on the sides in ranks.verdict. Relies on room.rest being 0."""
+def located_by_ranks(geometry: Geometry, room: Room, x: float, y: float, z: float, after: int) -> int:
+    """The first body after a number that contains a point, by the sides in ranks.verdict. Relies on no room.rest."""
     nothing, stand, ranks = room
     scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), whole(-1)
     count = collect(geometry, scratch, ray)
@@ -84,6 +133,8 @@ def locate_ranked(geometry: Geometry, room: Room, x: float, y: float, z: float) 
     for k in range(ranks.size[SURFACES]):
         _stand_in(stand, ranks.surfaces[k], float(ranks.verdict[ranks.surfaces[k]]))
     for k in range(count):
+        if integer(geometry, table.ENTRY_BODY, scratch.found[k]) <= after:
+            continue
         find_leaves(geometry, scratch, scratch.found[k], ray)
         if entry_holds(stand, nothing, scratch, scratch.found[k], 0.0, 0.0, 0.0) == INSIDE:
             body = integer(geometry, table.ENTRY_BODY, scratch.found[k])
@@ -93,4 +144,4 @@ def locate_ranked(geometry: Geometry, room: Room, x: float, y: float, z: float) 
     return body
 
 
-__all__ = ["locate", "locate_ranked", "surfaces_near"]
+__all__ = ["locate_packets", "located_by_ranks", "surfaces_near"]

@@ -22,7 +22,7 @@ from ..tables import POLYGON, Geometry, length
 from ..threads import chunk_size, run_on
 from .forms import form
 from .kernels import limits_of_hits, ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
-from .membership import locate_ranked, surfaces_near
+from .membership import located_by_ranks, surfaces_near
 from .ranks import CROSSINGS, Doubtful, Ranks, Room
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _CHUNK = 256
 
 
-def _room(scene: Prepared) -> Room:
+def new_room(scene: Prepared) -> Room:
     """Room for one thread. Memory from `zeros` is taken only where it is written to."""
     geometry = scene.geometry
     surfaces, polygons = int(length(geometry, table.SURFACE_KIND)), int(length(geometry, table.POLYGON_SURFACE))
@@ -48,17 +48,17 @@ def _room(scene: Prepared) -> Room:
     return Room(scene.rest, Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks)
 
 
-def _halted_with(geometry: Geometry, room: Room) -> Room:
+def halted_with(geometry: Geometry, room: Room) -> Room:
     """The room, whose stand-ins share the flag of `geometry` that ends kernels early."""
     return room._replace(stand=room.stand._replace(places=geometry.places))
 
 
-def _ask(scene: Prepared, kernel: Callable[..., Any], room: Room, *arguments: Any) -> Any:
+def ask(scene: Prepared, kernel: Callable[..., Any], room: Room, *arguments: Any) -> Any:
     """Run a kernel for one ray or point, so that it ends early at Ctrl-C; returns its result."""
     found: list[Any] = []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        found.append(kernel(geometry, _halted_with(geometry, room), *arguments))
+        found.append(kernel(geometry, halted_with(geometry, room), *arguments))
 
     run_on(scene.geometry, work, 1, 1, 1)
     return found[0]
@@ -69,16 +69,28 @@ def settle_hits(scene: Prepared, rays: RayArrays, doubtful: Any, found: Found) -
     asked = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        settle_first(geometry, _halted_with(geometry, _room(scene)), rays, asked, begin, end, found)
+        settle_first(geometry, halted_with(geometry, new_room(scene)), rays, asked, begin, end, found)
 
     count = len(doubtful)
     run_on(scene.geometry, work, count, max(_CHUNK, count // 64), count)
     left = asked.which[asked.still == 1].tolist()
     if left:
-        room = _room(scene)
+        room = new_room(scene)
         for i in left:
-            _rank_exactly(scene, room.ranks, rays, i)
-            _ask(scene, ranked_first, room, rays, i, found)
+            rank_exactly(scene, room.ranks, rays, i)
+            ask(scene, ranked_first, room, rays, i, found)
+
+
+def ranks_of(scene: Prepared, rays: RayArrays, i: int) -> tuple[Ranks, bool]:
+    """The ranks of all that ray i may cross, as a doubtful ray has them, and whether it took exact arithmetic.
+
+    Of each surface `verdict`, `first` and from there on `rank`, `high`, `low`, `error` and `t` are filled in.
+    """
+    room, asked = new_room(scene), Doubtful(np.full(1, i, np.int32), np.zeros(1, np.int8))
+    ask(scene, settle_first, room, rays, asked, 0, 1, Found.new(len(rays.origins)))
+    if asked.still[0]:
+        rank_exactly(scene, room.ranks, rays, i)
+    return room.ranks, bool(asked.still[0])
 
 
 def left_doubtful(scene: Prepared, rays: RayArrays, which: Any, found: Found) -> Any:
@@ -101,33 +113,33 @@ def left_doubtful(scene: Prepared, rays: RayArrays, which: Any, found: Found) ->
 def settled_rows(scene: Prepared, rays: RayArrays, doubtful: Any, spans: bool) -> list[FloatArray]:
     """The rows of doubtful rays' spans or crossings, an array for each."""
     asked = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
-    counts, room = np.zeros(len(doubtful), np.int32), _room(scene)
+    counts, room = np.zeros(len(doubtful), np.int32), new_room(scene)
     found: list[FloatArray] = []
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        found.append(settle_rows(geometry, _halted_with(geometry, room), rays, asked, spans, counts))
+        found.append(settle_rows(geometry, halted_with(geometry, room), rays, asked, spans, counts))
 
     run_on(scene.geometry, work, 1, 1, len(doubtful))
     parts = np.split(found[0], np.cumsum(counts)[:-1])
     for k in np.flatnonzero(asked.still).tolist():
         i = int(asked.which[k])
-        _rank_exactly(scene, room.ranks, rays, i)
-        parts[k] = _ask(scene, ranked_rows, room, rays, i, spans)
+        rank_exactly(scene, room.ranks, rays, i)
+        parts[k] = ask(scene, ranked_rows, room, rays, i, spans)
     return parts
 
 
-def settle_bodies(scene: Prepared, points: FloatArray, doubtful: Any, bodies: Any) -> None:
-    """Decide in which bodies doubtful points are, in place, by exact arithmetic."""
+def settle_bodies(scene: Prepared, points: FloatArray, after: Any, doubtful: Any, bodies: Any) -> None:
+    """Decide in which bodies doubtful points are, the first after a number, in place, by exact arithmetic."""
     if not len(doubtful):
         return
-    geometry, room = scene.geometry, _room(scene)
+    geometry, room = scene.geometry, new_room(scene)
     ranks, nothing = room.ranks, Rest(*(np.zeros(len(part)) for part in scene.rest))
     for i in doubtful.tolist():
         x, y, z = points[i].tolist()
         here = line((x, y, z), (0.0, 0.0, 0.0))
         for surface in ranks.surfaces[: surfaces_near(geometry, ranks, x, y, z)].tolist():
             ranks.verdict[surface] = sign(form(scene, surface).at(here))
-        bodies[i] = _ask(scene, locate_ranked, room._replace(rest=nothing), x, y, z)
+        bodies[i] = ask(scene, located_by_ranks, room._replace(rest=nothing), x, y, z, int(_pick(after, i)))
 
 
 def _pick(values: Any, i: int) -> float:
@@ -135,7 +147,7 @@ def _pick(values: Any, i: int) -> float:
     return float(values[i if len(values) > 1 else 0])
 
 
-def _rank_exactly(scene: Prepared, ranks: Ranks, rays: RayArrays, i: int) -> None:
+def rank_exactly(scene: Prepared, ranks: Ranks, rays: RayArrays, i: int) -> None:
     """Find the ranks of all that ray i may cross in exact arithmetic, and write them where kernels read them."""
     geometry, tables = scene.geometry, scene.lowered.tables
     entries = np.zeros(len(tables.entry_kind), np.int32)

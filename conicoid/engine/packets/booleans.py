@@ -117,14 +117,21 @@ def _count_span(
 @helper
 def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, first: int, last: int) -> None:
     """Every leaf is outside."""
+    reset_gates(geometry, truths, program, first, last)
+    first, last = eights(first, last)
+    for i in range(first, last):
+        lanes[NEXT + i] = math.inf
+
+
+@helper
+def reset_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
+    """The true inputs of every gate while all leaves are outside."""
     first, last = eights(first, last)
     begin = integer(geometry, table.PROGRAM_GATE, program)
     for gate in range(begin, integer(geometry, table.PROGRAM_GATE, program + 1)):
         start, counter = float(integer(geometry, table.GATE_START, gate)), np.uint64((gate - begin) * LANES)
         for i in range(first, last):
             truths[counter + i] = start
-    for i in range(first, last):
-        lanes[NEXT + i] = math.inf
 
 
 @helper
@@ -140,7 +147,7 @@ def _pass_on(
 
 
 @helper
-def _settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
+def settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
     """Count from the leaves' gates up to the root; parents stand before their children."""
     begin = integer(geometry, table.PROGRAM_GATE, program)
     for gate in range(integer(geometry, table.PROGRAM_GATE, program + 1) - 1, begin, -1):
@@ -264,7 +271,7 @@ def region_lanes(geometry: Geometry, memory: Memory, region: Item, first: int, l
             gate = integer(geometry, table.LEAF_GATE, leaf) - root
             for s in range(spans[k]):
                 _count_span(lanes, leaves, truths, k * LEAF + s * SPAN, gate, change, first, last)
-        _settle_gates(geometry, truths, program, first, last)
+        settle_gates(geometry, truths, program, first, last)
         seeking = _advance(geometry, lanes, truths, program, starts, first, last)
         starts = False
     for leaf in range(end - 1, begin - 1, -1):

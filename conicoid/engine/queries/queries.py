@@ -6,19 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from ...shapes.arrays import outside, real_array
-from ...shapes.validate import LARGEST, shown, what
+from ...shapes.arrays import real_array
+from ...shapes.validate import shown, what
 from ...shapes.vector import FloatArray
 from ..answers.answer import Answer
 from ..answers.hits import Hits
 from ..answers.lazy_rays import LazyRays
-from ..answers.rays import Rays, points_array
+from ..answers.rays import Rays
 from ..answers.spans import Crossings, Spans
 from ..arrays.first import coherent_packets, trace_first, trace_occluded, trace_ordered
 from ..arrays.found import Found
 from ..body.hit import is_doubtful
-from ..certified.membership import locate
-from ..certified.settle import left_doubtful, settle_bodies, settle_hits
+from ..certified.settle import left_doubtful, settle_hits
 from ..packets.tile import tile_count
 from ..prepared import Prepared
 from ..ray import RayArrays
@@ -27,7 +26,6 @@ from ..threads import chunk_size, run_on
 from .listed import listed
 from .scan_lines import row_length
 
-_CHUNK = 4096
 _TILES = 32
 _FEW = 32
 _STREAM = 8192
@@ -45,12 +43,8 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
         return origins
     if isinstance(origins, LazyRays):
         return as_rays(query, origins.made(), directions)
-    if directions is None and isinstance(origins, Answer):
-        raise TypeError(
-            f"{query}: origins must be arrays or a Rays, got {what(origins)}; use its .rays, or hits.spawn(...)"
-        )
-    if directions is None and type(origins).__module__.startswith("conicoid."):
-        raise TypeError(f"{query}: origins must be arrays or a Rays, got {what(origins)}")
+    if directions is None:
+        refuse_no_rays(query, origins)
     if directions is None and isinstance(origins, list | tuple) and any(isinstance(ray, Rays) for ray in origins):
         raise TypeError(f"{query}: rays of a list are joined by co.Rays.concatenate(rays), got {what(origins)}")
     if directions is None:
@@ -59,6 +53,20 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
             f"(which unpacks to these two arrays: one of its rays is rays[i]){_both_in_one(query, origins)}"
         )
     return Rays(origins, directions)
+
+
+def refuse_no_rays(query: str, given: Any) -> None:
+    """TypeError for what is of this package and no rays: an answer, a camera, a shape."""
+    if isinstance(given, Rays | LazyRays) or not type(given).__module__.startswith("conicoid."):
+        return
+    hint = ""
+    if isinstance(given, Answer):
+        hint = "; use its .rays, or hits.spawn(...)"
+    elif callable(getattr(given, "rays", None)):
+        hint = "; its rays are those of a picture: .rays(width, height)"
+    elif hasattr(given, "lazy_rays"):
+        hint = "; co.Rays.from_scan(geometry) are its rays"
+    raise TypeError(f"{query}: origins must be arrays or a Rays, got {what(given)}{hint}")
 
 
 def _both_in_one(query: str, given: Any) -> str:
@@ -219,30 +227,3 @@ def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     return Crossings(
         scene, rays, listed(scene, arrays_of("crossings", scene, rays, t_min, t_max), *_packets(rays), False)
     )
-
-
-def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
-    """The points of a query as kernels take them, (n, 3), and the shape of its answer; a named ValueError otherwise."""
-    array = points_array(owner, "points", points)
-    flat = np.ascontiguousarray(array.reshape(-1, 3))
-    bad = outside(flat)
-    if len(bad):
-        where = [int(i) for i in np.unravel_index(bad[0], array.shape[:-1])] if array.ndim > 1 else ""
-        found = tuple(flat[bad[0]].tolist())
-        raise ValueError(f"{owner}: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
-    return flat, array.shape[:-1]
-
-
-def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
-    """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
-    flat, shape = points_of(owner, points)
-    bodies, still = np.empty(len(flat), np.int32), np.empty(len(flat), np.int8)
-    run_on(
-        scene.geometry,
-        lambda geometry, a, b: locate(geometry, scene.rest, flat, a, b, bodies, still),
-        len(flat),
-        _CHUNK,
-        len(flat),
-    )
-    settle_bodies(scene, flat, np.flatnonzero(still), bodies)
-    return bodies.reshape(shape)[()]

@@ -109,11 +109,8 @@ def roots_of(a: float, b: float, c: float, discriminant: float, shift: float, un
 
 
 @inline
-def sphere_roots(sphere: Sphere, line: Line, inverse: float, starts: bool) -> Roots:
-    """Crossings of a ray with |x - c| = r; `inverse` is 1 / d·d, `starts`: the origin lies on it.
-
-    The ray tracing notes' algebraic method about the foot of the perpendicular, which is their geometric one.
-    """
+def sphere_on_ray(sphere: Sphere, line: Line, inverse: float, starts: bool) -> tuple[float, float, float, float, float]:
+    """(a, b, c, b² - a c, foot) of |x - c| = r on a ray, about the foot of the perpendicular; `starts`: c is 0."""
     cx, cy, cz, r = sphere
     ox, oy, oz, dx, dy, dz = line
     px, ex = two_difference(ox, cx)
@@ -128,7 +125,23 @@ def sphere_roots(sphere: Sphere, line: Line, inverse: float, starts: bool) -> Ro
     mz = difference_of_products(px, dy, py, dx)
     c = 0.0 if starts else dot(px, py, pz, px, py, pz) - r * r
     discriminant = b * b if starts else a * (r * r) - dot(mx, my, mz, mx, my, mz)
-    least = (LEAST_OF_BALLS * STARTING if starts else LEAST_OF_BALLS) * (r * r)
+    return a, b, c, discriminant, foot
+
+
+@inline
+def least_of_sphere(sphere: Sphere, starts: bool) -> float:
+    """The least certain discriminant of a sphere, for |d| = 1."""
+    return (LEAST_OF_BALLS * STARTING if starts else LEAST_OF_BALLS) * (sphere.radius * sphere.radius)
+
+
+@inline
+def sphere_roots(sphere: Sphere, line: Line, inverse: float, starts: bool) -> Roots:
+    """Crossings of a ray with |x - c| = r; `inverse` is 1 / d·d, `starts`: the origin lies on it.
+
+    The ray tracing notes' algebraic method about the foot of the perpendicular, which is their geometric one.
+    """
+    a, b, c, discriminant, foot = sphere_on_ray(sphere, line, inverse, starts)
+    least = least_of_sphere(sphere, starts)
     return roots_of(a, b, c, discriminant, foot, not abs(discriminant) * inverse >= least)
 
 

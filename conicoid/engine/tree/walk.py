@@ -154,6 +154,32 @@ def walk(geometry: Geometry, way: Floats, tree: int, ray: Ray, found: Ints) -> i
     return count
 
 
+@helper
+def walk_box(geometry: Geometry, way: Floats, tree: int, found: Ints, most: int) -> int:
+    """`walk` for the points of a box, whose beam is at way[OWN_BEAM:] already; -1 where more than `most` are found."""
+    count = 0
+    code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, tree))
+    while code != 0:
+        first, last = leaf_range(code)
+        if count + last - first > most:
+            return -1
+        for k in range(first, last):
+            found[count] = integer(geometry, table.TREE_ORDER, k)
+            count += 1
+        code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
+    return count
+
+
+@inline
+def put_box(way: Floats, low: tuple[float, float, float], high: tuple[float, float, float]) -> None:
+    """The beam that is the points of a box, at way[OWN_BEAM:]."""
+    for axis in range(3):
+        way[OWN_BEAM + LOW_O + axis] = low[0] if axis == 0 else (low[1] if axis == 1 else low[2])
+        way[OWN_BEAM + HIGH_O + axis] = high[0] if axis == 0 else (high[1] if axis == 1 else high[2])
+        way[OWN_BEAM + LOW_I + axis], way[OWN_BEAM + HIGH_I + axis] = 1.0, 1.0
+    way[OWN_BEAM + FIRST], way[OWN_BEAM + LAST] = 0.0, 0.0
+
+
 @inline
 def scene_tree(geometry: Geometry) -> int:
     """The number of the tree over all entries."""

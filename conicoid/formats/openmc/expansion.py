@@ -101,7 +101,7 @@ class Expansion:
         else:
             if self.block is self.whole and not path:
                 self.filled.append(self._solid(inner))
-            self._filled(cell, place.inner(cell.translation, cell.rotation), inner, (*path, f"cell {cell.id}"))
+            self._filled(cell, place.inner(cell.translation, cell.rotation), inner, (*path, *cell.step))
 
     def _narrowed(
         self, cell: Cell, context: Context, place: Placement, parts: Iterable[Part], extent: Extent = EVERYWHERE
@@ -130,7 +130,7 @@ class Expansion:
             self.open_lattices.add(lattice.id)
         elif self._repeats(lattice, lattice.outer):
             center = lattice.center(next(iter(lattice.universes)))
-            self._universe(lattice.outer, place.inner(center), outside, (*path, f"lattice {lattice.id} outer"))
+            self._universe(lattice.outer, place.inner(center), outside, (*path, f"{lattice.label} outer"))
         else:
             self._tiles(cell, lattice, lattice.outer, place, outside, path)
 
@@ -148,7 +148,7 @@ class Expansion:
         prism = lattice.prism(index).placed(place)
         inner = self._narrowed(cell, context, place, prism.sides(), prism.extent)
         if inner is not None:
-            step = f"lattice {lattice.id} [{', '.join(map(str, index))}]"
+            step = f"{lattice.label} [{', '.join(map(str, index))}]"
             self._shared(cell, universe, place.inner(lattice.center(index)), inner, (*path, step))
         return inner is not None
 
@@ -267,7 +267,7 @@ class Expansion:
             return
         context = Context().and_(place.outer, (bound(region, _Placed(self.geometry, place)),), EVERYWHERE)
         solid = None if context is None else self._solid(context)
-        if solid is not None and ends_with(solid, self.bodies.boxes):
+        if solid is not None and ends_with(solid, lambda: self.bodies.boxes):
             yield solid
 
     @contextmanager

@@ -44,6 +44,11 @@ class Cell:
     def is_rotated(self) -> bool:
         return self.rotation != STRAIGHT
 
+    @property
+    def step(self) -> tuple[str, ...]:
+        """What it is called on the way to what fills it."""
+        return (f"cell {self.id}",)
+
     def __str__(self) -> str:
         return titled("cell", self.id, self.name)
 
@@ -61,6 +66,7 @@ class Geometry:
     counts: dict[Node, int]  # how many bodies a universe or a lattice has, all that fill it expanded
     element: Element = field(repr=False, compare=False)
     unread: tuple[Unread, ...] = ()
+    world: Region | None = None  # where the root's cells are to be, where the file says that
 
     def lattice_of(self, cell: Cell) -> Lattice | None:
         """The lattice that fills a cell; universes come first where both have the number (as in OpenMC)."""

@@ -1,59 +1,21 @@
-"""What an import gives: bodies, the legend of their colours, and what there is to say about it."""
+"""An OpenMC geometry as bodies, the legend of their colours, and what there is to say about it."""
 
 from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import islice
-from typing import Any
+from collections.abc import Iterator
 
-from ...shapes.base import Solid
-from ...shapes.body import Body
 from ...shapes.material import Material
-from ..errors import SHOWN, printable
+from ..errors import SHOWN
+from ..imports.imported import Imported, LegendEntry, counted, first_few, only_named
+from ..imports.options import MAX_BODIES, Options
 from ..nodes import shortened
 from .expansion import Expansion, Progress
 from .geometry import Geometry
 from .palette import color_of
 from .reading import read_geometry
 from .values import listed
-
-MAX_BODIES = 500_000
-
-
-@dataclass(frozen=True)
-class LegendEntry:
-    """A material with its colour and how many bodies have it; `material` and `color` are None for void."""
-
-    material: int | None
-    name: str
-    color: str | None
-    bodies: int
-
-    def __str__(self) -> str:
-        number = "void" if self.material is None else f"material {self.material}"
-        name = printable(shortened(self.name))
-        bodies = "body  " if self.bodies == 1 else "bodies"
-        return f"{self.color or 'invisible':<9}  {number:<14} {self.bodies:>9,} {bodies}  {name}".rstrip()
-
-
-@dataclass(frozen=True)
-class Imported:
-    """The parts of a scene, which `conicoid.Scene` and `conicoid.save` take, with `legend` and `notes`."""
-
-    bodies: Sequence[Body]
-    legend: tuple[LegendEntry, ...]
-    notes: tuple[str, ...]
-    remarks: tuple[str, ...] = ()
-    """Those of the notes that tell what is not as the file says, or may not be meant."""
-    material_names: Mapping[Material, str] = field(default_factory=dict)  # as in the legend, for scene files
-    lights: tuple[Any, ...] = ()
-    camera: Any = None
-    background: Any = None
-    domain: Solid | None = None
-    """What cells are to fill: all that boundary conditions enclose, and the root's cells that universes fill."""
 
 
 def read(
@@ -74,6 +36,13 @@ def read(
     facts, remarks = tuple(_facts(expansion)), tuple(_remarks(expansion))
     legend = _legend(expansion)
     return Imported(expansion.bodies, legend, facts + remarks, remarks, names, domain=expansion.domain)
+
+
+def imported(path: str | os.PathLike[str], options: Options) -> Imported:
+    """`read` by the options of all imports."""
+    options.refuse_others("an OpenMC geometry", "void", "strict", "only")
+    found = read(path, void=options.void, max_bodies=options.max_bodies, progress=options.progress)
+    return found if options.only is None else only_named(found, options.only)
 
 
 def _legend(expansion: Expansion) -> tuple[LegendEntry, ...]:
@@ -99,23 +68,23 @@ def _facts(expansion: Expansion) -> Iterator[str]:
         (geometry.cells, "cell"), (geometry.surfaces, "surface"),
         (geometry.universes, "universe"), (geometry.lattices, "lattice"),
     )  # fmt: skip
-    yield ", ".join(_counted(len(items), what) for items, what in sizes)
+    yield ", ".join(counted(len(items), what) for items, what in sizes)
     empty = expansion.left_out.places
-    without = f"; {_counted(empty, 'place')} without volume left out" if empty else ""
-    yield _counted(len(expansion.bodies), "body") + without
+    without = f"; {counted(empty, 'place')} without volume left out" if empty else ""
+    yield counted(len(expansion.bodies), "body") + without
     yield from _boundaries(geometry)
 
 
 def _remarks(expansion: Expansion) -> Iterator[str]:
     """What is not as the file says, or may not be meant."""
     geometry = expansion.geometry
-    yield from _first(expansion.left_out.notes(geometry))
-    yield from _first(_cells(geometry))
-    yield from _first(
+    yield from first_few(expansion.left_out.notes(geometry))
+    yield from first_few(_cells(geometry))
+    yield from first_few(
         f"{geometry.lattices[number]}: the cell around it may reach beyond it, and there is no outer universe"
         for number in sorted(expansion.open_lattices)
     )
-    yield from _first(_names(geometry))
+    yield from first_few(_names(geometry))
     yield from map(str, geometry.unread[:SHOWN])
     if len(geometry.unread) > SHOWN:
         yield f"... and {len(geometry.unread) - SHOWN:,} more names that are not read"
@@ -153,24 +122,9 @@ def _cells(geometry: Geometry) -> Iterator[str]:
             yield f"{cell}: its rotation matrix is {cell.skew:.2g} away from a rotation; it is applied as it is"
 
 
-def _first(notes: Iterable[str]) -> Iterator[str]:
-    """The first few of many notes of a kind, and how many more there are."""
-    kept = list(islice(notes := iter(notes), SHOWN))
-    yield from kept
-    more = sum(1 for _ in notes)
-    if more:
-        yield f"... and {more:,} more like this"
-
-
 def _boundaries(geometry: Geometry) -> Iterator[str]:
     """Boundary conditions are about particles: they change no shape."""
     kinds = Counter(surface.boundary for surface in geometry.surfaces.values())
     for kind in sorted(set(kinds) - {"transmission"}):
         numbers = [surface.id for surface in geometry.surfaces.values() if surface.boundary == kind]
         yield f"boundary {kind}: surface{'s' if len(numbers) > 1 else ''} {listed(numbers)}"
-
-
-def _counted(count: int, what: str) -> str:
-    """3 cells"""
-    plural = what[:-1] + "ies" if what.endswith("y") else what + "s"
-    return f"{count:,} {what if count == 1 else plural}"

@@ -80,6 +80,11 @@ class Lattice(ABC):
         return titled("lattice", self.id, self.name)
 
     @property
+    def label(self) -> str:
+        """What it is called on the way to its elements."""
+        return f"lattice {self.id}"
+
+    @property
     def size(self) -> int:
         """The number of elements."""
         return self.tally.total()
@@ -165,7 +170,7 @@ class RectangularLattice(Lattice):
                 return None
             ends.append((math.floor((low - a) / p), math.ceil((high - a) / p)))
         count = math.prod(max(end - first, 0) for first, end in ends)
-        return Tiles(count, _grid(ends))
+        return Tiles(count, grid(ends))
 
 
 @dataclass(frozen=True)
@@ -291,7 +296,7 @@ class HexagonalLattice(Lattice):
     def _around(
         self, levels: tuple[int, int], columns: tuple[int, int], first: Fraction, last: Fraction
     ) -> Iterator[Index]:
-        for k, i in _grid([levels, columns]):
+        for k, i in grid([levels, columns]):
             level = () if self.axial_pitch is None else (k,)
             start, end = (math.floor(first / self.pitch - HALF * i) - 1, math.ceil(last / self.pitch - HALF * i) + 1)
             for j in range(start, end + 1):
@@ -313,13 +318,13 @@ def _whole_steps(low: Fraction, high: Fraction, step: Fraction) -> tuple[int, in
     return math.floor(low / step) - 1, math.ceil(high / step) + 2
 
 
-def _grid(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
+def grid(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
     """All (i, j, ...) with each number from its first to before its end; nothing is written out in advance."""
     if not ends:
         yield ()
         return
     for i in range(*ends[0]):
-        for rest in _grid(ends[1:]):
+        for rest in grid(ends[1:]):
             yield (i, *rest)
 
 

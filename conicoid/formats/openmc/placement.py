@@ -95,7 +95,7 @@ def rotation_by_matrix(rows: Rows) -> Rotation | None:
         sources = tuple(next(i for i in range(3) if column[i]) for column in columns)
         signs = tuple(int(column[source]) for column, source in zip(columns, sources, strict=True))
         return Rotation(Turn(sources, signs))  # type: ignore[arg-type]
-    back = _inverse(rows)
+    back = inverse(rows)
     if back is None:
         return None
     return Rotation(motion=STILL.transform(_matrix(back)))
@@ -152,7 +152,7 @@ def _matrix(rows: Rows) -> Matrix4:
     return (*((*floats(row), 0.0) for row in rows), (0.0, 0.0, 0.0, 1.0))
 
 
-def _inverse(rows: Rows) -> Rows | None:
+def inverse(rows: Rows) -> Rows | None:
     a, b, c = rows
     bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
     determinant = sum(x * y for x, y in zip(a, bc, strict=True))

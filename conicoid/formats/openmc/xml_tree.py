@@ -43,14 +43,17 @@ class Element:
         return [child for child in self.children if child.tag == tag]
 
 
-def read_xml(path: str | os.PathLike[str]) -> Element:
-    """The root element of a file. Raises SceneFileError for anything that is no harmless XML of bearable size."""
+def read_xml(path: str | os.PathLike[str], doctype: bool = False) -> Element:
+    """The root element of a file. Raises SceneFileError for anything that is no harmless XML of bearable size.
+
+    doctype: is a document type allowed, if it declares no entity? What it may refer to is not read.
+    """
     from defusedxml.common import DefusedXmlException, DTDForbidden
     from defusedxml.expatreader import create_parser
 
     builder = _Builder()
     # All at once: an attribute of many megabytes that comes in small pieces is scanned anew with each
-    parser = create_parser(bufsize=MAX_BYTES + 1, forbid_dtd=True)
+    parser = create_parser(bufsize=MAX_BYTES + 1, forbid_dtd=not doctype)
     parser.setContentHandler(builder)
     raw = _bytes(path)
     if raw.count(b"=") > MAX_ATTRIBUTES:

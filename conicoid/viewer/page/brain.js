@@ -12,6 +12,8 @@ export class ServedBrain extends Server {
   }
 
   pick(ray, state) { return this.ask("pick", request(ray, state, this.number)); }
+
+  why(ray, body) { return this.ask("why", { ...ray, body, number: this.number }); }
 }
 
 export class PythonInPage {
@@ -44,6 +46,8 @@ export class PythonInPage {
   }
 
   pick(ray, state) { return this.ask("pick", request(ray, state, this.number)); }
+
+  why(ray, body) { return this.ask("why", { ...ray, body, number: this.number }); }
 
   watch() { /* nobody else changes the scene */ }
 }

@@ -42,6 +42,14 @@ function table(rows, head) {
   return element("table", {}, ...heading, ...body);
 }
 
+// The working of the ray, asked for when it is opened
+function reasons(why) {
+  const text = element("pre", { class: "why", tabindex: "0" }, "…");
+  const box = element("details", { class: "reasons" }, element("summary", {}, "Why"), text);
+  box.addEventListener("toggle", async () => { text.textContent = await why(); }, { once: true });
+  return box;
+}
+
 export function showDetails(root, state) {
   const section = root.querySelector(".found"), place = root.querySelector(".details");
   section.hidden = !state.found && !state.measured.length;
@@ -64,6 +72,7 @@ export function showDetails(root, state) {
   const first = table(rows);
   first.className = "hit";
   place.append(first);
+  if (found.why) place.append(reasons(found.why));
   if (found.spans) {
     const inside = found.spans.map((s) => [s.name, text(s.enter), text(s.exit)]);
     const list = withMore(table(inside, ["Inside", "from", "to"]), found.spans, moreOfSpan);

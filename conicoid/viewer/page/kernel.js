@@ -36,6 +36,8 @@ export class Kernel {
     return this.ask("pick", { ...ray, hidden: [...state.hidden], section: state.section });
   }
 
+  why(ray, body) { return this.ask("why", { ...ray, body }); }
+
   // Resolves when the person should wait no longer: at once, where the kernel kept silent the last time
   patience() {
     return new Promise((resolve) => setTimeout(() => { this.wait = 0; resolve(null); }, this.wait));

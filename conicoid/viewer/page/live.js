@@ -18,6 +18,8 @@ export class Server {
     return this.ask("pick", { ...ray, hidden: [...state.hidden], section: state.section });
   }
 
+  why(ray, body) { return this.ask("why", { ...ray, body }); }
+
   // Ask again and again whether the file has changed; calls changed(answer) with a scene, or with trouble in the file
   watch(changed, lost) {
     const look = async () => {

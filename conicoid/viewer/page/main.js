@@ -188,7 +188,7 @@ export class Viewer {
     let ray, answer;
     try { ray = typedRay(this.root); } catch (error) { return this.toast(error.message); }
     this.question = question;
-    question.ray = ray;
+    question.ray = question.asked = ray;
     if (this.server) answer = await this.exactly(ray);
     else if (this.kernel) answer = await Promise.race([this.exactly(ray), this.kernel.patience()]) ?? { note: SILENT };
     else answer = await this.inPage(ray);
@@ -208,7 +208,7 @@ export class Viewer {
 
   // The engine answers where there is one; the shader does while a kernel is busy, and the engine's answer takes its place
   async click(x, y) {
-    const ray = this.rayAt(x, y), view = viewOf(this.state), question = { place: null };
+    const ray = this.rayAt(x, y), view = viewOf(this.state), question = { place: null, asked: ray };
     this.question = question;
     showRay(this.root, ray);
     let note = "";
@@ -231,13 +231,22 @@ export class Viewer {
 
   // Show an answer; a later one to the same question takes the place of the earlier
   show({ found, by, note }, question) {
-    this.state.found = found ? { ...found, by, note } : null;
+    this.state.found = found ? { ...found, by, note, why: this.reason(found, by, question.asked) } : null;
     this.state.line = question.ray ?? null;
     if (this.state.measuring && found) this.state.measured = this.withPoint(found.point, question);
     if (!found && !question.quiet) this.toast("Nothing is there.");
     this.marks();
     showDetails(this.root, this.state);
     if (!question.quiet) this.find(".found").scrollIntoView?.({ block: "nearest" });
+  }
+
+  // Asks Python how the answer came about; null where another engine has answered, and of a cut
+  reason(found, by, ray) {
+    const engine = this.server ?? this.kernel;
+    if (!["engine", "python"].includes(by) || found.surface === null || !engine?.why) return null;
+    return async () => {
+      try { return (await engine.why(ray, found.body)).text; } catch (error) { return error.message; }
+    };
   }
 
   withPoint(point, question) {

@@ -1,0 +1,250 @@
+"""The walls that crossings are on, as tables: of each wall its form, its map to uv, and what moves it."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..engine.tables import UV_SIZE
+from ..shapes.bulk import Bulk
+from ..shapes.spheres import Spheres
+from ..shapes.vector import FloatArray
+from .forms import FORM, MAP, forms_of, scale_between, shifted
+from .forward import Table, table_of
+from .walls import Wall, walls_of, walls_of_one
+
+if TYPE_CHECKING:
+    from ..engine.prepared import Prepared
+    from .parameters import Parameters
+
+BLOCK = 4096
+"""Crossings at a time: their columns stay in the cache."""
+_LEAST = 256
+"""Of a wall, so many crossings are worth blocks of their own."""
+_MOST_KEYS = 1 << 22
+"""Of bodies times faces, beyond which those that are there are found by sorting."""
+
+
+@dataclass
+class Met:
+    """Different walls (w,), and for each crossing its place among them; -1 for a miss."""
+
+    place: Any
+    body: Any
+    face: Any
+    forms: FloatArray  # (w, 10) as the scene's tables have them
+    anchors: FloatArray  # (w, 3)
+    maps: FloatArray  # (w, 12)
+    angular: Any  # (w,) is u an angle?
+
+    @cached_property
+    def table(self) -> Table:
+        """25 columns of the walls: form, anchor and map of each."""
+        return table_of(self.forms, self.anchors, self.maps)
+
+    def blocks(self, rows: Any) -> list[tuple[Any, Any]]:
+        """(a wall, or the wall of each; places among the rows), so that few blocks hold all rows.
+
+        rows: numbers of crossings with walls. Where walls have many each, a block is of one wall.
+        """
+        walls = self.place[rows]
+        if len(self.body) * _LEAST > len(rows):
+            ends = range(0, len(rows), BLOCK)
+            return [(walls[at : at + BLOCK], np.arange(at, min(at + BLOCK, len(rows)))) for at in ends]
+        order = np.arange(len(rows))
+        if len(self.body) > 1:
+            order = np.argsort(walls.astype(np.uint16), kind="stable")
+        counts = np.bincount(walls, minlength=len(self.body))
+        first = [0, *np.cumsum(counts).tolist()]
+        return [
+            (wall, order[at : min(at + BLOCK, end)])
+            for wall, (begin, end) in enumerate(itertools.pairwise(first))
+            for at in range(begin, end, BLOCK)
+        ]
+
+    def angles(self, wall: Any) -> Any:
+        """Whether u is an angle: of one wall, or of each."""
+        return bool(self.angular[wall]) if isinstance(wall, int) else self.angular[wall]
+
+
+@dataclass
+class Moving:
+    """What moves some walls: rows of one wall follow one another."""
+
+    wall: Any  # (m,) the wall of each row
+    ids: Any  # (m,) the parameter
+    forms: FloatArray  # (m, 10)
+    maps: FloatArray  # (m, 12)
+    count: int = field(default=0)
+
+
+def met(prepared: Prepared, body: Any, face: Any, surface: Any) -> Met:
+    """The walls of crossings (n,) by their bodies, numbers of faces and surfaces."""
+    place, first = _distinct(body, face)
+    body, face, surface = body[first], face[first], surface[first]
+    tables = prepared.lowered.tables
+    forms, anchors = forms_of(tables, surface)
+    maps, angular = _maps(prepared, body, face, anchors, forms)
+    return Met(place, body, face, forms, anchors, maps, angular)
+
+
+def _distinct(body: Any, face: Any) -> tuple[Any, Any]:
+    """(place of each pair among the different ones, -1 for none; an index of each of these)."""
+    hit = body >= 0
+    width = int(face.max(initial=0)) + 1
+    keys = np.where(hit, body.astype(np.int64) * width + face, -1)
+    most = int(keys.max(initial=-1)) + 1
+    if most > _MOST_KEYS:
+        _, first, place = np.unique(keys, return_index=True, return_inverse=True)
+        missed = int(len(keys) > 0 and not hit.all())
+        return place.reshape(keys.shape) - missed, first[missed:]
+    last = np.full(most + 1, -1, np.int64)
+    last[keys] = np.arange(len(keys))
+    last[most] = -1  # that of misses, which are -1
+    there = np.flatnonzero(last >= 0)
+    number = np.full(most + 1, -1, np.int64)
+    number[there] = np.arange(len(there))
+    return number[keys], last[there]
+
+
+def _maps(prepared: Prepared, body: Any, face: Any, anchors: FloatArray, forms: FloatArray) -> tuple[FloatArray, Any]:
+    """(maps to uv (w, 12), is u an angle) of walls; those of many balls are worked out from their frames."""
+    tables = prepared.lowered.tables
+    row = tables.body_face[body].astype(np.int64)
+    plain = row >= 0
+    maps, angular = np.zeros((len(body), MAP)), np.ones(len(body), np.bool_)
+    numbers = tables.face_uv.reshape(-1, UV_SIZE)[row[plain] + face[plain]]
+    maps[plain], angular[plain] = numbers[:, 1:], numbers[:, 0] != 0
+    balls = np.flatnonzero(~plain)
+    if len(balls):
+        frames = tables.ball_frames.reshape(-1, 3, 3)[-1 - row[balls]]
+        center, radius = anchors[balls], _own_radii(prepared, body[balls])
+        own = -np.einsum("nij,nj->ni", frames, center)
+        rows = np.concatenate([frames, own[:, :, None]], axis=2)
+        rows[:, 2] /= 2 * radius[:, None]
+        rows[:, 2, 3] += 0.5
+        maps[balls] = rows.reshape(-1, MAP)
+    return maps, angular
+
+
+def _own_radii(prepared: Prepared, body: Any) -> FloatArray:
+    """The radii of balls of `Spheres`, as they were said."""
+    items = prepared.lowered.body_item[body]
+    radii = np.ones(len(body))
+    for item in np.unique(items).tolist():
+        mine = items == item
+        radii[mine] = prepared.entries[item].shape.radii[body[mine] - _first_body(prepared, item)]
+    return radii
+
+
+def _first_body(prepared: Prepared, item: int) -> int:
+    return int(np.searchsorted(prepared.lowered.body_item, item))
+
+
+def moving(prepared: Prepared, walls: Met, parameters: Parameters) -> Moving:
+    """What moves the walls, by the parameters' numbers among all of the scene."""
+    parts: list[_Part] = []
+    single: list[tuple[int, int, Wall]] = []  # place, first parameter, wall
+    if not len(parameters._full):
+        return _joined(parts, walls)
+    items = prepared.lowered.body_item[walls.body]
+    for item in np.unique(items).tolist():
+        mine = np.flatnonzero(items == item)
+        shape, bodies = prepared.entries[item].shape, walls.body[mine] - _first_body(prepared, item)
+        first = int(parameters._firsts[item])
+        if isinstance(shape, Spheres) and not shape.motion.steps:
+            parts.append(_of_balls(shape, bodies, mine, first))
+            continue
+        for place, index, face in zip(mine.tolist(), bodies.tolist(), walls.face[mine].tolist(), strict=True):
+            found = (walls_of_one(shape, index) if isinstance(shape, Bulk) else walls_of(shape))[face]
+            single.append((place, first, found))
+    return _joined([*parts, _of_single(single)] if single else parts, walls)
+
+
+@dataclass
+class _Part:
+    """Some rows of `Moving`, the forms about an anchor of their own and by the own form of the wall."""
+
+    wall: Any
+    ids: Any
+    of: Wall
+
+
+def _of_single(walls: list[tuple[int, int, Wall]]) -> _Part:
+    """Walls that were each worked out alone, by their places and the first parameters of their shapes."""
+    counts = [len(wall.ids) for _, _, wall in walls]
+    place, first = (np.repeat([part[k] for part in walls], counts) for k in (0, 1))
+    anchor, form = (
+        np.repeat([getattr(wall, name) for *_, wall in walls], counts, axis=0) for name in ("anchor", "form")
+    )
+    ids, forms, maps = (
+        np.concatenate([getattr(wall, name) for *_, wall in walls]) for name in ("ids", "forms", "maps")
+    )
+    return _Part(place, ids + first, Wall(anchor, form, ids, forms, maps))
+
+
+def _joined(parts: list[_Part], walls: Met) -> Moving:
+    """All rows, about the anchors of the scene's tables and in the scale of their forms."""
+    if not parts:
+        none = np.zeros(0, np.int64)
+        return Moving(none, none, np.zeros((0, FORM)), np.zeros((0, MAP)), len(walls.body))
+    wall, ids = (np.concatenate([getattr(part, name) for part in parts]) for name in ("wall", "ids"))
+    forms, maps = (np.concatenate([getattr(part.of, name) for part in parts]) for name in ("forms", "maps"))
+    own, anchors = (np.concatenate([getattr(part.of, name) for part in parts]) for name in ("form", "anchor"))
+    by = walls.anchors[wall] - anchors
+    scale = scale_between(shifted(own, by), walls.forms[wall])
+    return Moving(wall, ids, shifted(forms, by) / scale[:, None], maps, len(walls.body))
+
+
+def _of_balls(shape: Spheres, index: Any, place: Any, first: int) -> _Part:
+    """Many balls where they were said: |x - c|² - r² and its derivatives, -2 (x - c) and -2 r."""
+    radius, center, count = shape.radii[index], shape.centers[index], len(index)
+    form, forms, maps = np.zeros((count, 4, FORM)), np.zeros((count, 4, FORM)), np.zeros((count, 4, MAP))
+    form[:, :, :3], form[:, :, 9] = 1.0, -(radius**2)[:, None]
+    forms[:, :3, 6:9], forms[:, 3, 9] = -np.eye(3), -2 * radius
+    maps[:, 0, 3] = maps[:, 1, 7] = -1.0
+    maps[:, 2, 11] = maps[:, 3, 10] = -0.5 / radius
+    maps[:, 3, 10] /= radius
+    maps[:, 3, 11] = 0.5 * center[:, 2] / radius**2
+    ids = np.concatenate([3 * index[:, None] + np.arange(3), 3 * len(shape) + index[:, None]], axis=1) + first
+    wall = Wall(
+        np.repeat(center, 4, axis=0),
+        form.reshape(-1, FORM),
+        ids.ravel(),
+        forms.reshape(-1, FORM),
+        maps.reshape(-1, MAP),
+    )
+    return _Part(np.repeat(place, 4), ids.ravel(), wall)
+
+
+def combined(moves: Moving, tangent: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(forms (w, 10), maps (w, 12)): how walls change where the parameters change by a tangent.
+
+    What a parameter that stays does counts nothing, known or not.
+    """
+    weight = tangent[moves.ids]
+    still = weight == 0
+    forms, maps = np.zeros((moves.count, FORM)), np.zeros((moves.count, MAP))
+    for out, rows in ((forms, moves.forms), (maps, moves.maps)):
+        for k in range(rows.shape[1]):
+            column = np.where(still, 0.0, rows[:, k]) * weight
+            out[:, k] = np.bincount(moves.wall, column, moves.count)
+    return forms, maps
+
+
+def gathered(moves: Moving, forms: FloatArray, maps: FloatArray, count: int) -> FloatArray:
+    """The transpose of `combined`: (count,) of what is asked of forms (w, 10) and maps (w, 12) of walls."""
+    asked = _weighed(moves.forms, forms[moves.wall]) + _weighed(moves.maps, maps[moves.wall])
+    found: FloatArray = np.bincount(moves.ids, asked, count).astype(np.float64)
+    return found
+
+
+def _weighed(rows: FloatArray, weights: FloatArray) -> FloatArray:
+    """Sums of products; what is not known counts nothing where it does not matter."""
+    products = np.where((rows == 0) | (weights == 0), 0.0, rows * weights)
+    found: FloatArray = products.sum(axis=1)
+    return found

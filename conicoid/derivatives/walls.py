@@ -1,0 +1,184 @@
+"""The walls of a shape with their derivatives by its numbers: its own formulas, worked out with `Slope`s.
+
+Kept with the shape, as what it is lowered to is: a scene of which one body changes works out that body's anew.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ..shapes import exact as ex
+from ..shapes.base import PrimitiveSheet, PrimitiveSolid, Shape
+from ..shapes.bulk import Bulk
+from ..shapes.cells import UV, Cell, Face, Not, PolygonSheet, Tree, moved_uv
+from ..shapes.motion import STILL, Motion
+from ..shapes.region import Boolean, ClippedSheet
+from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
+from ..shapes.vector import FloatArray
+from . import fields
+from .forms import FORM, MAP, form_of
+from .own import faces_of_quadric, prepared, undecided, without
+from .slope import Slope, slopes_of, value_of
+
+_WALL = 3
+"""The face of a wedge at its start angle."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Wall:
+    """One face of a shape. Parameters by their numbers among those of the shape."""
+
+    anchor: FloatArray
+    form: FloatArray  # (10,) its surface about the anchor
+    ids: Any  # (p,) what it moves with
+    forms: FloatArray  # (p, 10) the derivatives of the form
+    maps: FloatArray  # (p, 12) and of the map to uv, three rows of four, from coordinates of the world
+
+
+def walls_of(shape: Shape) -> dict[int, Wall]:
+    """The walls of a shape by the numbers of their faces. Raises TypeError where its formulas have no derivatives."""
+    found: dict[int, Wall] | None = shape.kept.get("walls")
+    if found is None:
+        counter = itertools.count()
+        found = shape.kept["walls"] = _walls(shape, told(shape, counter))
+    return found
+
+
+def walls_of_one(shape: Bulk, index: int) -> dict[int, Wall]:
+    """`walls_of` for one of many bodies; parameters by their numbers among those of all."""
+    known: dict[int, dict[int, Wall]] = shape.kept.setdefault("walls of one", {})
+    if index not in known:
+        single = shape.single(index)
+        known[index] = _walls(single, _told_of_many(shape, index, single))
+    return known[index]
+
+
+def _take(counter: Iterator[int]) -> fields.Take:
+    return lambda _, value: Slope(ex.exact(value), {next(counter): 1.0})
+
+
+def told(shape: Shape, counter: Iterator[int]) -> Any:
+    """The shape with numbers that know how they move."""
+    return fields.retold(shape, _take(counter), fields.unchecked)
+
+
+def _told_of_many(shape: Bulk, index: int, single: Any) -> Any:
+    """One of many bodies with numbers that know how they move, counted as `fields.values_of` counts them."""
+    firsts, at = {}, 0
+    for name in shape.columns:
+        width = getattr(shape, name).size // len(shape)
+        firsts[name], at = at + width * index, at + width * len(shape)
+    moves = fields.retold_motion(shape.motion, _take(itertools.count(at)), fields.unchecked, "")
+    leaves = single.operands if isinstance(single, Boolean) else (single,)
+    made = []
+    for leaf, primitive in enumerate(leaves):
+        names = [field.name for field in dataclasses.fields(primitive) if field.init and field.name != "motion"]
+        changes: dict[str, Any] = {}
+        for name, part in zip(names, fields.columns_of_leaf(shape, leaf), strict=False):
+            if isinstance(part, str):
+                take = _take(itertools.count(firsts[part]))
+                changes[name] = fields._value(getattr(primitive, name), take, fields.unchecked, "")
+        if primitive is single:
+            changes["motion"] = moves
+        made.append(fields.unchecked(primitive, changes))
+    return made[0] if leaves == (single,) else fields.unchecked(single, {"operands": tuple(made), "motion": moves})
+
+
+def _walls(shape: Shape, slopes: Any) -> dict[int, Wall]:
+    found: dict[int, Wall] = {}
+    for leaf, own, outer in _leaves(shape, slopes, STILL):
+        first = max(found, default=-1) + 1
+        try:
+            faces = list(_faces(leaf, own, outer))
+        except TypeError as error:
+            told = "its formulas look at the digits of their numbers (float, Fraction, math), ex.rational does not"
+            raise TypeError(f"{type(leaf).__name__}: it has no derivatives, as {told}: {error}") from error
+        for number, surface, uv in faces:
+            found[first + number] = _wall(surface, uv)
+    return dict(sorted(found.items()))
+
+
+def _leaves(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[Any, Any, Motion]]:
+    """The primitives from left to right, as said and with slopes, and what moves each after its own motion."""
+    if isinstance(shape, ClippedSheet):
+        yield from _leaves(shape.base, slopes.base, slopes.motion.then(outer))
+    elif isinstance(shape, Boolean):
+        inner = slopes.motion.then(outer)
+        for operand, own in zip(shape.operands, slopes.operands, strict=True):
+            yield from _leaves(operand, own, inner)
+    else:
+        yield shape, slopes, outer
+
+
+def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surface, UV]]:
+    """The faces of a primitive in the world: number, surface, uv."""
+    made = prepared(shape, slopes)
+    motion, jumping = made.under(outer), undecided(made)
+    if isinstance(made, PrimitiveSheet):
+        sheet = made.sheet(motion)
+        surface = sheet.plane if isinstance(sheet, PolygonSheet) else sheet.surface
+        yield 0, surface, without(sheet.uv, jumping)
+        return
+    if not isinstance(made, PrimitiveSolid):
+        raise TypeError(f"{type(shape).__name__} has no derivatives: it is no primitive")
+    special = faces_of_quadric(shape, made, motion)
+    if special is not None:
+        yield from special
+        return
+    for face in _flat(made.tree()):
+        surface = _half_turned(made, face)
+        yield face.number, _moved(surface, motion), moved_uv(without(face.uv, jumping), motion)
+
+
+def _half_turned(made: Any, face: Face) -> Surface:
+    """The surface of a face; where one plane is both walls of a wedge of half a turn, no angle says how it moves."""
+    angles = getattr(made, "start_angle", None), getattr(made, "end_angle", None)
+    if face.number != _WALL or not all(isinstance(angle, Slope) for angle in angles):
+        return face.surface
+    first, last = (value_of(angle) for angle in angles)
+    if float(last - first) != 180 or not isinstance(face.surface, PlaneSurface):
+        return face.surface
+    keys = [key for angle in angles for key in slopes_of(angle)]
+    x, y, z = face.surface.normal
+    lost = dict.fromkeys(keys, math.nan)
+    normal = Slope(value_of(x), {**slopes_of(x), **lost}), Slope(value_of(y), {**slopes_of(y), **lost}), z
+    return dataclasses.replace(face.surface, normal=normal)
+
+
+def _flat(tree: Tree) -> Iterator[Face]:
+    """All faces of a tree, in the order of their numbers."""
+    found: list[Face] = []
+    pending = [tree]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Cell):
+            found += part.faces
+        else:
+            pending.extend((part.part,) if isinstance(part, Not) else part.parts)
+    return iter(sorted(found, key=lambda face: face.number))
+
+
+def _moved(surface: Surface, motion: Motion) -> Surface:
+    return surface.moved_rows(motion) if isinstance(surface, QuadricSurface) else surface.moved(motion)
+
+
+def _wall(surface: Surface | Any, uv: UV) -> Wall:
+    """The numbers of a face as floats."""
+    anchor = [float(value_of(a)) for a in surface.anchor]
+    form = form_of(surface, anchor) if isinstance(surface, (PlaneSurface, QuadricSurface)) else surface.form
+    numbers = [*form, *(number for row in uv.matrix for number in row)]
+    ids = sorted({key for number in numbers for key, slope in slopes_of(number).items() if slope})
+    table = np.zeros((len(ids), FORM + MAP))
+    place = {key: row for row, key in enumerate(ids)}
+    for column, number in enumerate(numbers):
+        for key, slope in slopes_of(number).items():
+            if key in place:
+                table[place[key], column] = slope
+    value = np.array([float(value_of(number)) for number in form])
+    return Wall(np.array(anchor), value, np.array(ids, np.int64), table[:, :FORM].copy(), table[:, FORM:].copy())

@@ -1,0 +1,218 @@
+"""Edges and corners of a body, tried as nearest walls: two or three surfaces that meet."""
+
+from __future__ import annotations
+
+import math
+
+from ...compiler.jit import helper, inline
+from ..numbers.vectors import dot
+from ..tables import Geometry
+from .form import Form, bent, form_at, length_of, value_along
+from .gather import is_flat
+from .pencil import HARD, Planes, shared_planes
+from .room import LOWER, MOST_PAIRED, SHEET_OF, SURFACES, Room, limit
+from .stationary import known_off, try_conic
+from .walls import SURE, Query, try_point
+
+_PARALLEL = 2.0**-40
+_ALONG = 2.0**-44
+_MORE = 1.0 + 2.0**-30
+KNOWN = 2.0**-42
+"""Share of the sizes of points by which a conic of two quadrics may be off, whatever their angle is."""
+
+
+@inline
+def plane_about(form: Form) -> tuple[float, float, float, float]:
+    """A plane surface as n·v = h, of a unit vector n."""
+    return 2.0 * form.gx, 2.0 * form.gy, 2.0 * form.gz, -form.value
+
+
+@inline
+def planes_of_pair(geometry: Geometry, room: Room, at: Query, i: int, j: int) -> Planes:
+    """The planes that hold where two near surfaces meet, i < j: a plane itself, or those of two quadrics."""
+    if is_flat(geometry, room, i):
+        nx, ny, nz, h = plane_about(form_at(geometry, room.surface[i], at.x, at.y, at.z))
+        return Planes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0)
+    if is_flat(geometry, room, j):  # a sheet's own quadric stands before planes
+        nx, ny, nz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
+        return Planes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0)
+    return shared_planes(geometry, room.surface[i], room.surface[j], at.x, at.y, at.z)
+
+
+@inline
+def plane_of(planes: Planes, k: int) -> tuple[float, float, float, float]:
+    """One of the planes."""
+    if k == 0:
+        return planes.x0, planes.y0, planes.z0, planes.h0
+    return planes.x1, planes.y1, planes.z1, planes.h1
+
+
+@inline
+def _chosen(room: Room, i: int, j: int, k: int) -> None:
+    room.chosen[0], room.chosen[1], room.chosen[2] = i, j, k
+
+
+@inline
+def line_of_planes(
+    ax: float, ay: float, az: float, g: float, bx: float, by: float, bz: float, h: float
+) -> tuple[float, float, float, float, float, float]:
+    """(foot, unit direction) of the line a·v = g, b·v = h; a direction of zeros where they are parallel."""
+    dx, dy, dz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    square = dot(dx, dy, dz, dx, dy, dz)
+    if square <= _PARALLEL * _PARALLEL:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # (g b - h a) × d / |d|², which is across d
+    mx, my, mz = g * bx - h * ax, g * by - h * ay, g * bz - h * az
+    x, y, z = my * dz - mz * dy, mz * dx - mx * dz, mx * dy - my * dx
+    root = math.sqrt(square)
+    return x / square, y / square, z / square, dx / root, dy / root, dz / root
+
+
+@helper
+def try_edge(geometry: Geometry, room: Room, at: Query, i: int, j: int) -> bool:
+    """Try where two near surfaces meet, i < j; is their curve a hard one, which no plane holds?"""
+    if is_flat(geometry, room, i) and is_flat(geometry, room, j):
+        ax, ay, az, g = plane_about(form_at(geometry, room.surface[i], at.x, at.y, at.z))
+        bx, by, bz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
+        x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
+        if (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
+            _chosen(room, i, j, j)
+            try_point(geometry, room, at, 2, x, y, z, math.inf, 0.0)
+        return False
+    planes = planes_of_pair(geometry, room, at, i, j)
+    if planes.number == HARD:
+        return True
+    curved = i if is_flat(geometry, room, j) else j
+    form = form_at(geometry, room.surface[curved], at.x, at.y, at.z)
+    known = math.inf if is_flat(geometry, room, i) or is_flat(geometry, room, j) else KNOWN
+    for k in range(planes.number):
+        nx, ny, nz, h = plane_of(planes, k)
+        if abs(h) <= limit(room) * _MORE:
+            _chosen(room, i, j, j)
+            try_conic(geometry, room, at, 2, form, nx, ny, nz, h, known)
+    if planes.number == 2:  # where the two conics cross
+        _try_line(geometry, room, at, planes, planes, i, j, j, 2)
+    return False
+
+
+@helper
+def _try_line(
+    geometry: Geometry, room: Room, at: Query, one: Planes, other: Planes, i: int, j: int, k: int, count: int
+) -> None:
+    """Try where the lines of two planes meet the last of i, j, k, or a sheet's own surface i where that is curved."""
+    curved = i if is_flat(geometry, room, k) and not is_flat(geometry, room, i) else k
+    form = form_at(geometry, room.surface[curved], at.x, at.y, at.z)
+    same = count == 2
+    for p in range(one.number):
+        ax, ay, az, g = plane_of(one, p)
+        for q in range(p + 1 if same else 0, other.number):
+            bx, by, bz, h = plane_of(other, q)
+            x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
+            if not length_of(x, y, z) <= limit(room) * _MORE or not (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
+                continue
+            ux, uy, uz = bent(form, dx, dy, dz)
+            a = dot(ux, uy, uz, dx, dy, dz)
+            b = dot(form.gx, form.gy, form.gz, dx, dy, dz) + dot(ux, uy, uz, x, y, z)
+            c = value_along(form, x, y, z)
+            root = math.sqrt(max(b * b - a * c, 0.0))
+            if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
+                continue
+            # What is as small as rounding makes it would be met beyond all that floats tell apart
+            a = a if abs(a) > _ALONG * form.size else 0.0
+            b = b if abs(b) > _ALONG * (form.steep + form.size * length_of(x, y, z)) else 0.0
+            far = -(b + math.copysign(root, b))
+            for which in range(2):
+                over, under = (far, a) if which == 0 else (c, far)
+                if abs(under) * (limit(room) * _MORE) < abs(over) or under == 0.0:
+                    continue
+                t = over / under
+                _chosen(room, i, j, k)
+                px, py, pz = x + t * dx, y + t * dy, z + t * dz
+                known = known_off(at, KNOWN, px, py, pz) if count == 2 else math.inf
+                least = length_of(x, y, z) - known_off(at, KNOWN, x, y, z)
+                try_point(geometry, room, at, count, px, py, pz, known, least)
+
+
+@helper
+def try_corners(geometry: Geometry, room: Room, at: Query, i: int, j: int) -> None:
+    """Try where two near surfaces meet a third one behind them, i < j < k. Curves that no plane holds are left out."""
+    one = planes_of_pair(geometry, room, at, i, j)
+    if one.number <= 0:
+        return
+    flat = is_flat(geometry, room, i) and is_flat(geometry, room, j)
+    for k in range(j + 1, room.sizes[SURFACES]):
+        if not room.bound[k] <= limit(room):
+            continue
+        if flat:
+            nx, ny, nz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
+            _try_line(geometry, room, at, one, Planes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0), i, j, k, 3)
+            continue
+        # i, j and k: one of the curves is on planes with j, or with i, as the other is
+        curved_first = not is_flat(geometry, room, i)
+        other = planes_of_pair(geometry, room, at, i, k) if curved_first else planes_of_pair(geometry, room, at, j, k)
+        if other.number > 0:
+            _try_line(geometry, room, at, one, other, i, j, k, 3)
+
+
+@inline
+def is_hard(room: Room, i: int, j: int) -> bool:
+    """Is the curve of two near surfaces, i < j, in no plane? `try_edges` has noted it."""
+    return j >= MOST_PAIRED or room.hard[MOST_PAIRED * i + j] == 1
+
+
+@inline
+def _note(room: Room, i: int, j: int, hard: bool) -> bool:
+    """Note whether the curve of two near surfaces is in no plane."""
+    if j < MOST_PAIRED:
+        room.hard[MOST_PAIRED * i + j] = 1 if hard else 0
+    return hard
+
+
+@helper
+def _try_from_here(geometry: Geometry, room: Room, at: Query, i: int, j: int, k: int) -> None:
+    """Try where Newton's steps lead to from the point that is asked for: if that is a wall, others are nearer than it.
+
+    What is not sure to be one says nothing.
+    """
+    before = room.best[LOWER]
+    _chosen(room, i, j, k)
+    if try_point(geometry, room, at, 2 if j == k else 3, 0.0, 0.0, 0.0, math.inf, 0.0) != SURE:
+        room.best[LOWER] = before
+
+
+@helper
+def _try_hard_from_here(geometry: Geometry, room: Room, at: Query) -> None:
+    """Try curves that no plane holds, and corners on them, from here: the better the first guess, the fewer boxes."""
+    count = min(room.sizes[SURFACES], MOST_PAIRED)
+    for i in range(count):
+        for j in range(i + 1, count):
+            if not is_hard(room, i, j):
+                continue
+            if i == 0 or room.sizes[SHEET_OF] == 0:
+                _try_from_here(geometry, room, at, i, j, j)
+            for k in range(count):
+                if k != i and k != j and (room.sizes[SHEET_OF] == 0 or i == 0 or k == 0):
+                    _try_from_here(geometry, room, at, min(i, k), max(min(i, j), min(max(i, j), k)), max(j, k))
+
+
+@helper
+def try_edges(geometry: Geometry, room: Room, at: Query) -> bool:
+    """Try all edges, then all corners, of what is near; are there curves of two quadrics that no plane holds?"""
+    sheet, hard = room.sizes[SHEET_OF] == 1, False
+    count = room.sizes[SURFACES]
+    last = 1 if sheet else count
+    for i in range(count):
+        for j in range(i + 1, count):
+            _note(room, i, j, False)
+            if max(room.bound[i], room.bound[j]) <= limit(room):
+                if i < last:
+                    hard = _note(room, i, j, try_edge(geometry, room, at, i, j)) or hard
+                else:
+                    hard = _note(room, i, j, planes_of_pair(geometry, room, at, i, j).number == HARD) or hard
+    for i in range(last):
+        for j in range(i + 1, count):
+            if max(room.bound[i], room.bound[j]) <= limit(room):
+                try_corners(geometry, room, at, i, j)
+    if hard:
+        _try_hard_from_here(geometry, room, at)
+    return hard

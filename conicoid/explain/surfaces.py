@@ -1,0 +1,114 @@
+"""What a surface of a scene is: its equation, its kind, and whose faces it makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..engine.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET
+from ..shapes.classification import Classification
+from ..shapes.validate import shown
+from .polynomial import Source
+
+if TYPE_CHECKING:
+    from ..engine.prepared import Prepared
+    from ..scene import Scene
+
+
+@dataclass(frozen=True)
+class Owner:
+    """A face that lies on a surface: of which body, and on which side of the surface that body is there.
+
+    body     its number
+    name     what it is called, or None
+    face     the number of the face
+    side     1 where the body has the side on which the equation's left side is negative, -1 where it has the other
+    """
+
+    body: int
+    name: str | None
+    face: int
+    side: int
+
+
+@dataclass(frozen=True)
+class SceneSurface:
+    """One of the distinct surfaces of a scene, which bodies that share a wall have in common.
+
+    number           its number in the scene, as `hits.surface` tells it
+    equation         its equation in the world, to be read: numbers to six digits
+    coefficients     of the equation with all digits, each rounded once, as `Quadric(coefficients=)` takes them
+    classification   which quadric or plane it is, as `Quadric.classification` tells it, for the side where the left
+                     side of the equation is negative
+    owners           the faces that lie on it
+    """
+
+    number: int
+    equation: str
+    coefficients: dict[str, float]
+    classification: Classification
+    owners: tuple[Owner, ...]
+
+    @property
+    def kind(self) -> str:
+        """The kind in a word or two, as "ellipsoid" or "plane"."""
+        return self.classification.kind
+
+    def __str__(self) -> str:
+        faces = [
+            f"face {one.face} of body {one.body}" + (f" {shown(one.name)}" if one.name else "") for one in self.owners
+        ]
+        lines = [f"surface {self.number}: {self.equation}", str(self.classification)]
+        return "\n".join([*lines, f"shared by {', '.join(faces)}" if len(faces) > 1 else "".join(faces)])
+
+
+def surface_of(scene: Scene, number: int) -> SceneSurface:
+    """The surface of a number. Raises TypeError and IndexError for numbers that there are not."""
+    source = Source.of(scene.prepared, number)
+    polynomial = source.polynomial
+    return SceneSurface(
+        number, polynomial.equation, polynomial.coefficients, source.classification, owners_of(scene.prepared, number)
+    )
+
+
+def owners_of(scene: Prepared, number: int) -> tuple[Owner, ...]:
+    """The faces on a surface, in the order of bodies."""
+    tables = scene.lowered.tables
+    is_plane = tables.surface_kind[number] == PLANE
+    found: set[tuple[int, int, int]] = set()
+    if is_plane:
+        places = np.flatnonzero(tables.plane_surface == number)
+        cells = np.searchsorted(tables.cell_first, places, side="right") - 1
+        faces, sides = tables.plane_face[places], tables.plane_side[places]
+    else:
+        cells = np.flatnonzero(tables.cell_quadric == number)
+        faces, sides = tables.cell_face[cells], tables.cell_side[cells]
+        balls = np.flatnonzero((tables.entry_kind == BALL) & (tables.entry_index == number))
+        found |= {(body, 0, 1) for body in tables.entry_body[balls].tolist()}
+    for cell, face, side in zip(cells.tolist(), faces.tolist(), sides.tolist(), strict=True):
+        found |= {(body, face, side * sense) for body, sense in _bodies_of(tables, cell)}
+    for kind, surfaces, normals in (
+        (SHEET, tables.sheet_surface, tables.sheet_side),
+        (POLYGON, tables.polygon_surface, tables.polygon_side),
+    ):
+        rows = np.flatnonzero(surfaces == number)
+        entries = np.flatnonzero((tables.entry_kind == kind) & np.isin(tables.entry_index, rows))
+        found |= {
+            (int(tables.entry_body[entry]), 0, int(normals[tables.entry_index[entry]])) for entry in entries.tolist()
+        }
+    names = scene.labels.names_of(np.array([body for body, _, _ in sorted(found)], np.int64))
+    return tuple(Owner(body, name, face, side) for (body, face, side), name in zip(sorted(found), names, strict=True))
+
+
+def _bodies_of(tables: Any, cell: int) -> set[tuple[int, int]]:
+    """(body, -1 where the cell stands for its complement, else 1) of all bodies with a cell."""
+    found = np.flatnonzero((tables.entry_kind == CELL) & (tables.entry_index == cell))
+    bodies = {(body, 1) for body in tables.entry_body[found].tolist()}
+    for leaf in np.flatnonzero(tables.leaf_cell == cell).tolist():
+        program = int(np.searchsorted(tables.program_leaf, leaf, side="right")) - 1
+        sense = int(tables.leaf_sense[leaf])
+        found = np.flatnonzero((tables.entry_kind == REGION) & (tables.entry_index == program))
+        bodies |= {(body, sense) for body in tables.entry_body[found].tolist()}
+    return bodies

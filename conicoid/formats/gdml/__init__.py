@@ -1,0 +1,1 @@
+"""GDML, the geometry files of Geant4 and ROOT."""

@@ -1,0 +1,317 @@
+"""GDML's solids about the z axis, and those that are such solids stretched: as quadrics.
+
+Each function takes the values of an element and gives what makes the solid, moved by a shift.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+from ...shapes.base import Solid
+from ...shapes.box import Box
+from ...shapes.ellipsoid import Ellipsoid
+from ...shapes.half_space import HalfSpace
+from ...shapes.quadric import Quadric
+from ...shapes.region import Difference, Intersection, Union
+from ...shapes.revolution import Revolution
+from ...shapes.rounded import sin_cos_degrees
+from ...shapes.sphere import Sphere
+from .placement import Point
+from .reading import LeftOut, Mistake
+from .templates import Make
+from .values import Values
+
+Corners = Sequence[tuple[Fraction, Fraction]]
+"""(r, z) around a profile."""
+Angles = tuple[float, float]
+_WHOLE: Angles = (0.0, 360.0)
+_NONE = Fraction(0)
+
+
+def angles_of(values: Values, start: str = "startphi", delta: str = "deltaphi") -> Angles:
+    """From where to where a solid goes about z; (0, 360) for all around."""
+    width = values.angle(delta, 360)
+    if width <= 0:
+        raise Mistake(values.element, f"{delta} must be > 0, got {float(width):g} degrees")
+    if width > 360 - Fraction(1, 10**9):
+        return _WHOLE
+    first = values.angle(start, 0)
+    return float(first), float(first + width)
+
+
+def turned_profile(corners: Corners, angles: Angles, shift: Point) -> Solid:
+    """A profile about the z axis through a point."""
+    x, y, z = shift
+    made = Revolution(tuple((float(r), float(height + z)) for r, height in corners), *angles)
+    return made.translate((float(x), float(y), 0.0)) if x or y else made
+
+
+def _revolution(corners: Corners, angles: Angles) -> Make:
+    return lambda shift: turned_profile(corners, angles, shift)
+
+
+def tube(values: Values) -> Make:
+    """rmin, rmax, z in all, startphi, deltaphi."""
+    inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
+    _check_radii(values, inner, outer)
+    return _revolution([(inner, -half), (outer, -half), (outer, half), (inner, half)], angles_of(values))
+
+
+def _check_radii(values: Values, inner: Fraction, outer: Fraction) -> None:
+    if inner >= outer:
+        raise Mistake(values.element, f"rmin must be < rmax = {float(outer):g} mm, got {float(inner):g} mm")
+
+
+def cut_tube(values: Values) -> Make:
+    """A tube between two planes through (0, 0, -z/2) and (0, 0, z/2), given by outward normals."""
+    inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
+    _check_radii(values, inner, outer)
+    low, high = ([values.number(f"{name}{axis}") for axis in "XYZ"] for name in ("low", "high"))
+    if low[2] >= 0 or high[2] <= 0:
+        raise Mistake(values.element, "lowZ must be < 0 and highZ > 0: normals point outward")
+    slope = max(max(abs(n[0]), abs(n[1])) / abs(n[2]) for n in (low, high))
+    end = half + 2 * outer * slope + half
+    angles = angles_of(values)
+
+    def make(shift: Point) -> Solid:
+        x, y, z = shift
+        whole = turned_profile([(inner, -end), (outer, -end), (outer, end), (inner, end)], angles, shift)
+        sides = []
+        for (a, b, c), height in ((low, z - half), (high, z + half)):
+            sides.append(HalfSpace((float(a), float(b), float(c)), float(a * x + b * y + c * height)))
+        return Intersection((whole, *sides))
+
+    return make
+
+
+def cone(values: Values) -> Make:
+    """rmin1, rmax1 at the lower end, rmin2, rmax2 at the upper, z in all."""
+    half = values.positive("z") / 2
+    r1, r2, r3, r4 = (values.radius(name) for name in ("rmin1", "rmax1", "rmin2", "rmax2"))
+    if r1 > r2 or r3 > r4 or r1 + r3 >= r2 + r4:
+        raise Mistake(values.element, "rmin1 and rmin2 must be less than rmax1 and rmax2")
+    return _revolution([(r1, -half), (r2, -half), (r4, half), (r3, half)], angles_of(values))
+
+
+def orb(values: Values) -> Make:
+    """A ball of radius r."""
+    radius = float(values.positive("r"))
+    return lambda shift: Sphere(radius, _floats(shift))
+
+
+def sphere(values: Values) -> Make:
+    """A shell from rmin to rmax, of a range of azimuths and one of polar angles."""
+    inner, outer = values.radius("rmin"), values.positive("rmax")
+    _check_radii(values, inner, outer)
+    angles = angles_of(values)
+    low = values.angle("starttheta", 0)
+    high = min(low + values.angle("deltatheta", 180), Fraction(180))
+    if low < 0 or high <= low:
+        raise Mistake(values.element, "starttheta and deltatheta must leave a range within 0 and 180 degrees")
+    sector = [] if low == 0 and high == 180 and angles == _WHOLE else _sector(low, high, 4 * outer)
+
+    def make(shift: Point) -> Solid:
+        center = _floats(shift)
+        whole: Solid = Sphere(float(outer), center)
+        if sector:
+            x, y, z = shift
+            wedge = Revolution(tuple(sector), *angles).translate((float(x), float(y), float(z)))
+            whole = Intersection((whole, wedge))
+        return Difference((whole, Sphere(float(inner), center))) if inner else whole
+
+    return make
+
+
+def _sector(low: Fraction, high: Fraction, reach: Fraction) -> list[tuple[float, float]]:
+    """The profile (r, z) of a range of polar angles, out to beyond a ball a quarter as large."""
+    found = [(0.0, 0.0)]
+    for k in range(5):
+        s, c = sin_cos_degrees(float(low + (high - low) * k / 4))
+        found.append((float(reach) * max(s, 0.0), float(reach) * c))
+    return found
+
+
+def ellipsoid(values: Values) -> Make:
+    """Half-axes ax, by, cz, cut at zcut1 and zcut2; both 0 mean no cut."""
+    a, b, c = (values.positive(name) for name in ("ax", "by", "cz"))
+    low, high = values.length("zcut1", 0), values.length("zcut2", 0)
+    if low == high == 0:
+        low, high = -c, c
+    if low >= min(high, c) or high <= -c:
+        raise Mistake(values.element, "zcut1 must be < zcut2, and both leave a part of the ellipsoid")
+    radii = float(a), float(b), float(c)
+    if low <= -c and high >= c:
+        return lambda shift: Ellipsoid(radii, _floats(shift))
+    beyond = 2 * max(a, b, c)
+    return lambda shift: Intersection((Ellipsoid(radii, _floats(shift)), _slab(low, high, c, beyond, shift)))
+
+
+def _slab(low: Fraction, high: Fraction, end: Fraction, beyond: Fraction, shift: Point) -> Box:
+    """What is between two heights; a height that is no cut, beyond the ends, is moved out."""
+    x, y, z = shift
+    bottom, top = (low if low > -end else -2 * end), (high if high < end else 2 * end)
+    corner = float(x - beyond), float(y - beyond), float(z + bottom)
+    return Box(corner, (float(x + beyond), float(y + beyond), float(z + top)))
+
+
+def elliptic_tube(values: Values) -> Make:
+    """Half-axes dx, dy, half its length dz."""
+    a, b, half = (values.positive(name) for name in ("dx", "dy", "dz"))
+    return _stretched([(_NONE, -half), (Fraction(1), -half), (Fraction(1), half), (_NONE, half)], a, b)
+
+
+def elliptic_cone(values: Values) -> Make:
+    """(x / dx)² + (y / dy)² <= (zmax - z)², |z| <= zcut."""
+    a, b = values.number("dx"), values.number("dy")
+    top, cut = values.positive("zmax"), values.positive("zcut")
+    if a <= 0 or b <= 0:
+        raise Mistake(values.element, "dx and dy must be > 0")
+    cut = min(cut, top)
+    return _stretched([(_NONE, -cut), (top + cut, -cut), (top - cut, cut), (_NONE, cut)], a, b)
+
+
+def _stretched(corners: Corners, a: Fraction, b: Fraction) -> Make:
+    def make(shift: Point) -> Solid:
+        x, y, z = shift
+        whole = turned_profile(corners, _WHOLE, (_NONE, _NONE, z)).scale((float(a), float(b), 1.0))
+        return whole.translate((float(x), float(y), 0.0)) if x or y else whole
+
+    return make
+
+
+def paraboloid(values: Values) -> Make:
+    """Radii rlo at -dz and rhi at dz, r² linear in z."""
+    low, high, half = values.radius("rlo"), values.positive("rhi"), values.positive("dz")
+    _check_radii(values, low, high)
+    slope = (high * high - low * low) / (2 * half)
+    return _conic((high * high + low * low) / 2, slope, _NONE, half, 2 * high)
+
+
+def _conic(square: Fraction, slope: Fraction, bend: Fraction, half: Fraction, beyond: Fraction) -> Make:
+    """x² + y² <= square + slope z + bend z² for |z| <= half."""
+
+    def make(shift: Point) -> Solid:
+        slab = _slab(-half, half, 2 * half, beyond, shift)
+        return Intersection((_about_z(square, slope, bend, shift), slab))
+
+    return make
+
+
+def _about_z(square: Fraction, slope: Fraction, bend: Fraction, shift: Point) -> Solid:
+    x, y, z = shift
+    if not slope and not bend:
+        beyond = 2 * Fraction(math.sqrt(square))
+        return turned_profile([(_NONE, -beyond), (beyond, -beyond), (beyond, beyond)], _WHOLE, shift)
+    constant = slope * z - bend * z * z - square
+    coefficients = {"xx": 1.0, "yy": 1.0, "zz": float(-bend), "z": float(2 * bend * z - slope)}
+    made = Quadric(coefficients=coefficients | {"constant": float(constant)})
+    return made.translate((float(x), float(y), 0.0)) if x or y else made
+
+
+def hyperboloid(values: Values) -> Make:
+    """r² <= rmax² + tan²(outst) z², and >= rmin² + tan²(inst) z², z in all."""
+    inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
+    _check_radii(values, inner, outer)
+    bends = []
+    for name in ("inst", "outst"):
+        s, c = sin_cos_degrees(float(values.angle(name, 0)))
+        if abs(c) < 1e-9:
+            raise Mistake(values.element, f"{name} must not be 90 degrees")
+        bends.append((Fraction(s) / Fraction(c)) ** 2)
+    reach = outer * outer + bends[1] * half * half
+    if inner * inner + bends[0] * half * half >= reach:
+        raise Mistake(values.element, "inst must leave the inner surface within the outer")
+    beyond = 2 * Fraction(math.sqrt(reach))
+
+    def make(shift: Point) -> Solid:
+        slab = _slab(-half, half, 2 * half, beyond, shift)
+        parts = [_round(outer, bends[1], half, shift)]
+        whole = Intersection((slab, *parts))
+        return Difference((whole, _round(inner, bends[0], half, shift))) if inner or bends[0] else whole
+
+    return make
+
+
+def _round(radius: Fraction, bend: Fraction, half: Fraction, shift: Point) -> Solid:
+    """A hyperboloid or cylinder, longer than a slab."""
+    if bend:
+        return _about_z(radius * radius, _NONE, bend, shift)
+    return turned_profile(
+        [(_NONE, -2 * half), (radius, -2 * half), (radius, 2 * half), (_NONE, 2 * half)], _WHOLE, shift
+    )
+
+
+def polycone(values: Values) -> Make:
+    """A stack of cones: zplane elements with z, rmin, rmax."""
+    planes = planes_of(values)
+    angles = angles_of(values)
+    rings = [ring for ring in map(ring_of, planes, planes[1:]) if ring]
+    if not rings:
+        raise Mistake(values.element, "zplane elements must leave a volume")
+    outline = [(outer, z) for z, _, outer in planes] + [(inner, z) for z, inner, _ in reversed(planes)]
+
+    def make(shift: Point) -> Solid:
+        if len(rings) > 1:
+            try:
+                return turned_profile(outline, angles, shift)
+            except ValueError:  # an outline that touches itself is one of several rings
+                return Union(tuple(turned_profile(ring, angles, shift) for ring in rings))
+        return turned_profile(rings[0], angles, shift)
+
+    return make
+
+
+Section = tuple[Fraction, Fraction, Fraction]
+
+
+def planes_of(values: Values) -> list[Section]:
+    """(z, rmin, rmax) of the zplane elements, rising or falling."""
+    found = []
+    for element in values.element.all("zplane"):
+        part = Values(values.reading, element, values.element)
+        z, inner, outer = part.length("z"), part.radius("rmin"), part.radius("rmax")
+        if inner > outer:
+            raise Mistake(element, f"rmin must be <= rmax = {float(outer):g} mm, got {float(inner):g} mm")
+        found.append((z, inner, outer))
+    heights = [z for z, _, _ in found]
+    if len(found) < 2:
+        raise Mistake(values.element, "must have two or more zplane elements")
+    if heights == sorted(heights, reverse=True):
+        found.reverse()
+    elif heights != sorted(heights):
+        raise LeftOut("its zplane elements neither rise nor fall in z")
+    return found
+
+
+def ring_of(low: Section, high: Section) -> list[tuple[Fraction, Fraction]]:
+    """The profile between two planes; empty where it has no area."""
+    (z0, a, b), (z1, c, d) = low, high
+    return [(a, z0), (b, z0), (d, z1), (c, z1)] if z0 < z1 and a + c < b + d else []
+
+
+def generic_polycone(values: Values) -> Make:
+    """A polygon of rzpoint elements with r and z, turned about z."""
+    corners, angles = corners_of(values), angles_of(values)
+
+    def make(shift: Point) -> Solid:
+        try:
+            return turned_profile(corners, angles, shift)
+        except ValueError as error:
+            raise LeftOut(f"its rzpoint elements make no simple outline: {error}") from None
+
+    return make
+
+
+def corners_of(values: Values) -> list[tuple[Fraction, Fraction]]:
+    """(r, z) of the rzpoint elements."""
+    parts = [Values(values.reading, element, values.element) for element in values.element.all("rzpoint")]
+    if len(parts) < 3:
+        raise Mistake(values.element, "must have three or more rzpoint elements")
+    return [(part.radius("r"), part.length("z")) for part in parts]
+
+
+def _floats(point: Point) -> tuple[float, float, float]:
+    x, y, z = map(float, point)
+    return x, y, z

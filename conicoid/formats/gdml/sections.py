@@ -1,0 +1,192 @@
+"""GDML's solids of outlines and sections: polyhedra about z, and outlines drawn along z."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from itertools import pairwise
+
+from ...shapes.base import Solid
+from ...shapes.mesh import Extrusion
+from ...shapes.region import Difference, Union
+from ...shapes.rounded import sin_cos_degrees
+from .convex import Plane, inside_of
+from .flat_solids import closed
+from .placement import Point
+from .reading import LeftOut, Mistake
+from .round_solids import angles_of, corners_of, planes_of, ring_of
+from .templates import Make
+from .values import Values
+
+_NONE = Fraction(0)
+Edge = tuple[Fraction, Fraction]
+"""(distance at z = 0, its growth with z)."""
+Ring = tuple[Fraction, Fraction, Edge, Edge]
+"""Between two heights, from one edge to another."""
+
+
+def polyhedra(values: Values) -> Make:
+    """numsides sides about z; radii are distances to the sides."""
+    planes = planes_of(values)
+    rings = []
+    for (z0, a, b), (z1, c, d) in pairwise(planes):
+        if ring_of((z0, a, b), (z1, c, d)):
+            rings.append((z0, z1, _edge(a, z0, c, z1), _edge(b, z0, d, z1)))
+    return _sided(values, rings, Fraction(1))
+
+
+def generic_polyhedra(values: Values) -> Make:
+    """numsides sides about z; radii of rzpoint elements are those of corners."""
+    s, c = _half_side(values)
+    del s
+    return _sided(values, _rings(corners_of(values)), Fraction(c))
+
+
+def _sides(values: Values) -> int:
+    count = values.integer("numsides", most=10_000)
+    if count < 1:
+        raise Mistake(values.element, "numsides must be 1 or more")
+    return count
+
+
+def _half_side(values: Values) -> tuple[float, float]:
+    """Sine and cosine of half the angle of a side."""
+    first, last = angles_of(values)
+    width = (last - first) / _sides(values)
+    if width >= 180:
+        raise Mistake(values.element, "numsides must leave each side less than 180 degrees")
+    return sin_cos_degrees(width / 2)
+
+
+def _edge(r0: Fraction, z0: Fraction, r1: Fraction, z1: Fraction) -> Edge:
+    growth = (r1 - r0) / (z1 - z0)
+    return r0 - growth * z0, growth
+
+
+def _rings(corners: Sequence[tuple[Fraction, Fraction]]) -> list[Ring]:
+    """A polygon of (r, z), cut at the heights of its corners."""
+    ends = list(zip(corners, [*corners[1:], corners[0]], strict=True))
+    heights = sorted({z for _, z in corners})
+    found = []
+    for low, high in pairwise(heights):
+        middle = (low + high) / 2
+        across = []
+        for (r0, z0), (r1, z1) in ends:
+            if min(z0, z1) <= low and high <= max(z0, z1):
+                across.append(_edge(r0, z0, r1, z1))
+        across.sort(key=lambda edge: edge[0] + edge[1] * middle)
+        for inner, outer in zip(across[::2], across[1::2], strict=True):
+            if inner != outer:
+                found.append((low, high, inner, outer))
+    if not found:
+        raise LeftOut("its rzpoint elements enclose nothing")
+    return found
+
+
+def _sided(values: Values, rings: Sequence[Ring], share: Fraction) -> Make:
+    """Rings of sides. `share`: of the radii, the distances to the sides."""
+    count, (first, last) = _sides(values), angles_of(values)
+    if not rings:
+        raise Mistake(values.element, "must leave a volume")
+    if count * len(rings) > 20_000:
+        raise LeftOut("it has more than 20,000 sides")
+    _half_side(values)
+    whole = (first, last) == (0.0, 360.0)
+    begin = float(values.angle("startphi", 0)) if whole else first
+    step = (last - first) / count
+    normals = [_direction(begin + (k + 0.5) * step) for k in range(count)]
+    walls = [_direction(begin + k * step + 90) for k in range(count + 1)]
+    pieces = []
+    for low, high, inner, outer in rings:
+        ends: list[Plane] = [((_NONE, _NONE, Fraction(-1)), -low), ((_NONE, _NONE, Fraction(1)), high)]
+        if whole and count > 2:
+            body = inside_of([*ends, *(_side(n, outer, share, 1) for n in normals)])
+            bore = None
+            if inner[0] + inner[1] * (low + high) / 2 > 0:
+                far = (high - low) + abs(low) + abs(high)
+                outside: list[Plane] = [((_NONE, _NONE, Fraction(-1)), far), ((_NONE, _NONE, Fraction(1)), far)]
+                bore = inside_of([*outside, *(_side(n, inner, share, 1) for n in normals)])
+            pieces.append((body, bore))
+            continue
+        for k, normal in enumerate(normals):
+            (ax, ay), (bx, by) = walls[k], walls[k + 1]
+            wedge: list[Plane] = [((-ax, -ay, _NONE), _NONE), ((bx, by, _NONE), _NONE)]
+            planes = [*ends, *wedge, _side(normal, outer, share, 1), _side(normal, inner, share, -1)]
+            pieces.append((inside_of(planes), None))
+
+    def make(shift: Point) -> Solid:
+        made = [body(shift) if bore is None else Difference((body(shift), bore(shift))) for body, bore in pieces]
+        return made[0] if len(made) == 1 else Union(tuple(made))
+
+    return make
+
+
+def _direction(degrees: float) -> tuple[Fraction, Fraction]:
+    s, c = sin_cos_degrees(degrees)
+    return Fraction(c), Fraction(s)
+
+
+def _side(normal: tuple[Fraction, Fraction], edge: Edge, share: Fraction, sense: int) -> Plane:
+    """normal·(x, y) <= share (distance + growth z), or >= where `sense` is -1."""
+    x, y = normal
+    distance, growth = edge
+    return (sense * x, sense * y, -sense * share * growth), sense * share * distance
+
+
+def xtru(values: Values) -> Make:
+    """An outline of twoDimVertex elements, drawn through section elements that shift and scale it."""
+    parts = [Values(values.reading, element, values.element) for element in values.element.all("twoDimVertex")]
+    outline = [(part.length("x"), part.length("y")) for part in parts]
+    if outline and outline[0] == outline[-1]:
+        outline.pop()
+    if len(outline) < 3:
+        raise Mistake(values.element, "must have three or more twoDimVertex elements")
+    values.reading.spend(len(outline))
+    sections: list[tuple[Fraction, Fraction, Fraction, Fraction, Fraction]] = []
+    for element in values.element.all("section"):
+        part = Values(values.reading, element, values.element)
+        scale = part.number("scalingFactor", 1)
+        if scale < 0:
+            raise Mistake(element, "scalingFactor must be >= 0")
+        z = part.length("zPosition")
+        sections.append(
+            (part.number("zOrder", len(sections)), z, part.length("xOffset", 0), part.length("yOffset", 0), scale)
+        )
+    sections.sort(key=lambda section: section[0])
+    drawn = [section[1:] for section in sections]
+    pieces = [_drawn(outline, a, b) for a, b in pairwise(drawn) if a[0] < b[0]]
+    if not pieces or any(a[0] > b[0] for a, b in pairwise(drawn)):
+        raise Mistake(values.element, "section elements must rise in zPosition")
+
+    def make(shift: Point) -> Solid:
+        made = tuple(piece(shift) for piece in pieces)
+        return made[0] if len(made) == 1 else Union(made)
+
+    return make
+
+
+_Section = tuple[Fraction, Fraction, Fraction, Fraction]
+
+
+def _drawn(outline: Sequence[tuple[Fraction, Fraction]], low: _Section, high: _Section) -> Make:
+    """Between two sections (z, x, y, scale)."""
+    if low[1:] == high[1:]:
+        z0, x0, y0, scale = low
+
+        def make(shift: Point) -> Solid:
+            a, b, c = shift
+            corners = tuple((float(scale * x + x0 + a), float(scale * y + y0 + b)) for x, y in outline)
+            try:
+                return Extrusion(corners, (float(z0 + c), float(high[0] + c)))
+            except ValueError as error:
+                raise LeftOut(f"its outline cannot be drawn: {error}") from None
+
+        return make
+    points = [(s * x + x0, s * y + y0, z) for z, x0, y0, s in (low, high) for x, y in outline]
+    places = list(dict.fromkeys(points))
+    number = {place: k for k, place in enumerate(places)}
+    count = len(outline)
+    faces = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in range(count)]
+    rings = [tuple(reversed(range(count))), tuple(range(count, 2 * count))]
+    merged = [tuple(dict.fromkeys(number[points[k]] for k in face)) for face in [*faces, *rings]]
+    return closed(places, [face for face in merged if len(face) > 2])

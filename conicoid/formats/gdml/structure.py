@@ -1,0 +1,162 @@
+"""GDML's <structure>: volumes with what is placed in them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from ..nodes import shortened
+from ..openmc.xml_tree import Element
+from .materials import Materials, NamedMaterial, material_of
+from .placement import ORIGIN, STRAIGHT, Point, Rotation, after, placed, scaled
+from .reading import LeftOut, Mistake, Reading, known, local, reference, shown_name
+from .solids import Solids
+from .templates import Template
+from .values import Values, motion_of
+
+MOST_PLACED = 2_000_000
+"""Volumes that are placed in others, before those that stand at several places are counted more than once."""
+
+
+@dataclass(eq=False)
+class Volume:
+    """A solid of a material, with volumes in it; an assembly has neither, only volumes."""
+
+    name: str
+    element: Element
+    template: Template | None
+    material: NamedMaterial | None
+    source: Element | None = None  # of the solid
+    daughters: list[Daughter] = field(default_factory=list)
+    is_assembly: bool = False
+    is_filled: bool = False  # by replicas, all of it
+    counted: int | None = None
+
+
+@dataclass(eq=False, slots=True)
+class Daughter:
+    """A volume within another: turned, then shifted."""
+
+    label: str
+    volume: Volume
+    shift: Point = ORIGIN
+    rotation: Rotation = STRAIGHT
+    copy: int | None = None
+
+
+@dataclass
+class Structure:
+    """What is known while volumes are read. `module` reads another file and gives one of its volumes."""
+
+    reading: Reading
+    solids: Solids
+    sources: dict[str, Element]
+    materials: Materials
+    module: Callable[[Element], Volume]
+    volumes: dict[str, Volume] = field(default_factory=dict)
+    placed: int = 0
+
+    def read(self, section: Element) -> None:
+        """All volumes; one may hold only those before it, as Geant4 demands, so that none holds itself."""
+        for element in self.reading.each(section.children):
+            tag = local(element)
+            if tag in ("volume", "assembly"):
+                self._attempt(element, self._volume)
+            elif tag not in ("bordersurface", "skinsurface", "userinfo"):
+                self.reading.remark(element, tag, "is nothing that is known in a structure, left out")
+
+    def _attempt(self, element: Element, read: Callable[[Element], None]) -> None:
+        where = f"{local(element)} {element.attributes.get('name', '')!r}"
+        try:
+            read(element)
+        except Mistake as mistake:
+            self.reading.report(mistake.element, where, mistake.message)
+        except LeftOut as left:
+            self.reading.remark(element, where, f"{left}; left out")
+        except (ValueError, OverflowError) as error:
+            self.reading.report(element, where, str(error))
+
+    def _volume(self, element: Element) -> None:
+        name = self.reading.solved(element.attributes.get("name", ""), element)
+        if not name:
+            raise Mistake(element, "name must be given")
+        volume = Volume(name, element, None, None, is_assembly=local(element) == "assembly")
+        try:
+            for child in element.children:
+                if child.tag == "solidref":
+                    solid = reference(self.reading, child)
+                    if solid not in self.solids:
+                        known(self.reading, dict(self.solids), solid, child, "solid")
+                    volume.template, volume.source = self.solids[solid], self.sources.get(solid)
+                elif child.tag == "materialref":
+                    volume.material = self._material(child)
+            if not volume.is_assembly and not element.all("solidref"):
+                raise Mistake(element, "must have a solidref")
+        finally:
+            self.volumes[name] = volume  # so that what refers to it is no second mistake
+        for child in self.reading.each(element.children):
+            read = self._readers().get(local(child))
+            if read is not None:
+                self._attempt(child, lambda child=child, read=read: read(volume, child))  # type: ignore[misc]
+
+    def _readers(self) -> dict[str, Callable[[Volume, Element], None]]:
+        from . import repeats
+
+        return {
+            "physvol": self._physvol,
+            "replicavol": lambda volume, child: repeats.replicas(self, volume, child),
+            "divisionvol": lambda volume, child: repeats.divisions(self, volume, child),
+            "paramvol": lambda volume, child: repeats.parameterised(self, volume, child),
+        }
+
+    def _material(self, child: Element) -> NamedMaterial:
+        name = reference(self.reading, child)
+        found = material_of(self.reading, self.materials, name)
+        if found is None:
+            told = self.reading.suggest(name, self.materials)
+            raise Mistake(child, f"there is no material {shortened(name)!r}{told}")
+        return found
+
+    def volume_in(self, element: Element) -> Volume:
+        """The volume that a placement is of."""
+        for child in element.children:
+            if child.tag == "volumeref":
+                found: Volume = known(self.reading, self.volumes, reference(self.reading, child), child, "volume")
+                return found
+            if child.tag == "file":
+                return self.module(child)
+        raise Mistake(element, "must have a volumeref or a file")
+
+    def add(self, volume: Volume, daughter: Daughter) -> None:
+        """One more placement. LeftOut where there are too many."""
+        if daughter.volume is volume:
+            raise Mistake(volume.element, "is placed in itself")
+        self.placed += 1
+        if self.placed > MOST_PLACED:
+            raise Mistake(volume.element, f"there are more than {MOST_PLACED:,} placements")
+        volume.daughters.append(daughter)
+
+    def _physvol(self, volume: Volume, element: Element) -> None:
+        inner = self.volume_in(element)
+        shift, rotation, scale = motion_of(self.reading, element, placed)
+        if any(factor != 1 for factor in scale):
+            rotation = after(rotation, scaled(scale))
+        name = self.reading.solved(element.attributes.get("name", ""), element) or inner.name
+        copy = (
+            Values(self.reading, element).integer("copynumber", most=2**31)
+            if "copynumber" in element.attributes
+            else None
+        )
+        self.add(volume, Daughter(shown_name(name), inner, shift, rotation, copy))
+
+
+def folder_file(path: str, name: str) -> str:
+    """A file in the folder of another. Raises ValueError for one elsewhere."""
+    if not name or os.path.basename(name) != name or name in (".", "..") or "\0" in name or "\\" in name:
+        raise ValueError(f"file must be the name of a file in the same folder, got {shortened(name)!r}")
+    folder = os.path.dirname(os.path.abspath(path))
+    found = os.path.join(folder, name)
+    if os.path.realpath(found) != os.path.join(os.path.realpath(folder), name):
+        raise ValueError(f"file must be in the same folder, and {shortened(name)!r} is a link")
+    return found

@@ -1,0 +1,102 @@
+"""The numbers of an element, in mm and degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from ..nodes import shortened
+from ..openmc.xml_tree import Element
+from .placement import ORIGIN, STRAIGHT, Point, Rotation
+from .reading import Mistake, Reading, known, reference
+from .units import in_degrees
+
+_ONES: Point = (Fraction(1), Fraction(1), Fraction(1))
+
+
+class Values:
+    """The attributes of a solid or of one of its parts; its units are those of `units_of`."""
+
+    def __init__(self, reading: Reading, element: Element, units_of: Element | None = None) -> None:
+        self.reading, self.element = reading, element
+        given = (units_of or element).attributes
+        self.length_unit = reading.value(given.get("lunit") or "mm", element, "lunit")
+        self.angle_unit = reading.value(given.get("aunit") or "rad", element, "aunit")
+
+    def has(self, name: str) -> bool:
+        """Is it given?"""
+        return name in self.element.attributes
+
+    def number(self, name: str, default: Fraction | int | None = None) -> Fraction:
+        """A number without a unit."""
+        text = self.element.attributes.get(name)
+        if text is None or not text.strip():
+            if default is None:
+                raise Mistake(self.element, f"{name} must be given")
+            return Fraction(default)
+        return self.reading.value(text, self.element, name)
+
+    def length(self, name: str, default: Fraction | int | None = None) -> Fraction:
+        """In mm."""
+        return self.number(name, default) * self.length_unit
+
+    def positive(self, name: str) -> Fraction:
+        """A length above 0."""
+        found = self.length(name)
+        if found <= 0:
+            raise Mistake(self.element, f"{name} must be > 0, got {float(found):g} mm")
+        return found
+
+    def radius(self, name: str, default: Fraction | int | None = 0) -> Fraction:
+        """A length that may be 0."""
+        found = self.length(name, default)
+        if found < 0:
+            raise Mistake(self.element, f"{name} must be >= 0, got {float(found):g} mm")
+        return found
+
+    def angle(self, name: str, default: Fraction | int | None = None) -> Fraction:
+        """In degrees, a float's value; the default is in degrees."""
+        if not self.has(name) and default is not None:
+            return Fraction(default)
+        return in_degrees(self.number(name) * self.angle_unit)
+
+    def integer(self, name: str, default: int | None = None, most: int = 10**6) -> int:
+        """A whole number, from 0 on."""
+        found = self.number(name, default)
+        if found.denominator != 1 or not 0 <= found <= most:
+            raise Mistake(self.element, f"{name} must be a whole number from 0 to {most:,}, got {float(found):g}")
+        return int(found)
+
+
+def vector(reading: Reading, element: Element, kind: str) -> Point:
+    """A position in mm, a rotation in degrees, or a scale: written out, or what a <positionref> names."""
+    if element.tag.endswith("ref"):
+        table = reading.vectors.setdefault(kind, {})
+        found: Point = known(reading, table, reference(reading, element), element, kind)
+        return found
+    default = Fraction(1 if kind == "scale" else 0)
+    texts = [element.attributes.get(axis) for axis in "xyz"]
+    x, y, z = (
+        default if text is None else reading.value(text, element, axis) for axis, text in zip("xyz", texts, strict=True)
+    )
+    if kind == "scale":
+        return x, y, z
+    unit = reading.value(element.attributes.get("unit") or ("mm" if kind == "position" else "rad"), element, "unit")
+    if kind == "position":
+        return x * unit, y * unit, z * unit
+    return in_degrees(x * unit), in_degrees(y * unit), in_degrees(z * unit)
+
+
+def motion_of(
+    reading: Reading, element: Element, turn: Callable[[Point], Rotation], prefix: str = ""
+) -> tuple[Point, Rotation, Point]:
+    """Shift, rotation and scale of an element's children, such as <position> or <firstrotationref>."""
+    found: dict[str, Point] = {"position": ORIGIN, "rotation": ORIGIN, "scale": _ONES}
+    for child in element.children:
+        for kind in found:
+            if child.tag in (prefix + kind, prefix + kind + "ref"):
+                found[kind] = vector(reading, child, kind)
+    if any(factor == 0 for factor in found["scale"]):
+        raise Mistake(element, f"scale must not be zero, got {shortened(str(tuple(map(float, found['scale']))))}")
+    rotation = turn(found["rotation"]) if any(found["rotation"]) else STRAIGHT
+    return found["position"], rotation, found["scale"]

@@ -1,0 +1,1 @@
+"""Molecules and crystals: their files, other libraries' objects, bonds, styles. See docs/molecules.md."""

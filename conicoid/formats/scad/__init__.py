@@ -1,0 +1,1 @@
+"""OpenSCAD's evaluated geometry, .csg files, as scenes. See docs/openscad.md."""

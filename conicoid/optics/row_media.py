@@ -1,0 +1,122 @@
+"""What a prescription says of glass: an index, a function of the wavelength, a name, or index and Abbe number."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from ..shapes.looks import glass as clear_glass
+from ..shapes.material import Material
+from ..shapes.validate import number, positive, shown, what
+
+F_LINE, D_LINE, C_LINE = 0.4861327, 0.5875618, 0.6562725
+"""The wavelengths of hydrogen F, helium d and hydrogen C, in μm."""
+
+MIRROR = "mirror"
+
+
+@dataclass(frozen=True)
+class Medium:
+    """What light goes through: its name, and its refractive index by wavelength."""
+
+    name: str
+    refractive_index: Callable[[float], float]
+
+    def index(self, wavelength: float) -> float:
+        """The refractive index at a wavelength in μm; a ValueError where it is none."""
+        return positive("medium", self.name, self.refractive_index(wavelength))
+
+    @property
+    def is_air(self) -> bool:
+        return self.name == "air"
+
+    def material(self) -> Material:
+        """It as glass of a scene, with the dispersion between the lines F and C."""
+        f, d, c = (self.index(line) for line in (F_LINE, D_LINE, C_LINE))
+        return clear_glass(d, dispersion=max(0.0, (f - c) / _SPREAD), name=self.name)
+
+
+@dataclass(frozen=True)
+class _Cauchy:
+    """n = index + slope (1/λ² - 1/λ_d²), a constant where the slope is 0; equal and pickled by its numbers."""
+
+    index: float
+    slope: float = 0.0
+
+    def __call__(self, wavelength: float) -> float:
+        return self.index + self.slope * (1 / wavelength**2 - 1 / D_LINE**2) if self.slope else self.index
+
+
+_SPREAD = 1 / F_LINE**2 - 1 / C_LINE**2
+AIR = Medium("air", _Cauchy(1.0))
+
+
+def medium(owner: str, field: str, value: Any) -> Medium:
+    """The medium that is meant.
+
+    None or "air"; a number; (index at d, Abbe number), by Cauchy's formula of two terms; a function of the wavelength
+    in μm; what has a `refractive_index`; or a name that `co.optics.glass` knows.
+    Raises ValueError or TypeError, by object and field, for anything else.
+    """
+    if value is None or value == "air":
+        return AIR
+    if isinstance(value, str):
+        return named(owner, field, value)
+    if isinstance(value, Medium):
+        return value
+    if isinstance(value, tuple | list):
+        return _by_abbe_number(owner, field, value)
+    index = getattr(value, "refractive_index", value)
+    if callable(index) and not isinstance(index, type):
+        return Medium(str(getattr(value, "name", None) or "glass"), index)
+    if isinstance(value, type) or callable(value):
+        raise TypeError(f"{owner}: {field} must be a refractive index, a function or a name, got {what(value)}")
+    constant = positive(owner, field, index)
+    if constant == 1:
+        return AIR
+    return Medium(str(getattr(value, "name", None) or f"index {constant:g}"), _Cauchy(constant))
+
+
+def by_abbe(name: str, index: float, abbe: float) -> Medium:
+    """n = index + B (1/λ² - 1/λ_d²), with n_F - n_C = (index - 1) / abbe."""
+    slope = (index - 1) / abbe / _SPREAD if abbe else 0.0
+    return Medium(name, _Cauchy(index, slope))
+
+
+def _by_abbe_number(owner: str, field: str, value: Any) -> Medium:
+    if len(value) != 2:
+        raise ValueError(f"{owner}: {field} must be (index at d, Abbe number), got {shown(value)}")
+    index, abbe = positive(owner, f"{field}[0]", value[0]), number(owner, f"{field}[1]", value[1])
+    return by_abbe(f"glass {index:g}/{abbe:g}", index, abbe)
+
+
+def named(owner: str, field: str, name: str) -> Medium:
+    """A glass of the catalogue by its name."""
+    found = catalogued(name)
+    if found is None:
+        told = "a glass that co.optics.glass knows, a refractive index, (index, Abbe number) or a function of it"
+        raise ValueError(f"{owner}: {field} must be {told}, got {shown(name)}")
+    return found
+
+
+def catalogued(name: str) -> Medium | None:
+    """A glass of the catalogue, None where there is no such glass."""
+    try:
+        glass = getattr(importlib.import_module("conicoid.optics"), "glass", None)
+        value = None if glass is None else glass(name)
+    except (AttributeError, LookupError, ValueError):
+        return None
+    index = getattr(value, "refractive_index", value)
+    if callable(index):
+        return Medium(name, index)
+    return None if index is None else Medium(name, _Cauchy(float(index)))
+
+
+def check_wavelength(owner: str, value: Any) -> float:
+    """A wavelength in μm; nanometres are refused."""
+    wavelength = positive(owner, "wavelength", value)
+    if wavelength >= 100:
+        raise ValueError(f"{owner}: wavelength must be in μm, 0.5876 for the line d, got {wavelength:g}")
+    return wavelength

@@ -1,0 +1,245 @@
+"""A closed surface of flat faces as convex parts: by splitting space along the faces' own planes, in exact fractions.
+
+The planes of faces split space into convex regions, each of which is all inside or all outside (Fuchs, Kedem and Naylor
+1980; as solids Thibault and Naylor 1987). Those inside are the parts. Every plane of a part is that of a face, so parts
+that touch share the plane to the bit, and walls between them are none.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .vector import FloatArray
+
+Point = tuple[Any, Any, Any]
+_TRIED = 12
+"""Planes of which the one that splits best is taken."""
+_SURE = 2.0**-40
+"""A sum of products of floats that is this far from zero, as a share of its terms, has their sign."""
+
+
+class Facet(NamedTuple):
+    """A part of a face: its plane's number, and its corners counter-clockwise as seen from outside."""
+
+    plane: int
+    corners: tuple[Point, ...]
+
+
+class FlatPlane(NamedTuple):
+    """normal·x <= offset, in fractions, and both as floats, about."""
+
+    normal: Point
+    offset: Any
+    about: tuple[float, float, float, float]
+
+
+Side = tuple[int, int]
+"""A plane's number, and +1 for the side n·x <= d, -1 for the other."""
+
+
+def plane_of(corners: Sequence[Point]) -> FlatPlane | None:
+    """The plane of a face by Newell's normal, outward where the corners are counter-clockwise; None for no area."""
+    origin = corners[0]
+    normal = _newell([_minus(corner, origin) for corner in corners])
+    if not any(normal):
+        return None
+    scale = max(abs(c) for c in normal)
+    normal = (normal[0] / scale, normal[1] / scale, normal[2] / scale)
+    offset = _dot(normal, origin)
+    return FlatPlane(normal, offset, (float(normal[0]), float(normal[1]), float(normal[2]), float(offset)))
+
+
+def _newell(spokes: Sequence[Point]) -> Point:
+    total: Point = (Fraction(0),) * 3
+    for a, b in itertools.pairwise(spokes):
+        total = (
+            total[0] + a[1] * b[2] - a[2] * b[1],
+            total[1] + a[2] * b[0] - a[0] * b[2],
+            total[2] + a[0] * b[1] - a[1] * b[0],
+        )
+    return total
+
+
+def _minus(a: Point, b: Point) -> Point:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _dot(a: Point, b: Point) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def height(plane: FlatPlane, point: Point) -> int:
+    """The sign of normal·point - offset, exactly; by floats where these leave no doubt."""
+    a, b, c, d = plane.about
+    terms = a * float(point[0]), b * float(point[1]), c * float(point[2]), -d
+    total = sum(terms)
+    if abs(total) > _SURE * sum(map(abs, terms)):
+        return 1 if total > 0 else -1
+    exact = _dot(plane.normal, point) - plane.offset
+    return int(exact > 0) - int(exact < 0)
+
+
+@dataclass
+class _Region:
+    """What is left to split: facets within a convex region, and the sides that bound it."""
+
+    facets: list[Facet]
+    sides: tuple[Side, ...]
+
+
+def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int) -> list[tuple[Side, ...]]:
+    """The convex parts of what facets enclose, each as the sides that bound it.
+
+    planes: those of the faces, no two of them equal, in either sense. Raises ValueError for more than `most` parts.
+    """
+    found: list[tuple[Side, ...]] = []
+    reach = 2 * max(float(abs(c)) for facet in facets for corner in facet.corners for c in corner)
+    waiting = [_Region(list(facets), ())]
+    while waiting:
+        region = waiting.pop()
+        chosen = _best(planes, region.facets)
+        front, back, outward = _split(planes, chosen, region.facets)
+        sides = {1: (*region.sides, (chosen, 1)), -1: (*region.sides, (chosen, -1))}
+        for facets_there, side in ((back, 1), (front, -1)):
+            if facets_there:
+                waiting.append(_Region(facets_there, sides[side]))
+            elif side == outward:  # nothing more is there: all of it is inside
+                found.append(_needed(planes, sides[side], reach))
+        if len(found) > most:
+            raise ValueError(f"faces must enclose at most {most:,} convex parts, found more")
+    return found
+
+
+def _best(planes: Sequence[FlatPlane], facets: Sequence[Facet]) -> int:
+    """The plane that splits the fewest facets, of some; one with nothing on one side is taken at once."""
+    step = max(1, len(facets) // _TRIED)
+    best, least = facets[0].plane, None
+    for number in dict.fromkeys(facet.plane for facet in facets[::step]):
+        signs = [_signs(planes[number], facet) for facet in facets if facet.plane != number]
+        split = sum(1 for low, high in signs if low < 0 < high)
+        front = sum(1 for low, high in signs if high > 0)
+        cost = 0 if front in (0, len(signs)) and not split else 8 * split + abs(len(signs) - 2 * front) + 1
+        if least is None or cost < least:
+            best, least = number, cost
+        if cost == 0:
+            break
+    return best
+
+
+def _signs(plane: FlatPlane, facet: Facet) -> tuple[int, int]:
+    signs = [height(plane, corner) for corner in facet.corners]
+    return min(signs), max(signs)
+
+
+def _split(planes: Sequence[FlatPlane], chosen: int, facets: Sequence[Facet]) -> tuple[list[Facet], list[Facet], int]:
+    """(facets in front of a plane, behind it, which side is inside at the plane: +1 behind, -1 in front)."""
+    front: list[Facet] = []
+    back: list[Facet] = []
+    plane, outward = planes[chosen], 1
+    for facet in facets:
+        if facet.plane == chosen:
+            normal = _newell([_minus(corner, facet.corners[0]) for corner in facet.corners])
+            outward = 1 if _dot(normal, plane.normal) > 0 else -1
+            continue
+        signs = [height(plane, corner) for corner in facet.corners]
+        if max(signs) <= 0:
+            back.append(facet)
+        elif min(signs) >= 0:
+            front.append(facet)
+        else:
+            for side, there in ((1, front), (-1, back)):
+                there.append(Facet(facet.plane, tuple(_clipped(plane, facet.corners, signs, side))))
+    return front, back, outward
+
+
+def _clipped(plane: FlatPlane, corners: Sequence[Point], signs: Sequence[int], side: int) -> Iterator[Point]:
+    """The corners of the part of a polygon on one side of a plane (Sutherland and Hodgman 1974)."""
+    for k, (corner, sign) in enumerate(zip(corners, signs, strict=True)):
+        if sign * side >= 0:
+            yield corner
+        following, other = corners[(k + 1) % len(corners)], signs[(k + 1) % len(corners)]
+        if sign * other < 0:
+            a, b = _dot(plane.normal, corner) - plane.offset, _dot(plane.normal, following) - plane.offset
+            t = a / (a - b)
+            yield (
+                corner[0] + t * (following[0] - corner[0]),
+                corner[1] + t * (following[1] - corner[1]),
+                corner[2] + t * (following[2] - corner[2]),
+            )
+
+
+def _needed(planes: Sequence[FlatPlane], sides: tuple[Side, ...], reach: float) -> tuple[Side, ...]:
+    """Those of the sides of a bounded convex part that the others do not imply: those on which it has a face.
+
+    By floats within a cube of half the edge `reach`, which holds all; where these do not show it, exactly.
+    """
+    rows = np.array([[its * c for c in planes[number].about] for number, its in sides])
+    rows[:, 3] /= reach  # in units of the reach, so that nothing overflows
+    with np.errstate(under="ignore"):  # what is that small is within what floats are loosened by
+        return tuple(side for k, side in enumerate(sides) if _has_face(rows, k, planes, sides))
+
+
+def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tuple[Side, ...]) -> bool:
+    """Has a part a face on its side k? rows: (n, 4), normal and offset in units of the reach of each side, n·x <= d."""
+    normal = rows[k, :3]
+    across = int(np.abs(normal).argmax())
+    first, second = (i for i in range(3) if i != across)
+    corners = np.zeros((4, 3))
+    corners[:, first], corners[:, second] = [(-1.0, 1.0, 1.0, -1.0), (-1.0, -1.0, 1.0, 1.0)]
+    corners[:, across] = (rows[k, 3] - corners @ normal) / normal[across]
+    for other in range(len(rows)):
+        if other == k:
+            continue
+        heights = corners @ rows[other, :3] - rows[other, 3] - _LOOSE  # loosened: what is empty is so for certain
+        if (heights <= 0).all():
+            continue
+        following = np.roll(heights, -1)
+        inside, cut = heights <= 0, (heights < 0) != (following < 0)
+        share = np.where(cut, heights / np.where(cut, heights - following, 1.0), 0.0)[:, None]
+        between = corners + share * (np.roll(corners, -1, axis=0) - corners)
+        corners = np.stack([corners, between], axis=1)[np.stack([inside, cut], axis=1)]
+        if len(corners) < 3:
+            return False
+    spokes = corners[1:] - corners[0]
+    doubled = np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0))
+    longest = float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0)))
+    if doubled > 64 * _LOOSE * (longest + _LOOSE):
+        return True
+    return _has_exact_face(planes, sides, k)
+
+
+def _has_exact_face(planes: Sequence[FlatPlane], sides: tuple[Side, ...], k: int) -> bool:
+    """Has a part a face on its side k, in fractions?"""
+    number, _ = sides[k]
+    corners = _square(planes[number])
+    for other, its in sides:
+        if other != number and corners:
+            signs = [its * height(planes[other], corner) for corner in corners]
+            there = [s * its for s in signs]
+            corners = [] if min(signs) >= 0 else list(_clipped(planes[other], corners, there, -its))
+    return len(corners) > 2
+
+
+_LOOSE = 1e-9
+"""By how much floats are loosened, as a share of the part's reach."""
+_FAR = Fraction(1 << 340)
+
+
+def _square(plane: FlatPlane) -> list[Point]:
+    """A square on a plane, far larger than all that is in the domain."""
+    normal = plane.normal
+    across = max(range(3), key=lambda i: abs(normal[i]))
+    first, second = (i for i in range(3) if i != across)
+    found = []
+    for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+        point = [Fraction(0)] * 3
+        point[first], point[second] = u * _FAR, v * _FAR
+        point[across] = (plane.offset - normal[first] * point[first] - normal[second] * point[second]) / normal[across]
+        found.append((point[0], point[1], point[2]))
+    return found

@@ -1,0 +1,1 @@
+"""Published refractive indices, as text."""

@@ -1,0 +1,83 @@
+"""Steady heat in a drilled block, by walks on spheres: no mesh, only how far the nearest wall is.
+
+The temperature at a point is the mean over the walls of where a random walk from it first meets them. It leaves the
+ball that touches the nearest wall as likely in all directions, so it jumps there at once, again and again, until it is
+beside a wall. (M. E. Muller: Some continuous methods for the Dirichlet problem, Ann. Math. Statist. 27, 1956.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import conicoid as co
+
+BESIDE = 1e-4
+"""So near a wall a walk has met it."""
+BORES = [
+    co.Cylinder((-1.5, 0, -0.4), (-1.5, 0, 0.4), 0.55),
+    co.Cylinder((0.35, -1, 0), (0.35, 1, 0), 0.25),
+    co.Cone((1.6, 0.1, -0.4), (1.6, 0.1, 0.4), 0.45, 0.25),
+]
+BLOCK = co.Box((-2.5, -1, -0.4), (2.5, 1, 0.4)) - BORES[0] - BORES[1] - BORES[2]
+FACES_OF_A_BOX = 6
+COLORS = np.array([(0.01, 0.02, 0.2), (0.15, 0.05, 0.5), (0.7, 0.05, 0.25), (1.0, 0.4, 0.02), (1.0, 0.95, 0.6)])
+
+
+def jump(points: Any, away: Any, rng: np.random.Generator) -> Any:
+    """Anywhere on the spheres about points with these radii."""
+    sides = rng.normal(size=points.shape)
+    return points + (away / np.linalg.norm(sides, axis=1))[:, None] * sides
+
+
+def heat(scene: co.Scene, points: Any, wall: Callable[[Any], Any], walks: int, seed: int = 0) -> tuple[Any, Any]:
+    """(temperature, its standard error) at points inside of a scene's one body; `wall` knows those of nearest walls."""
+    rng = np.random.default_rng(seed)
+    at = np.repeat(np.asarray(points, float), walks, axis=0)
+    left = np.arange(len(at))
+    while len(left):
+        away = scene.distance(at[left]).lower.copy()  # never too far
+        small = away < BESIDE  # beside a wall, or beside an edge, where bounds are less than the distance
+        away[small] = np.abs(scene.distance(at[left[small]], exact=True).distance)
+        left, away = left[away >= BESIDE], away[away >= BESIDE]
+        at[left] = jump(at[left], away, rng)
+    found = wall(scene.distance(at, exact=True)).reshape(len(points), walks)
+    return found.mean(axis=1), found.std(axis=1) / np.sqrt(walks)
+
+
+def temperature(nearest: co.Distances) -> Any:
+    """Of the block: its outside is cold, its bores are hot."""
+    return np.where(nearest.face < FACES_OF_A_BOX, 0.0, 1.0)
+
+
+def shell(inner: float, outer: float, radius: Any) -> Any:
+    """Between two spheres, a hot one and a cold one: the solution in closed form."""
+    return (1 / radius - 1 / outer) / (1 / inner - 1 / outer)
+
+
+def colored(values: Any) -> Any:
+    """Colours for numbers from 0 to 1."""
+    places = np.linspace(0, 1, len(COLORS))
+    return np.stack([np.interp(values, places, COLORS[:, k]) for k in range(3)], axis=-1)
+
+
+def picture(width: int = 300, walks: int = 64) -> co.Image:
+    """The temperature in the middle of the block, as a map."""
+    height = width * 21 // 51
+    scene = co.Scene([BLOCK])
+    x, y = np.meshgrid(np.linspace(-2.55, 2.55, width), np.linspace(1.05, -1.05, height))
+    points = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
+    inside = scene.contains(points)
+    pixels = np.full((len(points), 3), 0.8)
+    pixels[inside] = colored(heat(scene, points[inside], temperature, walks)[0])
+    return co.Image(pixels.reshape(height, width, 3))
+
+
+if __name__ == "__main__":
+    hollow = co.Scene([co.Sphere(2) - co.Sphere(1)])
+    places = np.array([(1.25, 0, 0), (0, 1.5, 0), (0, 0, 1.75)])
+    for place, value, error in zip(places, *heat(hollow, places, lambda d: d.face == 1, 4000), strict=True):
+        print(f"{place}: {value:.4f} +- {error:.4f}, exactly {shell(1, 2, np.linalg.norm(place)):.4f}")
+    picture().save("walk_on_spheres.png")

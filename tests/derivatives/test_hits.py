@@ -1,0 +1,202 @@
+"""`hits.jvp`, `hits.vjp` and `hits.curvature`: by hand, as transposes of one another, and where there is no derivative."""
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+
+def moved(scene, rays, **changes):
+    """The tangents of first hits for changes of parameters by their names."""
+    parameters = co.parameters(scene)
+    tangent = np.zeros(len(parameters))
+    for name, change in changes.items():
+        tangent[parameters.index(name.replace("__", "."))] = change
+    return scene.first_hit(*rays).jvp(parameters, tangent)
+
+
+def test_a_ball_that_grows():
+    # t = 5 - sqrt(r² - h²) for a ray at height h, so dt/dr = -r / sqrt(r² - h²)
+    scene = co.Scene([co.Body(co.Sphere(2), name="ball")])
+    found = moved(scene, ((-5, 1, 0), (1, 0, 0)), ball__radius=1)
+    assert found.t == pytest.approx(-2 / math.sqrt(3), rel=1e-14)
+    # x = -sqrt(r² - h²) at y = h: the normal (x, h, 0) / r turns with it
+    assert found.point == pytest.approx([-2 / math.sqrt(3), 0, 0], abs=1e-14)
+    assert found.normal == pytest.approx([-1 / (4 * math.sqrt(3)), -1 / 4, 0], abs=1e-14)
+
+
+def test_units_of_t_are_those_of_the_direction():
+    scene = co.Scene([co.Body(co.Sphere(2), name="ball")])
+    assert moved(scene, ((-5, 0, 0), (4, 0, 0)), ball__radius=1).t == pytest.approx(-0.25, rel=1e-15)
+
+
+def test_the_wall_of_a_bore_moves_with_the_bore_alone():
+    block = co.Box((0, 0, 0), (4, 4, 4)) - co.Cylinder((2, 2, -1), (2, 2, 5), 1)
+    scene = co.Scene([co.Body(block, name="block")])
+    hits = scene.first_hit((2, 2, 2), (1, 0, 0))
+    parameters = co.parameters(scene)
+    gradient = dict(zip(parameters.names, hits.vjp(parameters, t=1).parameters, strict=True))
+    assert gradient["block.operands[1].radius"] == pytest.approx(1, rel=1e-15)
+    assert [name for name in gradient if gradient[name] and "operands[0]" in name] == []
+
+
+@pytest.fixture(scope="module")
+def crowd():
+    random = np.random.default_rng(3)
+    shapes = [
+        co.Ellipsoid((1, 2, 1.5)).rotate((1, 2, 3), 20).translate((4, 0, 0)),
+        (co.Box((0, 0, 0), (2, 2, 2)) - co.Cylinder((1, 1, -1), (1, 1.25, 3), 0.5)).scale((1, 1.2, 0.9)),
+        co.Spheres(random.uniform(-5, 5, (20, 3)), random.uniform(0.3, 1, 20)),
+        co.Cones([(-4, 3, 0)], [(-3, 4.5, 2)], [1], [0.5]).rotate("z", 30),
+        co.Disc((0, -4, 0), (1, 2, 0.5), 2),
+    ]
+    scene = co.Scene(shapes)
+    origins = random.normal(size=(700, 3)) * 9
+    return scene, origins, random.uniform(-4, 4, (700, 3)) - origins
+
+
+def test_vjp_is_the_transpose_of_jvp(crowd):
+    scene, origins, directions = crowd
+    hits, parameters = scene.first_hit(origins, directions), co.parameters(scene)
+    assert 300 < hits.hit.sum() < 700
+    assert len(np.unique(hits.body)) > 20
+    random = np.random.default_rng(4)
+    tangents = random.normal(size=len(parameters)), *random.normal(size=(2, 700, 3))
+    found = hits.jvp(parameters, tangents[0], d_origins=tangents[1], d_directions=tangents[2])
+    asked = {name: np.where(np.isfinite(getattr(found, name)), random.normal(size=np.shape(getattr(found, name))), 0.0)
+             for name in ("t", "point", "normal", "uv")}  # fmt: skip
+    forth = sum(float(np.nansum(getattr(found, name) * weight)) for name, weight in asked.items())
+    back = hits.vjp(parameters, **asked)
+    sums = (back.parameters @ tangents[0], (back.origins * tangents[1]).sum(), (back.directions * tangents[2]).sum())
+    assert math.fsum(sums) == pytest.approx(forth, rel=1e-12)
+
+
+def test_differences_of_a_crowd(crowd):
+    # Scenes with other numbers are traced, so that bulk bodies and Booleans are asked as a user would.
+    scene, origins, directions = crowd
+    parameters = co.parameters(scene)
+    random = np.random.default_rng(5)
+    tangent, step = random.normal(size=len(parameters)), 1e-6
+    tangent[[name.startswith("bodies[4].normal") for name in parameters.names]] = 0
+    hits = scene.first_hit(origins, directions)
+    found = hits.jvp(parameters, tangent)
+    near, far = (
+        parameters.scene(parameters.values + s * step * tangent).first_hit(origins, directions) for s in (-1, 1)
+    )
+    steep = np.abs((hits.normal * directions).sum(axis=-1)) > 0.3 * np.sqrt((directions**2).sum(axis=-1))
+    same = hits.hit & (near.body == far.body) & (near.face == far.face) & (near.body == hits.body) & steep
+    assert same.sum() > 250
+    for name in ("t", "point", "normal", "uv"):
+        change = (getattr(far, name)[same] - getattr(near, name)[same]) / (2 * step)
+        assert getattr(found, name)[same] == pytest.approx(change, abs=1e-6, rel=1e-6)
+
+
+def test_shapes_of_rays_are_kept():
+    scene = co.Scene([co.Sphere()])
+    hits = scene.first_hit(np.zeros((2, 3, 3)), (0, 0, 1))
+    found = hits.jvp(d_origins=(0, 0, 1))
+    assert found.t.shape == (2, 3)
+    assert found.uv.shape == (2, 3, 2)
+    assert found.t == pytest.approx(np.full((2, 3), -1.0))
+    assert hits.vjp(t=np.ones((2, 3))).directions.shape == (2, 3, 3)
+    assert scene.first_hit(np.zeros((0, 3)), (0, 0, 1)).jvp().normal.shape == (0, 3)
+
+
+def test_where_walls_tie_there_is_no_derivative():
+    boxes = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 0, 0), (2, 1, 1))])
+    # The common wall, an edge, a corner; a wall of one alone has a derivative
+    hits = boxes.first_hit([(0.5, 0.5, 0.5), (-1, -1, 0.5), (-1, -1, -1), (-1, 0.5, 0.5)],
+                           [(1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 0)])  # fmt: skip
+    found = hits.jvp(d_origins=(1, 0, 0))
+    assert np.isnan(found.t).tolist() == [True, True, True, False]
+    assert np.isnan(found.normal).all(axis=1).tolist() == [True, True, True, False]
+    assert found.t[3] == -1
+    back = hits.vjp(co.parameters(boxes), t=[0, 0, 0, 2.0])
+    assert np.isfinite(back.parameters).all()
+    assert np.isnan(hits.vjp(co.parameters(boxes), t=[0, 1, 0, 0]).parameters).any()
+
+
+def test_walls_of_bodies_that_cross_tie_where_they_do():
+    # Two balls of radius 5, 6 apart, have the circle of radius 4 at x = 3 in common.
+    scene = co.Scene([co.Sphere(5), co.Sphere(5, (6, 0, 0)), co.Sphere(1, (0, 0, 99))])
+    hits = scene.first_hit([(3, 9, 0), (3.001, 9, 0), (0, 9, 0)], (0, -1, 0))
+    assert hits.t[0] == 5
+    assert np.isnan(hits.jvp(d_origins=(0, 1, 0)).t).tolist() == [True, False, False]
+    # A ray that starts on one wall is no tie with it
+    away = scene.first_hit(hits[1:].spawn((0, 1, 0.01)))
+    assert not away.hit.any()
+    inside = scene.first_hit(hits[2].spawn((0, -1, 0)))
+    assert inside.t == pytest.approx(10)
+    assert inside.jvp(d_origins=(0, 1, 0)).t == pytest.approx(1)
+
+
+def test_flush_walls_tie_where_both_are_walls():
+    # Two boxes of one body, flush at z = 1, overlap between x = 1 and x = 2.
+    both = co.Scene([co.Box((0, 0, 0), (2, 1, 1)) | co.Box((1, 0, 0), (3, 1, 1))])
+    hits = both.first_hit([(0.5, 0.5, 5), (1.5, 0.5, 5), (2.5, 0.5, 5)], (0, 0, -1))
+    assert np.isnan(hits.jvp(d_origins=(0, 0, 1)).t).tolist() == [False, True, False]
+
+
+def test_an_apex_has_no_derivative():
+    hit = co.Scene([co.Cone((0, 0, 0), (0, 0, 1), 1, 0)]).first_hit((0, 0, 5), (0, 0, -1))
+    assert hit.t == 4
+    assert math.isnan(hit.jvp(d_origins=(1, 0, 0)).t)
+
+
+def test_misses_are_nan_and_cannot_be_asked():
+    hits = co.Scene([co.Sphere()]).first_hit([(0, 0, 5), (9, 0, 5)], (0, 0, -1))
+    assert np.isnan(hits.jvp(d_origins=(0, 0, 1)).t).tolist() == [False, True]
+    with pytest.raises(ValueError, match=r"0 for rays that hit nothing, as the ray \[1\] does"):
+        hits.vjp(t=[1, 1])
+
+
+def test_what_is_refused():
+    scene, other = co.Scene([co.Sphere()]), co.Scene([co.Box()])
+    hits = scene.first_hit((0, 0, 5), (0, 0, -1))
+    with pytest.raises(ValueError, match="same shapes"):
+        hits.jvp(co.parameters(other), np.zeros(6))
+    with pytest.raises(ValueError, match=r"d_parameters must have shape \(4,\), got \(3,\)"):
+        hits.jvp(co.parameters(scene), np.zeros(3))
+    with pytest.raises(ValueError, match="d_parameters need parameters"):
+        hits.jvp(d_parameters=np.zeros(4))
+    with pytest.raises(TypeError, match=r"co\.parameters\(scene\), got list"):
+        hits.jvp([1.0], [1.0])
+    with pytest.raises(ValueError, match=r"d_origins must broadcast to \(3,\)"):
+        hits.jvp(d_origins=np.zeros((2, 3)))
+    with pytest.raises(ValueError, match="detached"):
+        hits.detached().jvp()
+
+
+@pytest.mark.parametrize(
+    ("shape", "ray", "expected"),
+    [
+        (co.Sphere(2), ((5, 0, 0), (-1, 0, 0)), (0.5, 0.5)),
+        (~co.Sphere(2), ((0, 0, 0), (1, 0, 0)), (-0.5, -0.5)),  # hollow
+        (co.Cylinder((0, 0, -3), (0, 0, 3), 2), ((5, 0, 0), (-1, 0, 0)), (0.5, 0)),
+        (co.Box(), ((5, 0, 0), (-1, 0, 0)), (0, 0)),
+        (co.Ellipsoid((3, 2, 1)), ((5, 0, 0), (-1, 0, 0)), (3 / 1, 3 / 4)),  # a / c², a / b² at the end of a
+        (co.HyperbolicParaboloid(1, 2), ((0, 0, 5), (0, 0, -1)), (2, -4)),  # z = x² - 2 y²: its inside is above
+    ],
+)
+def test_principal_curvatures(shape, ray, expected):
+    hit = co.Scene([shape]).first_hit(*ray)
+    found = hit.curvature()
+    assert sorted((found.k1, found.k2)) == pytest.approx(sorted(expected), abs=1e-14)
+    frame = np.array([found.direction1, found.direction2, hit.normal])
+    assert frame @ frame.T == pytest.approx(np.eye(3), abs=1e-14)
+    assert found.mean == pytest.approx(sum(expected) / 2, abs=1e-14)
+    assert found.gaussian == pytest.approx(expected[0] * expected[1], abs=1e-14)
+
+
+def test_normals_turn_by_the_curvature():
+    # Along a principal direction e the normal turns by k e (Rodrigues' formula).
+    scene = co.Scene([co.Ellipsoid((1, 2, 3)).rotate((1, 1, 1), 40)])
+    random = np.random.default_rng(1)
+    hits = scene.first_hit(random.normal(size=(50, 3)) * 9, -random.normal(size=(50, 3)))
+    hits = scene.first_hit(hits.rays.origins, -hits.rays.origins)
+    bent = hits.curvature()
+    for k, along in ((bent.k1, bent.direction1), (bent.k2, bent.direction2)):
+        turned = hits.jvp(d_origins=along).normal
+        assert turned == pytest.approx(k[:, None] * along, abs=1e-12)

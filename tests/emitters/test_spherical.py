@@ -1,0 +1,82 @@
+"""Triangles by their solid angle: known angles, known means of directions, and little noise near a lamp."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.emitters.spherical import in_triangle, triangle_angle
+
+
+@numba.njit(error_model="numpy")
+def _drawn(f, x, y, z, numbers, out):
+    for k in range(len(numbers)):
+        out[k, 0], out[k, 1], out[k, 2] = in_triangle(f, 0, x, y, z, numbers[k, 0], numbers[k, 1])
+
+
+@numba.njit(error_model="numpy")
+def _angle(f, x, y, z):
+    return triangle_angle(f, 0, x, y, z)
+
+
+def row(a, b, c):
+    a, b, c = np.array(a, float), np.array(b, float), np.array(c, float)
+    return np.concatenate([a, b - a, c - a, [1.0]])
+
+
+@pytest.mark.parametrize(
+    ("corners", "angle"),
+    [
+        (((1, 0, 0), (0, 1, 0), (0, 0, 1)), math.pi / 2),
+        (((-1, 0, 1), (1, 0, 1), (0, 1e9, 1)), 2 * math.pi / 4 / 1),  # half of the strip between two planes at 45°
+        (((0, 0, 1), (1e-3, 0, 1), (0, 1e-3, 1)), 0.5e-6),
+    ],
+)
+def test_solid_angles(corners, angle):
+    assert _angle(row(*corners), 0.0, 0.0, 0.0) == pytest.approx(angle, rel=2e-6)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(
+    "corners",
+    [
+        ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        ((0.2, -3, 1), (2, 0.1, 0.7), (-4, 0.5, 2)),
+        ((5, 0, 1), (5, 1, 1), (-9, 0, 1)),
+    ],
+)
+def test_directions_have_the_mean_that_stokes_says(corners, turned):
+    """∫ ω dω over a spherical polygon is Σ θ n / 2 over its edges, of angle θ and unit normal n inwards (Lambert)."""
+    corners = corners[::-1] if turned else corners
+    f = row(*corners)
+    numbers, out = np.random.default_rng(1).random((200_000, 2)), np.empty((200_000, 3))
+    _drawn(f, 0.0, 0.0, 0.0, numbers, out)
+    unit = np.array(corners, float) / np.linalg.norm(corners, axis=1)[:, None]
+    vector = np.zeros(3)
+    for p, q in zip(unit, np.roll(unit, -1, axis=0), strict=True):
+        across = np.cross(p, q)
+        vector += math.acos(np.dot(p, q)) / 2 * across / np.linalg.norm(across)
+    vector *= np.sign(np.dot(vector, unit.sum(axis=0)))
+    mean = vector / _angle(f, 0.0, 0.0, 0.0)
+    assert out.mean(axis=0) == pytest.approx(mean, abs=5 * out.std(axis=0).max() / math.sqrt(len(out)))
+    assert np.linalg.norm(out, axis=1) == pytest.approx(1)
+    sides = np.array([np.cross(p, q) for p, q in zip(unit, np.roll(unit, -1, axis=0), strict=True)])
+    assert ((out @ sides.T * np.sign(np.dot(sides[0], unit[2]))) > -1e-9).all()
+
+
+def test_little_noise_close_to_a_lamp():
+    """A square lamp a tenth over the floor: the irradiance is known, and 64 samples are within a percent of it."""
+    half, height = 1.0, 0.1
+    x = half / height
+    corner = x / math.sqrt(1 + x * x)
+    expected = 4 / math.pi * corner * math.atan(corner)
+    lamp = co.Polygon([(-1, -1, height), (1, -1, height), (1, 1, height), (-1, 1, height)])
+    view = co.OrthographicCamera((0, -1e-3, 1e-4), (0, 0, 0), up=(0, 0, 1), height=1e-9)
+    floor = co.Body(co.Plane((0, 0, 1), 0), co.matte((1.0, 1.0, 1.0)))
+    scene = co.Scene([floor, co.Body(lamp, co.glow(1))], [co.AmbientLight(0)], view, (0, 0, 0))
+    assert scene.render(1, 1, 64).pixels[0, 0] == pytest.approx([expected] * 3, rel=0.01)
+    assert scene.render(1, 1, 64, "direct").pixels[0, 0] == pytest.approx([expected] * 3, rel=0.01)

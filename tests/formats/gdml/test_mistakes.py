@@ -1,0 +1,177 @@
+"""Expressions, mistakes with their lines, and hostile files."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import pytest
+
+from conicoid.formats.errors import SceneFileError
+from conicoid.formats.gdml.evaluator import ExpressionError, evaluate
+from conicoid.formats.gdml.units import NAMES
+
+from .files import HEAD, placed, scene_of, text_of, volume
+
+WORLD = '<box name="w" x="40" y="40" z="40"/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1", 1), ("0.1+0.2", Fraction(3, 10)), ("2*(3+4)^2", 98), ("-2^2", -4), ("2^3^2", 64), ("2**-1", Fraction(1, 2)),
+        ("1e-3*m", 1), ("90*deg*180/pi", 90), ("3 > 2 && 1 <= 1", 1), ("!(1 == 1) || 0", 0), ("--1", 1), ("+1-+1", 0),
+        ("max(1, 2)*min(3, 4)", 6), ("sqrt(2.25)", Fraction(3, 2)), ("pow(2, 10)", 1024), ("10/4/5", Fraction(1, 2)),
+        (" .5 ", Fraction(1, 2)), ("1.e2", 100), ("g/cm3", Fraction(1, 1000)), ("1 - 2 - 3", -4),
+    ],
+)  # fmt: skip
+def test_values(text, value):
+    assert evaluate(text, NAMES) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("sin(30*deg)", 0.5),
+        ("atan2(1, -1)", 2.356194490192345),
+        ("exp(1)", math.e),
+        ("log(e^2)", 2.0),
+        ("2^0.5", 2**0.5),
+    ],
+)
+def test_functions(text, value):
+    assert float(evaluate(text, NAMES)) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "ends too early"), ("1+", "ends too early"), ("(1", "lacks a"), ("1 2", "go on with an operator"),
+        ("1/0", "divides by zero"), ("0^-1", "divides by zero"), ("__import__('os')", "has \"'os'"), ("system(1)", "functions are"),
+        ("sin(1, 2)", "2 numbers in place of 1"), ("(" * 60 + "1" + ")" * 60, "nests deeper"), ("-" * 80 + "1", "nests deeper"),
+        ("1+" * 2000 + "1", "longer than"), ("sqrt(-1)", "square root"), ("log(0)", "finite"), ("1e999", "1e300"),
+        ("1e999999999", "1e300"), ("(-1)^0.5", "broken power"), ("exp(1e9)", "finite"), ("1;2", "in it"), ("9" * 400, "1e300"),
+    ],
+)  # fmt: skip
+def test_what_is_no_expression(text, told):
+    with pytest.raises(ExpressionError, match=".*" + told.replace("(", r"\(")):
+        evaluate(text, NAMES)
+
+
+def test_numbers_do_not_grow_without_end():
+    value = evaluate("*".join(["(1/3)^64"] * 40), NAMES)
+    assert value.denominator.bit_length() < 3000
+    assert float(value) == 0 or value > 0
+
+
+@pytest.mark.parametrize(
+    ("solid", "told"),
+    [
+        ('<box name="s" x="1" y="2"/>', "box 's': z must be given"),
+        ('<box name="s" x="1" y="2" z="-3"/>', "z must be > 0, got -3 mm"),
+        ('<box name="s" x="1" y="2" z="hight"/>', "z has 'hight', which is not defined (did you mean 'height'?)"),
+        ('<box name="s" x="1" y="2" z="1" lunit="parsnip"/>', "lunit has 'parsnip', which is not defined"),
+        ('<tube name="s" rmin="3" rmax="2" z="1"/>', "rmin must be < rmax = 2 mm, got 3 mm"),
+        ('<tube name="s" rmax="2" z="1" deltaphi="-1"/>', "deltaphi must be > 0"),
+        ('<union name="s"><first ref="w"/></union>', "must have a second element"),
+        ('<union name="s"><first ref="w"/><second ref="later"/></union>', "there is no solid 'later' before this"),
+        ('<union name="s"><first ref="s"/><second ref="w"/></union>', "'s', which is left out"),
+        ('<loop for="i" to="3"><box name="s"/></loop>', "for must be a variable that is defined before, got 'i'"),
+        ('<polycone name="s"><zplane z="0" rmax="1"/></polycone>', "must have two or more zplane elements"),
+        ('<tet name="s" vertex1="p" vertex2="p" vertex3="p" vertex4="p"/>', "there is no position 'p'"),
+        (
+            '<polyhedra name="s" numsides="1.5"><zplane z="0" rmax="1"/><zplane z="1" rmax="1"/></polyhedra>',
+            "numsides must be a whole number",
+        ),
+        ('<box name="s[0.5]" x="1" y="2" z="1"/>', "index must be whole"),
+        ('<reflectedSolid name="s" solid="w" sx="0"/>', "sx, sy and sz must not be 0"),
+    ],
+)
+def test_mistakes_in_solids_are_told_with_their_line(tmp_path, solid, told):
+    define = '<constant name="height" value="3"/>'
+    text = text_of(WORLD + "\n" + solid, volume("world", "s" if "name" in solid else "w"), define)
+    line = text[: text.index(solid)].count("\n") + 1
+    with pytest.raises((SceneFileError, ValueError)) as error:
+        scene_of(tmp_path, text, strict=True)
+    assert told in str(error.value)
+    assert f"a.gdml:{line}" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("structure", "told"),
+    [
+        (volume("world", "s"), "there is no solid 's' before this"),
+        (volume("world", "w", material="lead"), "there is no material 'lead'"),
+        (volume("world", "w", placed("core")), "there is no volume 'core' before this"),
+        (volume("world", "w", placed("world")), "is placed in itself"),
+        (volume("world", "w", "<physvol/>"), "must have a volumeref or a file"),
+        (
+            volume("world", "w", '<replicavol number="2"><volumeref ref="world"/></replicavol>'),
+            "must have a replicate_along_axis",
+        ),
+        (
+            volume("world", "w", '<divisionvol axis="kUp"><volumeref ref="world"/></divisionvol>'),
+            "axis must be one of kXAxis",
+        ),
+        ('<volume name="world"/>', "must have a solidref"),
+        ("", "there is no volume 'world'"),
+    ],
+)
+def test_mistakes_in_the_structure(tmp_path, structure, told):
+    with pytest.raises(SceneFileError) as error:
+        scene_of(tmp_path, text_of(WORLD, structure))
+    assert told in str(error.value)
+    assert "a.gdml:" in str(error.value)
+
+
+def bomb(levels):
+    parts = [volume("v0", "w")]
+    parts += [volume(f"v{k}", "w", placed(f"v{k - 1}") * 10) for k in range(1, levels)]
+    return "".join(parts) + volume("world", "w", placed(f"v{levels - 1}"))
+
+
+HOSTILE = {
+    "entity": ('<!DOCTYPE gdml [<!ENTITY a "x">]>\n<gdml>&a;</gdml>', "declares an entity"),
+    "external entity": ('<!DOCTYPE gdml [<!ENTITY a SYSTEM "/etc/passwd">]>\n<gdml>&a;</gdml>', "declares an entity"),
+    "parameter entity": ('<!DOCTYPE gdml [<!ENTITY % a SYSTEM "x"> %a;]>\n<gdml/>', "declares an entity"),
+    "document type": ('<!DOCTYPE gdml SYSTEM "a.dtd">\n<gdml/>', "an external reference"),
+    "bodies": (text_of(WORLD, bomb(20)), "expands into"),
+    "depth": (
+        text_of(WORLD, volume("v0", "w") + "".join(volume(f"v{k}", "w", placed(f"v{k - 1}")) for k in range(1, 300)) + volume("world", "w", placed("v299"))),
+        "nest deeper than 100 levels",
+    ),
+    "booleans": (
+        text_of(
+            WORLD + '<box name="b0" x="1" y="1" z="1"/>'
+            + "".join(f'<union name="b{k}"><first ref="b{k - 1}"/><second ref="b{k - 1}"/></union>' for k in range(1, 60)),
+            volume("world", "b59"),
+        ),
+        "must be of at most 4,000 solids",
+    ),
+    "loop": (
+        text_of(WORLD, '<loop for="i" to="1e12"/>' + volume("world", "w"), '<variable name="i" value="0"/>'),
+        "loops turn more than 200,000 times",
+    ),
+    "elements": ("<gdml>" * 50 + "</gdml>" * 50, "deeper than 32 levels"),
+    "no XML": ("<gdml><solids></gdml>", "is not XML"),
+    "no world": (HEAD + "</gdml>", "must have a setup element"),
+    "replicas": (
+        text_of(
+            WORLD,
+            volume("p", "w") + volume("world", "w", '<replicavol number="1e9"><volumeref ref="p"/></replicavol>'),
+        ),
+        "must be a whole number from 0 to 1,000,000",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_files_are_refused(tmp_path, name):
+    text, told = HOSTILE[name]
+    with pytest.raises(SceneFileError, match=told):
+        scene_of(tmp_path, text)
+
+
+def test_a_document_type_without_entities_is_harmless(tmp_path):
+    text = text_of(WORLD, volume("world", "w")).replace("<gdml", "<!DOCTYPE gdml []>\n<gdml", 1)
+    assert len(scene_of(tmp_path, text)) == 1

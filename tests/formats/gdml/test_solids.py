@@ -1,0 +1,327 @@
+"""Each solid against its formula, as Geant4's book of applications gives it, at random points."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from .files import solid_scene
+
+DEG = np.pi / 180
+
+
+def rotated(p, degrees, axis):
+    """Points turned counter-clockwise about an axis."""
+    c, s = np.cos(degrees * DEG), np.sin(degrees * DEG)
+    i, j = [(1, 2), (2, 0), (0, 1)][axis]
+    q = p.copy()
+    q[:, i], q[:, j] = c * p[:, i] - s * p[:, j], s * p[:, i] + c * p[:, j]
+    return q
+
+
+def radius(p):
+    return np.hypot(p[:, 0], p[:, 1])
+
+
+def in_phi(p, start, delta):
+    return (np.arctan2(p[:, 1], p[:, 0]) / DEG - start) % 360 <= delta
+
+
+def in_box(p, x, y, z):
+    return (abs(p) <= np.array([x, y, z]) / 2).all(axis=1)
+
+
+def in_cone(p, a, b, c, d, h):
+    """From (rmin, rmax) = (a, b) at -h to (c, d) at h."""
+    t = (p[:, 2] + h) / (2 * h)
+    r = radius(p)
+    return (t >= 0) & (t <= 1) & (r >= a + (c - a) * t) & (r <= b + (d - b) * t)
+
+
+def in_sphere(p):
+    r = np.linalg.norm(p, axis=1)
+    theta = np.arccos(p[:, 2] / r) / DEG
+    return (r >= 3) & (r <= 8) & in_phi(p, 20, 200) & (theta >= 30) & (theta <= 120)
+
+
+def in_trd(p, x1, x2, y1, y2, h):
+    t = (p[:, 2] + h) / (2 * h)
+    x, y = (x1 + (x2 - x1) * t) / 2, (y1 + (y2 - y1) * t) / 2
+    return (t >= 0) & (t <= 1) & (abs(p[:, 0]) <= x) & (abs(p[:, 1]) <= y)
+
+
+def in_para(p):
+    z = p[:, 2]
+    x0, y0 = z * np.tan(20 * DEG) * np.cos(30 * DEG), z * np.tan(20 * DEG) * np.sin(30 * DEG)
+    y = p[:, 1] - y0
+    x = p[:, 0] - x0 - y * np.tan(15 * DEG)
+    return (abs(z) <= 6) & (abs(y) <= 4) & (abs(x) <= 3)
+
+
+def in_trap(p):
+    """Mother of all trapezoids: half lengths 6; 4, 2, 3, tan 0.1; 5, 2.5, 3.75 (x in proportion keeps sides flat)."""
+    z = p[:, 2]
+    t = (z + 6) / 12
+    y0 = z * np.tan(10 * DEG) * np.sin(40 * DEG)
+    x0 = z * np.tan(10 * DEG) * np.cos(40 * DEG)
+    half_y, below, above = 4 + t, 2 + t / 2, 3 + 0.75 * t
+    y = p[:, 1] - y0
+    x = p[:, 0] - x0 - y * np.tan(10 * DEG)
+    half_x = (below + above) / 2 + (above - below) / 2 * y / half_y
+    return (abs(z) <= 6) & (abs(y) <= half_y) & (abs(x) <= half_x)
+
+
+def in_polyhedra(p, count, start, delta, planes, share=1.0):
+    """`planes`: (z, rmin, rmax), radii to the sides, or `share` of what is given."""
+    step = delta / count
+    angle = (np.arctan2(p[:, 1], p[:, 0]) / DEG - start) % 360
+    middle = start + (np.floor(angle / step) + 0.5) * step
+    across = p[:, 0] * np.cos(middle * DEG) + p[:, 1] * np.sin(middle * DEG)
+    z, found = p[:, 2], np.zeros(len(p), bool)
+    for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
+        t = (z - z0) / (z1 - z0)
+        found |= (t >= 0) & (t <= 1) & (across >= share * (a + (c - a) * t)) & (across <= share * (b + (d - b) * t))
+    return found & (angle <= delta)
+
+
+def in_stack(p, planes):
+    z, r, found = p[:, 2], radius(p), np.zeros(len(p), bool)
+    for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
+        if z0 < z1:
+            t = (z - z0) / (z1 - z0)
+            found |= (t >= 0) & (t <= 1) & (r >= a + (c - a) * t) & (r <= b + (d - b) * t)
+    return found
+
+
+def in_tet(p, corners):
+    m = np.linalg.inv(np.array(corners[1:], float) - corners[0])
+    t = (p - corners[0]) @ m
+    return (t >= 0).all(axis=1) & (t.sum(axis=1) <= 1)
+
+
+def in_cut_tube(p):
+    x, y, z = p.T
+    return (
+        (radius(p) >= 2) & (radius(p) <= 5) & in_phi(p, 10, 250)
+        & (0.3 * x - 0.9 * (z + 4) <= 0) & (-0.2 * x + 0.1 * y + 0.9 * (z - 4) <= 0)
+    )  # fmt: skip
+
+
+def in_outline(x, y):
+    """An L: (0, 0) to (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)."""
+    return (x >= 0) & (y >= 0) & (((x <= 6) & (y <= 2)) | ((x <= 2) & (y <= 5)))
+
+
+def in_xtru(p):
+    """Scaled by 1 to 0.5 and shifted by (0, 0) to (2, -1) from z = -5 to 3, then straight to 5."""
+    z = p[:, 2]
+    t = np.clip((z + 5) / 8, 0, 1)
+    s, x, y = 1 - t / 2, 2 * t, -t
+    return (abs(z) <= 5) & in_outline((p[:, 0] - x) / s, (p[:, 1] - y) / s)
+
+
+def hyperbolic(p):
+    z, r2 = p[:, 2], p[:, 0] ** 2 + p[:, 1] ** 2
+    return (abs(z) <= 6) & (r2 <= 16 + (np.tan(40 * DEG) * z) ** 2) & (r2 >= 4 + (np.tan(20 * DEG) * z) ** 2)
+
+
+def planes(rows):
+    return "".join(f'<zplane z="{z}" rmin="{a}" rmax="{b}"/>' for z, a, b in rows)
+
+
+def points(rows):
+    return "".join(f'<rzpoint r="{r}" z="{z}"/>' for r, z in rows)
+
+
+STEPS = [(-7, 1, 4), (-2, 2, 6), (3, 2, 3), (6, 0, 8)]
+TOUCHING = [(-6, 0, 5), (-2, 0, 5), (-2, 2, 8), (2, 4, 4), (6, 1, 7)]
+GENERIC = [(2, -6), (7, -3), (4, 0), (7, 5), (2, 5)]
+CORNERS = [(0, 0, 0), (6, 1, 0), (1, 7, -2), (-2, 1, 8)]
+DEFINE = "".join(f'<position name="p{k}" x="{x}" y="{y}" z="{z}" unit="mm"/>' for k, (x, y, z) in enumerate(CORNERS))
+L = "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x, y in [(0, 0), (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)])
+FACETS = "".join(
+    f'<triangular vertex1="p{a}" vertex2="p{b}" vertex3="p{c}" type="ABSOLUTE"/>'
+    for a, b, c in [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
+)
+ARB8 = " ".join(
+    f'v{k}x="{x}" v{k}y="{y}"'
+    for k, (x, y) in enumerate([(-3, -3), (-3, 3), (3, 3), (3, -3), (-2, -2), (-2, 2), (2, 2), (2, -2)], 1)
+)
+SOLIDS = {
+    "box": ('<box name="s" x="1" y="0.8" z="0.6" lunit="cm"/>', lambda p: in_box(p, 10, 8, 6)),
+    "tube": (
+        '<tube name="s" rmin="2" rmax="7" z="9" startphi="30" deltaphi="280" aunit="deg"/>',
+        lambda p: in_cone(p, 2, 7, 2, 7, 4.5) & in_phi(p, 30, 280),
+    ),
+    "radians": (
+        '<tube name="s" rmax="7" z="9" startphi="-pi/2" deltaphi="pi"/>',
+        lambda p: in_cone(p, 0, 7, 0, 7, 4.5) & (p[:, 0] >= 0),
+    ),
+    "cutTube": (
+        '<cutTube name="s" rmin="2" rmax="5" z="8" startphi="10" deltaphi="250" aunit="deg" lowX="0.3" lowY="0" lowZ="-0.9"'
+        ' highX="-0.2" highY="0.1" highZ="0.9"/>',
+        in_cut_tube,
+    ),
+    "cone": (
+        '<cone name="s" rmin1="1" rmax1="4" rmin2="3" rmax2="8" z="12" startphi="90" deltaphi="90" aunit="deg"/>',
+        lambda p: in_cone(p, 1, 4, 3, 8, 6) & in_phi(p, 90, 90),
+    ),
+    "sphere": (
+        '<sphere name="s" rmin="3" rmax="8" startphi="20" deltaphi="200" starttheta="30" deltatheta="90" aunit="deg"/>',
+        in_sphere,
+    ),
+    "lower half": (
+        '<sphere name="s" rmin="0" rmax="8" startphi="0" deltaphi="360" starttheta="90" deltatheta="90" aunit="deg"/>',
+        lambda p: (np.linalg.norm(p, axis=1) <= 8) & (p[:, 2] <= 0),
+    ),
+    "orb": ('<orb name="s" r="7.5"/>', lambda p: np.linalg.norm(p, axis=1) <= 7.5),
+    "ellipsoid": (
+        '<ellipsoid name="s" ax="4" by="6" cz="9" zcut1="-3" zcut2="7"/>',
+        lambda p: (((p / [4, 6, 9]) ** 2).sum(axis=1) <= 1) & (p[:, 2] >= -3) & (p[:, 2] <= 7),
+    ),
+    "eltube": (
+        '<eltube name="s" dx="3" dy="7" dz="5"/>',
+        lambda p: ((p[:, 0] / 3) ** 2 + (p[:, 1] / 7) ** 2 <= 1) & (abs(p[:, 2]) <= 5),
+    ),
+    "elcone": (
+        '<elcone name="s" dx="0.5" dy="0.75" zmax="10" zcut="4"/>',
+        lambda p: (
+            ((p[:, 0] / 0.5) ** 2 + (p[:, 1] / 0.75) ** 2 <= (10 - p[:, 2]) ** 2) & (abs(p[:, 2]) <= 4)
+        ),
+    ),
+    "paraboloid": (
+        '<paraboloid name="s" rlo="2" rhi="8" dz="6"/>',
+        lambda p: (radius(p) ** 2 <= 4 + 60 * (p[:, 2] + 6) / 12) & (abs(p[:, 2]) <= 6),
+    ),
+    "hype": ('<hype name="s" rmin="2" rmax="4" inst="20" outst="40" z="12" aunit="deg"/>', hyperbolic),
+    "trd": ('<trd name="s" x1="4" x2="12" y1="10" y2="5" z="14"/>', lambda p: in_trd(p, 4, 12, 10, 5, 7)),
+    "point": ('<trd name="s" x1="12" x2="0" y1="10" y2="0" z="14"/>', lambda p: in_trd(p, 12, 0, 10, 0, 7)),
+    "trap": (
+        '<trap name="s" z="12" theta="10" phi="40" y1="8" x1="4" x2="6" alpha1="10" y2="10" x3="5" x4="7.5" alpha2="10"'
+        ' aunit="deg"/>',
+        in_trap,
+    ),
+    "para": ('<para name="s" x="6" y="8" z="12" alpha="15" theta="20" phi="30" aunit="deg"/>', in_para),
+    "tet": ('<tet name="s" vertex1="p0" vertex2="p1" vertex3="p2" vertex4="p3"/>', lambda p: in_tet(p, CORNERS)),
+    "tessellated": (f'<tessellated name="s">{FACETS}</tessellated>', lambda p: in_tet(p, CORNERS)),
+    "arb8": (f'<arb8 name="s" {ARB8} dz="5"/>', lambda p: in_trd(p, 6, 4, 6, 4, 5)),
+    "polycone": (
+        f'<polycone name="s" startphi="0" deltaphi="360" aunit="deg">{planes(STEPS)}</polycone>',
+        lambda p: in_stack(p, STEPS),
+    ),
+    "reversed polycone": (
+        f'<polycone name="s" startphi="10" deltaphi="200" aunit="deg">{planes(STEPS[::-1])}</polycone>',
+        lambda p: in_stack(p, STEPS) & in_phi(p, 10, 200),
+    ),
+    "touching polycone": (f'<polycone name="s">{planes(TOUCHING)}</polycone>', lambda p: in_stack(p, TOUCHING)),
+    "genericPolycone": (
+        f'<genericPolycone name="s" startphi="0" deltaphi="360" aunit="deg">{points(GENERIC)}</genericPolycone>',
+        lambda p: in_stack(p, [(-6, 2, 2), (-3, 2, 7), (0, 2, 4), (5, 2, 7)]),
+    ),
+    "polyhedra": (
+        f'<polyhedra name="s" startphi="20" deltaphi="360" numsides="5" aunit="deg">{planes(STEPS)}</polyhedra>',
+        lambda p: in_polyhedra(p, 5, 20, 360, STEPS),
+    ),
+    "polyhedra of a wedge": (
+        f'<polyhedra name="s" startphi="20" deltaphi="250" numsides="4" aunit="deg">{planes(STEPS)}</polyhedra>',
+        lambda p: in_polyhedra(p, 4, 20, 250, STEPS),
+    ),
+    "one side": (
+        f'<polyhedra name="s" startphi="20" deltaphi="40" numsides="1" aunit="deg">{planes(STEPS)}</polyhedra>',
+        lambda p: in_polyhedra(p, 1, 20, 40, STEPS),
+    ),
+    "genericPolyhedra": (
+        f'<genericPolyhedra name="s" startphi="0" deltaphi="360" numsides="6" aunit="deg">{points(GENERIC)}</genericPolyhedra>',
+        lambda p: in_polyhedra(p, 6, 0, 360, [(-6, 2, 2), (-3, 2, 7), (0, 2, 4), (5, 2, 7)], np.cos(30 * DEG)),
+    ),
+    "xtru": (
+        f'<xtru name="s">{L}<section zOrder="0" zPosition="-5" xOffset="0" yOffset="0" scalingFactor="1"/>'
+        '<section zOrder="1" zPosition="3" xOffset="2" yOffset="-1" scalingFactor="0.5"/>'
+        '<section zOrder="2" zPosition="5" xOffset="2" yOffset="-1" scalingFactor="0.5"/></xtru>',
+        in_xtru,
+    ),
+    "subtraction": (
+        '<box name="a" x="12" y="10" z="8"/><box name="b" x="4" y="2" z="20"/><subtraction name="s"><first ref="a"/>'
+        '<second ref="b"/><position x="2" y="1" z="0"/><rotation x="0" y="0" z="30" unit="deg"/></subtraction>',
+        lambda p: in_box(p, 12, 10, 8) & ~in_box(rotated(p - [2, 1, 0], -30, 2), 4, 2, 20),
+    ),
+    "union": (
+        '<box name="a" x="12" y="2" z="4"/><box name="b" x="3" y="9" z="1"/><union name="s"><first ref="a"/>'
+        '<second ref="b"/><position x="1" y="-2" z="3"/><rotation x="20" y="30" z="40" unit="deg"/>'
+        '<firstposition x="-3" y="1" z="0"/><firstrotation x="90" y="50" z="0" unit="deg"/></union>',
+        lambda p: in_box(rotated(rotated(p - [-3, 1, 0], -50, 1), -90, 0), 12, 2, 4)
+        | in_box(rotated(rotated(rotated(p - [1, -2, 3], -40, 2), -30, 1), -20, 0), 3, 9, 1),
+    ),
+    "intersection": (
+        '<box name="a" x="12" y="6" z="9"/><orb name="b" r="6"/><intersection name="s"><first ref="a"/><second ref="b"/>'
+        '<position x="0" y="0" z="3"/></intersection>',
+        lambda p: in_box(p, 12, 6, 9) & (np.linalg.norm(p - [0, 0, 3], axis=1) <= 6),
+    ),
+    "multiUnion": (
+        '<box name="a" x="5" y="4" z="3"/><multiUnion name="s"><multiUnionNode name="1"><solid ref="a"/></multiUnionNode>'
+        '<multiUnionNode name="2"><solid ref="a"/><position x="5" y="0" z="0"/></multiUnionNode>'
+        '<multiUnionNode name="3"><solid ref="a"/><position x="0" y="5" z="0"/><rotation x="25" y="10" z="5" unit="deg"/>'
+        "</multiUnionNode></multiUnion>",
+        lambda p: in_box(p, 5, 4, 3) | in_box(p - [5, 0, 0], 5, 4, 3)
+        | in_box(rotated(rotated(rotated(p - [0, 5, 0], -5, 2), -10, 1), -25, 0), 5, 4, 3),
+    ),
+    "scaledSolid": (
+        '<orb name="a" r="3"/><scaledSolid name="s"><solidref ref="a"/><scale name="k" x="2" y="1" z="0.5"/></scaledSolid>',
+        lambda p: np.linalg.norm(p / [2, 1, 0.5], axis=1) <= 3,
+    ),
+    "reflectedSolid": (
+        '<trd name="a" x1="4" x2="12" y1="10" y2="5" z="14"/>'
+        '<reflectedSolid name="s" solid="a" sx="1" sy="1" sz="-1" dx="1" dy="0" dz="0" rx="0" ry="0" rz="90" aunit="deg"/>',
+        lambda p: in_trd(rotated(p - [1, 0, 0], -90, 2) * [1, 1, -1], 4, 12, 10, 5, 7),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_a_solid_is_what_its_formula_says(tmp_path, name):
+    text, inside = SOLIDS[name]
+    scene = solid_scene(tmp_path, text, "s", DEFINE)
+    assert not [note for note in scene.notes if "left out" in note]
+    p = np.random.default_rng(5).uniform(-10, 10, (10_000, 3))
+    expected = inside(p)
+    assert 50 < expected.sum() < 9_900
+    found = np.asarray(scene.body_at(p)) == 0
+    assert np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            '<xtru name="s">'
+            + "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x in range(400) for y in (x * x,))
+            + '<section zOrder="0" zPosition="0"/><section zOrder="1" zPosition="1"/></xtru>',
+            "xtru 's': it has 400 faces, more than the 300",
+        ),
+        (
+            '<torus name="s" rmin="0" rmax="1" rtor="5" startphi="0" deltaphi="360"/>',
+            "torus 's': is no quadric; left out",
+        ),
+        ('<twistedbox name="s" x="1" y="1" z="1" PhiTwist="1"/>', "twistedbox 's': is no quadric; left out"),
+        (
+            '<arb8 name="s" v1x="-1" v1y="-1" v2x="-1" v2y="1" v3x="1" v3y="1" v4x="1" v4y="-1" v5x="-2" v5y="-1" v6x="-1"'
+            ' v6y="2" v7x="2" v7y="1" v8x="1" v8y="-2" dz="1"/>',
+            "arb8 's': a face of it is twisted",
+        ),
+        (
+            '<tessellated name="s"><triangular vertex1="p0" vertex2="p1" vertex3="p2"/></tessellated>',
+            "no closed surface",
+        ),
+    ],
+)
+def test_what_cannot_be_is_left_out_and_told(tmp_path, text, told):
+    from .files import placed, scene_of, text_of, volume
+
+    structure = volume("v", "s") + volume("world", "w", placed("v"))
+    scene = scene_of(tmp_path, text_of(text + '<box name="w" x="9" y="9" z="9"/>', structure, DEFINE))
+    assert [body.name for body in scene.bodies] == ["world"]
+    assert any(note.startswith("a.gdml:") and told in note for note in scene.notes)
+    with pytest.raises(ValueError, match="strict is asked for"):
+        scene_of(tmp_path, text_of(text, structure.replace('"w"', '"s"'), DEFINE), strict=True)

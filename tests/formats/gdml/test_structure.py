@@ -1,0 +1,290 @@
+"""Where volumes stand: rotations by bodies without symmetry, daughters in mothers, repeats, names."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.formats.errors import SceneFileError
+
+from .files import HEAD, placed, scene_of, text_of, volume
+
+WORLD = '<box name="w" x="40" y="40" z="40"/>'
+BAR = '<box name="bar" x="2" y="4" z="8"/>'
+DEG = np.pi / 180
+
+
+def names(scene):
+    return [body.name for body in scene.bodies]
+
+
+def at(scene, *points):
+    """The names of the bodies at points."""
+    found = np.asarray(scene.body_at(np.array(points, float))).tolist()
+    return [None if number < 0 else scene.bodies[number].name for number in found]
+
+
+def test_a_placement_turns_the_other_way(tmp_path):
+    # By +90 degrees about z Geant4's placement turns its volume by -90: the tip at +x goes to -y. About x: +y to -z
+    solids = (
+        WORLD
+        + '<box name="s" x="2" y="2" z="2"/><union name="tip"><first ref="s"/><second ref="s"/><position x="{}" y="{}" z="0"/></union>'
+    )
+    for turn, tip, there in (("z", (2, 0), (0, -2, 0)), ("x", (0, 2), (0, 0, -2)), ("y", (2, 0), (0, 0, 2))):
+        inside = f'<rotation {turn}="90" unit="deg"/>'
+        text = text_of(solids.format(*tip), volume("t", "tip") + volume("world", "w", placed("t", inside)))
+        scene = scene_of(tmp_path, text)
+        assert at(scene, there, [-x for x in there]) == ["world/t", "world"]
+
+
+def test_a_boolean_turns_as_it_says(tmp_path):
+    solids = (
+        WORLD
+        + BAR
+        + (
+            '<box name="s" x="1" y="1" z="1"/><subtraction name="d"><first ref="w"/><second ref="arm"/>'
+            '<rotation z="90" unit="deg"/></subtraction>'
+        )
+    )
+    arm = '<box name="s0" x="2" y="2" z="2"/><union name="arm"><first ref="s0"/><second ref="s0"/><position x="2" y="0" z="0"/></union>'
+    scene = scene_of(tmp_path, text_of(arm + solids, volume("world", "d")))
+    assert at(scene, (0, 2, 0), (0, -2, 0)) == [None, "world"]
+
+
+def test_three_angles_and_a_scale(tmp_path):
+    # p_mother = Rx(-a) Ry(-b) Rz(-c) S p + t
+    a, b, c = 20, 35, 50
+    inside = f'<position x="3" y="-2" z="1"/><rotation x="{a}" y="{b}" z="{c}" unit="deg"/><scale x="1" y="1" z="-1"/>'
+    solids = WORLD + '<trd name="t" x1="2" x2="9" y1="3" y2="5" z="8"/>'
+    scene = scene_of(tmp_path, text_of(solids, volume("t", "t") + volume("world", "w", placed("t", inside))))
+    p = np.random.default_rng(3).uniform(-8, 8, (10_000, 3))
+
+    def turn(axis, degrees):
+        i, j = [(1, 2), (2, 0), (0, 1)][axis]
+        m = np.eye(3)
+        m[i, i] = m[j, j] = np.cos(degrees * DEG)
+        m[j, i] = np.sin(degrees * DEG)
+        m[i, j] = -m[j, i]
+        return m
+
+    r = turn(0, -a) @ turn(1, -b) @ turn(2, -c)
+    q = (p - [3, -2, 1]) @ r * [1, 1, -1]  # the inverse of r by its transpose, rows as points
+    t = (q[:, 2] + 4) / 8
+    inside_it = (t >= 0) & (t <= 1) & (abs(q[:, 0]) <= 1 + 3.5 * t) & (abs(q[:, 1]) <= 1.5 + t)
+    assert inside_it.sum() > 50
+    assert np.array_equal(np.asarray(scene.body_at(p)) == names(scene).index("world/t"), inside_it)
+
+
+def test_a_daughter_displaces_its_mother(tmp_path):
+    structure = (
+        volume("core", "core") + volume("bar", "bar", placed("core", '<position x="0.5" y="0" z="0"/>'))
+        + volume("world", "w", placed("bar", '<position x="5" y="0" z="0"/>'), "air")
+    )  # fmt: skip
+    scene = scene_of(tmp_path, text_of(WORLD + BAR + '<orb name="core" r="0.5"/>', structure))
+    assert names(scene) == ["world", "world/bar", "world/bar/core"]
+    assert at(scene, (5.5, 0, 0), (4.5, 0, 0), (0, 0, 0), (30, 0, 0)) == [
+        "world/bar/core", "world/bar", "world", None,
+    ]  # fmt: skip
+    spans = scene.spans([(-30, 0, 0)], [(1, 0, 0)])
+    # The bar is from 4 to 6, the core from 5 to 6
+    lengths = np.zeros(3)
+    np.add.at(lengths, spans.body, spans.t_exit - spans.t_enter)
+    assert lengths.tolist() == [38.0, 1.0, 1.0]
+    assert scene.bodies[0].material.transparency == 1  # air
+
+
+def test_flush_daughters_leave_no_gap(tmp_path):
+    # 0.1 + 0.2 is not 0.3 in double precision: in fractions the plates touch, and no ray sees the mother between them
+    plates = "".join(
+        placed("p", f'<position x="0" y="0" z="{k}*0.1-0.45" unit="cm"/>', f'copynumber="{k}"') for k in range(10)
+    )
+    solids = '<box name="w" x="1" y="1" z="1" lunit="cm"/><box name="p" x="1" y="1" z="0.1" lunit="cm"/>'
+    scene = scene_of(tmp_path, text_of(solids, volume("p", "p") + volume("world", "w", plates, "air")))
+    spans = scene.spans([(0.1, 0.2, -30)], [(0, 0, 1)])
+    assert [scene.bodies[k].name for k in spans.body] == [f"world/p[{k}]" for k in range(10)]
+    assert np.array_equal(spans.t_enter[1:], spans.t_exit[:-1])
+
+
+def test_assemblies_and_names(tmp_path):
+    pair = (
+        '<assembly name="pair">'
+        + placed("bar", '<position x="3" y="0" z="0"/>')
+        + placed("bar", '<position x="-3" y="0" z="0"/>')
+        + "</assembly>"
+    )
+    inside = placed("pair", '<position y="10"/>', 'name="up0x55d0c0ffee"') + placed(
+        "pair", '<position y="-10"/>', 'name="down" copynumber="7"'
+    )
+    scene = scene_of(tmp_path, text_of(WORLD + BAR, volume("bar", "bar") + pair + volume("world", "w", inside)))
+    assert names(scene) == ["world", "world/up/bar", "world/up/bar#2", "world/down[7]/bar", "world/down[7]/bar#2"]
+    assert at(scene, (3, 10, 0), (-3, -10, 0), (0, 10, 0)) == ["world/up/bar", "world/down[7]/bar#2", "world"]
+
+
+def test_loops_matrices_and_names_with_brackets(tmp_path):
+    define = (
+        '<variable name="i" value="0"/><constant name="n" value="3"/><matrix name="m" coldim="1" values="1 2 4"/>'
+        '<quantity name="d" type="length" value="1" unit="cm"/>'
+    )
+    solids = WORLD + '<loop for="i" from="1" to="n"><box name="b[i]" x="m[i]" y="1" z="1"/></loop>'
+    structure = '<loop for="i" to="n" from="1">' + volume("v[i]", "b[i]") + "</loop>"
+    inside = '<loop for="i" from="1" to="n">' + placed("v[i]", '<position x="0" y="d*(i-2)" z="0"/>') + "</loop>"
+    scene = scene_of(tmp_path, text_of(solids, structure + volume("world", "w", inside), define))
+    assert names(scene) == ["world", "world/v_1", "world/v_2", "world/v_3"]
+    assert at(scene, (1.9, 10, 0), (0.9, 0, 0), (1.9, 0, 0), (0.4, -10, 0)) == [
+        "world/v_3",
+        "world/v_2",
+        "world",
+        "world/v_1",
+    ]
+
+
+REPLICA = (
+    '<replicavol number="{}"><volumeref ref="part"/><replicate_along_axis><direction {}="1"/><width value="{}" unit="{}"/>'
+    '<offset value="{}" unit="{}"/></replicate_along_axis></replicavol>'
+)
+
+
+def test_replicas(tmp_path):
+    box = WORLD + '<box name="m" x="12" y="4" z="4"/><box name="part" x="3" y="4" z="4"/>'
+    structure = volume("part", "part") + volume("m", "m", REPLICA.format(4, "x", 3, "mm", 0, "mm"))
+    scene = scene_of(tmp_path, text_of(box, structure + volume("world", "w", placed("m"))))
+    assert names(scene) == ["world"] + [f"world/m/part[{k}]" for k in range(4)]  # nothing is left of m
+    assert at(scene, (-5, 0, 0), (5, 0, 0)) == ["world/m/part[0]", "world/m/part[3]"]
+
+    tubes = (
+        WORLD
+        + '<tube name="m" rmin="2" rmax="8" z="4" deltaphi="2*pi"/><tube name="part" rmin="2" rmax="8" z="4" startphi="-30" deltaphi="60" aunit="deg"/>'
+    )
+    structure = volume("part", "part") + volume("m", "m", REPLICA.format(6, "phi", 60, "deg", 0, "deg"))
+    scene = scene_of(tmp_path, text_of(tubes, structure + volume("world", "w", placed("m"))))
+    angles = (30 + 60 * np.arange(6)) * DEG
+    found = at(scene, *np.column_stack((5 * np.cos(angles), 5 * np.sin(angles), 0 * angles)))
+    assert found == [f"world/m/part[{k}]" for k in range(6)]
+
+    structure = volume("part", "part") + volume("m", "m", REPLICA.format(3, "rho", 2, "mm", 2, "mm"))
+    shells = tubes.replace('startphi="-30" deltaphi="60" aunit="deg"', 'deltaphi="2*pi"')
+    scene = scene_of(tmp_path, text_of(shells, structure + volume("world", "w", placed("m"))))
+    assert at(scene, (3, 0, 0), (0, 5, 0), (-7, 0, 0)) == [f"world/m/part[{k}]" for k in range(3)]
+
+
+@pytest.mark.parametrize(
+    ("rule", "points", "expected"),
+    [
+        ('axis="kXAxis" number="4" width="0" offset="0" unit="mm"', [(-5, 0, 0), (5, 0, 0)], [0, 3]),
+        ('axis="kYAxis" number="0" width="1" offset="1" unit="mm"', [(0, -0.5, 0), (0, 1.5, 0)], [0, 2]),
+        ('axis="kZAxis" number="2" width="1" offset="0.5" unit="mm"', [(0, 0, -1), (0, 0, 0.2)], [0, 1]),
+    ],
+)
+def test_divisions_of_a_box(tmp_path, rule, points, expected):
+    division = f'<divisionvol {rule}><volumeref ref="part"/></divisionvol>'
+    solids = WORLD + '<box name="m" x="12" y="4" z="4"/><box name="any" x="1" y="1" z="1"/>'
+    structure = volume("part", "any") + volume("m", "m", division) + volume("world", "w", placed("m"))
+    scene = scene_of(tmp_path, text_of(solids, structure))
+    assert at(scene, *points) == [f"world/m/part[{k}]" for k in expected]
+
+
+def test_divisions_of_a_tube(tmp_path):
+    for rule, points in (
+        ('axis="kPhi" number="4" width="0" offset="0" unit="deg"', [(5, 1, 0), (-1, 5, 0), (-5, -1, 0), (1, -5, 0)]),
+        ('axis="kRho" number="3" width="2" offset="0" unit="mm"', [(3, 0, 0), (5, 0, 0), (7, 0, 0)]),
+        ('axis="kZAxis" number="2" width="0" offset="0" unit="mm"', [(5, 0, -1), (5, 0, 1)]),
+    ):
+        division = f'<divisionvol {rule}><volumeref ref="part"/></divisionvol>'
+        solids = WORLD + '<tube name="m" rmin="2" rmax="8" z="4" deltaphi="2*pi"/><box name="any" x="1" y="1" z="1"/>'
+        structure = volume("part", "any") + volume("m", "m", division) + volume("world", "w", placed("m"))
+        scene = scene_of(tmp_path, text_of(solids, structure))
+        assert at(scene, *points) == [f"world/m/part[{k}]" for k in range(len(points))]
+
+
+def test_parameterised_volumes(tmp_path):
+    rule = (
+        '<paramvol ncopies="2"><volumeref ref="part"/><parameterised_position_size>'
+        '<parameters number="1"><position x="-5" y="0" z="0"/><box_dimensions x="2" y="2" z="2"/></parameters>'
+        '<parameters number="2"><position x="5" y="0" z="0"/><rotation x="0" y="0" z="90" unit="deg"/>'
+        '<box_dimensions x="6" y="2" z="2"/></parameters></parameterised_position_size></paramvol>'
+    )
+    solids = WORLD + '<box name="any" x="1" y="1" z="1"/>'
+    scene = scene_of(tmp_path, text_of(solids, volume("part", "any") + volume("world", "w", rule)))
+    assert at(scene, (-4.1, 0, 0), (5, 2.9, 0), (6.1, 0, 0)) == ["world/part[0]", "world/part[1]", "world"]
+
+
+NESTED = (
+    volume("core", "core") + volume("bar", "bar", placed("core"), "air") + volume("world", "w", placed("bar"))
+)  # fmt: skip
+NESTED_SOLIDS = WORLD + BAR + '<orb name="core" r="0.5"/>'
+
+
+def test_options(tmp_path):
+    text = text_of(NESTED_SOLIDS, NESTED)
+    assert names(scene_of(tmp_path, text, depth=0)) == ["world"]
+    scene = scene_of(tmp_path, text, depth=1)
+    assert at(scene, (0, 0, 0)) == ["world/bar"]
+    assert names(scene_of(tmp_path, text, void=False)) == ["world", "world/bar/core"]
+    assert at(scene_of(tmp_path, text, void=False), (0.9, 0, 0)) == [None]
+    assert names(scene_of(tmp_path, text, only="*/core")) == ["world/bar/core"]
+    with pytest.raises(ValueError, match="only 'none' names none of 3 bodies"):
+        scene_of(tmp_path, text, only="none")
+    with pytest.raises(SceneFileError, match=r"expands into 3 bodies; the limit is 2 \(max_bodies\)"):
+        scene_of(tmp_path, text, max_bodies=2)
+    with pytest.raises(ValueError, match="smooth means nothing for a GDML file"):
+        scene_of(tmp_path, text, smooth=True)
+
+
+def test_materials(tmp_path):
+    scene = scene_of(tmp_path, text_of(NESTED_SOLIDS, NESTED.replace("iron", "G4_Pb", 1)))
+    by_name = {body.name: body.material for body in scene.bodies}
+    assert by_name["world"].properties["density"] == 7.87
+    assert by_name["world/bar"].properties["density"] == 0.0012
+    assert by_name["world/bar/core"].name == "G4_Pb"
+    assert by_name["world/bar"].transparency == 1
+    materials = '<materials><material name="iron"><D value="7870" unit="kg/m3"/></material><material name="air"><D value="1e-3"/></material></materials>'
+    scene = scene_of(tmp_path, text_of(NESTED_SOLIDS, NESTED, materials=materials))
+    assert scene.bodies[0].material.properties["density"] == pytest.approx(7.87, rel=1e-15)
+
+
+def test_many_volumes(tmp_path):
+    define = '<variable name="i" value="0"/><variable name="j" value="0"/>'
+    inside = (
+        '<loop for="i" from="0" to="49"><loop for="j" from="0" to="39">' + placed("bar", '<position x="3*i" y="5*j" z="0"/>')
+        + "</loop></loop>"
+    )  # fmt: skip
+    text = text_of(
+        '<box name="w" x="400" y="410" z="40"/>' + BAR, volume("bar", "bar") + volume("world", "w", inside), define
+    )
+    scene = scene_of(tmp_path, text)
+    assert len(scene) == 2001
+    assert names(scene)[1:3] == ["world/bar", "world/bar#2"]
+    assert at(scene, (3 * 49, 5 * 39, 0), (1.5, 0, 0)) == ["world/bar#2000", "world"]
+
+
+def test_a_module_of_the_same_folder(tmp_path):
+    (tmp_path / "part.gdml").write_text(text_of(BAR, volume("part", "bar") + volume("other", "bar"), world="part"))
+    for name, volume_name in (("", "part"), ('volname="other"', "other")):
+        inside = f'<physvol><file name="part.gdml" {name}/><position x="5"/></physvol>'
+        scene = scene_of(tmp_path, text_of(WORLD, volume("world", "w", inside)))
+        assert at(scene, (5, 0, 0)) == [f"world/{volume_name}"]
+
+
+@pytest.mark.parametrize(
+    "name", ["../a.gdml", "/etc/passwd", "sub/a.gdml", "..", "", "a.gdml", "none.gdml", "link.gdml"]
+)
+def test_other_modules_are_refused(tmp_path, name):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "a.gdml").write_text(text_of(BAR, volume("world", "bar")))
+    (tmp_path / "link.gdml").symlink_to(tmp_path / "sub" / "a.gdml")
+    with pytest.raises(SceneFileError, match=r"same folder|refers to itself|cannot be read"):
+        scene_of(tmp_path, text_of(WORLD, volume("world", "w", f'<physvol><file name="{name}"/></physvol>')))
+
+
+def test_a_mistake_in_a_module_is_told_with_its_file(tmp_path):
+    (tmp_path / "part.gdml").write_text(HEAD + "<solids><box name='b' x='nonsense'/></solids></gdml>")
+    with pytest.raises(SceneFileError, match=r"part\.gdml:3.*'nonsense', which is not defined"):
+        scene_of(tmp_path, text_of(WORLD, volume("world", "w", '<physvol><file name="part.gdml"/></physvol>')))
+
+
+def test_it_can_be_saved_and_loaded(tmp_path):
+    scene = scene_of(tmp_path, text_of(NESTED_SOLIDS, NESTED))
+    co.save(scene, tmp_path / "a.yaml")
+    p = np.random.default_rng(1).uniform(-21, 21, (2000, 3))
+    assert np.array_equal(co.load(tmp_path / "a.yaml").body_at(p), scene.body_at(p))

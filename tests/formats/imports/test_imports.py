@@ -1,0 +1,118 @@
+"""What all imports have in common: a format is known by its content, options are checked, what is named is kept."""
+
+from __future__ import annotations
+
+import pytest
+
+import conicoid as co
+from conicoid.formats.imports import FORMATS, format_of
+from conicoid.formats.imports.formats import root_element
+from conicoid.formats.imports.imported import is_named
+
+from ...command_line import run
+
+PIN = """<geometry>
+  <surface id="1" type="z-cylinder" coeffs="0 0 0.4"/>
+  <surface id="2" type="z-cylinder" coeffs="0 0 0.5"/>
+  <cell id="1" name="fuel" material="1" region="-1"/>
+  <cell id="2" name="cladding" material="2" region="1 -2"/>
+</geometry>"""
+
+
+@pytest.fixture
+def pin(tmp_path):
+    path = tmp_path / "a.yaml"  # its name says something else
+    path.write_text(PIN)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("<geometry/>", "geometry"),
+        ("\ufeff  \n<?xml version='1.0'?>\n<!-- <model> -->\n<geometry a='<b>'>", "geometry"),
+        ("<!DOCTYPE gdml [<!ENTITY a SYSTEM 'b'>]>\n<gdml:gdml x='1'>", "gdml"),
+        ("<!DOCTYPE gdml SYSTEM 'a.dtd'><gdml>", "gdml"),
+        ("conicoid: 1\nbodies: []", None),
+        ("<", ""),
+    ],
+)
+def test_the_first_element_of_a_text(text, name):
+    assert root_element(text) == name
+
+
+def test_a_format_is_known_by_its_content(pin):
+    found = format_of(pin)
+    assert found is not None
+    assert found.name.startswith("OpenMC")
+    assert [body.name for body in co.load(pin).bodies] == ["cell 1 'fuel'", "cell 2 'cladding'"]
+
+
+def test_scene_files_are_of_no_other_format(tmp_path):
+    path = tmp_path / "scene.gdml"
+    co.save(co.Sphere(1), path.with_suffix(".yaml"))
+    path.write_bytes(path.with_suffix(".yaml").read_bytes())
+    assert format_of(path) is None
+    assert len(co.load(path)) == 1
+    assert format_of(tmp_path / "none.xml") is None
+
+
+@pytest.mark.parametrize("name", [each.name for each in FORMATS])
+def test_every_format_says_what_it_refuses_of_nothing(name, tmp_path):
+    assert len({each.name for each in FORMATS}) == len(FORMATS)
+    path = tmp_path / "empty"
+    path.write_bytes(b"")
+    assert format_of(path) is None
+
+
+def test_only_what_is_named(pin):
+    scene = co.load(pin, only="clad")
+    assert [body.name for body in scene.bodies] == ["cell 2 'cladding'"]
+    assert scene.notes[-1] == "1 body of 2 named by 'clad'"
+    with pytest.raises(ValueError, match="load: only 'steel' names none of 2 bodies"):
+        co.load(pin, only="steel")
+
+
+def test_names_and_patterns():
+    assert is_named("fuel", "core/fuel[3]")
+    assert not is_named("Fuel", "core/fuel[3]")
+    assert is_named("core/*", "core/fuel[3]")
+    assert not is_named("*fuel", "core/fuel[3]")
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        (dict(depth=1), ValueError, "load: depth means nothing for an OpenMC geometry: there are void, strict, only"),
+        (dict(dept=1), ValueError, "option must be one of .*got 'dept' \\(did you mean 'depth'\\?\\)"),
+        (dict(only=""), ValueError, "load: only must be a pattern of names or None, got ''"),
+        (dict(strict=1), ValueError, "load: strict must be true or false, got 1"),
+        (dict(max_bodies=0), ValueError, "load: max_bodies must be an integer >= 1, got 0"),
+        (dict(progress=3), TypeError, "load: progress must be a function or None"),
+    ],
+)
+def test_options_that_mean_nothing(pin, options, kind, message):
+    with pytest.raises(kind, match=message):
+        co.load(pin, **options)
+
+
+def test_scene_files_take_no_options_of_imports(tmp_path):
+    co.save(co.Sphere(1), tmp_path / "scene.yaml")
+    with pytest.raises(TypeError, match="load: only are for files of other programs"):
+        co.load(tmp_path / "scene.yaml", only="fuel")
+
+
+def test_strict_makes_an_error_of_remarks(pin):
+    assert co.load(pin).notes
+    with pytest.raises(ValueError, match="strict is asked for:\nundefined regions"):
+        co.load(pin, strict=True)
+
+
+def test_the_command_reads_any_format_and_names_those_there_are(pin, tmp_path):
+    done = run("import", str(pin), "-o", str(tmp_path / "out.yaml"), "--only", "fuel")
+    assert done.exit_code == 0, done.stderr
+    assert len(co.load(tmp_path / "out.yaml")) == 1
+    co.save(co.Sphere(1), tmp_path / "scene.yaml")
+    done = run("import", str(tmp_path / "scene.yaml"), "-o", str(tmp_path / "other.yaml"))
+    assert done.exit_code == 2
+    assert "is of no known format: OpenMC geometries" in done.stderr

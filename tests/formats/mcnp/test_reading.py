@@ -1,0 +1,168 @@
+"""Cards, shortcuts, mistakes with their lines, materials, importances, and how a deck is known."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+import conicoid as co
+from conicoid.formats.mcnp.cards import deck_of
+from conicoid.formats.mcnp.detection import is_mcnp
+from conicoid.formats.mcnp.numbers import entries
+
+from .decks import loaded, names_at
+
+PIN = """\
+A pin
+1 1 -10.4 -1 imp:n=1
+2 2 0.05   1 -2 imp:n=1
+3 1 -10    2 -3 imp:n=1
+9 0 3 imp:n=0
+
+1 cz 0.4
+*2 cz 0.5
+3 rpp -1 1 -1 1 -5 5
+
+m1 92235.80c 0.05 92238.80c 0.95 8016 2 nlib=80c
+m2 40000 -1
+"""
+
+
+def test_cards_are_joined_and_comments_dropped() -> None:
+    text = "MESSAGE: outp=a\n runtpe=b\n\nThe Title\nc comment\n  C another\n1 0 -1 &\n2 $ note & more\n      IMP:N=1\nc\n\t\t3\n2 0 1\n\n1 SO 1\n\nMODE n\n\nwhatever"
+    deck, problems = deck_of(text.split("\n"))
+    assert problems == []
+    assert deck.title == "The Title"
+    assert [(card.line, card.text.split()) for card in deck.cells] == [
+        (7, ["1", "0", "-1", "2", "imp:n", "1", "3"]), (12, ["2", "0", "1"]),
+    ]  # fmt: skip
+    assert [card.text for card in deck.surfaces] == ["1 so 1"]
+    assert [card.text for card in deck.data] == ["mode n"]
+
+
+def test_shortcuts_and_numbers() -> None:
+    found = entries("1 2r 4 1i 8 2m j 2j 1.5-3 1d1 .5e+1".split())
+    half = Fraction(3, 2000)
+    assert found == [1, 1, 1, 4, 6, 8, 16, None, None, None, half, 10, 5]
+    for wrong in ("r", "2i 3", "1 2i", "1 2i r", "1e999", "x", "1 999999999r", "j 2m", "1..2", "nan"):
+        with pytest.raises(ValueError, match=r"shortcut|no number|beyond|more than|after|follow"):
+            entries(wrong.split())
+
+
+def test_materials_importances_and_notes(tmp_path: Path) -> None:
+    scene = loaded(tmp_path, PIN)
+    assert [(b.name, b.material.name) for b in scene.bodies] == [
+        ("cell 1", "m1 at 10.4 g/cm3"), ("cell 2", "m2"), ("cell 3", "m1 at 10 g/cm3"),
+    ]  # fmt: skip
+    fuel, cladding, _ = (b.material.properties for b in scene.bodies)
+    assert (fuel["id"], fuel["density"], fuel["ao"]) == (1, 10.4, {"92235.80c": 0.05, "92238.80c": 0.95, "8016": 2.0})
+    assert (cladding["atom_density"], cladding["wo"]) == (0.05, {"40000": 1.0})
+    assert "importance 0, outside: cell 9" in scene.notes
+    assert "boundary reflective: surface 2" in scene.notes
+    assert "title: A pin" in scene.notes
+    assert not co.check(scene)
+
+
+def test_a_gap_is_found(tmp_path: Path) -> None:
+    """What is outside of the cells of importance 0 must be filled."""
+    text = PIN.replace("2 2 0.05   1 -2 imp:n=1\n", "")
+    assert [finding.kind for finding in co.check(loaded(tmp_path, text))] == ["undefined"]
+
+
+def test_importances_in_the_data_block(tmp_path: Path) -> None:
+    text = PIN.replace(" imp:n=1", "").replace(" imp:n=0", "") + "imp:n 1 2r 0\n"
+    assert [body.name for body in loaded(tmp_path, text).bodies] == ["cell 1", "cell 2", "cell 3"]
+    both = PIN.replace("imp:n=0", "imp:n=0 imp:p=1")
+    assert len(loaded(tmp_path, both).bodies) == 4
+
+
+def test_options(tmp_path: Path) -> None:
+    text = PIN.replace("2 2 0.05 ", "2 0 ")
+    assert len(loaded(tmp_path, text).bodies) == 3
+    assert len(loaded(tmp_path, text, void=False).bodies) == 2
+    assert [body.name for body in loaded(tmp_path, text, only="cell 3").bodies] == ["cell 3"]
+    with pytest.raises(ValueError, match="depth means nothing for an MCNP deck"):
+        loaded(tmp_path, text, depth=1)
+    with pytest.raises(ValueError, match="max_bodies"):
+        loaded(tmp_path, text, max_bodies=2)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("1 1 -10.4 -1", "1 1 -10.4 -7", ":2:1: cell 1: region: refers to unknown surface 7"),
+        ("1 1 -10.4 -1", "1 1 -10.4 (-1", r":2:1: cell 1: region: a '\)' is missing"),
+        ("1 1 -10.4 -1", "1 1 -10.4 -1)", r":2:1: cell 1: region: a '\)' without"),
+        ("1 1 -10.4 -1", "1 1 -10.4 #8", ":2:1: cell 1: region: '#8' refers to an unknown cell"),
+        ("1 1 -10.4 -1", "1 1 -10.4 #1", ":2:1: cell 1: region: refers to itself"),
+        ("1 1 -10.4 -1", "1 1 0 -1", ":2:1: cell 1: the density must not be 0"),
+        ("1 1 -10.4 -1", "1 1 -10.4 -1 fil=3", ":2:1: cell 1: 'fil' is nothing that a cell has.*fill"),
+        ("1 1 -10.4 -1", "1 1 -10.4 -1 fill=3", ":2:1: cell 1: fill: no cells are in the universe 3"),
+        ("1 1 -10.4 -1", "1 1 -10.4 -1 trcl=3", ":2:1: cell 1: the transformation tr3 is not in the data block"),
+        ("1 1 -10.4 -1", "1 1 -10.4 -1 lat=1", ":2:1: cell 1: lat: the cell must be a parallelepiped"),
+        ("1 1 -10.4 -1", "1 1 -10.4 -1 lat=3", ":2:1: cell 1: lat must be 1"),
+        ("2 2 0.05   1 -2 imp:n=1", "2 like 7 but u=3", ":3:1: cell 2: like: cell 7 is not defined before"),
+        ("2 2 0.05 ", "1 2 0.05 ", ":3:1: cell 1: its number is taken by another cell"),
+        ("1 cz 0.4", "1 cz -0.4", ":7:1: surface 1: the radius must be > 0"),
+        ("1 cz 0.4", "1 cy/z 0.4", ":7:1: surface 1: 'cy/z' is no kind of surface"),
+        ("1 cz 0.4", "1 5 cz 0.4", ":7:1: surface 1: the transformation tr5 is not"),
+        ("1 cz 0.4", "1 cz 0.4 3", ":7:1: surface 1: cz needs 1 number, got 2"),
+        ("3 rpp -1 1 -1 1 -5 5", "3 rpp 1 -1 -1 1 -5 5", ":9:1: surface 3: rpp: the x of one end must be below"),
+        ("3 rpp -1 1", "1 rpp -1 1", ":9:1: surface 1: its number is taken"),
+        ("m2 40000 -1", "tr1 0 0 0 1 1 0 0 1 0 0 0 1", ":12:1: tr1: the matrix of a transformation must be a rotation"),
+        ("m2 40000 -1", "tr1 0 0 0 1 1 0 0", ":12:1: tr1: the matrix of a transformation is given by 9, 6, 5, 3"),
+        ("m2 40000 -1", "read file=/etc/passwd", ":12:1: read: refers to another file, which is not opened"),
+        ("m2 40000 -1", "#   imp:n", ":12:1: #: begins a table in columns"),
+    ],
+)  # fmt: skip
+def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, told: str) -> None:
+    assert old in PIN
+    with pytest.raises(ValueError, match=told):
+        loaded(tmp_path, PIN.replace(old, new, 1))
+
+
+def test_universes_in_circles(tmp_path: Path) -> None:
+    text = "t\n1 0 -1 fill=2\n2 0 -1 u=2 fill=3\n3 0 -1 u=3 fill=2\n\n1 so 1\n"
+    with pytest.raises(ValueError, match=r"contain themselves: universe 2 → universe 3 → universe 2"):
+        loaded(tmp_path, text)
+
+
+def test_complements_of_complements_do_not_explode(tmp_path: Path) -> None:
+    cells = "".join(f"{n} 0 #{n - 1} #{n - 1} -1 imp:n=1\n" for n in range(2, 60))
+    with pytest.raises(ValueError, match=r"too many half-spaces|nests deeper"):
+        loaded(tmp_path, f"t\n1 0 -1\n{cells}\n1 so 1\n")
+
+
+def test_a_transformation_of_the_filling_takes_the_place_of_trcl(tmp_path: Path) -> None:
+    """What fills a cell goes with the cell only where FILL has no transformation (the manual, on FILL)."""
+    text = "t\n1 0 -1 u=1\n2 0 -2 fill=1{} trcl=(2 0 0)\n\n1 so 1\n2 so 9\n"
+    assert names_at(loaded(tmp_path, text.format("")), [(2, 0, 0), (0, 1.5, 0)]) == ["cell 1 @ cell 2", None]
+    moved = loaded(tmp_path, text.format("(0 2 0)"))
+    assert names_at(moved, [(2, 0, 0), (0, 1.5, 0)]) == [None, "cell 1 @ cell 2"]
+
+
+def test_what_is_unclear_is_refused(tmp_path: Path) -> None:
+    text = "t\n1 0 -1 u=1\n2 0 -2 3 u=2 lat=1 fill=1(1 0 0) trcl=(2 0 0)\n3 0 -1 fill=2\n\n1 so 1\n2 px 1\n3 px 0\n"
+    with pytest.raises(ValueError, match=r":3:1: cell 2: a lattice has a trcl"):
+        loaded(tmp_path, text)
+
+
+def test_one_axis_is_enough_where_the_others_do_not_matter(tmp_path: Path) -> None:
+    text = "t\n1 0 -1\n\n1 1 rcc 0 0 0 3 0 0 1\n\ntr1 0 0 0 0 1 0\n"
+    scene = loaded(tmp_path, text)
+    assert names_at(scene, [(0, 2.5, 0.9), (2.5, 0, 0)]) == ["cell 1", None]
+    assert any("tr1: gives one axis" in note for note in scene.notes)
+
+
+def test_detection(tmp_path: Path) -> None:
+    path = tmp_path / "input"
+    path.write_text(PIN, encoding="utf-8")
+    assert len(co.load(path).bodies) == 3
+    assert is_mcnp("", ".inp")
+    assert not is_mcnp(PIN, ".yaml")
+    assert not is_mcnp("3\nwater\nO 0 0 0\nH 1 0 0\nH 0 1 0\n", "")
+    assert not is_mcnp("bodies:\n  - sphere:\n      radius: 1\n", "")
+    assert not is_mcnp("<geometry>\n1 0 -1\n</geometry>", ".i")
+    assert is_mcnp("message: x\n\ntitle\nc note\n 10 like 3 but u=2\n", "")

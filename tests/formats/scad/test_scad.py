@@ -1,0 +1,243 @@
+"""OpenSCAD's .csg: each module against its formula by points, colours, mistakes with their places, mutated files."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.formats.imports import format_of
+
+ROUND = "$fn = 0, $fa = 12, $fs = 2"
+
+
+def written(folder, text, name="a.txt"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def loaded(folder, text, **options):
+    return co.load(written(folder, text), **options)
+
+
+def points(count=4000, size=3.0):
+    return np.random.default_rng(1).uniform(-size, size, (count, 3))
+
+
+def polygon(x, y, corners):
+    """Within a convex polygon, corners counter-clockwise."""
+    found = np.ones(np.shape(x), bool)
+    for (a, b), (c, d) in zip(corners, corners[1:] + corners[:1], strict=True):
+        found &= (c - a) * (y - b) - (d - b) * (x - a) >= 0
+    return found
+
+
+def ring(radius, sides):
+    return [
+        (radius * math.cos(2 * math.pi * k / sides), radius * math.sin(2 * math.pi * k / sides)) for k in range(sides)
+    ]
+
+
+def cone(x, y, z, low, high, first, second):
+    radius = first + (second - first) * (z - low) / (high - low)
+    return (np.hypot(x, y) <= radius) & (z >= low) & (z <= high)
+
+
+def frustum(x, y, z, low, high, first, second, sides):
+    scale = first + (second - first) * (z - low) / (high - low)
+    safe = np.where(scale > 0, scale, 1)
+    return polygon(x / safe, y / safe, ring(1, sides)) & (z >= low) & (z <= high) & (scale > 0)
+
+
+def between(v, low, high):
+    return (v >= low) & (v <= high)
+
+
+SQUARE = "square(size = [1, 2], center = false);"
+CASES = {
+    "cube(size = [1, 2, 3], center = false);": lambda x, y, z: between(x, 0, 1) & between(y, 0, 2) & between(z, 0, 3),
+    "cube(size = 2, center = true);": lambda x, y, z: (abs(x) <= 1) & (abs(y) <= 1) & (abs(z) <= 1),
+    f"sphere({ROUND}, r = 2);": lambda x, y, z: x * x + y * y + z * z <= 4,
+    f"cylinder({ROUND}, h = 3, r1 = 2, r2 = 1, center = true);": lambda x, y, z: cone(x, y, z, -1.5, 1.5, 2, 1),
+    f"cylinder({ROUND}, h = 2, r1 = 0, r2 = 2, center = false);": lambda x, y, z: cone(x, y, z, 0, 2, 0, 2),
+    "cylinder($fn = 5, h = 2, r1 = 2, r2 = 2, center = false);": lambda x, y, z: frustum(x, y, z, 0, 2, 2, 2, 5),
+    "cylinder($fn = 6, h = 2, r1 = 1, r2 = 2.5, center = true);": lambda x, y, z: frustum(x, y, z, -1, 1, 1, 2.5, 6),
+    "cylinder($fn = 4, h = 2, r1 = 2, r2 = 0, center = false);": lambda x, y, z: frustum(x, y, z, 0, 2, 2, 0, 4),
+    "multmatrix([[0, -2, 0, 1], [1, 0, 0, 0], [0, 0, 1, -1], [0, 0, 0, 1]]) { cube(size = 1); }":
+        lambda x, y, z: between(y, 0, 1) & between((1 - x) / 2, 0, 1) & between(z + 1, 0, 1),
+    f"difference() {{ cube(size = 4, center = true); sphere({ROUND}, r = 2); cylinder({ROUND}, h = 9, r1 = 1, r2 = 1, center = true); }}":
+        lambda x, y, z: (np.maximum(np.maximum(abs(x), abs(y)), abs(z)) <= 2) & (x * x + y * y + z * z > 4) & (np.hypot(x, y) > 1),
+    f"intersection() {{ group() {{ cube(size = 2); sphere({ROUND}, r = 1); }} cube(size = 3, center = true); }}":
+        lambda x, y, z: ((between(x, 0, 2) & between(y, 0, 2) & between(z, 0, 2)) | (x * x + y * y + z * z <= 1)) & (np.maximum(np.maximum(abs(x), abs(y)), abs(z)) <= 1.5),
+    f"linear_extrude(height = 2, center = true, scale = [1, 1]) {{ {SQUARE} }}":
+        lambda x, y, z: between(x, 0, 1) & between(y, 0, 2) & (abs(z) <= 1),
+    f"linear_extrude(height = 2, scale = [0.5, 0.5]) {{ multmatrix([[1, 0, 0, 1], [0, 1, 0, 0.5], [0, 0, 1, 0], [0, 0, 0, 1]]) {SQUARE} }}":
+        lambda x, y, z: between(x / (1 - z / 4), 1, 2) & between(y / (1 - z / 4), 0.5, 2.5) & between(z, 0, 2),
+    f"linear_extrude(height = 2, scale = 0.5) {{ multmatrix([[1, 0, 0, 1.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) circle({ROUND}, r = 1); }}":
+        lambda x, y, z: (np.hypot(x / (1 - z / 4) - 1.5, y / (1 - z / 4)) <= 1) & between(z, 0, 2),
+    f"linear_extrude(height = 1) {{ difference() {{ circle({ROUND}, r = 2); {SQUARE} }} }}":
+        lambda x, y, z: (np.hypot(x, y) <= 2) & ~(between(x, 0, 1) & between(y, 0, 2)) & between(z, 0, 1),
+    "linear_extrude(height = 1) { polygon(points = [[0, 0], [2, 0], [0, 2], [0.5, 0.5], [1, 0.5], [0.5, 1]], paths = [[0, 1, 2], [3, 4, 5]]); }":
+        lambda x, y, z: polygon(x, y, [(0, 0), (2, 0), (0, 2)]) & ~polygon(x, y, [(0.5, 0.5), (1, 0.5), (0.5, 1)]) & between(z, 0, 1),
+    "rotate_extrude(angle = 360) { multmatrix([[1, 0, 0, 1], [0, 1, 0, -1], [0, 0, 1, 0], [0, 0, 0, 1]]) { square(size = [1, 2]); } }":
+        lambda x, y, z: between(np.hypot(x, y), 1, 2) & (abs(z) <= 1),
+    "rotate_extrude(angle = 90) { polygon(points = [[1, 0], [2, 0], [1, 2]]); }":
+        lambda x, y, z: polygon(np.hypot(x, y), z, [(1, 0), (2, 0), (1, 2)]) & (x >= 0) & (y >= 0),
+    f"rotate_extrude() {{ intersection() {{ circle({ROUND}, r = 2); polygon(points = [[0, -3], [3, -3], [3, 3], [0, 3]]); }} }}":
+        lambda x, y, z: x * x + y * y + z * z <= 4,
+    "polyhedron(points = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2]], faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]], convexity = 1);":
+        lambda x, y, z: (x >= 0) & (y >= 0) & (z >= 0) & (x + y + z <= 2),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", CASES)
+def test_modules_are_their_formulas(text, tmp_path):
+    scene = loaded(tmp_path, text)
+    assert len(scene) == 1
+    at = points()
+    assert np.array_equal(scene.contains(at), CASES[text](*at.T))
+
+
+def test_a_ball_of_so_many_sides(tmp_path):
+    """OpenSCAD's: rings at polar angles 180 (k + 1/2) / n for n = $fn / 2, corners at 360 k / $fn."""
+    scene = loaded(tmp_path, "sphere($fn = 8, r = 2);")
+    levels = [(2 * math.sin(math.pi * (k + 0.5) / 4), 2 * math.cos(math.pi * (k + 0.5) / 4)) for k in range(4)]
+    at = points()
+    expected = np.zeros(len(at), bool)
+    for (r1, z1), (r0, z0) in itertools.pairwise(levels):
+        expected |= frustum(*at.T, z0, z1, r0, r1, 8)
+    assert np.array_equal(scene.contains(at), expected)
+    smooth = loaded(tmp_path, "sphere($fn = 8, r = 2);", smooth=True)
+    assert np.array_equal(smooth.contains(at), (at**2).sum(axis=1) <= 4)
+    assert "1 circle with $fn made round" in smooth.notes
+
+
+def test_a_turned_polygon_of_so_many_sides(tmp_path):
+    scene = loaded(tmp_path, "rotate_extrude($fn = 6) { polygon(points = [[1, 0], [2, 0], [2, 1], [1, 2]]); }")
+    at = points()
+    x, y, z = at.T
+    outer = frustum(x, y, z, 0, 1, 2, 2, 6) | frustum(x, y, z, 1, 2, 2, 1, 6)
+    assert np.array_equal(scene.contains(at), outer & ~frustum(x, y, z, 0, 2, 1, 1, 6))
+
+
+def test_colours_become_bodies_that_do_not_overlap(tmp_path):
+    text = """
+color([1, 0, 0, 1]) { cube(size = 2, center = true); }
+color([0, 0, 1, 1]) { multmatrix([[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(size = 2, center = true); } }
+color([1, 0, 0, 1]) { multmatrix([[1, 0, 0, 9], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(size = 2, center = true); } }
+multmatrix([[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { sphere(r = 0.5); }
+"""
+    scene = loaded(tmp_path, text)
+    assert [body.name for body in scene.bodies] == ["#ff0000", "#0000ff", "#f9d72c"]
+    spans = scene.spans((-9, 0.1, 0.1), (1, 0, 0))
+    assert spans.body.tolist() == [0, 1, 2, 0]
+    assert spans.t_enter[[0, 1, 3]].tolist() == [8, 10, 17]
+    assert len(co.check(scene)) == 0
+
+
+def test_cuts_have_the_colour_of_the_cutter(tmp_path):
+    scene = loaded(
+        tmp_path,
+        "difference() { cube(size = 2, center = true); color([0, 1, 0, 1]) { cube(size = [1, 1, 9], center = true); } }",
+    )
+    cut, outside = (
+        scene.render(1, 1, samples=1, camera=co.Camera((x, 0, 0), (1, 0, 0)), integrator="albedo") for x in (0, 9)
+    )
+    assert cut.values[0, 0].tolist() == [0, 1, 0]
+    assert outside.values[0, 0, 0] > 0.9
+
+
+def test_what_is_left_out_is_told_with_its_line(tmp_path):
+    scene = loaded(
+        tmp_path, "cube(size = 1);\nhull() { sphere(r = 1); }\n%sphere(r = 2);\n*sphere(r = 3);\ncircle(r = 1);\n"
+    )
+    assert len(scene) == 1
+    told = [note for note in scene.notes if note.startswith("line")]
+    assert told == [
+        "line 2: hull is the hull of its children, and left out",
+        "line 3: sphere is in the background (%) and left out",
+        "line 5: circle is flat and encloses nothing; it is left out",
+    ]
+    with pytest.raises(ValueError, match="strict is asked for:\nline 2: hull"):
+        loaded(tmp_path, "cube(size = 1);\nhull() { sphere(r = 1); }", strict=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("cube(size = 1)", ":1:15: text: must be the name of a module, got the end of the file"),
+        ("x = 3;", ":1:1: x: is a program; `openscad -o model.csg model.scad` runs it"),
+        ("group() {\n cub(size = 1);\n}", ":2:2: cub: is no module of a .csg file"),
+        ("cube(size = [1, 2]);", ":1:1: cube: size must be three numbers > 0, got [1.0, 2.0]"),
+        ("sphere(r = -1);", ":1:1: sphere: r must be > 0, got -1"),
+        ("sphere(r = nan);", ":1:1: sphere: r must be a finite number, got nan"),
+        ("cylinder(h = 0, r1 = 1, r2 = 1);", ":1:1: cylinder: h must be > 0, got 0"),
+        ("multmatrix([[1]]) { cube(size = 1); }", ":1:1: multmatrix: m must be four rows of four finite numbers"),
+        ("linear_extrude(height = 1, twist = 20) { square(size = 1); }", ":1:1: linear_extrude: twist must be 0, got 20"),
+        ("linear_extrude(height = 1, scale = [1, 2]) { square(size = 1); }", ":1:1: linear_extrude: scale must be one number"),
+        ("linear_extrude(height = 1) { cube(size = 1); }", ":1:30: cube: is nothing of the plane, which cannot be extruded"),
+        ("rotate_extrude() { multmatrix([[1, 0, 0, 3], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) circle(r = 1); }", ":1:1: rotate_extrude: is a torus"),
+        ("polyhedron(points = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2]], faces = [[0, 1, 2]]);", ":1:1: polyhedron: Mesh: faces must be from 4"),
+        ("cube(size = foo);", ":1:13: text: must be a number, a text, true, false, undef or a list, got 'foo'"),
+        ("cube(\n  size = [1, 2, 3", ":2:18: text: must be ',', got the end of the file"),
+    ],
+)  # fmt: skip
+def test_mistakes_have_places(text, message, tmp_path):
+    path = written(tmp_path, text, "a.csg")
+    with pytest.raises(co.SceneFileError) as error:
+        co.load(path)
+    assert str(error.value).startswith(f"{path}{message}"), str(error.value)
+
+
+def test_files_nested_without_end_are_refused(tmp_path):
+    with pytest.raises(co.SceneFileError, match="is nested more than 200 deep"):
+        loaded(tmp_path, "group() {" * 100_000)
+    with pytest.raises(co.SceneFileError, match="must be"):
+        loaded(tmp_path, "cube(size = " + "[" * 100_000)
+    with pytest.raises(co.SceneFileError):
+        loaded(tmp_path, "group() " * 100_000 + ";")
+
+
+@pytest.mark.parametrize("head", ["", "\ufeff", "// a comment\n", "/* two\nlines */ ", "%"])
+def test_files_are_known_by_their_first_call(head, tmp_path):
+    found = format_of(
+        written(
+            tmp_path, head + "multmatrix([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(size = 1); }"
+        )
+    )
+    assert found is not None
+    assert found.name == "OpenSCAD's .csg"
+
+
+def mutated(text, rng):
+    letters = list(text)
+    for _ in range(rng.randint(1, 5)):
+        at = rng.randrange(len(letters))
+        letters[at] = rng.choice(["", letters[at] * 2, rng.choice("0 9-.eE[](){};,=\n\"'#%!*_\0é"), ""])
+    return "".join(letters)
+
+
+def check_mutated(folder, count):
+    """Mutated files give a scene, or an error with its place."""
+    rng, texts = random.Random(1), list(CASES)
+    for k in range(count):
+        text = mutated(texts[k % len(texts)], rng)
+        path = written(folder, text, "a.csg")
+        try:
+            co.load(path)
+        except co.SceneFileError as error:
+            assert error.problems[0].line >= 1, text
+
+
+def test_mutated_files(tmp_path):
+    check_mutated(tmp_path, 200)
+
+
+@pytest.mark.deep
+def test_many_mutated_files(tmp_path):
+    check_mutated(tmp_path, 2000)

@@ -1,0 +1,105 @@
+"""The nearest wall by force, in extended precision: points of the wall all over it, and from the nearest of them Newton.
+
+Walls are found by halving segments from inside to outside. From each of the nearest ones the conditions of Lagrange are
+solved for one, two or three surfaces of those that pass near it; what is found counts if the body is on one side of it
+and not on another. It shares nothing with what it judges.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+EPSILON = np.longdouble(2) ** -30
+
+
+class Walls:
+    """Points of the walls of a field."""
+
+    def __init__(self, field, rng, count=6000, size=2.5):
+        self.field, self.rng = field, rng
+        every = rng.uniform(-size, size, (200_000, 3)).astype(np.longdouble)
+        inside = every[field(every) <= 0]
+        if not len(inside):
+            raise ValueError("the body is empty, or nearly")
+        a = inside[rng.integers(0, len(inside), 2 * count)]
+        b = a + rng.normal(size=(2 * count, 3)) * rng.choice([0.03, 0.2, 1, 3], (2 * count, 1))
+        out = field(b) > 0
+        self.points = self.halved(a[out], b[out])[:count]
+
+    def halved(self, a, b):
+        """The wall between points inside and points outside."""
+        for _ in range(64):
+            middle = (a + b) / 2
+            inside = (self.field(middle) <= 0)[:, None]
+            a, b = np.where(inside, middle, a), np.where(inside, b, middle)
+        return (a + b) / 2
+
+    def is_wall(self, points, sides=96):
+        """Are there points inside and outside within 2^-30 of each? For the tips of needles in many directions."""
+        away = self.rng.normal(size=(sides, 1, 3))
+        beside = points[None] + EPSILON * away / np.linalg.norm(away, axis=-1, keepdims=True)
+        value = self.field(beside.reshape(-1, 3)).reshape(sides, -1)
+        found = (value <= 0).any(axis=0) & (value > 0).any(axis=0)
+        for i in np.flatnonzero(~found) if sides < 30_000 else ():
+            found[i] = self.is_wall(points[i : i + 1], 30_000)[0]
+        return found
+
+    def nearest(self, x):
+        """(distance, point, whether Newton found it) of the nearest wall that is found from a point."""
+        x = np.asarray(x, np.longdouble)
+        away = np.linalg.norm((self.points - x).astype(float), axis=1)
+        first = self.points[np.argsort(away)[:400]]
+        starts = [first[0]]
+        for point in first[1:]:
+            if len(starts) < 6 and min(np.linalg.norm((point - s).astype(float)) for s in starts) > 0.05:
+                starts.append(point)
+        found = [first[0]]
+        for start in starts:
+            near = []
+            for A, b, c, center in self.field.surfaces():
+                v = start - center
+                value, g = v @ A @ v + b @ v + c, 2 * A @ v + b
+                if abs(value) < 0.3 * (np.sqrt(g @ g) + 0.1):
+                    near.append((A, b, c, center))
+            for count in (1, 2, 3):
+                for chosen in combinations(near, count):
+                    point = stationary(x, start, chosen)
+                    if point is not None:
+                        found.append(point)
+        found = np.array(found)
+        newton = (np.arange(len(found)) > 0)[keep := self.is_wall(found)]
+        found = found[keep]
+        distances = np.sqrt(((found - x) ** 2).sum(axis=1))
+        k = int(np.argmin(distances))
+        return distances[k], found[k], bool(newton[k])
+
+
+def stationary(x, start, surfaces):
+    """A point of some surfaces where the distance from x is stationary, by Newton from a start; None where it ends nowhere."""
+    p, count = start, len(surfaces)
+    rows = np.array([2 * A @ (p - center) + b for A, b, _, center in surfaces], dtype=float)
+    multipliers = np.linalg.lstsq(rows.T, (x - p).astype(float), rcond=None)[0].astype(np.longdouble)
+    for _ in range(40):
+        gradients = [2 * A @ (p - center) + b for A, b, _, center in surfaces]
+        values = [(p - center) @ A @ (p - center) + b @ (p - center) + c for A, b, c, center in surfaces]
+        residual = np.concatenate([p - x + sum(m * g for m, g in zip(multipliers, gradients, strict=True)), values])
+        jacobian = np.zeros((3 + count, 3 + count), np.longdouble)
+        jacobian[:3, :3] = np.eye(3) + sum(m * 2 * s[0] for m, s in zip(multipliers, surfaces, strict=True))
+        jacobian[:3, 3:], jacobian[3:, :3] = np.array(gradients).T, np.array(gradients)
+        try:
+            step = np.linalg.solve(jacobian.astype(float), -residual.astype(float))
+        except np.linalg.LinAlgError:
+            return None
+        length = np.linalg.norm(step[:3])
+        if not np.isfinite(length):
+            return None
+        scale = min(1.0, 0.5 / max(length, 1e-300))
+        p, multipliers = p + scale * step[:3], multipliers + scale * step[3:]
+        if length < 1e-17 * (1 + float(np.abs(p).max())):
+            break
+    gradients = [2 * A @ (p - center) + b for A, b, _, center in surfaces]
+    values = [(p - center) @ A @ (p - center) + b @ (p - center) + c for A, b, c, center in surfaces]
+    off = max((abs(v) / (np.sqrt(g @ g) + 1e-30) for v, g in zip(values, gradients, strict=True)), default=0)
+    return p if off < 1e-15 and np.linalg.norm((p - start).astype(float)) < 1.5 else None

@@ -1,0 +1,158 @@
+"""Drawings: the curves of the paths are the sections, point by point."""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+NAME = "{http://www.w3.org/2000/svg}"
+
+
+def paths_of(layout):
+    """(d, 3 × 3 matrix) of each body, as SVG has it: y downwards."""
+    found = []
+    for path in ET.fromstring(layout.svg).iter(NAME + "path"):
+        matrix = np.eye(3)
+        if path.get("transform"):
+            a, b, c, d, e, f = map(float, re.findall(r"[-+.\de]+", path.get("transform").removeprefix("matrix")))
+            matrix = np.array([[a, c, e], [b, d, f], [0, 0, 1]])
+        found.append((path.get("d"), matrix))
+    return found
+
+
+def samples(d, count=40):
+    """Points (n, 2) of a path, (z, y) with y up: a small evaluator of the commands M L A Q C Z."""
+    tokens = re.findall(r"[MLAQCZ]|[-+]?[\d.]+(?:e[-+]?\d+)?", d)
+    points, at, start, i = [], np.zeros(2), np.zeros(2), 0
+
+    def numbers(k):
+        nonlocal i
+        values = np.array([float(x) for x in tokens[i : i + k]])
+        i += k
+        return values
+
+    u = np.linspace(0, 1, count)[:, None]
+    while i < len(tokens):
+        command = tokens[i]
+        i += 1
+        if command == "M":
+            at = start = numbers(2)
+        elif command in "LZ":
+            to = numbers(2) if command == "L" else start
+            points.append(at + u * (to - at))
+            at = to
+        elif command == "Q":
+            p, to = np.split(numbers(4), 2)
+            points.append((1 - u) ** 2 * at + 2 * u * (1 - u) * p + u**2 * to)
+            at = to
+        elif command == "C":
+            p, q, to = np.split(numbers(6), 3)
+            points.append((1 - u) ** 3 * at + 3 * u * (1 - u) ** 2 * p + 3 * u**2 * (1 - u) * q + u**3 * to)
+            at = to
+        else:
+            rx, ry, turn, large, sweep, *to = numbers(7)
+            assert turn == large == 0
+            points.append(arc(at, np.array(to), rx, ry, sweep, u[:, 0]))
+            at = np.array(to)
+    return np.concatenate(points) * (1, -1)
+
+
+def arc(start, end, rx, ry, sweep, u):
+    """SVG 2, appendix B.2.4, for an unturned ellipse and the small arc."""
+    a, b = start / (rx, ry), end / (rx, ry)
+    half, middle = (b - a) / 2, (a + b) / 2
+    rest = math.sqrt(max(0.0, 1 - half @ half))
+    across = np.array([-half[1], half[0]]) / np.hypot(*half)
+    center = middle + across * rest * (1 if sweep else -1)
+    first, last = math.atan2(*(a - center)[::-1]), math.atan2(*(b - center)[::-1])
+    angle = (last - first) % (2 * math.pi) if sweep else -((first - last) % (2 * math.pi))
+    angles = first + u * angle
+    return (center + np.column_stack([np.cos(angles), np.sin(angles)])) * (rx, ry)
+
+
+SOLIDS = {
+    "sphere": co.Lens(30, -40, 6, 20), "ellipsoid": co.Lens(12, -16, 13, 20, -0.5, 0.3), "parabola": co.Lens(-30, 40, 3, 20, -1, -1),
+    "plane and ring": co.Lens(math.inf, 20, 3, 24, back_aperture=18), "rod": co.Lens(5, -5, 30, 10),
+    "mirror": co.Mirror(-50, -1, 30, 5, 8), "mirror's back": co.Mirror(60, 0, 30, -5), "cap": co.Conic(-20, -0.5, 20),
+    "prism": co.Prism(50, 20, 10), "penta": co.PentaPrism(10, 8), "corner": co.CornerCube(10), "ball": co.Sphere(7),
+    "hyperbola": co.Lens(20, -30, 6, 20, -4, -2), "moved": co.Lens(30, -40, 6, 20, -0.5).rotate("x", 25).translate((0, 3, 40)).scale((1, 1, -1)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_a_drawn_curve_is_the_section(name):
+    """Every point of the path lies on the solid's surface: a little inside of it is glass, a little outside none."""
+    scene = co.Scene([co.Body(SOLIDS[name], co.glass())])
+    drawing = co.optics.layout(scene)
+    assert drawing.left_out == ()
+    ((d, matrix),) = paths_of(drawing)
+    points = samples(d)
+    points = (np.column_stack([points[:, 0], -points[:, 1], np.ones(len(points))]) @ matrix.T)[:, :2] * (1, -1)
+    xyz = np.column_stack([np.zeros(len(points)), points[:, ::-1]])
+    step = 2e-5 if "hyperbola" in name else 1e-9
+    turns = np.linspace(0, 2 * math.pi, 64, endpoint=False)
+    around = xyz[:, None] + step * np.column_stack([np.zeros(64), np.sin(turns), np.cos(turns)])
+    inside = scene.contains(around)
+    assert inside.any(axis=1).all()
+    assert (~inside).any(axis=1).all()
+    if name == "corner":
+        return  # its widest parts lie beside the plane
+    low, high = (np.array(end) for end in scene.bounds)
+    assert xyz[:, 1:].min(axis=0) == pytest.approx(low[1:], abs=2e-2)
+    assert xyz[:, 1:].max(axis=0) == pytest.approx(high[1:], abs=2e-2)
+
+
+def test_sheets_are_open_lines():
+    scene = co.Scene([co.Body(co.ConicSheet(-50, -1, 30, 10), co.mirror()), co.Body(co.Stop(4, 20), "black")])
+    (mirror, _), (stop, _) = paths_of(co.optics.layout(scene))
+    assert "Z" not in mirror + stop
+    points = samples(mirror)
+    y = points[:, 1]
+    assert points[:, 0] == pytest.approx(-(y**2) / 100, abs=1e-12)
+    assert (np.abs(y).min(), np.abs(y).max()) == (5, 15)
+    assert sorted(set(np.abs(samples(stop)[:, 1][[0, -1]]).tolist())) == [2.0, 10.0]
+
+
+def test_rays_go_where_the_trace_says():
+    system = co.optics.prescription([(50, 6, 1.5168, 20), (-50, None, 1, 20)], 12, fields=(0, 3), name="a <lens>")
+    drawing = co.optics.layout(system, rays=3)
+    root = ET.fromstring(drawing.svg)
+    assert root.find(NAME + "title").text == "a <lens>"
+    rays = [
+        np.array([float(x) for x in re.split("[ ,]", line.get("points"))]).reshape(-1, 2)
+        for line in root.iter(NAME + "polyline")
+    ]
+    assert len(rays) == 6
+    assert {line.get("stroke") for line in root.iter(NAME + "polyline")} == {"#1f6fb4", "#2a9d4b"}
+    pupil = np.column_stack([np.zeros(3), [-1, 0, 1]])
+    for k, field in enumerate((0, 3)):
+        found = co.optics.trace(system, co.optics.beam(system, field, pupil=pupil))
+        for i in range(3):
+            drawn = rays[3 * k + i] * (1, -1)
+            assert drawn[1:-1] == pytest.approx(found.points[1:, i][:, [2, 1]], abs=1e-10)
+            assert drawn[-1] == pytest.approx(found.at(system.image)[i, [2, 1]], abs=1e-10)
+
+
+def test_what_cannot_be_drawn_is_named(tmp_path):
+    bodies = [
+        co.Body(co.Sphere(3), co.glass(), "ball"),
+        co.Body(co.Sphere(3) & co.Box(), co.glass(), "cut"),
+        co.Body(co.Lens(20, -20, 4, 10).rotate("y", 30).translate((0, 0, 9)), co.glass()),
+    ]
+    drawing = co.optics.layout(co.Scene(bodies))
+    assert drawing.left_out == ("cut", "2")
+    assert len(paths_of(drawing)) == 1
+    drawing.save(tmp_path / "x.svg")
+    assert (tmp_path / "x.svg").read_text(encoding="utf-8") == drawing.svg == drawing._repr_svg_()
+    with pytest.raises(ValueError, match="Layout.save: path must end with .svg"):
+        drawing.save(tmp_path / "x.png")
+    with pytest.raises(ValueError, match="layout: system must have bodies of finite size"):
+        co.optics.layout(co.Scene([co.HalfSpace((0, 0, 1), 0)]))
+    with pytest.raises(TypeError, match="layout: rays must be a number for a Prescription"):
+        co.optics.layout(co.optics.prescription([(50, 6, 1.5, 20), (-50, None)], 5), rays=co.Rays((0, 0, 0), (0, 0, 1)))

@@ -1,0 +1,333 @@
+"""Light along many paths, against closed forms of optics."""
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+LINES = {"C": 0.6562725, "d": 0.5875618, "F": 0.4861327, "g": 0.4358343}
+
+
+def balanced(paths, within=1e-12):
+    """Every bit of light is somewhere; returns the sums."""
+    found = paths.balance()
+    parts = found.escaped, found.in_media, found.at_walls, found.not_followed
+    assert sum(parts) == pytest.approx(found.given, rel=within)
+    return found
+
+
+def followed(paths, *mirrored):
+    """The segments whose path was mirrored (True) and refracted (False) so, at every wall from the first on."""
+    rows = np.flatnonzero(paths.level == 0)
+    for how in mirrored:
+        rows = np.flatnonzero(np.isin(paths.parent, rows) & (paths.mirrored == how))
+    return rows
+
+
+def turned(paths, rows):
+    """By how many degrees segments are turned against their rays."""
+    begun = paths.direction[np.argsort(paths.ray[paths.level == 0])][paths.ray[rows]]
+    return np.degrees(np.arccos(np.clip((begun * paths.direction[rows]).sum(1), -1, 1)))
+
+
+# ---- Angles ----
+
+
+def prism(angle, glass):
+    """A prism with its edge along z at the origin, opening downwards, and its half angle to both sides of -y."""
+    half = math.radians(angle) / 2
+    c, s = math.cos(half), math.sin(half)
+    walls = [(c, s, 0), (-c, s, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    return co.Body(co.Polyhedron(walls, [0, 0, 4, 1, 1]), co.glass(glass))
+
+
+@pytest.mark.parametrize("name", ["N-BK7", "N-SF11", "F2", "S-FPL53", "H-ZF6"])
+def test_a_prism_deviates_least_where_the_textbook_says(name):
+    # n = sin((A + D) / 2) / sin(A / 2) (Born and Wolf, section 4.7.2): D of each line, and none is less around it
+    apex, waves = 60.0, np.array(list(LINES.values()))
+    n = co.optics.glass(name)(waves)
+    least = np.degrees(2 * np.arcsin(n * math.sin(math.radians(apex / 2)))) - apex
+    scene = co.Scene([prism(apex, name)])
+    off = np.linspace(-2, 2, 41)  # degrees off the angle at which the ray goes through symmetrically
+    angle = np.radians((least[:, None] / 2) + off)  # of the ray above the horizontal; on the symmetric way D/2
+    directions = np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1)
+    target = np.array([-2 * math.tan(math.radians(apex / 2)), -2.0, 0.0])
+    rays = co.Rays(target - 3 * directions, directions)
+    paths = co.trace_paths(scene, rays, depth=2, wavelength=np.broadcast_to(waves[:, None], angle.shape))
+    out = followed(paths, False, False)
+    assert len(out) == angle.size
+    deviation = np.empty(angle.size)
+    deviation[paths.ray[out]] = turned(paths, out)
+    deviation = deviation.reshape(angle.shape)
+    assert deviation.min(axis=1) == pytest.approx(least, abs=1e-10)
+    assert (np.argmin(deviation, axis=1) == 20).all()
+    assert (np.diff(least) > 0).all()  # blue is bent more
+    balanced(paths)
+
+
+@pytest.mark.parametrize("wavelength", [0.656, 0.589, 0.405])
+@pytest.mark.parametrize("inside", [1, 2])
+def test_the_rainbow(wavelength, inside):
+    # Descartes: after k reflections light turns by D = k π + 2 i - 2 (k + 1) r, least where cos² i = (n² - 1) / (k (k + 2))
+    n = co.optics.glass("water")(wavelength)
+    cosine = math.sqrt((n * n - 1) / (inside * (inside + 2)))
+    i, r = math.acos(cosine), math.asin(math.sin(math.acos(cosine)) / n)
+    bow = abs(180 - (math.degrees(inside * math.pi + 2 * i - 2 * (inside + 1) * r)) % 360)
+    heights = np.append(np.linspace(0.5, 0.999, 400), math.sin(i))
+    rays = co.Rays(np.stack([-5 + 0 * heights, heights, 0 * heights], -1), (1, 0, 0))
+    paths = co.trace_paths(co.Scene([co.Body(co.Sphere(1), co.glass("water"))]), rays, 4, wavelength=wavelength)
+    out = followed(paths, False, *[True] * inside, False)
+    angles = 180 - turned(paths, out)
+    best = angles.max() if inside == 1 else angles.min()
+    assert best == pytest.approx(bow, abs=1e-9)
+    assert angles[paths.ray[out] == 400] == pytest.approx(bow, abs=1e-9)
+
+
+def test_the_rainbows_of_the_textbook():
+    # n = 4/3: 42°02' and 50°59' (Minnaert, The Nature of Light and Colour in the Open Air; Boyer, The Rainbow)
+    rays = co.Rays([(-5, y, 0) for y in np.linspace(0.5, 0.999, 4000)], (1, 0, 0))
+    paths = co.trace_paths(co.Scene([co.Body(co.Sphere(1), co.glass(4 / 3))]), rays, 4)
+    first, second = followed(paths, False, True, False), followed(paths, False, True, True, False)
+    assert (180 - turned(paths, first)).max() == pytest.approx(42 + 2 / 60, abs=0.01)
+    assert (180 - turned(paths, second)).min() == pytest.approx(50 + 59 / 60, abs=0.02)
+
+
+def test_a_corner_cube_returns_light_by_total_reflection():
+    third = 1 / math.sqrt(3)
+    cube = co.Polyhedron([(-1, 0, 0), (0, -1, 0), (0, 0, -1), (third, third, third)], [0, 0, 0, 1])
+    rng = np.random.default_rng(1)
+    inward = -np.array([third] * 3) + rng.normal(0, 0.02, (50, 3))
+    origins = np.array([third] * 3) * 2 + rng.normal(0, 0.05, (50, 3))
+    paths = co.trace_paths(co.Scene([co.Body(cube, co.glass(1.5168))]), co.Rays(origins, inward), 5)
+    back = followed(paths, False, True, True, True, False)
+    assert len(back) == 50
+    assert turned(paths, back) == pytest.approx(np.full(50, 180), abs=1e-5)
+    # nothing is lost in the three total reflections
+    within = followed(paths, False, True, True, True)
+    assert paths.weight[within] == pytest.approx(paths.weight[followed(paths, False)][paths.ray[within]], rel=1e-15)
+    balanced(paths)
+
+
+# ---- How much light ----
+
+
+def slab(material, thickness=1.0):
+    return co.Scene([co.Body(co.Box((-9, -9, 0), (9, 9, thickness)), material)])
+
+
+DOWN = co.Rays((0.1, 0.2, 5), (0, 0, -1))
+
+
+def test_a_plate_passes_what_its_beams_add_up_to():
+    # without interference T = (1 - R)² / (1 - R²) = (1 - R) / (1 + R) = 2 n / (n² + 1)
+    paths = co.trace_paths(slab(co.glass(1.5)), DOWN, depth=60)
+    out = paths.escaped & (paths.direction[:, 2] < 0)
+    assert paths.arriving[out].sum() == pytest.approx(2 * 1.5 / (1.5**2 + 1), rel=1e-15)
+    balanced(paths)
+
+
+def test_a_plate_that_absorbs():
+    # Beer within: T = (1 - R)² e / (1 - R² e²), e = exp(-α d)
+    fade, share = math.exp(-0.7 * 2.5), 0.04
+    paths = co.trace_paths(slab(co.glass(1.5, absorption=0.7), 2.5), DOWN, depth=60)
+    out = paths.escaped & (paths.direction[:, 2] < 0)
+    want = (1 - share) ** 2 * fade / (1 - share**2 * fade**2)
+    assert paths.arriving[out].sum() == pytest.approx(want, rel=1e-14)
+    assert balanced(paths).in_media > 0.5
+
+
+def test_a_complex_index_absorbs_by_the_wavelength():
+    # α = 4 π k / λ: of k = 1e-5 at 0.5 μm, over 0.2 mm
+    k, w = 1e-5, 0.5
+    paths = co.trace_paths(slab(co.glass(1.5 + k * 1j), 0.2), DOWN, depth=1, wavelength=w)
+    inside = followed(paths, False)
+    want = math.exp(-4 * math.pi * k / w * 200)
+    assert paths.arriving[inside] / paths.weight[inside] == pytest.approx(want, rel=1e-13)
+    metres = co.trace_paths(slab(co.glass(1.5 + k * 1j), 0.2e-3), DOWN, depth=1, wavelength=w, unit=1e6)
+    assert metres.arriving[inside] == pytest.approx(paths.arriving[inside], rel=1e-13)
+
+
+def test_a_coated_lens():
+    # a quarter wave of MgF2 on 1.52 at 0.55 μm: 1.26 % (Macleod), from outside and from inside
+    coat = co.optics.Coating.quarter_wave([1.38], 0.55)
+    lens = co.Scene([co.Body(co.Sphere(50, (0, 0, -48)) & co.Sphere(50, (0, 0, 48)), co.glass(1.52, coating=coat))])
+    paths = co.trace_paths(lens, co.Rays((0, 0, 9), (0, 0, -1)), depth=2, wavelength=0.55)
+    share = ((1.52 - 1.38**2) / (1.52 + 1.38**2)) ** 2
+    assert paths.weight[followed(paths, True)] == pytest.approx(share, rel=1e-12)
+    assert round(100 * share, 2) == 1.26
+    assert paths.weight[followed(paths, False, True)] == pytest.approx((1 - share) * share, rel=1e-12)
+    assert paths.weight[followed(paths, False, False)] == pytest.approx((1 - share) ** 2, rel=1e-12)
+    balanced(paths)
+
+
+def test_brewsters_angle_and_metals():
+    n = co.optics.glass("gold")(0.6)
+    look = co.Material(refractive_index=co.optics.glass("gold"))
+    paths = co.trace_paths(slab(look), DOWN, depth=3, wavelength=0.6)
+    share = ((n.real - 1) ** 2 + n.imag**2) / ((n.real + 1) ** 2 + n.imag**2)
+    assert paths.weight[followed(paths, True)] == pytest.approx(share, rel=1e-13)
+    assert balanced(paths).at_walls == pytest.approx(1 - share, rel=1e-12)
+    # at Brewster's angle half of what is reflected across is all that is
+    angle = math.atan(1.5)
+    rays = co.Rays((-math.tan(angle) * 4, 0, 5), (math.sin(angle), 0, -math.cos(angle)))
+    paths = co.trace_paths(slab(co.glass(1.5)), rays, depth=1)
+    assert paths.weight[followed(paths, True)] == pytest.approx(((1.5**2 - 1) / (1.5**2 + 1)) ** 2 / 2, rel=1e-13)
+
+
+def test_mirrors_panes_and_what_lets_nothing_through():
+    scene = co.Scene([
+        co.Body(co.Disc((0, 0, 3), (0, 0, 1), 1), co.Material(reflectivity=0.5, transparency=0.9)),
+        co.Body(co.Disc((0, 0, 1), (0, 0, 1), 1), co.mirror(0.8)), co.Body(co.Disc((0, 0, 9), (0, 0, 1), 1), co.matte("red")),
+    ])  # fmt: skip
+    found = balanced(co.trace_paths(scene, DOWN, depth=1))
+    assert found.at_walls == pytest.approx(0.5 * 0.1)
+    paths = co.trace_paths(scene, DOWN, depth=6)
+    assert paths.weight[followed(paths, False, True)] == pytest.approx(0.45 * 0.8)
+    assert paths.weight[followed(paths, True)] == pytest.approx(0.5)
+    assert (paths.wall[followed(paths, True)] == 2).all()
+    balanced(paths)
+
+
+def nested():
+    """A ball of glass in a shell in water with an opaque floor that the water stands on, and a bubble."""
+    return co.Scene([
+        co.Body(co.Sphere(0.4, (0.2, 0, 0)), co.glass(1.0)), co.Body(co.Sphere(1), co.glass("N-SF11")),
+        co.Body(co.Sphere(1.5), co.glass(1.6, absorption=0.05)), co.Body(co.Box((-3, -3, -3), (3, 3, 3)), co.glass("water")),
+        co.Body(co.Box((-3, -3, -4), (3, 3, -3)), co.conductor()), co.Body(co.Box((3, -3, -3), (4, 3, 3)), co.glass(1.4)),
+    ])  # fmt: skip
+
+
+def test_no_light_is_lost_over_twelve_levels_of_splitting():
+    rng = np.random.default_rng(3)
+    rays = co.Rays(rng.uniform(-2.5, 2.5, (40, 3)), rng.normal(size=(40, 3)))
+    paths = co.trace_paths(nested(), rays, depth=12, wavelength=rng.uniform(0.4, 0.7, 40))
+    assert paths.level.max() == 12
+    assert len(paths) > 10_000
+    balanced(paths)
+    # and at each wall by itself
+    kept = np.zeros(len(paths))
+    np.add.at(kept, paths.parent[paths.parent >= 0], paths.weight[paths.parent >= 0])
+    ends = ~paths.escaped
+    left = paths.arriving - kept - paths.deposited - paths.lost
+    assert np.abs(left[ends]).max() < 1e-15
+    # children begin where their parents end
+    child = np.flatnonzero(paths.parent >= 0)
+    assert (paths.start[child] == paths.end[paths.parent[child]]).all()
+    assert np.linalg.norm(paths.direction, axis=1) == pytest.approx(np.ones(len(paths)), rel=1e-14)
+
+
+def test_choosing_is_right_on_average_and_comes_again():
+    scene, rays = nested(), co.Rays(np.tile((0.1, 2.0, 5.0), (4000, 1)), (0.05, -0.3, -1))
+    split = co.trace_paths(scene, rays[:1], depth=14).balance()
+    chosen = co.trace_paths(scene, rays, depth=14, split=False, seed=1)
+    again = co.trace_paths(scene, rays, depth=14, split=False, seed=1)
+    other = co.trace_paths(scene, rays, depth=14, split=False, seed=2)
+    assert (chosen.weight == again.weight).all()
+    assert (chosen.parent == again.parent).all()
+    assert len(chosen) != len(other) or (chosen.weight != other.weight).any()
+    found = balanced(chosen)
+    sigma = np.sqrt(4000) * 0.5
+    assert abs(found.escaped - 4000 * split.escaped) < 6 * sigma
+    assert abs(found.at_walls - 4000 * split.at_walls) < 6 * sigma
+    assert (np.bincount(chosen.parent[chosen.parent >= 0]) <= 1).all()  # one follows each
+
+
+def test_light_that_is_too_weak_is_not_followed():
+    all_of_it = co.trace_paths(slab(co.glass(1.5)), DOWN, depth=20)
+    most = co.trace_paths(slab(co.glass(1.5)), DOWN, depth=20, least=0.01, weight=5.0)
+    assert len(most) < len(all_of_it)
+    assert (most.weight >= 0.05).all()
+    assert balanced(most).not_followed > 0
+    assert most.balance().given == 5
+
+
+# ---- Where it goes ----
+
+
+def test_an_ellipse_brings_light_from_one_focus_to_the_other_by_equal_ways():
+    # half axes 5, 3: foci at ±4, every way is 10
+    rng = np.random.default_rng(0)
+    scene = co.Scene([co.Body(co.Ellipsoid((5, 3, 3)), co.mirror(1.0))])
+    paths = co.trace_paths(scene, co.Rays((-4, 0, 0), rng.normal(size=(100, 3))), depth=1)
+    back = followed(paths, True)
+    middle = paths.start[back]
+    to_focus = np.array((4, 0, 0)) - middle
+    assert np.abs(np.cross(paths.direction[back], to_focus)).max() < 1e-12
+    ways = paths.length[paths.parent[back]] + np.linalg.norm(to_focus, axis=1)
+    assert ways == pytest.approx(np.full(100, 10.0), rel=1e-14)
+
+
+def test_a_hyperbolic_face_brings_parallel_light_to_its_far_focus():
+    # Descartes: glass of index n behind z²/a² - r²/b² = 1, z <= -a, of eccentricity n; the other focus is at n a
+    a, n = 2.0, 1.5168
+    wide = 1 / (a * a * (n * n - 1))
+    glass = co.TwoSheetHyperboloid(wide, wide, 1 / (a * a)) & co.HalfSpace((0, 0, 1), 0)
+    starts = np.stack([np.linspace(-1.5, 1.5, 31), np.full(31, 0.2), np.full(31, -9.0)], -1)
+    paths = co.trace_paths(co.Scene([co.Body(glass, co.glass(n))]), co.Rays(starts, (0, 0, 1)), depth=1)
+    assert (paths.body[paths.level == 0] == 0).all()
+    out = followed(paths, False)
+    to_focus = np.array((0, 0, n * a)) - paths.start[out]
+    assert np.abs(np.cross(paths.direction[out], to_focus)).max() < 1e-12
+    ways = paths.optical_path_from_start[paths.parent[out]] + np.linalg.norm(to_focus, axis=1)
+    assert ways == pytest.approx(np.full(31, n * (9 - a) + n * a + a), rel=1e-14)
+
+
+def test_cemented_and_immersed_bodies_have_one_wall():
+    block = co.Box((-1, -1, 0), (1, 1, 1))
+    below = co.Box((-1, -1, -1), (1, 1, 0))
+    for other, bodies, lengths in ((1.5, [-1, 1, -1], [4, 2]), (1.6, [-1, 0, 1, -1], [4, 1, 1])):
+        scene = co.Scene([co.Body(block, co.glass(1.5)), co.Body(below, co.glass(other))])
+        paths = co.trace_paths(scene, DOWN, depth=3)
+        (through,) = followed(paths, *[False] * (len(bodies) - 1))
+        chain = paths.chain(int(through))
+        assert paths.escaped[through]
+        assert paths.body[chain].tolist() == bodies  # of two that are the same to light the last
+        assert paths.length[chain[:-1]].tolist() == lengths
+
+
+def test_what_stands_on_something_opaque_ends_there():
+    scene = co.Scene([co.Body(co.Box((-1, -1, 0), (1, 1, 1)), co.glass(1.5)),
+                      co.Body(co.Box((-1, -1, -1), (1, 1, 0)), co.matte("black"))])  # fmt: skip
+    for listed in (scene, co.Scene(list(scene.bodies)[::-1])):
+        paths = co.trace_paths(listed, DOWN, depth=4)
+        assert followed(paths, False, False).size == 0
+        assert balanced(paths).at_walls == pytest.approx(0.96)
+
+
+def test_fields_shapes_and_drawing():
+    rays = co.Rays(np.zeros((2, 3, 3)) + (0, 0, 5), (0, 0, -2))
+    paths = co.trace_paths(slab(co.glass("N-BK7")), rays, depth=3, wavelength=[0.4, 0.5, 0.6])
+    assert paths.ray[paths.level == 0].tolist() == list(range(6))
+    assert paths.wavelength[:6].tolist() == [0.4, 0.5, 0.6] * 2
+    inside = followed(paths, False)
+    assert paths.index[inside] == pytest.approx(co.optics.glass("N-BK7")(paths.wavelength[inside]))
+    assert (paths.body[inside] == 0).all()
+    assert (paths.wall[inside] == 0).all()
+    assert paths.length[inside] == pytest.approx(np.ones(6))
+    assert np.isnan(paths.end[paths.escaped]).all()
+    assert np.isinf(paths.length[paths.escaped]).all()
+    assert paths.lines(2.0).shape == (len(paths), 2, 3)
+    assert paths.chain(len(paths) - 1)[0] in range(6)
+    assert repr(paths) == f"Paths({len(paths)} segments of 6 rays)"
+    with pytest.raises(ValueError, match="read-only"):
+        paths.weight[0] = 2
+    assert len(co.trace_paths(co.Scene([]), rays, depth=3)) == 6
+    assert len(co.trace_paths(co.Scene([]), co.Rays(np.zeros((0, 3)), np.zeros((0, 3))))) == 0
+
+
+def test_refusals():
+    scene = slab(co.glass("N-BK7"))
+    for keywords, told in (
+        (dict(wavelength=588.0), r"'N-BK7': wavelength must be in \[0.3, 2.5\] μm.*588 nm are 0.588"),
+        (dict(wavelength=-1), "trace_paths: wavelength must be in μm"), (dict(weight=-1), "weight must be finite and >= 0"),
+        (dict(depth=-1), "trace_paths: depth must be"), (dict(wavelength=[0.5, 0.6]), "wavelength must be one number, or one"),
+        (dict(least=-1), "trace_paths: least must be >= 0"), (dict(unit=0), "trace_paths: unit must be > 0"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=told):
+            co.trace_paths(scene, DOWN, **keywords)
+    with pytest.raises(TypeError, match="trace_paths: scene must be a Scene, got"):
+        co.trace_paths([], DOWN)
+    with pytest.raises(TypeError, match="trace_paths: rays must be a Rays"):
+        co.trace_paths(scene, (0, 0, 1))

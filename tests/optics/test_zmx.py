@@ -1,0 +1,218 @@
+"""Zemax lens files: what they say comes out, what cannot be had is refused with its line, and nothing hostile hurts."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+import conicoid as co
+
+from .matrices import first_order
+from .zemax_text import file
+
+BK7 = "X-BK7 0 0 1.5168 64.17 0 0 0 0 0 0"
+SINGLET = [
+    dict(curvature=1 / 50, thickness="6", glass=BK7, semi=10, more=["STOP"]),
+    dict(curvature=-1 / 50, thickness="4.5E+1", semi=10),
+]
+
+
+def test_a_singlet(tmp_path):
+    text = file(
+        SINGLET, heights=(0, 3.5), waves=(0.4861327, 0.5875618, 0.6562725), primary=2, name="a singlet, f = 49.4"
+    )
+    expected = first_order([(50, 6, 1.5168), (-50, 45, 1)])
+    for encoding in ("utf-16", "utf-8", "utf-8-sig", "latin-1"):
+        path = tmp_path / f"{encoding}.zmx"
+        path.write_bytes(text.encode(encoding))
+        system = co.optics.load_zmx(path)
+        assert co.optics.focal_length(system) == pytest.approx(expected["efl"], rel=2e-9)
+        assert (system.aperture, system.fields, system.name) == (10, (0, 3.5), "a singlet, f = 49.4")
+        assert system.wavelengths == (0.5875618, 0.4861327, 0.6562725)
+        assert system.bodies[0].shape == co.Lens(50, -50, 6, 20)
+        assert system.image == 51
+        assert system.stop == 0
+    n = system.media[1]
+    assert n.index(0.4861327) - n.index(0.6562725) == pytest.approx(0.5168 / 64.17, rel=1e-9)
+    assert "X-BK7 by its index 1.5168" in system.left_out[0]
+
+
+def test_a_telescope_of_conics():
+    """Handbook of Optics II, chapter 18: the numbers are those of its Cassegrain."""
+    c1, c2 = -2.187226596675415774e-2, -5.208333333333333565e-2
+    mirror = "MIRROR 0 0 1.5 40 0 0 0 0 0 0"
+    text = file(
+        [
+            dict(thickness="16"),
+            dict(curvature=c1, thickness="-16", glass=mirror, conic=-1.0, semi=10, more=["STOP", "CLAP 0 2.5 10 0"]),
+            dict(curvature=c2, thickness="24.0350", glass=mirror, conic=-3.236, semi=3.1),
+        ],
+        aperture="FNUM 4.0 0",
+        kind=2,
+        heights=(0, 1.4),
+    )
+    system = co.optics.read_zmx(text)
+    expected = first_order([(1 / c1, -16, "mirror"), (1 / c2, 24.035, "mirror")])
+    assert co.optics.focal_length(system) == pytest.approx(expected["efl"], rel=2e-9)
+    assert system.aperture == pytest.approx(expected["efl"] / 4, rel=1e-12)
+    assert system.fields[1] == pytest.approx(math.degrees(math.atan(1.4 / expected["efl"])), rel=1e-12)
+    assert system.bodies[0].shape.hole == 5
+    assert system.bodies[1].shape.conic_constant == -3.236
+    assert co.optics.spot(system).rms < 1e-4
+
+
+def test_the_aperture_of_a_stop_and_a_near_object():
+    rows = [
+        dict(curvature=1 / 50, thickness="6", glass=BK7, semi=10),
+        dict(curvature=-1 / 50, thickness="10", semi=10),
+        dict(thickness="70", semi=3, more=["STOP"]),
+    ]
+    system = co.optics.read_zmx(file(rows, aperture="FLOA"))
+    (a, _), _ = _to(rows[:2], 10)
+    assert system.aperture == pytest.approx(6 / a, rel=1e-9)
+    assert [body.name for body in system.bodies] == ["lens 1", "stop"]
+    near = file(rows, aperture="OBNA 0.02", kind=1, heights=(0, 2)).replace("DISZ INFINITY", "DISZ 120")
+    found = co.optics.read_zmx(near)
+    assert found.object_distance == 120
+    assert found.fields == (0, 2)
+    assert found.aperture == pytest.approx(2 * (120 + found.pupil) * math.tan(math.asin(0.02)), rel=1e-12)
+
+
+def _to(rows, thickness):
+    """The matrix from the first surface of the singlet to a plane behind it."""
+    import numpy as np
+
+    n = 1.5168
+    first, second = (np.array([[1, 0], [-p, 1]]) for p in ((n - 1) / 50, (1 - n) / -50))
+    return np.array([[1, thickness], [0, 1]]) @ second @ np.array([[1, 6 / n], [0, 1]]) @ first
+
+
+@pytest.mark.parametrize(
+    ("glasses", "index"),
+    [({"SF99": 1.7}, 1.7), ({"SF99": (1.6, 40)}, 1.6), ({"SF99": lambda wave: 1.5 + wave / 10}, 1.55)],
+)
+def test_glasses_may_be_given(glasses, index):
+    rows = [SINGLET[0] | dict(glass="SF99 0 0 1.5 40 0 0 0"), SINGLET[1]]
+    text = file(rows, waves=(0.5,))
+    with pytest.raises(
+        co.SceneFileError,
+        match=r"text:\d+:1: surface 1: GLAS: 'SF99' is not in the catalogue: glasses=\{'SF99': index\} says",
+    ):
+        co.optics.read_zmx(text)
+    system = co.optics.read_zmx(text, glasses=glasses)
+    assert system.media[1].name == "SF99"
+    expected = system.media[1].index(0.5)
+    if index != 1.6:
+        assert expected == pytest.approx(index, rel=1e-15)
+    assert co.optics.focal_length(system) == pytest.approx(
+        first_order([(50, 6, expected), (-50, 0, 1)])["efl"], rel=2e-9
+    )
+
+
+def test_a_glass_by_its_numbers_alone():
+    rows = [SINGLET[0] | dict(glass="___BLANK 1 0 1.5 40 0 0 0"), SINGLET[1]]
+    assert co.optics.read_zmx(file(rows)).media[1].index(0.5875618) == pytest.approx(1.5, rel=1e-15)
+
+
+def test_an_asphere_without_terms_is_a_conic():
+    rows = [SINGLET[0] | dict(kind="EVENASPH", conic=-0.5, more=["PARM 1 0", "PARM 2 0.0"]), SINGLET[1]]
+    assert co.optics.read_zmx(file(rows)).bodies[0].shape.front_conic == -0.5
+
+
+REFUSED = [
+    (lambda: file([SINGLET[0] | dict(kind="EVENASPH", more=["PARM 2 1e-6"]), SINGLET[1]]), r"surface 1: TYPE: EVENASPH has the aspheric term PARM 2"),
+    (lambda: file([SINGLET[0], dict(kind="COORDBRK"), SINGLET[1]]), r"surface 2: TYPE: 'COORDBRK' is not supported; only conics are: STANDARD"),
+    (lambda: file(SINGLET).replace("MODE SEQ", "MODE NSC"), r"MODE: must be SEQ, a sequence of surfaces, got 'NSC'"),
+    (lambda: file(SINGLET).replace("UNIT MM", "UNIT FURLONG"), r"UNIT: must be one of MM, CM, IN, METER, M, got 'FURLONG'"),
+    (lambda: file(SINGLET).replace("CURV 0.02 ", "CURV nan "), r"surface 1: CURV: must have a finite number at place 1, got 'nan'"),
+    (lambda: file(SINGLET).replace("CURV 0.02 ", "CURV 1_0 "), r"surface 1: CURV: must have a finite number at place 1, got '1_0'"),
+    (lambda: file(SINGLET).replace("DISZ 6", "DISZ 1e999"), r"surface 1: DISZ: must have a finite number"),
+    (lambda: file(SINGLET).replace("DISZ 6", "DISZ INFINITY"), r"surface 1: DISZ: must be finite, but for the object's"),
+    (lambda: file(SINGLET).replace("DISZ 6", "DISZ"), r"surface 1: DISZ: must have a finite number at place 1, got ''"),
+    (lambda: file(SINGLET).replace("SURF 2", "SURF 7"), r"SURF: must be number 2, as they are counted in order, got 7"),
+    (lambda: file([]), r"must have at least 3 surfaces: .* got 2"),
+    (lambda: "", r"must have at least 3 surfaces"),
+    (lambda: file([SINGLET[0] | dict(semi=30), SINGLET[1] | dict(semi=30)]), r"prescription: rows\[0\] and rows\[1\]: Lens: "),
+    (lambda: file(SINGLET) + "x" * 30_000, r"is longer than 20,000 characters"),
+    (lambda: "\n" * 300_000, r"has more than 200,000 lines"),
+    (lambda: "x" * 9_000_000, r"is longer than 8,000,000 characters"),
+    (lambda: file([dict(thickness="1")] * 1100), r"there are more than 1,000 surfaces"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", range(len(REFUSED)))
+def test_what_is_no_such_lens_is_refused(case):
+    make, told = REFUSED[case]
+    with pytest.raises(co.SceneFileError, match=told):
+        co.optics.read_zmx(make())
+
+
+def test_files_that_are_none(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        co.optics.load_zmx(tmp_path / "no.zmx")
+    (tmp_path / "binary.zmx").write_bytes(b"SURF 0\0\0\0")
+    with pytest.raises(co.SceneFileError, match="is no text: it holds NUL characters"):
+        co.optics.load_zmx(tmp_path / "binary.zmx")
+    (tmp_path / "large.zmx").write_bytes(b"\n" * 8_000_001)
+    with pytest.raises(co.SceneFileError, match="is larger than 8,000,000 bytes"):
+        co.optics.load_zmx(tmp_path / "large.zmx")
+
+
+def mutated(text, rng):
+    """A file with some of its words, lines and characters changed."""
+    lines = text.splitlines()
+    for _ in range(rng.randint(1, 4)):
+        i = rng.randrange(len(lines))
+        kind = rng.randrange(5)
+        words = lines[i].split(" ")
+        if kind == 0:
+            words[rng.randrange(len(words))] = rng.choice(
+                ["", "nan", "-1e99", "1e-99", "0", "INFINITY", "MIRROR", "é", "9" * 400, "1e9", "-3", "{}"]
+            )
+            lines[i] = " ".join(words)
+        elif kind == 1:
+            del lines[i]
+        elif kind == 2:
+            lines.insert(rng.randrange(len(lines)), lines[i])
+        elif kind == 3:
+            lines[i] = lines[i][: rng.randrange(len(lines[i]) + 1)]
+        else:
+            at = rng.randrange(len(lines[i]) + 1)
+            lines[i] = lines[i][:at] + chr(rng.randrange(1, 0x2FF)) + lines[i][at:]
+        if not lines:
+            return ""
+    return "\n".join(lines)
+
+
+def broken(count, seed):
+    """Mutated files: each is read, or refused with a message of its own."""
+    rng = random.Random(seed)
+    mirror = "MIRROR 0 0 1.5 40 0"
+    texts = [
+        file(SINGLET, heights=(0, 5)),
+        file([dict(thickness="16"), dict(curvature=-0.02, thickness="-16", glass=mirror, conic=-1.0, semi=10)]),
+    ]
+    read = 0
+    for _ in range(count):
+        text = mutated(rng.choice(texts), rng)
+        try:
+            system = co.optics.read_zmx(text)
+        except co.SceneFileError as error:
+            assert str(error).startswith("text")
+            assert len(str(error)) < 1000
+            continue
+        read += 1
+        assert all(math.isfinite(z) for z in (*system.vertices, system.image, system.aperture))
+        system.scene.first_hit((0, 0, -1e3), (0, 0, 1))
+    return read
+
+
+def test_mutated_files_are_read_or_refused():
+    assert 20 < broken(150, seed=1) < 140
+
+
+@pytest.mark.deep
+def test_two_thousand_mutated_files():
+    assert broken(2000, seed=2) > 200

@@ -1,0 +1,84 @@
+"""Light by groups adds up to all light; previews tell how noisy they are."""
+
+from __future__ import annotations
+
+import numpy as np
+import OpenEXR
+import pytest
+
+import conicoid as co
+
+WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
+SUN = co.DirectionalLight((1, 0, -2), (0.4, 0.3, 0.1))
+KEY = co.Body(co.Disc((0, -1, 3), (0, 0, 1), 0.5), co.glow((6, 3, 1)), "key")
+FILL = co.Body(co.Sphere(0.4, (2, 0, 2)), co.glow((0, 1, 4)), "fill")
+SCENE = co.Scene(
+    [co.Body(co.Plane((0, 0, 1), 0), co.matte(WHITE)), co.Body(co.Sphere(0.7, (0, 0, 0.7)), "white"), KEY, FILL],
+    [SUN, co.AmbientLight(0.05)], co.Camera((0, -6, 3), (0, 0, 0.5)), (0.05, 0.06, 0.1),
+)  # fmt: skip
+GROUPS = {"key": ["key"], "rest": ["fill", SUN, co.AmbientLight(0.05)], "sky": "background"}
+
+
+@pytest.mark.parametrize(("integrator", "samples", "off"), [("path", 256, 0.02), ("whitted", 32, 0.02)])
+def test_groups_add_up(integrator, samples, off):
+    image = SCENE.render(32, 24, samples, integrator, groups=GROUPS)
+    parts = {name: image.layers[f"light.{name}"] for name in GROUPS}
+    total = sum(parts.values())
+    assert total.mean(axis=(0, 1)) == pytest.approx(image.pixels.mean(axis=(0, 1)), rel=off)
+    assert parts["key"][..., 2].mean() < parts["key"][..., 0].mean()
+    assert min(parts["key"].max(), parts["rest"].max()) > 0
+
+
+def test_a_group_is_the_picture_with_its_lights_alone():
+    dark = SCENE.replace("fill", material=co.glow(0)).replace(lights=co.AmbientLight(0), background=BLACK)
+    image = SCENE.render(16, 12, 8, "path", groups={"key": "key"})
+    assert (image.layers["light.key"] == dark.render(16, 12, 8, "path").pixels).all()
+    assert (image.pixels == SCENE.render(16, 12, 8, "path").pixels).all()
+
+
+def test_groups_are_layers_of_an_exr(tmp_path):
+    image = SCENE.render(8, 6, 2, "direct", groups={"key": ["key"]}, layers="depth")
+    image.save(tmp_path / "out.exr")
+    channels = OpenEXR.File(str(tmp_path / "out.exr"), separate_channels=True).channels()
+    assert {"light.key.R", "light.key.G", "light.key.B", "depth.V", "R"} <= set(channels)
+    assert (channels["light.key.G"].pixels == image.layers["light.key"][..., 1]).all()
+
+
+@pytest.mark.parametrize(
+    ("groups", "error", "told"),
+    [
+        (["key"], TypeError, "groups must be a mapping"),
+        ({"a": ["kee"]}, ValueError, r"groups\['a'\] must name bodies that glow.*got 'kee'.*key"),
+        ({"a": [co.AmbientLight(3)]}, ValueError, "must name bodies that glow, lights of the scene"),
+        ({"": ["key"]}, ValueError, "groups must have names"),
+    ],
+)
+def test_refusals(groups, error, told):
+    with pytest.raises(error, match=told):
+        SCENE.render(4, 4, groups=groups)
+
+
+def test_previews_tell_their_noise():
+    seen = []
+    image = SCENE.render(16, 12, 32, "path", preview=seen.append, layers="error")
+    noises = [one.noise for one in seen]
+    assert len(noises) >= 5
+    assert noises[0] == np.inf
+    assert (np.diff(noises[1:]) < 0).all()
+    assert noises[-1] == pytest.approx(np.sqrt((image.layers["error"].astype(float) ** 2).mean()), rel=1e-6)
+    assert (seen[-1].pixels == image.pixels).all()
+
+
+def test_previews_in_a_notebook(monkeypatch):
+    """One display, which is updated."""
+    display = pytest.importorskip("IPython.display")
+    told = []
+
+    class Handle:
+        def update(self, image):
+            told.append(image)
+
+    monkeypatch.setattr(display, "display", lambda image, display_id: told.append(image) or Handle())
+    image = SCENE.render(8, 6, 8, "path", preview=True)
+    assert len(told) == 4
+    assert (told[-1].pixels == image.pixels).all()

@@ -1,0 +1,157 @@
+"""What moves while the shutter is open: blur in closed form, stills where nothing moves, frames of films."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
+RADIUS, WAY = 0.3, 1.4
+VIEW = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=2.0)
+
+
+def moving_ball(**track):
+    """A white ball from x = -0.7 to 0.7 in the first second."""
+    ball = co.Body(co.Sphere(RADIUS, (-WAY / 2, 0, 0)), co.glow(1), "ball")
+    tracks = co.BodyTrack("ball", (0, 1), **(track or dict(translate=((0, 0, 0), (WAY, 0, 0)))))
+    return co.Scene([ball], [co.AmbientLight(0)], VIEW, BLACK, animation=tracks)
+
+
+def covered(x, half):
+    """For which share of the time something 2 half wide that goes evenly from -WAY / 2 to WAY / 2 covers x."""
+    return max(0.0, min(WAY / 2, x + half) - max(-WAY / 2, x - half)) / WAY
+
+
+@pytest.mark.parametrize("integrator", ["whitted", "path"])
+def test_the_blur_of_a_ball_that_moves(integrator):
+    """At height y its half chord is √(R² - y²); a pixel is 2 / 50 wide, a moment 1 / 128 of the time."""
+    pixels = moving_ball().render(50, 50, 256, integrator, shutter=(0, 1), times=128).pixels[..., 0]
+    places = -1 + (np.arange(50) + 0.5) * 2 / 50
+    for row in (24, 20, 27):
+        y = -(places[row])
+        near, far = abs(y) - 1 / 50, abs(y) + 1 / 50
+        halves = [math.sqrt(max(0.0, RADIUS**2 - part * part)) for part in (far, near)]
+        low, high = (
+            [covered(abs(x) + sign / 50, half) for x in places] for sign, half in ((1, halves[0]), (-1, halves[1]))
+        )
+        assert (pixels[row] >= np.array(low) - 1 / 64).all()
+        assert (pixels[row] <= np.array(high) + 1 / 64).all()
+    total = pixels.sum() * (2 / 50) ** 2
+    assert total == pytest.approx(math.pi * RADIUS**2, rel=5e-3)
+
+
+def test_a_body_that_turns():
+    """Half a disc that turns once about z sees each point of the disc half of the time."""
+    half = co.Disc((0, 0, 0), (0, 0, 1), 0.9) & co.HalfSpace((0, 1, 0), 0)
+    track = co.BodyTrack("half", (0, 1), degrees=(0, 360))
+    scene = co.Scene([co.Body(half, co.glow(1), "half")], [co.AmbientLight(0)], VIEW, BLACK, animation=track)
+    pixels = scene.render(20, 20, 64, shutter=(0, 1)).pixels[..., 0]
+    places = -0.95 + 0.1 * np.arange(20)
+    inside = np.hypot(*np.meshgrid(places, places)) < 0.8
+    assert pixels[inside] == pytest.approx(0.5, abs=0.06)
+    assert pixels[inside].mean() == pytest.approx(0.5, abs=0.01)
+
+
+def test_what_stands_still_is_as_without_a_shutter():
+    scene = co.Scene(
+        [co.Body(co.Sphere(0.5), "red"), co.Body(co.Sphere(0.1, (0, 0, 2)), co.glow(9), "lamp")], [], VIEW, (0.1,) * 3,
+        animation=co.BodyTrack("lamp", (5, 6), translate=((0, 0, 0), (1, 0, 0))),
+    )  # fmt: skip
+    still = scene.render(24, 24, 12, "path").pixels
+    assert (scene.render(24, 24, 12, "path", shutter=(0, 1), times=5).pixels == still).all()
+    assert (scene.render(24, 24, 12, "path", shutter=(5, 6)).pixels != still).any()
+
+
+def test_each_moment_is_an_exact_still():
+    """One moment is the scene at the middle of the time; its layers too."""
+    scene = moving_ball()
+    one = scene.render(30, 20, 4, "path", shutter=(0, 0.5), times=1, layers=["depth", "body"])
+    still = scene.at(0.25).render(30, 20, 4, "path", layers=["depth", "body"])
+    assert (one.pixels == still.pixels).all()
+    assert (one.layers["depth"] == still.layers["depth"]).all()
+    assert scene.at(0.25)["ball"].shape.bounds[0][0] == pytest.approx(-WAY / 2 + WAY / 4 - RADIUS, abs=1e-15)
+
+
+def test_a_camera_that_moves():
+    camera = co.Camera((0, -5, 1), (0, 0, 0))
+    track = co.CameraTrack((0, 2), position=((0, -5, 1), (4, -5, 3)), field_of_view=(40, 20))
+    scene = co.Scene([co.Sphere(1)], camera=camera, animation=[track])
+    assert scene.at(1).camera == co.Camera((2, -5, 2), (0, 0, 0), field_of_view=30)
+    assert scene.at(9).camera == co.Camera((4, -5, 3), (0, 0, 0), field_of_view=20)
+    assert scene.camera == camera
+    assert scene.at(0).animation == ()
+    moved, still = (one.render(20, 15, 8, "path", shutter=(0, 2)) for one in (scene, scene.replace(animation=())))
+    assert (moved.pixels != still.pixels).any()
+
+
+def test_keys():
+    """Held outside of the times; even in between, or smooth: 3 s² - 2 s³."""
+    track = co.BodyTrack("b", (1, 2, 4), translate=((0, 0, 0), (1, 0, 0), (1, 2, 0)), ease="smooth")
+    ball = co.Sphere(1)
+    assert track.moved(ball, 0.5) is ball
+    for time, place in ((1.25, (3 / 16 - 2 / 64, 0, 0)), (2, (1, 0, 0)), (3, (1, 1, 0)), (7, (1, 2, 0))):
+        low, high = track.moved(ball, time).bounds
+        assert (low + high) / 2 == pytest.approx(place, abs=1e-15)
+    turned = co.BodyTrack("b", (0, 1), degrees=(0, 90), about=(1, 0, 0)).moved(co.Sphere(0.5), 1)
+    assert (turned.bounds[0] + turned.bounds[1]) / 2 == pytest.approx((1, -1, 0), abs=1e-15)
+
+
+def test_scene_files_and_pickles_keep_animations(tmp_path):
+    import pickle
+
+    scene = moving_ball().replace(animation=[
+        co.BodyTrack("ball", (0, 1, 3.5), translate=((0, 0, 0), (1, 0, 0), (0, 0.1, 0)), degrees=(0, 45, 90), axis=(1, 2, 3)),
+        co.CameraTrack((0, 1), look_at=((0, 0, 0), (1, 0, 0))),
+    ])  # fmt: skip
+    for name in ("scene.yaml", "scene.json"):
+        co.save(scene, tmp_path / name)
+        assert co.load(tmp_path / name) == scene
+    assert pickle.loads(pickle.dumps(scene)) == scene
+    assert scene.replace(animation=None) != scene
+
+
+FILE = """
+camera: {position: [0, -6, 2], look_at: [0, 0, 0]}
+bodies:
+  - {name: top, shape: {Sphere: {radius: 1}}}
+animation:
+  - BodyTrack: {body: %s, times: [0, 1], degrees: [0, 90], axis: z}
+"""
+
+
+def test_a_file_that_moves_what_is_not_there(tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(FILE % "top")
+    assert co.load(path).animation[0].degrees == (0, 90)
+    path.write_text(FILE % "topp")
+    with pytest.raises(co.SceneFileError, match="unknown body 'topp'; .*top"):
+        co.load(path)
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "told"),
+    [
+        (lambda: co.BodyTrack("a", (0, 1)), ValueError, "translate or degrees must say how 'a' moves"),
+        (lambda: co.BodyTrack("a", (1, 0), degrees=(0, 1)), ValueError, "times must grow, got 1 before 0"),
+        (lambda: co.BodyTrack("a", (), degrees=()), ValueError, "times must be a list of one time or more"),
+        (lambda: co.BodyTrack("a", (0, 1), degrees=(0,)), ValueError, "degrees must be a list of 2"),
+        (lambda: co.BodyTrack("a", (0,), degrees=(0,), axis="w"), ValueError, "axis must be three numbers or one of"),
+        (lambda: co.BodyTrack("a", (0,), degrees=(0,), ease="fast"), ValueError, "ease must be one of"),
+        (lambda: co.CameraTrack((0, 1)), ValueError, "CameraTrack: position, look_at"),
+        (lambda: co.Scene(co.Sphere(), animation=3), TypeError, "Scene: animation must be a list of"),
+        (lambda: moving_ball().replace(camera=None, animation=co.CameraTrack((0,), position=((0, 0, 9),))).at(0),
+         ValueError, "at: the scene must have a camera"),
+        (lambda: moving_ball().without("ball").at(0.5), KeyError, "no body named 'ball'"),
+        (lambda: moving_ball().render(4, 4, shutter=(1, 0)), ValueError, "shutter must close after it opens"),
+        (lambda: moving_ball().render(4, 4, times=3), ValueError, "times goes with shutter"),
+        (lambda: moving_ball().render(4, 4, 8, "path", shutter=(0, 1), noise=0.1), ValueError, "noise must be None"),
+        (lambda: moving_ball().render(4, 4, shutter=(0, 1), resume="x.part"), ValueError, "resume does not go with"),
+    ],
+)  # fmt: skip
+def test_refusals(make, error, told):
+    with pytest.raises(error, match=told):
+        make()

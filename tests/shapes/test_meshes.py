@@ -1,0 +1,161 @@
+"""Solids of flat faces, extruded outlines and solids of revolution: by point tests of their outlines, Pappus and Gauss."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+
+def star(count, seed, middle=0.0):
+    """A polygon that is star-shaped about its middle, and concave."""
+    rng = np.random.default_rng(seed)
+    angles, radii = np.sort(rng.uniform(0, 2 * math.pi, count)), rng.uniform(0.3, 1.5, count)
+    return [(float(x) + middle, float(y)) for x, y in zip(radii * np.cos(angles), radii * np.sin(angles), strict=True)]
+
+
+def inside(polygon, x, y):
+    """By even-odd, of arrays of points."""
+    found = np.zeros(np.shape(x), bool)
+    for (x1, y1), (x2, y2) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+        if y1 != y2:
+            found ^= ((y1 > y) != (y2 > y)) & (x < x1 + (y - y1) * (x2 - x1) / (y2 - y1))
+    return found
+
+
+def area(polygon):
+    return abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(polygon, polygon[1:] + polygon[:1], strict=True))) / 2
+
+
+FLANGE = [(1, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1.5, 1), (1.5, 3), (1, 3)]
+PROFILES = [[(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 3)], FLANGE, star(5, 1, 1.6), star(20, 2, 1.6)]
+
+
+@pytest.mark.parametrize("count", [3, 5, 9, 24])
+@pytest.mark.parametrize("scale", [1.0, 0.0, 0.5])
+def test_extrusions_hold_what_their_outline_does(count, scale):
+    outline = star(count, count)
+    shape = co.Extrusion(outline, (-1, 2), scale)
+    points = np.random.default_rng(1).uniform(-1.6, 2.2, (4000, 3))
+    grown = 1 + (scale - 1) * (points[:, 2] + 1) / 3
+    within = (points[:, 2] > -1) & (points[:, 2] < 2)
+    expected = inside(outline, points[:, 0] / grown, points[:, 1] / grown) & within
+    assert np.array_equal(co.Scene([shape]).contains(points), expected)
+
+
+def test_faces_of_an_extrusion_are_its_edges():
+    outline = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    for points in (outline, outline[::-1]):
+        scene = co.Scene([co.Extrusion(points, (0, 1))])
+        hits = scene.first_hit(
+            [(1.5, 5, 0.5), (5, 0.5, 0.5), (0.5, 0.5, 5), (0.5, 0.5, -5)],
+            [(0, -1, 0), (-1, 0, 0), (0, 0, -1), (0, 0, 1)],
+        )
+        assert hits.t.tolist() == [4, 3, 4, 5]
+        edges = [{points[k], points[(k + 1) % 6]} for k in range(6)]
+        sides = [edges.index({(2, 1), (1, 1)}), edges.index({(2, 0), (2, 1)})]
+        assert hits.face.tolist() == [*sides, 7, 6]
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+@pytest.mark.parametrize("angles", [(0, 360), (20, 90), (30, 300), (10, 190)])
+def test_revolutions_hold_what_their_profile_does(profile, angles):
+    shape = co.Revolution(profile, *angles)
+    points = np.random.default_rng(1).uniform(-3.2, 3.2, (4000, 3))
+    turned = (np.degrees(np.arctan2(points[:, 1], points[:, 0])) - angles[0]) % 360
+    expected = inside(profile, np.hypot(points[:, 0], points[:, 1]), points[:, 2]) & (turned < angles[1] - angles[0])
+    assert np.array_equal(co.Scene([shape]).contains(points), expected)
+
+
+def test_the_volume_of_a_revolution_is_pappus():
+    """Area times the way of its centroid: of the flange, 6 · ... as three rectangles."""
+    rectangles = [(1, 1.5, 3), (1.5, 2, 1), (2, 3, 3)]  # inner, outer, height
+    expected = sum(math.pi * (b * b - a * a) * h for a, b, h in rectangles)
+    found = co.measure(co.Revolution(FLANGE), rays=40_000)
+    assert abs(found.volume - expected) <= 5 * found.volume_error + 1e-12
+
+
+def test_faces_of_a_revolution_are_its_edges():
+    scene = co.Scene([co.Revolution(FLANGE, 0, 270)])
+    rays = (
+        [(1.75, 0.1, 9), (9, 0.1, 2), (1.25, 0.1, 9), (1.2, 9, 2), (-9, -2.5, 1.5)],
+        [(0, 0, -1), (-1, 0, 0), (0, 0, -1), (0, -1, 0), (1, 0, 0)],
+    )
+    hits = scene.first_hit(*rays)
+    assert hits.face.tolist() == [4, 1, 6, 1, 1]
+    assert hits.t[[0, 2]].tolist() == [8, 6]
+    assert scene.first_hit((1.25, -9, 1), (0, 1, 0)).face == 8  # the walls at 0 and at 270 degrees
+    assert scene.first_hit((9, -1.25, 1), (-1, 0, 0)).face == 9
+
+
+def ring(count=8):
+    """A ring of square section, of which no plane sees all faces."""
+    vertices, faces = [], []
+    for i in range(count):
+        angle = 2 * math.pi * i / count
+        vertices += [(r * math.cos(angle), r * math.sin(angle), z) for r, z in ((1, 0), (2, 0), (2, 1), (1, 1))]
+        there = (i + 1) % count
+        faces += [(4 * i + k, 4 * there + k, 4 * there + (k + 1) % 4, 4 * i + (k + 1) % 4) for k in range(4)]
+    return vertices, faces
+
+
+def test_a_ring_of_faces():
+    vertices, faces = ring()
+    for ways in (faces, [face[::-1] for face in faces]):
+        shape = co.Mesh(vertices, ways)
+        assert co.measure(shape).volume == pytest.approx(8 * 0.5 * math.sin(math.pi / 4) * 3, rel=1e-12)
+        scene = co.Scene([shape])
+        points = np.random.default_rng(2).uniform(-2.2, 2.2, (4000, 3))
+        corners = [(math.cos(math.pi / 4 * k), math.sin(math.pi / 4 * k)) for k in range(8)]
+        outer, inner = ([(r * x, r * y) for x, y in corners] for r in (2, 1))
+        flat = inside(outer, *points[:, :2].T) & ~inside(inner, *points[:, :2].T)
+        assert np.array_equal(scene.contains(points), flat & (points[:, 2] > 0) & (points[:, 2] < 1))
+        assert len(scene.spans((-9, 0.1, 0.5), (1, 0, 0)).t_enter) == 2
+
+
+def test_a_cube_of_triangles_is_a_box():
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [part for a, b, c, d in quads for part in ((a, b, c), (a, c, d))]
+    rng = np.random.default_rng(3)
+    rays = rng.uniform(-2, 2, (500, 3)), rng.normal(size=(500, 3))
+    box = co.Scene([co.Box((0, 0, 0), (1, 1, 1))]).first_hit(*rays)
+    for faces in (quads, triangles):
+        hits = co.Scene([co.Mesh(corners, faces)]).first_hit(*rays)
+        assert np.array_equal(hits.t, box.t)
+        assert set(hits.face[hits.hit].tolist()) <= set(range(0, len(faces), len(faces) // 6))
+
+
+def test_a_face_that_is_not_flat_is_cut_into_triangles():
+    """A cube of which one corner is pulled out: each of its three faces there becomes two triangles."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    corners[7] = (1.25, 1.5, 1.125)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [part for a, b, c, d in quads for part in ((a, b, c), (a, c, d))]
+    gauss = sum(np.linalg.det([corners[k] for k in part]) for part in triangles) / 6
+    found = co.measure(co.Mesh(corners, quads))
+    assert found.volume_error < 1e-3
+    assert abs(found.volume - abs(gauss)) <= 5 * found.volume_error + 1e-12
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: co.Mesh([(0, 0, 0)] * 4, [(0, 1, 2)] * 4), "Mesh: "),
+        (lambda: co.Mesh(ring()[0], ring()[1][1:]), "Mesh: faces must close, with each edge in two faces of opposite sense: vertices"),
+        (lambda: co.Mesh(ring()[0], [(0, 1, 99)] * 4), r"Mesh: faces\[0\] must be three or more numbers of vertices from 0 to 31"),
+        (lambda: co.Extrusion([(0, 0), (1, 1), (1, 0), (0, 1)]), "Extrusion: outline must "),
+        (lambda: co.Extrusion([(0, 0), (2, 2), (2, 0), (0, 1)]), "Extrusion: outline must not cross or touch itself, edges 0 and 2 do"),
+        (lambda: co.Extrusion([(0, 0), (1, 0), (2, 0)]), "Extrusion: outline must enclose an area"),
+        (lambda: co.Extrusion([(0, 0), (1, 0), (0, 1)], (0, math.inf)), "Extrusion: z_range must be two finite numbers"),
+        (lambda: co.Extrusion([(0, 0), (1, 0), (0, 1)], scale_at_top=-1), "Extrusion: scale_at_top must be >= 0, got -1"),
+        (lambda: co.Revolution([(-1, 0), (1, 0), (0, 1)]), r"Revolution: profile\[0\] must have r >= 0, got \(-1, 0\)"),
+        (lambda: co.Revolution([(1, 0), (2, 0), (2, 1)], 0, 400), r"Revolution: end_angle - start_angle must be in \(0, 360\]"),
+    ],
+)  # fmt: skip
+def test_what_there_is_not(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()

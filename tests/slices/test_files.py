@@ -1,0 +1,211 @@
+"""Slices and voxels as files, read back by formats' own means."""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ElementTree
+import zlib
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+SCENE = co.Scene([
+    co.Body(co.Sphere(1), co.matte("#c03020", name="red <one>"), "ball & all"),
+    co.Body(co.Box((0, -1.5, -1), (1.5, 1.5, 1)), co.matte("#3050c0", name="blue")),
+    co.EllipticParaboloid(1, 1, (0, 2)).rotate((1, 0, 0), 90).translate((-2, 1, 0)),
+    co.HyperbolicCylinder(4, 1, co.Box((-1, -1, -1), (1, 1, 1))).translate((-2, -1.5, 0)),
+])  # fmt: skip
+CUT = SCENE.slice((-3.5, -3, 0.125), (6, 0, 0), (0, 6, 0), 300)
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def svg_of(tmp_path, **options):
+    CUT.save(tmp_path / "cut.svg", **options)
+    return ElementTree.parse(tmp_path / "cut.svg").getroot()
+
+
+def places_of(text: str):
+    """Numbers of a path, which has letters between them."""
+    return [float(number) for number in re.findall(r"-?\d[\d.e+-]*", text)]
+
+
+def in_plane(x, y):
+    """Where in the world pixels of the slice are: 50 to a length, from the corner (-3.5, -3)."""
+    return np.asarray(x) / 50 - 3.5, 3 - np.asarray(y) / 50
+
+
+def test_svg_has_true_curves(tmp_path):
+    root = svg_of(tmp_path)
+    paths = [path.get("d") for path in root.iter(f"{SVG}path")]
+    assert len(paths) == len([one for one in CUT.outlines if one.left[:1] != one.right[:1]])
+    arcs = [path for path in paths if "A" in path]
+    assert arcs
+    assert any("Q" in path for path in paths)
+    assert any("C" in path for path in paths)
+    radius = math.sqrt(1 - 0.125**2)
+    circles = [places_of(path) for path in arcs if abs(places_of(path)[2] - 50 * radius) < 1]
+    for numbers in circles:
+        assert numbers[2:4] == pytest.approx([50 * radius] * 2, rel=1e-14)
+        for x, y in (numbers[:2], numbers[-2:]):
+            a, b = in_plane(x, y)
+            assert a * a + b * b == pytest.approx(radius**2, abs=1e-12)
+    # the paraboloid y = 1 - ((x + 2)² + z²), turned: quadratic Béziers are parabolas, and this is that one
+    for x0, y0, x1, y1, x2, y2 in (places_of(path) for path in paths if "Q" in path):
+        t = np.linspace(0, 1, 9)
+        x, y = ((1 - t) ** 2 * a + 2 * t * (1 - t) * b + t * t * c for a, b, c in ((x0, x1, x2), (y0, y1, y2)))
+        a, b = in_plane(x, y)
+        assert 1 - b == pytest.approx((a + 2) ** 2 + 0.125**2, abs=1e-12)
+
+
+def test_svg_says_what_colours_mean(tmp_path):
+    assert [text.text for text in svg_of(tmp_path).iter(f"{SVG}text")] == ["ball & all", "body 1", "body 2", "body 3"]
+    by_material = [text.text for text in svg_of(tmp_path, by="material").iter(f"{SVG}text")]
+    assert by_material == ["red <one>", "blue", "no material"]
+    plain = svg_of(tmp_path, legend=False, outlines=False)
+    assert not list(plain.iter(f"{SVG}text"))
+    assert not list(plain.iter(f"{SVG}path"))
+
+
+def cubics_of(content: str):
+    """(n, 4, 2): the Béziers of a page's content."""
+    found, here = [], None
+    for line in content.splitlines():
+        numbers: list[float] = []
+        for word in line.split():
+            if re.fullmatch(r"-?[\d.]+", word):
+                numbers.append(float(word))
+                continue
+            if word == "m":
+                here = numbers[-2:]
+            elif word == "c":
+                found.append([here, numbers[-6:-4], numbers[-4:-2], numbers[-2:]])
+                here = numbers[-2:]
+            numbers = []
+    return np.array(found)
+
+
+def test_pdf_has_curves_within_its_bound(tmp_path):
+    CUT.save(tmp_path / "cut.pdf")
+    data = (tmp_path / "cut.pdf").read_bytes()
+    assert data.startswith(b"%PDF-1.4")
+    assert data.rstrip().endswith(b"%%EOF")
+    start = int(data.split(b"startxref\n")[1].split()[0])
+    assert data[start:].startswith(b"xref\n0 7\n")
+    for number, line in enumerate(data[start:].splitlines()[3:9], 1):
+        assert data[int(line.split()[0]) :].startswith(b"%d 0 obj" % number)
+    streams = [zlib.decompress(part.split(b"\nendstream")[0]) for part in data.split(b">>\nstream\n")[1:]]
+    content = streams[0].decode("cp1252")
+    assert "(ball & all) Tj" in content
+    assert len(streams[1]) == 300 * 300 * 3
+    height = int(re.search(rb"MediaBox \[0 0 \d+ (\d+)\]", data)[1])
+    cubics = cubics_of(content)
+    t = np.linspace(0, 1, 33)[:, None]
+    radius, near = math.sqrt(1 - 0.125**2), 0
+    for a, b, c, d in cubics:
+        places = (1 - t) ** 3 * a + 3 * t * (1 - t) ** 2 * b + 3 * t**2 * (1 - t) * c + t**3 * d
+        x, y = in_plane(places[:, 0], height - places[:, 1])
+        if abs(np.hypot(x[0], y[0]) - radius) < 1e-3 and abs(np.hypot(x[16], y[16]) - radius) < 1e-2:
+            assert np.hypot(x, y) * 50 == pytest.approx(50 * radius, abs=2e-6)
+            near += 1
+    assert near >= 2
+
+
+def test_pictures_have_outlines_and_a_legend(tmp_path):
+    pixels = np.asarray(CUT.image(outlines=False, legend=False))
+    assert pixels.shape == (300, 300, 3)
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) == 5  # four bodies and nothing
+    assert (pixels[CUT.body < 0] == 255).all()
+    lined = np.asarray(CUT.image(legend=False))
+    changed = (lined != pixels).any(axis=2)
+    assert 0 < changed.mean() < 0.2
+    edge = np.diff(CUT.body, axis=1) != 0
+    assert (changed[:, 1:] | changed[:, :-1])[edge].all()  # where bodies meet, there is a line
+    assert np.asarray(CUT.image()).shape[1] > 300
+    CUT.save(tmp_path / "cut.png", "material")
+    assert (tmp_path / "cut.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(ValueError, match=r"slices are saved as \.svg, \.pdf, \.png"):
+        CUT.save(tmp_path / "cut.gif")
+    with pytest.raises(ValueError, match="did you mean 'material'"):
+        CUT.image("materials")
+
+
+def test_materials_have_their_own_colours_where_these_differ():
+    pixels = np.asarray(CUT.image("material", outlines=False, legend=False))
+    assert pixels[CUT.material == 0][0].tolist() == [0xC0, 0x30, 0x20]
+    same = co.Scene(
+        [co.Body(co.Sphere(1), co.matte("red", name=name)).translate((x, 0, 0)) for name, x in (("a", 0), ("b", 3))]
+    )
+    twice = np.asarray(same.slice("z", pixels=40).image("material", outlines=False, legend=False))
+    assert len(np.unique(twice.reshape(-1, 3), axis=0)) == 3
+
+
+def test_problems_are_shown_on_request():
+    scene = co.Scene(
+        [co.Box((-1, -1, -1), (0.5, 1, 1)), co.Box((0, -1, -1), (1, 1, 0.5))], domain=co.Box((-2, -1, -1), (1, 1, 1))
+    )
+    cut = scene.slice((-2.5, -1.5, 0.25), (4, 0, 0), (0, 3, 0), (80, 60))
+    assert cut.overlapping.sum() == 10 * 40
+    assert cut.undefined.sum() == 20 * 40
+    shown = np.asarray(cut.image(problems=True, outlines=False, legend=False)).reshape(-1, 3).tolist()
+    assert shown.count([255, 0, 0]) == 10 * 40
+    assert shown.count([255, 0, 255]) == 20 * 40
+
+
+IDS = SCENE.voxels(((-1, -1, -1), (1, 2, 3)), (4, 6, 8))
+SHARES = SCENE.voxels(((-1, -1, -1), (1, 2, 3)), (4, 6, 8), fractions="material", samples=2)
+
+
+def test_npz(tmp_path):
+    for voxels, names in ((IDS, ("body", "material")), (SHARES, ("fractions", "bounds"))):
+        voxels.save(tmp_path / "voxels.npz")
+        read = np.load(tmp_path / "voxels.npz")
+        assert all((read[name] == getattr(voxels, name)).all() for name in (*names, "low", "high"))
+        assert tuple(read["names"]) == voxels.names
+    with pytest.raises(ValueError, match=r"voxels are saved as \.npz, \.zarr, \.vti, \.nrrd"):
+        IDS.save(tmp_path / "voxels.tif")
+
+
+def test_vti(tmp_path):
+    pytest.importorskip("pyevtk")
+    SHARES.save(tmp_path / "voxels.vti")
+    data = (tmp_path / "voxels.vti").read_bytes()
+    head, _, rest = data.partition(b'<AppendedData encoding="raw">')
+    root = ElementTree.fromstring(head + b"</VTKFile>")
+    image = root.find("ImageData")
+    assert [float(x) for x in image.get("Spacing").split()] == [0.5, 0.5, 0.5]
+    assert [float(x) for x in image.get("Origin").split()] == [-1, -1, -1]
+    assert [int(x) for x in image.get("WholeExtent").split()] == [0, 4, 0, 6, 0, 8]
+    arrays = root.findall(".//CellData/DataArray")
+    assert [array.get("Name") for array in arrays] == [
+        "red__one_", "red__one__bound", "blue", "blue_bound", "no_material", "no_material_bound",
+    ]  # fmt: skip
+    raw = rest[rest.index(b"_") + 1 :]
+    for array, expected in zip(arrays[::2], SHARES.fractions, strict=True):
+        at = int(array.get("offset")) + 8
+        values = np.frombuffer(raw[at : at + expected.nbytes], "<f8")
+        assert (values.reshape(8, 6, 4) == expected.transpose(2, 1, 0)).all()  # x goes fastest
+
+
+def test_nrrd(tmp_path):
+    nrrd = pytest.importorskip("nrrd")
+    for voxels, array in ((IDS, IDS.body), (SHARES, SHARES.fractions)):
+        voxels.save(tmp_path / "voxels.nrrd")
+        values, header = nrrd.read(str(tmp_path / "voxels.nrrd"))
+        assert (values == array).all()
+        assert header["space origin"].tolist() == [-0.75, -0.75, -0.75]
+        assert header["space directions"][-3:].tolist() == [[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]]
+
+
+def test_zarr(tmp_path):
+    zarr = pytest.importorskip("zarr")
+    SHARES.save(tmp_path / "voxels.zarr")
+    group = zarr.open_group(str(tmp_path / "voxels.zarr"), mode="r")
+    assert (group["fractions"][...] == SHARES.fractions).all()
+    assert (group["bounds"][...] == SHARES.bounds).all()
+    assert tuple(group.attrs["names"]) == SHARES.names
+    assert group.attrs["low"] == [-1, -1, -1]
+    with pytest.raises(FileExistsError):
+        SHARES.save(tmp_path / "voxels.zarr")

@@ -1,0 +1,221 @@
+"""Outlines of slices: through the roots of rays in the plane, with what they say on both sides, of the right kinds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from benchmarks.same_answers import solids
+from conicoid.slices.slice import Slice
+
+BALL = co.Sphere()
+
+
+def planes(rng: np.random.Generator, count: int):
+    """Corners and sides of windows about the origin, across axes and oblique."""
+    yield (-2.0, -2.0, 0.25), (4.0, 0.0, 0.0), (0.0, 4.0, 0.0)
+    yield (0.0, -2.0, -2.0), (0.0, 4.0, 0.0), (0.0, 0.0, 4.0)
+    for _ in range(count):
+        u, v, _ = np.linalg.qr(rng.normal(size=(3, 3)))[0] * 4.5
+        yield -0.5 * u - 0.5 * v + rng.normal(scale=0.2, size=3), u, v
+
+
+def place(cut: Slice, points):
+    """Of points in the plane: along u and v."""
+    sides = [side / math.sqrt(side @ side) for side in (cut.u, cut.v)]
+    return np.stack([points @ side for side in sides], axis=-1)
+
+
+def rays_in(cut: Slice, rng: np.random.Generator, count: int):
+    """Lines in the plane: across, up and oblique."""
+    s, t, angle = rng.uniform(0, 1, (count, 1)), rng.uniform(0, 1, (count, 1)), rng.uniform(0, 2 * np.pi, (count, 1))
+    angle[: count // 2] = 0
+    return co.Rays(cut.corner + s * cut.u + t * cut.v, np.cos(angle) * cut.u + np.sin(angle) * cut.v)
+
+
+def within(outline, where) -> bool:
+    """Is a place between the ends of a piece?"""
+    t = float(outline._curve.parameter((where - outline._origin)[None])[0])
+    turns = (0, 2 * math.pi, -2 * math.pi) if outline.kind == "ellipse" else (0,)
+    slack = 1e-7 * (1 + abs(t))
+    return any(outline._begin - slack <= t + turn <= outline._stop + slack for turn in turns)
+
+
+def check_roots(cut: Slice, scene: co.Scene, rng: np.random.Generator, count: int) -> int:
+    """Every crossing of rays in the plane lies on an outline of its surface and its body, to 1e-12; returns how many."""
+    found = scene.crossings(rays_in(cut, rng, count), t_min=-np.inf)
+    left, right, bottom, top = cut.extent
+    size, checked = max(right - left, top - bottom), 0
+    for where, surface, body, error in zip(
+        place(cut, found.point), found.surface, found.body, found.t_error, strict=True
+    ):
+        inside = left < where[0] < right and bottom < where[1] < top
+        if not inside or error * size > 1e-13:  # grazing: the root itself is not known so well
+            continue
+        own = [one for one in cut.outlines if surface in one.surfaces and body in one.bodies and within(one, where)]
+        assert own, (where, surface, body)
+        assert min(one.distance(where) for one in own) <= 1e-12 * size
+        checked += 1
+    return checked
+
+
+def check_sides(cut: Slice, scene: co.Scene) -> int:
+    """A little to the left and right of an outline are the bodies that it says; returns at how many places."""
+    left, right, bottom, top = cut.extent
+    size, checked = max(right - left, top - bottom), 0
+    for one in cut.outlines:
+        places = one.points(7)
+        if np.linalg.norm(np.diff(places, axis=0), axis=1).sum() < 1e-3 * size:
+            continue
+        ahead = places[2:] - places[:-2]
+        length = np.linalg.norm(ahead, axis=1, keepdims=True)
+        normal = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1) / length
+        for turn, expected in ((1, one.left), (-1, one.right)):
+            beside = places[1:-1] + turn * 1e-6 * size * normal - (left, bottom)
+            u, v = cut.u / (right - left), cut.v / (top - bottom)
+            at = scene.bodies_at(cut.corner + beside[:, :1] * u + beside[:, 1:] * v)
+            assert all(tuple(bodies.tolist()) == expected for bodies in at), (one, turn, list(at))
+            checked += 5
+    return checked
+
+
+@pytest.mark.parametrize("name", solids())
+def test_outlines_pass_through_the_roots(name: str):
+    rng = np.random.default_rng(sum(map(ord, name)))
+    scene = co.Scene([solids()[name], co.Sphere(0.75, (0.5, 0.25, 0.125))])
+    for corner, u, v in planes(rng, 2):
+        cut = scene.slice(corner, u, v, 16)
+        checked = check_roots(cut, scene, rng, 60), check_sides(cut, scene)
+        assert min(checked) > 5
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("name", solids())
+def test_outlines_pass_through_many_roots(name: str):
+    rng = np.random.default_rng(len(name))
+    scene = co.Scene([solids()[name], co.Sphere(0.75, (0.5, 0.25, 0.125)), BALL.scale((2, 0.5, 0.25))])
+    for corner, u, v in planes(rng, 40):
+        cut = scene.slice(corner, u, v, 16)
+        check_roots(cut, scene, rng, 400)
+        check_sides(cut, scene)
+
+
+def only(cut: Slice):
+    """The single outline of a slice."""
+    (one,) = cut.outlines
+    return one
+
+
+def test_a_ball_is_cut_in_a_circle():
+    # At the height 3 over the centre of a ball of radius 5: a circle of radius 4.
+    one = only(co.Scene([co.Sphere(5, (1, 2, 0))]).slice((-9, -9, 3), (20, 0, 0), (0, 20, 0), 8))
+    assert one.is_closed
+    assert one.kind == "ellipse"
+    assert one.radii == pytest.approx((4, 4), rel=1e-15)
+    assert one.center == pytest.approx([1, 2], rel=1e-15)
+    assert (one.left, one.right, one.bodies) == ((0,), (), (0,))
+
+
+def test_a_cylinder_is_cut_in_an_ellipse():
+    # At 60 degrees between plane and circle the half-axes are r and r / cos 60 = 2 r.
+    c, s = 0.5, math.sqrt(0.75)
+    pipe = co.EllipticCylinder(1, 1)
+    one = only(co.Scene([pipe]).slice((-4 * c, -3, -4 * s), (8 * c, 0, 8 * s), (0, 6, 0), 8))
+    assert sorted(one.radii) == pytest.approx([1, 2], rel=1e-14)
+
+
+@pytest.mark.parametrize(("rise", "kind", "pieces"), [(0.5, "ellipse", 1), (1.0, "parabola", 1), (2.0, "hyperbola", 2)])
+def test_kinds_of_sections_of_a_cone(rise: float, kind: str, pieces: int):
+    # z² = x² + y² by the plane z = rise x + 1: steeper than the cone, as steep, or less steep.
+    u = np.array([1, 0, rise])
+    outlines = co.Scene([co.EllipticCone(1, 1, 1)]).slice((-9, -9, 1 - 9 * rise), 18 * u, (0, 18, 0), 8).outlines
+    assert [one.kind for one in outlines] == [kind] * pieces
+    for one in outlines:
+        places = one.points(50)
+        x = places[:, 0] / math.sqrt(1 + rise**2) * 1.0
+        # along u the place of the world's origin of x is 0 where rise * z is left out: u·(0, 0, 1) / |u| = rise / |u|
+        x = x - rise / (1 + rise**2)
+        y = places[:, 1]
+        assert x**2 + y**2 == pytest.approx((rise * x + 1) ** 2, rel=1e-11)
+
+
+def test_planes_through_an_apex_and_along_rulings_cut_lines():
+    cone = co.Scene([co.EllipticCone(1, 1, 1)]).slice((-2, 0, -2), (4, 0, 0), (0, 0, 4), 8)
+    assert {one.kind for one in cone.outlines} == {"line"}
+    assert sorted(round(math.degrees(math.atan2(*(one.end - one.start)))) % 180 for one in cone.outlines) in (
+        [45, 135], [45, 45, 135, 135],
+    )  # fmt: skip
+    pipe = co.Scene([co.EllipticCylinder(1, 1)]).slice((-2, 0.6, -2), (4, 0, 0), (0, 0, 4), 8)
+    assert sorted(one.start[0] for one in pipe.outlines) == pytest.approx([-0.8, 0.8], rel=1e-15)
+
+
+def test_what_a_plane_only_touches_has_no_outline():
+    assert co.Scene([BALL]).slice((-2, -2, 1), (4, 0, 0), (0, 4, 0), 8).outlines == ()
+    assert co.Scene([co.EllipticCylinder(1, 1)]).slice((-2, 1, -2), (4, 0, 0), (0, 0, 4), 8).outlines == ()
+
+
+def test_a_lens_ends_where_its_walls_cross():
+    # Unit balls about (±1/2, 0, 0) cross on the circle of radius sqrt(3)/2; of each two thirds of a half circle are seen.
+    lens = co.Scene([co.Sphere(1, (-0.5, 0, 0)) & co.Sphere(1, (0.5, 0, 0))]).slice("z", pixels=8)
+    assert len(lens.outlines) == 2
+    for one in lens.outlines:
+        ends = sorted([one.start.tolist(), one.end.tolist()], key=lambda end: end[1])
+        assert ends[0] == pytest.approx([0, -math.sqrt(0.75)], abs=1e-15)
+        assert ends[1] == pytest.approx([0, math.sqrt(0.75)], abs=1e-15)
+        assert np.linalg.norm(np.diff(one.points(2001), axis=0), axis=1).sum() == pytest.approx(
+            2 * math.pi / 3, rel=1e-6
+        )
+
+
+def test_walls_that_coincide_are_one_outline():
+    capsule = co.Cylinder((0, 0, -1), (0, 0, 0), 1) | BALL
+    one = only(co.Scene([capsule]).slice("z", pixels=8))  # the circle of both
+    assert one.is_closed
+    assert len(one.surfaces) == 2
+    shared = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 0, 0), (2, 1, 1))]).slice("z", at=0.5, pixels=8)
+    between = [one for one in shared.outlines if one.left and one.right]
+    assert len(between) == 1
+    assert sorted([between[0].left, between[0].right]) == [(0,), (1,)]
+    assert between[0].bodies == (0, 1)
+
+
+def test_hidden_walls_are_told_apart():
+    scene = co.Scene([co.Box((-1, -1, -1), (1, 1, 1)), co.Sphere(1, (1, 0, 0))])
+    cut = scene.slice("z", pixels=64)
+    hidden = [one for one in cut.outlines if one.left[:1] == one.right[:1]]
+    assert [one.bodies for one in hidden] == [(1,)]  # the half of the circle within the box
+    assert hidden[0].start[0] == pytest.approx(1, rel=1e-15)
+    assert cut.overlapping.sum() > 0
+    assert not cut.undefined.any()
+
+
+def test_sheets_are_drawn_where_they_are():
+    disc = only(co.Scene([co.Disc((0, 0, 0), (1, 0, 0), 2)]).slice("z", pixels=8))
+    assert sorted([disc.start[1], disc.end[1]]) == [-2, 2]
+
+
+def test_a_far_center_costs_no_digit():
+    # A circle of radius 2^40 whose centre is 2^40 away: over the window it is all but a line. x = 2^40 - sqrt(2^80 - y²).
+    scene = co.Scene([co.Sphere(2.0**40, (2.0**40, 0, 0))])
+    cut = scene.slice((-1, -1, 0), (2, 0, 0), (0, 2, 0), 8)
+    (one,) = cut.outlines
+    x, y = one.points(9).T
+    assert x == pytest.approx(y * y / 2.0**41, abs=1e-15)
+
+
+def test_what_slices_are_asked_for():
+    scene = co.Scene([BALL])
+    for arguments, message in (
+        (dict(origin="w"), "origin must be 'x', 'y', 'z', or a corner"),
+        (dict(origin=(0, 0, 0)), "a corner alone"),
+        (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(1, 1, 0)), "u and v must be at right angles"),
+        (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(0, 0, 0)), "u and v must not be zero"),
+        (dict(origin="z", u=(1, 0, 0)), "u and v go with a corner"),
+        (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(0, 1, 0), at=1), "at goes with an axis"),
+        (dict(origin="z", pixels=0), "pixels must be a whole number"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            scene.slice(**arguments)

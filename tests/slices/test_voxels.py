@@ -1,0 +1,134 @@
+"""Voxels: shares sum to closed volumes within their bounds, and each holds what points say that are dense in it."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import conicoid as co
+
+BALL, BOX = co.Sphere(), co.Box((-1, -1, -1), (1, 1, 1))
+WINDOW = (-1.25, -1.3, -1.2), (1.2, 1.25, 1.35)
+DRUM = co.Cylinder((0, 0, -1), (0, 0, 1), 0.5)
+CLOSED = {
+    "ball": (BALL, 4 / 3 * math.pi),
+    "box": (BOX, 8.0),
+    "turned box": (BOX.scale(0.6).rotate((1, 2, 3), 30), 8 * 0.6**3),
+    "drum": (DRUM, math.pi / 2),
+    "oblique drum": (DRUM.rotate((1, 2, 0), 40), math.pi / 2),
+    "cone": (co.Cone((0, 0, -1), (0, 0, 1), 1, 0.5), math.pi * 2 / 3 * (1 + 0.5 + 0.25)),
+    "ellipsoid": (co.Ellipsoid((1, 0.5, 0.75)).rotate((0, 1, 1), 25), 4 / 3 * math.pi * 0.375),
+    "bowl": (co.EllipticParaboloid(1, 1, (0, 1)), math.pi / 2),
+    # π h r² (1 + h² / 12 r²): x² + y² <= 1/4 + z² / 4 from -1 to 1 is π ∫ (1 + z²) / 4
+    "cooling tower": (co.OneSheetHyperboloid(4, 4, 1, (-1, 1)), math.pi * (2 + 2 / 3) / 4),
+    "bored box": (BOX - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5), 8 - math.pi / 2),
+    "bored across": (BOX - co.Cylinder((-2, 0.1, 0), (2, 0.1, 0), 0.5), 8 - math.pi / 2),
+    "steinmetz": (co.Cylinder((-2, 0, 0), (2, 0, 0), 1) & co.Cylinder((0, -2, 0), (0, 2, 0), 1), 16 / 3),
+    # Two balls about (±1/2, 0, 0): caps of the height h = 1/2, π h² (3 - h) / 3 each
+    "lens": (co.Sphere(1, (-0.5, 0, 0)) & co.Sphere(1, (0.5, 0, 0)), 2 * math.pi * 0.25 * 2.5 / 3),
+    "hollow": (BALL - co.Sphere(0.8), 4 / 3 * math.pi * (1 - 0.8**3)),
+    "all but a ball": (~BALL, 2.45 * 2.55 * 2.55 - 4 / 3 * math.pi),
+    "union": (BOX.scale(0.5) | co.Box((0, 0, 0), (1, 1, 1)), 1 + 1 - 0.125),
+}
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.parametrize("name", CLOSED)
+def test_shares_sum_to_closed_volumes(name: str, axis):
+    shape, volume = CLOSED[name]
+    scene = co.Scene([shape])
+    wide = scene.voxels(WINDOW, (12, 13, 14), fractions="body", axis=axis, samples=2)
+    fine = scene.voxels(WINDOW, (12, 13, 14), fractions="body", axis=axis, samples=6)
+    for voxels, least in ((wide, 1.0), (fine, 0.35)):
+        (found,), (off,) = voxels.volumes()
+        assert abs(found - volume) <= off <= least * max(volume, 1.7)
+        assert voxels.fractions.min() >= 0
+        assert voxels.fractions.max() <= 1 + 1e-12
+    assert (np.abs(wide.fractions - fine.fractions) <= wide.bounds + fine.bounds).all()
+    assert fine.bounds.sum() < 0.6 * wide.bounds.sum() + 1e-12
+
+
+@pytest.mark.parametrize("name", ["turned box", "cone", "bored across", "steinmetz", "hollow", "lens"])
+def test_every_share_is_that_of_dense_points(name: str):
+    scene = co.Scene([CLOSED[name][0]])
+    shares = scene.voxels(WINDOW, (5, 6, 7), fractions="body", samples=8)
+    dense = scene.voxels(WINDOW, (5 * 24, 6 * 24, 7 * 24)).body.reshape(5, 24, 6, 24, 7, 24)
+    counted = (dense == 0).mean(axis=(1, 3, 5))
+    # A wall changes at most about a layer of points, of 24 of them; and half of these on each side
+    assert (np.abs(shares.fractions[0] - counted) <= shares.bounds[0] + 2.5 / 24).all()
+    sure = (shares.bounds[0] == 0) | (shares.bounds[0] < 1e-12)
+    whole = sure & (np.isin(shares.fractions[0], (0, 1)))
+    assert whole.sum() > 20
+    assert (shares.fractions[0][whole] == counted[whole]).all()
+
+
+def test_prisms_along_the_rays_are_exact_but_for_rounding():
+    # A wedge of boxes whose walls lie between voxels, and ends that do not.
+    scene = co.Scene([co.Box((-0.5, -0.25, -0.3), (0.5, 0.75, 0.7)), co.Box((0, -1, -1), (1, 1, 1))])
+    voxels = scene.voxels(((-1, -1, -1), (1, 1, 1)), (8, 8, 5), fractions="body", samples=1)
+    found, off = voxels.volumes()
+    assert found == pytest.approx([1 * 1 * 1, 1 * 2 * 2], rel=1e-14)
+    assert (off < 1e-11).all()
+    # z from -0.3: the voxel [-0.6, -0.2] holds a quarter of its height
+    assert voxels.fractions[0, 4, 4].tolist() == pytest.approx([0, 0.25, 1, 1, 0.25], rel=1e-14)
+
+
+def test_materials_and_overlaps():
+    steel, air = co.matte("#808080", name="steel"), co.matte("#ffffff", name="air")
+    scene = co.Scene([co.Body(BOX, steel), co.Body(BOX.translate((1, 0, 0)), steel), co.Body(BALL, air)])
+    voxels = scene.voxels(((-1, -1, -1), (2, 1, 1)), (6, 4, 4), fractions="material")
+    assert voxels.names == ("steel", "air")
+    (steel_volume, air_volume), _ = voxels.volumes()
+    assert steel_volume == pytest.approx(16, rel=1e-13)  # what two bodies share counts twice
+    assert abs(air_volume - 4 / 3 * math.pi) <= voxels.volumes()[1][1]
+
+
+def test_ids_are_those_of_the_centres():
+    scene = co.Scene(
+        [co.Body(BALL, co.matte("red")), co.Body(BOX, co.matte("blue")), co.Body(BOX.scale(2), co.matte("red"))]
+    )
+    voxels = scene.voxels(((-2, -2, -2), (2.5, 2.5, 2)), (9, 9, 8))
+    x, y, z = voxels.centers
+    assert x.tolist() == [-1.75 + 0.5 * k for k in range(9)]
+    assert z[-1] == 1.75
+    places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1)
+    inside = [(places**2).sum(axis=-1) <= 1, (np.abs(places) <= 1).all(axis=-1), (np.abs(places) <= 2).all(axis=-1)]
+    expected = np.select(inside, [0, 1, 2], -1)
+    assert (voxels.body == expected).all()
+    assert (voxels.material == np.array([0, 1, 0, -1])[expected]).all()
+    assert co.Scene([]).voxels(WINDOW, 4).body.max() == -1
+
+
+def test_parts_elsewhere_are_the_same_to_the_bit():
+    scene = co.Scene([CLOSED["bored across"][0], co.Body(BALL, name="ball")])
+    seen = []
+    here = scene.voxels(WINDOW, 20, fractions="body", progress=lambda done, count: seen.append((done, count)))
+    with ThreadPoolExecutor(2) as executor:
+        there = scene.voxels(WINDOW, 20, fractions="body", executor=executor)
+    assert (here.fractions == there.fractions).all()
+    assert (here.bounds == there.bounds).all()
+    assert seen[-1][0] == seen[-1][1]
+    assert here.names == ("body 0", "ball")
+
+
+def test_what_voxels_are_asked_for():
+    scene = co.Scene([BALL])
+    for arguments, message in (
+        (dict(bounds=(0, 1)), "bounds"),
+        (dict(bounds=((0, 0, 0), (1, 1, 0))), "low below high"),
+        (dict(shape=0), "shape must be"),
+        (dict(shape=(1, 2)), "shape must be"),
+        (dict(shape=(1 << 20, 1 << 20, 1)), "GiB"),
+        (dict(fractions="bodies"), "did you mean 'body'"),
+        (dict(samples=0), "samples must be"),
+        (dict(axis="w"), "axis must be one of x, y, z"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            scene.voxels(**arguments)
+    with pytest.raises(ValueError, match="bounds must be given"):
+        co.Scene([co.HalfSpace((0, 0, 1), 0)]).voxels()
+    with pytest.raises(ValueError, match="no fractions"):
+        scene.voxels(shape=2).volumes()
