@@ -129,8 +129,8 @@ class Queries:
         query: the name of a query of rays; options: its other arguments, such as `t_max` or `values`, for all rays.
         chunk: rays of a part; by default about a second's.
         executor: as for `first_hit`; parts are sent ahead as its workers have time for them.
-        out: a .npz, .csv, .parquet or .zarr that is to hold first hits or spans, as `conicoid trace` writes them; it
-            appears whole or not at all.
+        out: a .npz, .csv, .parquet or .zarr that is to hold the answers, as `conicoid trace` writes them; for
+            `occluded`, `lengths` and `line_integral` also .npy. It appears whole or not at all.
 
         Yields the query's answer for each part; with `out` it returns how many rays there were. Raises what the query
         raises, ImportError for .parquet and .zarr without pyarrow and zarr, OSError for what cannot be read or written.

@@ -5,22 +5,25 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..engine.answers.rays import Rays
-from ..engine.answers.spans import Spans
+from ..engine.answers.spans import Crossings, Spans
 from ..formats.hits_file import ROWS, heads_of, rows_of
-from ..formats.lists_file import arrays_of_lists
+from ..formats.lists_file import arrays_of_lists, rows_of_lists
 from ..formats.ray_file import (
+    CROSSINGS,
+    ERRORS_OF_CROSSINGS,
     ERRORS_OF_HITS,
     ERRORS_OF_SPANS,
     HITS,
     SPANS,
     check_output,
+    crossing_columns,
     hit_columns,
     lines_of_columns,
     span_columns,
@@ -29,20 +32,28 @@ from ..formats.ray_stream import RayStream
 from ..formats.result_parts import ResultParts
 from ..formats.stored import Stored
 from .edition import edition
+from .filed_values import FiledValues
 from .recipe import recipe_of
 
 if TYPE_CHECKING:
     from ..engine.answers.hits import Hits
     from ..scene import Scene
 
+    Answer = Hits | Spans | Crossings
+
 SUFFIXES = (".npz", ".csv", ".parquet", ".zarr")
 """Of results that are written part by part."""
 _TEXT = "lines"
 _BLOCK = 1 << 22
+_OF_SCENES = "body_count", "materials"
+_FIELDS = dict(
+    first_hit=(HITS, ERRORS_OF_HITS), spans=(SPANS, ERRORS_OF_SPANS), crossings=(CROSSINGS, ERRORS_OF_CROSSINGS)
+)
+"""The fields of a table of each query's answers, and their bounds."""
 
 
 class Filed:
-    """The answers to a query on their way into a file; `found` hits or spans of `rays` rays are there.
+    """The answers to a query on their way into a file; `found` hits or rows of `rays` rays are there.
 
     Until it is whole there is a folder beside the file, which `resume` goes on with. Raises ValueError where that is of
     other work, and for suffixes of no such files.
@@ -50,8 +61,6 @@ class Filed:
 
     def __init__(self, scene: Scene, query: str, output: Path, key: str, *, errors: bool, resume: bool) -> None:
         check_output(output, SUFFIXES)
-        if query not in ("first_hit", "spans"):
-            raise ValueError(f"stream: out holds first_hit or spans, got {query}")
         self.scene, self.query, self.errors = scene, query, errors
         self.suffix = output.suffix.lower()
         told = f"{query} {errors} {self.suffix} {key} {edition()}"
@@ -66,12 +75,12 @@ class Filed:
     def found(self) -> int:
         return self._parts.found
 
-    def add(self, answer: Hits | Spans) -> None:
+    def add(self, answer: Answer) -> None:
         """The answers to some more rays."""
-        spans = isinstance(answer, Spans)
-        found = len(answer.body) if spans else int((answer.body >= 0).sum())
+        lists = isinstance(answer, Spans | Crossings)
+        found = len(answer.body) if lists else int((answer.body >= 0).sum())
         if self.suffix in (".npz", ".zarr"):
-            rows = self._span_rows(answer) if isinstance(answer, Spans) else _hit_rows(answer)
+            rows = self._list_rows(answer) if isinstance(answer, Spans | Crossings) else _hit_rows(answer)
         elif self.suffix == ".csv":
             rows = {_TEXT: self._text(answer)}
         else:
@@ -95,9 +104,9 @@ class Filed:
             leading = shape or (parts.rays,)
             prepared = self.scene.prepared
             labels = prepared.labels.of_only(_distinct(parts.column("body")))
-            if self.query == "spans":
-                arrays, more = self._spans_of(leading), arrays_of_lists(self.scene.spans(none).detached())
-                more = {name: more[name] for name in ("body_count", "materials")}
+            if self.query != "first_hit":
+                arrays, kept = self._lists_of(leading), getattr(self.scene, self.query)(none).detached()
+                more = {name: array for name, array in arrays_of_lists(kept).items() if name in _OF_SCENES}
             else:
                 flat = {name: parts.stored(name, (parts.rays,) if name == "starts" else leading) for name in ROWS}
                 arrays, more = flat, {}
@@ -107,8 +116,8 @@ class Filed:
         """Remove what is there of it."""
         shutil.rmtree(self._parts.folder, ignore_errors=True)
 
-    def _spans_of(self, leading: tuple[int, ...]) -> dict[str, Stored]:
-        """The arrays of spans: what is of rays has their shape, and both ends are rows of one."""
+    def _lists_of(self, leading: tuple[int, ...]) -> dict[str, Stored]:
+        """The arrays of spans or crossings: what is of rays has their shape, and both ends are rows of one."""
         parts, arrays = self._parts, {}
         for name in parts.kinds:
             if name == "ends_1":
@@ -121,25 +130,28 @@ class Filed:
                 arrays[name] = parts.stored(name, leading if vectors else (len(parts.column(name)),))
         return arrays
 
-    def _span_rows(self, spans: Spans) -> dict[str, Any]:
-        arrays = arrays_of_lists(spans.detached())
+    def _list_rows(self, answer: Spans | Crossings) -> dict[str, Any]:
+        arrays = arrays_of_lists(answer.detached())
         offsets = self.found + arrays["offsets"].astype(np.int64)
-        rows = {name: arrays[name] for name in (*ERRORS_OF_SPANS, *SPANS)}
-        rows |= {f"ends_{k}": arrays["ends"][k] for k in (0, 1)}
+        rows = {name: arrays[name] for name in rows_of_lists(answer)}
+        rows |= {f"ends_{k}": ends for k, ends in enumerate(arrays.get("ends", ()))}
         rows |= {name: arrays[name].reshape(-1, 3) for name in ("origins", "directions")}
-        starts = np.broadcast_to(arrays["starts"], (len(spans),))
+        starts = np.broadcast_to(arrays["starts"], (len(answer),))
         return rows | {"starts": starts, "offsets": offsets[1 if self.rays else 0 :]}
 
-    def _columns(self, answer: Hits | Spans) -> dict[str, Any]:
+    def _columns(self, answer: Answer) -> dict[str, Any]:
         """Columns of a table, flat."""
-        spans = isinstance(answer, Spans)
-        more = (ERRORS_OF_SPANS if spans else ERRORS_OF_HITS) if self.errors else ()
-        names = ("offsets", *SPANS, *more) if spans else (*HITS, *more)
+        usual, errors = _FIELDS[self.query]
+        names = (*usual, *(errors if self.errors else ()))
         arrays = {name: getattr(answer, name) for name in names}
-        columns = span_columns(arrays, self.rays) if spans else hit_columns(arrays)
+        if isinstance(answer, Spans | Crossings):
+            arrays["offsets"] = answer.offsets
+            columns = (span_columns if self.query == "spans" else crossing_columns)(arrays, self.rays)
+        else:
+            columns = hit_columns(arrays)
         return {name: np.asarray(column).reshape(-1) for name, column in columns.items()}
 
-    def _text(self, answer: Hits | Spans) -> bytes:
+    def _text(self, answer: Answer) -> bytes:
         """Lines of a .csv file, with its heading where they are the first."""
         lines = lines_of_columns(self._columns(answer))
         heading = next(lines)
@@ -178,10 +190,15 @@ def trace_file(
 
 
 def file_answers(
-    scene: Scene, query: str, out: Path, shape: tuple[int, ...] | None, home: bytes | None, answers: Iterator[Any]
-) -> int:
+    scene: Scene, query: str, out: Path, shape: tuple[int, ...] | None, home: bytes | None, answers: Iterator[Any],
+    options: Mapping[str, Any],
+) -> int:  # fmt: skip
     """Write all answers into a new file, whole or not at all; returns of how many rays they were."""
-    filed = Filed(scene, query, out, "", errors=True, resume=False)
+    filed: Filed | FiledValues
+    if query in _FIELDS:
+        filed = Filed(scene, query, out, "", errors=True, resume=False)
+    else:
+        filed = FiledValues(scene, query, out, options)
     try:
         for answer in answers:
             filed.add(answer)

@@ -75,7 +75,7 @@ def stream(
         return answers
     from .filed import file_answers
 
-    return file_answers(scene, query, Path(checked_path("stream", out, "out")), shape, home, answers)
+    return file_answers(scene, query, Path(checked_path("stream", out, "out")), shape, home, answers, options)
 
 
 def _streamed(

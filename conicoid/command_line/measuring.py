@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -92,6 +91,7 @@ def lengths(
         table = rays_for(rays, scene, output).within(t_min, t_max)
         loaded = load(scene, threads)
         from ..formats.ray_file import write_values
+        from ..formats.value_columns import names_of_integrals, names_of_lengths
         from . import ray_tables
 
         with compile_notes():
@@ -103,8 +103,7 @@ def lengths(
             else:
                 found = ray_tables.lengths(loaded, table, by, overlaps, bar)
         energies = found.shape[len(table.shape) :]
-        columns = _columns(loaded, by) if not integral else [f"line_integral_{k}" for k in range(*energies or (0,))]
-        columns = columns if energies else ["line_integral"]
+        columns = names_of_integrals(energies) if integral else names_of_lengths(loaded, by)
         name = "line_integrals" if integral else "lengths"
         with written(output, ".csv") as file:
             write_values(file, name, found, columns, with_names=not integral)
@@ -141,20 +140,6 @@ def _values(texts: list[str]) -> dict[str, float]:
             raise ValueError(f"lengths: --value is given twice for {name[:80]!r}")
         values[name] = value
     return values
-
-
-def _columns(scene: Scene, by: str) -> list[str]:
-    """What the columns of lengths are called: names of bodies or materials, or else their numbers."""
-    if by == "body":
-        names = [body.name for body in scene[:]]
-    else:
-        names = ["no material" if material is None else material.name for material in scene.materials]
-    counts = Counter(names)
-    return [
-        f"{by} {number}" if not name
-        else f"{by} {number} ({name})" if counts[name] > 1 or name.startswith(f"{by} ") else name
-        for number, name in enumerate(names)
-    ]  # fmt: skip
 
 
 def _summary(found: Any, rays: tuple[int, ...], columns: int, integral: bool, by: str) -> str:

@@ -79,6 +79,12 @@ def arrays_of_lists(kept: Any) -> Arrays:
     return arrays | arrays_of_rays(kept._rays) | {"home": bytes_array(kept._home)} | arrays_of_labels(kept._labels)
 
 
+def rows_of_lists(answer: Any) -> tuple[str, ...]:
+    """The arrays that have a row for each span or crossing, but for `ends`."""
+    fields = _OF[type(answer).__name__]
+    return (*fields.floats, *fields.ints, *fields.flags)
+
+
 def read_lists_file(path: str | os.PathLike[str], kind: type[Lists]) -> Lists:
     """Spans or crossings without their scene. Raises ValueError, naming the file, and OSError."""
     fields = _OF[kind.__name__]

@@ -26,8 +26,9 @@ ARRAYS = ("origins", "directions", "t_min", "t_max")
 STARTS = ("starts", "starts_home")
 HITS = ("t", "point", "normal", "uv", "body", "face", "surface", "entering")
 SPANS = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped")
-"""The fields of hits and spans that tables of results have, but for error bounds."""
-ERRORS_OF_HITS, ERRORS_OF_SPANS = ("t_error",), ("t_enter_error", "t_exit_error")
+CROSSINGS = ("t", "point", "normal", "body", "face", "surface", "entering", "before", "after")
+"""The fields of hits, spans and crossings that tables of results have, but for error bounds."""
+ERRORS_OF_HITS, ERRORS_OF_SPANS, ERRORS_OF_CROSSINGS = ("t_error",), ("t_enter_error", "t_exit_error"), ("t_error",)
 BYTES_OF_A_RAY = 400
 """Its numbers and those of its hit, while they are put together."""
 Arrays = Mapping[str, np.ndarray[Any, Any]]
@@ -157,12 +158,18 @@ def write_hits(path: str | os.PathLike[str], arrays: Arrays) -> None:
 def hit_columns(arrays: Arrays) -> dict[str, Any]:
     """The columns of first hits in a .csv file."""
     return {
-        "t": arrays["t"],
-        **{name: arrays["point"][..., i] for i, name in enumerate(("x", "y", "z"))},
-        **{name: arrays["normal"][..., i] for i, name in enumerate(("normal_x", "normal_y", "normal_z"))},
+        **_point_columns(arrays),
         **{name: arrays["uv"][..., i] for i, name in enumerate(("u", "v"))},
         **{name: arrays[name] for name in ("body", "face", "surface", "entering")},
         **{name: arrays[name] for name in ("t_error",) if name in arrays},
+    }
+
+
+def _point_columns(arrays: Arrays) -> dict[str, Any]:
+    return {
+        "t": arrays["t"],
+        **{name: arrays["point"][..., i] for i, name in enumerate(("x", "y", "z"))},
+        **{name: arrays["normal"][..., i] for i, name in enumerate(("normal_x", "normal_y", "normal_z"))},
     }
 
 
@@ -173,10 +180,22 @@ def write_spans(path: str | os.PathLike[str], arrays: Arrays) -> None:
 
 def span_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
     """The columns of spans in a .csv file; `first` is the number of the first ray."""
-    counts = np.diff(arrays["offsets"])
-    columns = {"ray": np.repeat(np.arange(first, first + len(counts)), counts)}
+    columns = _ray_column(arrays, first)
     columns |= {name: arrays[name] for name in ("body", "t_enter", "t_exit", "enter_clipped", "exit_clipped")}
-    return columns | {name: arrays[name] for name in ("t_enter_error", "t_exit_error") if name in arrays}
+    return columns | {name: arrays[name] for name in ERRORS_OF_SPANS if name in arrays}
+
+
+def crossing_columns(arrays: Arrays, first: int = 0) -> dict[str, Any]:
+    """The columns of crossings in a .csv file; `first` is the number of the first ray."""
+    columns = _ray_column(arrays, first) | _point_columns(arrays)
+    columns |= {name: arrays[name] for name in ("body", "face", "surface", "entering", "before", "after")}
+    return columns | {name: arrays[name] for name in ERRORS_OF_CROSSINGS if name in arrays}
+
+
+def _ray_column(arrays: Arrays, first: int) -> dict[str, Any]:
+    """The number of the ray of each row."""
+    counts = np.diff(arrays["offsets"])
+    return {"ray": np.repeat(np.arange(first, first + len(counts)), counts)}
 
 
 def write_values(

@@ -17,7 +17,7 @@ import numpy as np
 
 from .atomic import replacing, write_text
 from .parquet_file import write_parquet
-from .stored import Stored, write_npz
+from .stored import Stored, write_npy, write_npz
 from .zarr_folder import write_zarr
 
 
@@ -90,6 +90,11 @@ class ResultParts:
             write_zarr(self.output, arrays, more)
         else:
             write_npz(self.output, arrays, more)
+        shutil.rmtree(self.folder)
+
+    def finish_array(self, array: Stored) -> None:
+        """One stored array becomes the output, a .npy file."""
+        write_npy(self.output, array)
         shutil.rmtree(self.folder)
 
     def finish_table(self) -> None:

@@ -117,11 +117,46 @@ def test_streams_of_file_names(folder, rays):
     camera = co.Rays.from_camera(co.Camera((5, 1, 2), (0, 0, 0)), 33, 20)
     assert scene.stream(camera, "spans", out=folder / "spans.npz", chunk=99) == 660
     assert co.Spans.load(folder / "spans.npz") == scene.spans(camera.made())
-    with pytest.raises(ValueError, match="out holds first_hit or spans, got occluded"):
-        scene.stream(rays, "occluded", out=folder / "x.npz")
+    assert scene.stream(camera, "crossings", out=folder / "crossings.npz", chunk=99) == 660
+    assert co.Crossings.load(folder / "crossings.npz") == scene.crossings(camera.made())
     with pytest.raises(ValueError, match="direction must not be zero"):
         scene.stream(np.zeros((3, 6)), out=folder / "never.npz")
     assert not list(folder.glob("never*"))
+
+
+@pytest.mark.parametrize("query", ["occluded", "lengths", "line_integral"])
+def test_streams_of_numbers(folder, query):
+    scene, camera = subject.scene(), co.Rays.from_camera(co.Camera((5, 1, 2), (0, 0, 0)), 33, 20)
+    weights = np.linspace(0.5, 2, scene.body_count * 2).reshape(-1, 2)
+    options = dict(values=weights, overlaps="both") if query == "line_integral" else {}
+    options |= dict(by="material", overlaps="both") if query == "lengths" else {}
+    positional = [options["values"]] if query == "line_integral" else []
+    rest = {name: value for name, value in options.items() if name != "values"}
+    wanted = getattr(scene, query)(*positional, camera.made(), **rest)
+    for suffix in ("npy", "npz", "csv"):
+        assert scene.stream(camera, query, out=folder / f"found.{suffix}", chunk=99, **options) == 660
+    assert np.array_equal(np.load(folder / "found.npy", mmap_mode="r"), wanted)
+    assert np.array_equal(np.load(folder / "found.npz")[query], wanted)
+    heading, *lines = (folder / "found.csv").read_text().splitlines()
+    assert np.array_equal(np.genfromtxt(lines, delimiter=",").reshape(wanted.shape), wanted.astype(float))
+    assert scene.stream(np.zeros((0, 6)), query, out=folder / "none.csv", **options) == 0
+    assert (folder / "none.csv").read_text() == heading + "\n"
+    assert scene.stream(np.zeros((0, 6)), query, out=folder / "none.npy", **options) == 0
+    assert np.load(folder / "none.npy").shape == (0, *wanted.shape[2:])
+    with pytest.raises(ValueError, match=r"x.txt: results are written as .npy, .npz, .csv, .parquet or .zarr"):
+        scene.stream(camera, query, out=folder / "x.txt", **options)
+
+
+def test_crossings_in_lines(folder, rays):
+    scene = subject.scene()
+    scene.stream(rays, "crossings", out=folder / "crossings.csv", chunk=37)
+    heading, *lines = (folder / "crossings.csv").read_text().splitlines()
+    table = dict(zip(heading.split(","), np.genfromtxt(lines, delimiter=",").T, strict=True))
+    wanted = scene.crossings(rays)
+    assert np.array_equal(np.bincount(table["ray"].astype(int), minlength=COUNT), np.diff(wanted.offsets))
+    for name in ("t", "body", "face", "surface", "entering", "before", "after", "t_error"):
+        assert np.array_equal(table[name], getattr(wanted, name).astype(float)), name
+    assert np.array_equal(np.stack([table[name] for name in "xyz"], axis=1), wanted.point)
 
 
 def test_parquet(folder, rays):
