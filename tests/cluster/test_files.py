@@ -147,6 +147,19 @@ def test_streams_of_numbers(folder, query):
         scene.stream(camera, query, out=folder / "x.txt", **options)
 
 
+def test_streams_of_numbers_by_libraries(folder, rays):
+    parquet, zarr = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("zarr")
+    scene = subject.scene()
+    wanted = scene.lengths(rays, overlaps="both")
+    for suffix in ("parquet", "zarr"):
+        assert scene.stream(rays, "lengths", out=folder / f"found.{suffix}", chunk=99, overlaps="both") == COUNT
+    table = parquet.read_table(folder / "found.parquet")
+    assert np.array_equal(np.stack([column.to_numpy() for column in table.columns], axis=1), wanted)
+    assert np.array_equal(np.asarray(zarr.open_group(str(folder / "found.zarr"), mode="r")["lengths"]), wanted)
+    assert scene.stream(rays, "crossings", out=folder / "crossings.parquet", chunk=99) == COUNT
+    assert np.array_equal(parquet.read_table(folder / "crossings.parquet")["t"].to_numpy(), scene.crossings(rays).t)
+
+
 def test_crossings_in_lines(folder, rays):
     scene = subject.scene()
     scene.stream(rays, "crossings", out=folder / "crossings.csv", chunk=37)
