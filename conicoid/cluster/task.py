@@ -12,6 +12,7 @@ import numpy as np
 
 from ..engine.answers.notes import gathered
 from ..engine.threads import limited_to
+from ..shapes.carried import aligned
 from .edition import edition
 from .recipe import Reference, found
 
@@ -53,7 +54,7 @@ def run(
         if ready is not None:
             ready(*shared)
         began = time.perf_counter()
-        value = call(*shared, *arguments)
+        value = call(*shared, *map(aligned, arguments))
         return Done(value, time.perf_counter() - began, tuple(notes))
 
 

@@ -38,6 +38,9 @@ def answers(scene, rays, **how):
     """Every query of rays and points, by its name."""
     ends = np.linspace(3, 9, rays.size).reshape(rays.shape)
     points = np.clip(rays.origins, -1, 1)
+    some = points.reshape(-1, 3)[:60]
+    at, nearest = scene.bodies_at(some, **how), scene.distance(some, exact=True, **how)
+    voxels = scene.voxels(((-1, -1, -1), (1, 1, 1)), (4, 5, 6), fractions="body", **how)
     return {
         "first_hit": scene.first_hit(rays, **how),
         "first_hit to ends": scene.first_hit(rays, None, -1, ends, **how),
@@ -48,6 +51,10 @@ def answers(scene, rays, **how):
         "line_integral": scene.line_integral(VALUES, rays, **how),
         "contains": scene.contains(points, **how),
         "body_at": scene.body_at(points, **how),
+        "bodies_at": at.body,
+        "bodies_at, counts": at.counts,
+        "distance": np.column_stack([nearest.distance, nearest.lower, nearest.error, nearest.point, nearest.surface]),
+        "fractions": np.stack([voxels.fractions, voxels.bounds]),
     }
 
 
