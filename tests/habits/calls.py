@@ -38,7 +38,11 @@ SHAPES: dict[str, Call] = {
     "Box": (co.Box, dict(low=(0, 0, 0), high=(5, 5, 5))),
     "Cylinder": (co.Cylinder, _sides()),
     "CylinderPatch": (co.CylinderPatch, _sides()),
-    "Cone": (co.Cone, dict(start=(0, 0, 0), end=(0, 0, 1), start_radius=1, end_radius=0)),
+    "Cone": (
+        co.Cone,
+        dict(start=(0, 0, 0), end=(0, 0, 1), start_radius=1, end_radius=0)
+        | dict(start_angle=0, end_angle=90, reference=(1, 0, 0)),
+    ),
     "DoubleCone": (co.DoubleCone, dict(slope=1, z_range=None)),
     "EllipticParaboloid": (co.EllipticParaboloid, dict(A=1, E=1, z_range=None)),
     "HyperbolicParaboloid": (co.HyperbolicParaboloid, dict(A=1, E=1, within=None)),
@@ -61,6 +65,24 @@ SHAPES: dict[str, Call] = {
     ),
     "Extrusion": (co.Extrusion, dict(outline=[(0, 0), (1, 0), (0, 1)], z_range=(0, 1), scale_at_top=1)),
     "Revolution": (co.Revolution, dict(profile=[(1, 0), (2, 0), (2, 1)], start_angle=0, end_angle=90)),
+    "Tube": (
+        co.Tube,
+        dict(start=(0, 0, 0), end=(0, 0, 1), inner_radius=1, outer_radius=2)
+        | dict(start_angle=0, end_angle=90, reference=(1, 0, 0)),
+    ),
+    "Polycone": (co.Polycone, dict(sections=[(0, 1, 2), (1, 1, 3)], start_angle=0, end_angle=90)),
+    "SphereSection": (
+        co.SphereSection,
+        dict(radius=2, inner_radius=1, polar_range=(0, 90), start_angle=0, end_angle=90, center=(0, 0, 0)),
+    ),
+    "Trapezoid": (co.Trapezoid, dict(bottom=(2, 2), top=(1, 1), z_range=(0, 1), shift=(0, 0))),
+    "Wedge": (co.Wedge, dict(length=2, width=2, height=1, edge_length=1, edge_shift=0)),
+    "RegularPrism": (co.RegularPrism, dict(sides=6, radius=1, z_range=(0, 1), start_angle=0, radius_to="corners")),
+    "Pyramid": (
+        co.Pyramid,
+        dict(sides=4, radius=1, z_range=(0, 1), top_radius=0.5, start_angle=0, radius_to="corners"),
+    ),
+    "Parallelepiped": (co.Parallelepiped, dict(corner=(0, 0, 0), a=(1, 0, 0), b=(0, 1, 0), c=(0, 0, 1))),
     "Spheres": (co.Spheres, dict(centers=[(0, 0, 0)], radii=1)),
     "Cylinders": (co.Cylinders, dict(starts=[(0, 0, 0)], ends=[(0, 0, 1)], radii=1)),
     "Capsules": (co.Capsules, dict(starts=[(0, 0, 0)], ends=[(0, 0, 1)], radii=1)),
