@@ -80,7 +80,7 @@ class Polycone(PrimitiveSolid):
         bottom = self._level(low[0], -1.0, 2 * (count - 1) + k)
         top = self._level(high[0], 1.0, 2 * (count - 1) + k + 1)
         body = Cell((Face(frustum_side(r0, z0, r1, z1), k, sides), bottom, top))
-        if not low[1] and not high[1]:
+        if not (low[1] > 0 or high[1] > 0):
             return body
         bore = frustum_side(ex.rational(low[1]), z0, ex.rational(high[1]), z1)
         return All((body, Cell((Face(bore, count - 1 + k, sides, inside=-1),))))

@@ -77,7 +77,7 @@ class Regular(Prismatoid, abstract=True):
         return bottom, top
 
     def _level(self, radius: float) -> Level:
-        if not radius:
+        if not radius > 0:
             return Level([(ex.ZERO, ex.ZERO)], plain_map((0, 0, 0, 0), (0, 0, 0, 0)), False)
         reach = self._reach(radius, "corners")
         corners = [(reach * x, reach * y) for x, y in self._directions(Fraction(0))]

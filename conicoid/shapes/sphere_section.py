@@ -72,10 +72,10 @@ class SphereSection(PrimitiveSolid):
         low, high = self.polar
         faces = [self._ball(self.radius, 0)]
         more: list[Tree] = []
-        if self.inner_radius:
+        if self.inner_radius > 0:
             more.append(Cell((replace(self._ball(self.inner_radius, 1), inside=-1),)))
         for angle, number, sense in ((low, _AT_LOW, -1), (high, _AT_HIGH, 1)):
-            if angle == 90:
+            if not (angle < 90 or angle > 90):  # where a formula is recorded, "equal" is to move alike
                 faces.append(Face(_level(-sense), number, flat((self.radius, 0, 0), (0, self.radius, 0))))
             elif 0 < angle < 180:
                 more.append(self._nappe(angle, number, sense))

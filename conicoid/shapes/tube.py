@@ -62,7 +62,7 @@ class Tube(PrimitiveSolid):
         side, *caps = side_and_caps(self.outer_radius, self.start, self.end)
         walls = wedge_walls(self.start_angle, self.end_angle, self.outer_radius, self.length)
         bore: tuple[Cell, ...] = ()
-        if self.inner_radius:
+        if self.inner_radius > 0:
             surface = QuadricSurface((1.0, 1.0, 0.0), constant=ex.rational(self.inner_radius) ** 2)
             bore = (Cell((replace(side, surface=surface, number=5, inside=-1),)),)
         return cut_open((side, *caps), walls, self.end_angle - self.start_angle, *bore)
