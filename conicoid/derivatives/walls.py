@@ -135,29 +135,36 @@ def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surfac
 
 
 def _turned(made: Any, face: Face) -> Surface:
-    """The surface of a face, and no derivative where an angle moves it to what is no plane, or is one of two walls'.
+    """The surface of a face, and no derivative where an angle moves it to another kind, or only a part of it.
 
-    A polar angle of 90 moves its plane to a cone; where one plane is both walls of half a turn, each moves one half.
+    A polar angle of 90 moves its plane to a cone. One plane for both walls of half a turn, and one cone for two polar
+    angles, are moved by each in one half.
     """
-    if isinstance(made, SphereSection) and face.number in (2, 3) and isinstance(face.surface, PlaneSurface):
-        return _lost(face.surface, slopes_of(made.polar[face.number - 2]))
+    surface = face.surface
+    if isinstance(made, SphereSection) and face.number in (2, 3):
+        if isinstance(surface, PlaneSurface):
+            return _lost(surface, slopes_of(made.polar[face.number - 2]))
+        return (
+            _lost(surface, [key for angle in made.polar for key in slopes_of(angle)]) if made.has_one_cone else surface
+        )
     angles = getattr(made, "start_angle", None), getattr(made, "end_angle", None)
-    if not isinstance(face.surface, PlaneSurface) or not all(isinstance(angle, Slope) for angle in angles):
-        return face.surface
-    turned = {key for number in face.surface.normal[:2] for key in slopes_of(number)}
-    if not turned & set(slopes_of(angles[0])):
-        return face.surface
+    if not isinstance(surface, PlaneSurface) or not all(isinstance(angle, Slope) for angle in angles):
+        return surface
+    turned = {key for number in surface.normal[:2] for key in slopes_of(number)}
     first, last = (value_of(angle) for angle in angles)
-    if float(last - first) != 180:
-        return face.surface
-    return _lost(face.surface, [key for angle in angles for key in slopes_of(angle)])
+    if not turned & set(slopes_of(angles[0])) or float(last - first) != 180:
+        return surface
+    return _lost(surface, [key for angle in angles for key in slopes_of(angle)])
 
 
-def _lost(surface: PlaneSurface, keys: Iterable[int]) -> PlaneSurface:
-    """A plane, by some parameters without derivatives."""
+def _lost(surface: Surface, keys: Iterable[int]) -> Surface:
+    """A surface without derivatives by some parameters."""
     lost = dict.fromkeys(keys, math.nan)
-    x, y, z = (Slope(value_of(c), {**slopes_of(c), **lost}) for c in surface.normal)
-    return dataclasses.replace(surface, normal=(x, y, z))
+    numbers = surface.normal if isinstance(surface, PlaneSurface) else surface.squares
+    x, y, z = (Slope(value_of(c), {**slopes_of(c), **lost}) for c in numbers)
+    if isinstance(surface, PlaneSurface):
+        return dataclasses.replace(surface, normal=(x, y, z))
+    return dataclasses.replace(surface, squares=(x, y, z))
 
 
 def _flat(tree: Tree) -> Iterator[Face]:

@@ -28,10 +28,11 @@ class SphereSection(PrimitiveSolid):
     in `polar_range`, within [0, 180]; the azimuth of (x, y), counter-clockwise from +x, from `start_angle` to
     `end_angle`, their difference in (0, 360]. Without a range all of it: a hemisphere is ``polar_range=(0, 90)``.
 
-    Faces: 0 outer sphere, 1 inner sphere, 2 cone of the lower polar angle, 3 cone of the higher one (planes at 90),
-    4 wall at start_angle, 5 wall at end_angle (half a turn has one plane for both: face 4). uv: (angle / 360, height
-    from south to north pole in [0, 1]) on the spheres, (angle / 360, z from end to end of the cone in [0, 1]) on the
-    cones, (x, y) / radius on planes at 90, (distance from the axis, z) / radius on the walls.
+    Faces: 0 outer sphere, 1 inner sphere, 2 cone of the lower polar angle, 3 cone of the higher one (planes at 90;
+    angles that add up to 180 have one cone for both: face 2), 4 wall at start_angle, 5 wall at end_angle (half a turn
+    has one plane for both: face 4). uv: (angle / 360, height from south to north pole in [0, 1]) on the spheres,
+    (angle / 360, z from end to end of the cone in [0, 1]) on the cones, (x, y) / radius on planes at 90, (distance from
+    the axis, z) / radius on the walls.
     Source: the sphere of detector simulation (Geant4, "Book for Application Developers", solids).
     """
 
@@ -74,7 +75,9 @@ class SphereSection(PrimitiveSolid):
         more: list[Tree] = []
         if self.inner_radius > 0:
             more.append(Cell((replace(self._ball(self.inner_radius, 1), inside=-1),)))
-        for angle, number, sense in ((low, _AT_LOW, -1), (high, _AT_HIGH, 1)):
+        if self.has_one_cone:
+            more.append(self._outside_of_both_nappes())
+        for angle, number, sense in () if self.has_one_cone else ((low, _AT_LOW, -1), (high, _AT_HIGH, 1)):
             if not (angle < 90 or angle > 90):  # where a formula is recorded, "equal" is to move alike
                 faces.append(Face(_level(-sense), number, flat((self.radius, 0, 0), (0, self.radius, 0))))
             elif 0 < angle < 180:
@@ -87,15 +90,26 @@ class SphereSection(PrimitiveSolid):
         surface = QuadricSurface(squares=(1.0, 1.0, 1.0), constant=ex.rational(radius) ** 2)
         return Face(surface, number, around_z(-radius, radius))
 
+    @property
+    def has_one_cone(self) -> bool:
+        """Whether both polar angles are of one cone, with two nappes: they add up to 180."""
+        low, high = (ex.rational(angle) for angle in self.polar)
+        return bool(low > 0) and not (low + high < 180 or low + high > 180)
+
+    def _outside_of_both_nappes(self) -> Cell:
+        s, c = ex.sin_cos_degrees(self.polar[0])
+        end = self.radius * sin_cos_degrees(self.polar[0])[1]
+        cone = QuadricSurface((c * c, c * c, -(s * s)), constant=0.0)
+        return Cell((Face(cone, _AT_LOW, around_z(-end, end), inside=-1),))
+
     def _nappe(self, angle: float, number: int, sense: int) -> Tree:
         """Polar angles up to an angle (sense 1), or from it on (-1): inside or outside of one nappe of its cone."""
         s, c = ex.sin_cos_degrees(angle)
         cone = QuadricSurface((c * c, c * c, -(s * s)), constant=0.0)
-        above = 1 if angle < 90 else -1  # where the nappe is
+        above, uv = 1 if angle < 90 else -1, self._cone_uv(angle)  # where the nappe is; a number has one map
         if sense == above:
-            return Cell((Face(cone, number, self._cone_uv(angle)), Face(_level(-above), number)))
-        outside = Cell((Face(cone, number, self._cone_uv(angle), inside=-1),))
-        return Any_((outside, Cell((Face(_level(above), number),))))
+            return Cell((Face(cone, number, uv), Face(_level(-above), number, uv)))
+        return Any_((Cell((Face(cone, number, uv, inside=-1),)), Cell((Face(_level(above), number, uv),))))
 
     def _cone_uv(self, angle: float) -> UV:
         _, c = sin_cos_degrees(angle)
