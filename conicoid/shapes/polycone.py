@@ -83,7 +83,8 @@ class Polycone(PrimitiveSolid):
         if not (low[1] > 0 or high[1] > 0):
             return body
         bore = frustum_side(ex.rational(low[1]), z0, ex.rational(high[1]), z1)
-        return All((body, Cell((Face(bore, count - 1 + k, sides, inside=-1),))))
+        # Between the same heights: else a bore that another has in one line with it would show this one's number
+        return All((body, Cell((Face(bore, count - 1 + k, sides, inside=-1), bottom, top))))
 
     def _level(self, z: float, sense: float, number: int) -> Face:
         uv = flat((self.widest, 0, 0), (0, self.widest, 0))
