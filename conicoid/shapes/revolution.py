@@ -160,7 +160,9 @@ def _tree_of(ring: _Ring, walls: dict[int, Face], level: Sequence[Any], inner_nu
         uv = flat((radius, 0, 0), (0, radius, 0))
         ends.append(Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), number, uv))
     outside = walls[ring.outer.number]
-    body = Cell((outside, *sorted(ends, key=lambda face: face.number)))
+    ends.sort(key=lambda face: face.number)
+    body = Cell((outside, *ends))
     if ring.inner is None or ring.inner.number not in walls:
         return body
-    return All((body, Cell((replace(walls[ring.inner.number], inside=-1),))))
+    # Between the same heights: else a bore that another edge has in one line with it would show this one's number
+    return All((body, Cell((replace(walls[ring.inner.number], inside=-1), *ends))))

@@ -139,6 +139,13 @@ def test_stretches_in_one_line_keep_their_numbers():
     follow(shape, {**outer, **inner, 6: level(-1, 1.5), 9: level(1, 1.5)})
 
 
+def test_edges_of_a_revolution_in_one_line_keep_their_numbers():
+    scene = co.Scene([co.Revolution([(0.5, 0), (1, 0), (1, 1), (1, 2), (0.5, 2), (0.5, 1)])])
+    hits = scene.first_hit([(0, 0, 0.5), (0, 0, 1.5), (5, 0, 0.5), (5, 0, 1.5)], [(1, 0, 0)] * 2 + [(-1, 0, 0)] * 2)
+    assert hits.face.tolist() == [5, 4, 1, 2]
+    assert hits.uv[:, 1].tolist() == [0.5] * 4
+
+
 def flat(normal, u, v):
     """A plane's normal, of any length, and uv as rows (a, b, c, d)."""
     unit = np.array(normal, float) / np.linalg.norm(normal)
