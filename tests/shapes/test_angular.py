@@ -176,6 +176,43 @@ def test_a_parallelepiped_is_the_cube_carried():
     agrees(co.Parallelepiped(corner, *edges), inside)
 
 
+@pytest.mark.parametrize("kind", ["tube", "cone", "section", "polycone"])
+def test_angles_grow_counter_clockwise_about_the_axis(kind):
+    """A quarter whose axis is y and whose angle 0 is towards z: y × z = x, so that it lies at z > 0, x > 0."""
+    start, end, reference = (0, 0, 0), (0, 4, 0), (0, 1, 5)
+    shape = {
+        "tube": lambda: co.Tube(start, end, 1, 2, 0, 90, reference),
+        "cone": lambda: co.Cone(start, end, 2, 2, 0, 90, reference),
+        # z to y, x to z: a third of a turn about (1, 1, 1), backwards
+        "section": lambda: co.SphereSection(2, 1, (0, 90), 0, 90).rotate((1, 1, 1), -120),
+        "polycone": lambda: co.Polycone([(0, 1, 2), (4, 1, 2)], 0, 90).rotate((1, 1, 1), -120),
+    }[kind]()
+    places = [(x, 0.5, z) for x in (-1, 1) for z in (-1, 1)]
+    assert co.Scene([shape]).contains(places).tolist() == [False, False, False, True]
+    assert np.array(shape.bounds).tolist() == [[0, 0, 0], [2, 2 if kind == "section" else 4, 2]]
+
+
+def test_bounds_of_parts_end_where_the_parts_do():
+    """Worked out by hand: the widest place is at an end of a range, or where the range passes an axis."""
+    half, root = 0.5, math.sqrt(0.75)
+    cases = [
+        (co.SphereSection(2, 1, (60, 90)), (-2, -2, 0), (2, 2, 1)),
+        (co.SphereSection(2, 1, (0, 60)), (-2 * root, -2 * root, half), (2 * root, 2 * root, 2)),
+        (co.SphereSection(2, 1, (90, 120), 0, 30), (root * root, 0, -1), (2, 1, 0)),
+        (co.SphereSection(2, 1, (60, 120), 120, 210), (-2, -1, -1), (-half * root, 2 * root, 1)),
+        (co.Tube((0, 0, 0), (0, 0, 1), 1, 2, -30, 60, (1, 0, 0)), (half, -1, 0), (2, 2 * root, 1)),
+        (co.Cone((0, 0, 0), (0, 0, 1), 2, 1, 150, 210, (1, 0, 0)), (-2, -1, 0), (0, 1, 1)),
+        (co.Polycone([(-1, 0, 1), (0, 0, 3), (0, 1, 2), (2, 2, 2)], 30, 90), (0, 0, -1), (3 * root, 3, 2)),
+        (co.Trapezoid((4, 2), (2, 3), (-1, 2), (2, 0)), (-2, -1.5, -1), (3, 1.5, 2)),
+        (co.Wedge(4, 2, 1, 6, -3), (-3, -3, 0), (3, 1, 1)),
+        (co.RegularPrism(6, 2, (0, 1), 30), (-2 * root, -2, 0), (2 * root, 2, 1)),
+        (co.Pyramid(4, 1, (0, 1), 0.5), (-1, -1, 0), (1, 1, 1)),
+        (co.Parallelepiped((1, 1, 1), (2, 0, 0), (-1, 1, 0), (0, 0, -3)), (0, 1, -2), (3, 2, 1)),
+    ]  # fmt: skip
+    for shape, low, high in cases:
+        assert np.allclose(np.array(shape.bounds), (low, high), rtol=1e-15, atol=1e-15), shape
+
+
 def measured(shape):
     found = co.measure(shape)
     assert found.volume_error == found.area_error == 0
