@@ -172,8 +172,7 @@ def _angular() -> dict[str, Any]:
     spheres = st.fixed_dictionaries(
         {"radius": near}, optional={"inner_radius": small, "polar_range": polar, "center": points}
     )
-    section = st.tuples(_near, small, near)
-    stacks = st.lists(section, min_size=2, max_size=5).map(
+    stacks = st.lists(st.tuples(_near, small, near), min_size=2, max_size=5).map(
         lambda rows: {"sections": sorted(rows, key=lambda row: row[0])}
     )
     sizes, heights = st.tuples(near, near), st.tuples(st.floats(-2, 0).map(within_domain), st.floats(0.5, 3))
