@@ -80,7 +80,7 @@ def check_angles(shape: Any, owner: str) -> None:
             raise ValueError(f"{owner}: reference must lie off the axis, got {reference}")
     elif last - first < 360:
         two = first != 0 and last == 360 and hasattr(shape, "radius")
-        hint = "; of two radii it is a Cone(start, end, start_radius, end_radius) or a Tube" if two else ""
+        hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
         raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points{hint}")
     object.__setattr__(shape, "start_angle", first)
     object.__setattr__(shape, "end_angle", last)

@@ -117,7 +117,7 @@ class SphereSection(PrimitiveSolid):
         return around_z(near, far) if angle < 90 else around_z(far, near)
 
     def support(self, direction: Vector) -> float:
-        """ρ (u_z cos θ + w sin θ) at its largest, w being the support of the arc of azimuths."""
+        """ρ (u_z cos θ + w sin θ) at its largest; w is the support of the arc of azimuths in the direction u."""
         w, uz = arc_support(1.0, self.start_angle, self.end_angle, direction), direction[2]
         ends = [sin_cos_degrees(angle) for angle in self.polar]
         (s, c), (t, d) = ends
