@@ -24,6 +24,9 @@ _SHAPES = {
     "Boxes": "bulk_solids", "Capsules": "bulk_solids", "Cones": "bulk_solids", "Cylinders": "bulk_solids",
     "Ellipsoids": "bulk_solids", "Discs": "bulk_sheets", "Triangles": "bulk_sheets",
     "Mesh": "mesh", "Extrusion": "mesh", "Revolution": "revolution",
+    "Tube": "tube", "Polycone": "polycone", "SphereSection": "sphere_section", "Trapezoid": "trapezoid",
+    "Wedge": "trapezoid", "RegularPrism": "regular_prism", "Pyramid": "regular_prism",
+    "Parallelepiped": "parallelepiped",
     "Triangle": "triangle", "TwoSheetHyperboloid": "two_sheet_hyperboloid",
     "Union": "region", "Intersection": "region", "Difference": "region", "Complement": "region",
     "Painted": "region",
@@ -168,7 +171,9 @@ if TYPE_CHECKING:
     from .shapes.metals import silver as silver
     from .shapes.one_sheet_hyperboloid import OneSheetHyperboloid as OneSheetHyperboloid
     from .shapes.parabolic_cylinder import ParabolicCylinder as ParabolicCylinder
+    from .shapes.parallelepiped import Parallelepiped as Parallelepiped
     from .shapes.plane import Plane as Plane
+    from .shapes.polycone import Polycone as Polycone
     from .shapes.polygon import Polygon as Polygon
     from .shapes.polyhedron import Polyhedron as Polyhedron
     from .shapes.prism import CornerCube as CornerCube
@@ -180,8 +185,11 @@ if TYPE_CHECKING:
     from .shapes.region import Intersection as Intersection
     from .shapes.region import Painted as Painted
     from .shapes.region import Union as Union
+    from .shapes.regular_prism import Pyramid as Pyramid
+    from .shapes.regular_prism import RegularPrism as RegularPrism
     from .shapes.revolution import Revolution as Revolution
     from .shapes.sphere import Sphere as Sphere
+    from .shapes.sphere_section import SphereSection as SphereSection
     from .shapes.spheres import Spheres as Spheres
     from .shapes.stop import Stop as Stop
     from .shapes.texture import Brick as Brick
@@ -189,7 +197,10 @@ if TYPE_CHECKING:
     from .shapes.texture import ImageTexture as ImageTexture
     from .shapes.texture import Noise as Noise
     from .shapes.texture import Wood as Wood
+    from .shapes.trapezoid import Trapezoid as Trapezoid
+    from .shapes.trapezoid import Wedge as Wedge
     from .shapes.triangle import Triangle as Triangle
+    from .shapes.tube import Tube as Tube
     from .shapes.two_sheet_hyperboloid import TwoSheetHyperboloid as TwoSheetHyperboloid
     from .shapes.wall import Wall as Wall
     from .slices.outline import Outline as Outline

@@ -14,6 +14,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+import angular_shapes
 import balls_and_barrel
 import boolean_solids
 import bored_box
@@ -56,6 +57,7 @@ PICTURES = {
     "polygons": polygons.picture,
     "shepp_logan_x_ray": shepp_logan.x_ray,
     "shepp_logan_cut": shepp_logan.picture,
+    "angular_shapes": angular_shapes.picture,
     "bored_box": bored_box.picture,
     "lenses": lenses.picture,
     "camera_lens": camera_lens.picture,

@@ -78,7 +78,8 @@ def test_hints_do_not_get_in_the_way(thing):
 
 @pytest.mark.parametrize(("name", "told"), [
     ("Plastic", r"\(did you mean plastic\?\)$"), ("loads", r"scenes are read from files, co.load\(path\)"), ("dump", r"\(did you mean save\?\)$"),
-    ("ZCylinder", "co.EllipticCylinder"), ("Vec3", "three numbers"), ("Pyramid", "Polyhedron"),
+    ("ZCylinder", "co.EllipticCylinder"), ("Vec3", "three numbers"), ("Tetrahedron", "Polyhedron"),
+    ("Tubs", "mean Tube"), ("Trd", "mean Trapezoid"), ("Hemisphere", "polar_range"), ("HexPrism", "co.RegularPrism"), ("Shell", "co.SphereSection"),
 ])  # fmt: skip
 def test_names_of_the_package(name, told):
     with pytest.raises(AttributeError, match=told):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -19,15 +19,13 @@ from ..shapes.bulk import Bulk
 from ..shapes.cells import UV, Cell, Face, Not, PolygonSheet, Tree, moved_uv
 from ..shapes.motion import STILL, Motion
 from ..shapes.region import Boolean, ClippedSheet
+from ..shapes.sphere_section import SphereSection
 from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
 from ..shapes.vector import FloatArray
 from . import fields
 from .forms import FORM, MAP, form_of
 from .own import faces_of_quadric, prepared, undecided, without
 from .slope import Slope, slopes_of, value_of
-
-_WALL = 3
-"""The face of a wedge at its start angle."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,23 +130,41 @@ def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surfac
         yield from special
         return
     for face in _flat(made.tree()):
-        surface = _half_turned(made, face)
+        surface = _turned(made, face)
         yield face.number, _moved(surface, motion), moved_uv(without(face.uv, jumping), motion)
 
 
-def _half_turned(made: Any, face: Face) -> Surface:
-    """The surface of a face; where one plane is both walls of a wedge of half a turn, no angle says how it moves."""
+def _turned(made: Any, face: Face) -> Surface:
+    """The surface of a face, and no derivative where an angle moves it to another kind, or only a part of it.
+
+    A polar angle of 90 moves its plane to a cone. One plane for both walls of half a turn, and one cone for two polar
+    angles, are moved by each in one half.
+    """
+    surface = face.surface
+    if isinstance(made, SphereSection) and face.number in (2, 3):
+        if isinstance(surface, PlaneSurface):
+            return _lost(surface, slopes_of(made.polar[face.number - 2]))
+        return (
+            _lost(surface, [key for angle in made.polar for key in slopes_of(angle)]) if made.has_one_cone else surface
+        )
     angles = getattr(made, "start_angle", None), getattr(made, "end_angle", None)
-    if face.number != _WALL or not all(isinstance(angle, Slope) for angle in angles):
-        return face.surface
+    if not isinstance(surface, PlaneSurface) or not all(isinstance(angle, Slope) for angle in angles):
+        return surface
+    turned = {key for number in surface.normal[:2] for key in slopes_of(number)}
     first, last = (value_of(angle) for angle in angles)
-    if float(last - first) != 180 or not isinstance(face.surface, PlaneSurface):
-        return face.surface
-    keys = [key for angle in angles for key in slopes_of(angle)]
-    x, y, z = face.surface.normal
+    if not turned & set(slopes_of(angles[0])) or float(last - first) != 180:
+        return surface
+    return _lost(surface, [key for angle in angles for key in slopes_of(angle)])
+
+
+def _lost(surface: Surface, keys: Iterable[int]) -> Surface:
+    """A surface without derivatives by some parameters."""
     lost = dict.fromkeys(keys, math.nan)
-    normal = Slope(value_of(x), {**slopes_of(x), **lost}), Slope(value_of(y), {**slopes_of(y), **lost}), z
-    return dataclasses.replace(face.surface, normal=normal)
+    numbers = surface.normal if isinstance(surface, PlaneSurface) else surface.squares
+    x, y, z = (Slope(value_of(c), {**slopes_of(c), **lost}) for c in numbers)
+    if isinstance(surface, PlaneSurface):
+        return dataclasses.replace(surface, normal=(x, y, z))
+    return dataclasses.replace(surface, squares=(x, y, z))
 
 
 def _flat(tree: Tree) -> Iterator[Face]:

@@ -16,7 +16,6 @@ import numpy as np
 
 from ..shapes.base import Shape
 from ..shapes.box import Box
-from ..shapes.cone import Cone
 from ..shapes.cylinder import Cylinder
 from ..shapes.cylinder_patch import CylinderPatch
 from ..shapes.disc import Disc
@@ -121,19 +120,6 @@ def _(sphere: Sphere) -> float:
 def _(solid: EllipticSolid) -> Moments:
     (sx, sy), (g0, g1, g2) = solid.squares, (float(g) for g in solid.profile)
     return _sections(float(sx), float(sy), (g0, g1, g2), solid.heights)
-
-
-@own_moments.register
-def _(cone: Cone) -> Moments:
-    # g(z) = (r0 + m z)²
-    r0, slope = cone.start_radius, (cone.end_radius - cone.start_radius) / cone.length
-    return _sections(1.0, 1.0, (r0 * r0, 2 * r0 * slope, slope * slope), (0.0, cone.length))
-
-
-@own_area.register
-def _(cone: Cone) -> float:
-    r0, r1 = cone.start_radius, cone.end_radius
-    return math.pi * ((r0 + r1) * math.hypot(r1 - r0, cone.length) + r0 * r0 + r1 * r1)
 
 
 @own_moments.register

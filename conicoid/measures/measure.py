@@ -22,6 +22,8 @@ from ..shapes.same import by_value
 from ..shapes.sphere import Sphere
 from ..shapes.validate import callback, integer, what
 from ..shapes.vector import FloatArray
+from . import prismatoids as _prismatoids  # noqa: F401 (it registers closed forms, as the next does)
+from . import turned as _turned  # noqa: F401
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, Progress, Sums
 from .closed import Moments, closed_area, closed_moments
 from .frames import FittedBox, fitted_box

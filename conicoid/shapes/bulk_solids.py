@@ -79,7 +79,7 @@ class Cones(Bulk, Solid):
     """N closed cones or frustums from starts[i] to ends[i] as N bodies with consecutive ids.
 
     `starts`, `ends` (N, 3) or one point for all, `start_radii`, `end_radii` (N,) or one number for all, not both 0. A
-    scene entry only: it does not combine with ``| & - ~``. Faces and uv as for `Cone`.
+    scene entry only: it does not combine with ``| & - ~``. Faces and uv as for `Cone` without angles.
     """
 
     starts: Any
@@ -87,7 +87,7 @@ class Cones(Bulk, Solid):
     start_radii: Any
     end_radii: Any
     columns: ClassVar = {"starts": _START, "ends": _END, "start_radii": ("start radius",), "end_radii": ("end radius",)}
-    leaves: ClassVar = (("starts", "ends", "start_radii", "end_radii"),)
+    leaves: ClassVar = (("starts", "ends", "start_radii", "end_radii", 0.0, 360.0),)
 
     def check_rows(self) -> None:
         self.refuse("start_radii", self.start_radii < 0, ">= 0")

@@ -4,39 +4,44 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from operator import sub
-from typing import Any
 
 from . import exact as ex
 from .axis import axis_frame, check_axis, exact_length
 from .base import PrimitiveSolid
-from .cells import PLAIN_UV, UV, Cell, Face, around_z, flat
+from .cells import PLAIN_UV, UV, Face, Tree, around_z, flat
+from .cylinder import arc_support, check_angles, cut_open, wedge_walls
+from .frustum import frustum_side
 from .motion import Motion
 from .rounded import hypot, larger
 from .support import sum_up
-from .surface import PlaneSurface, QuadricSurface
+from .surface import PlaneSurface
 from .validate import nonnegative, vector
 from .vector import Vector, VectorLike
 
 
 @dataclass(frozen=True)
 class Cone(PrimitiveSolid):
-    """Closed circular cone or frustum between two points of its axis; equal radii make a cylinder.
+    """Closed circular cone or frustum between two points of its axis; equal radii make a cylinder; a wedge with angles.
 
-    Own frame: origin at `start`, z along the axis, x as for `Cylinder` without a reference:
-    x² + y² <= (r0 + m z)², 0 <= z <= h, with r0 = start_radius, r1 = end_radius, m = (r1 - r0) / h.
-    The surface is kept about the end with the smaller radius r, as x² + y² - m² z² - 2 m r z - r² <= 0:
-    there all terms of the radius have one sign, so that neither the nearly cylindrical nor the nearly
-    pointed cone loses digits.
+    Own frame: origin at `start`, z along the axis, x towards `reference` as for `Cylinder`:
+    x² + y² <= (r0 + m z)², 0 <= z <= h, with r0 = start_radius, r1 = end_radius, m = (r1 - r0) / h, and the
+    angle of (x, y) from `start_angle` to `end_angle`, in degrees, as for `Cylinder`: given angles need a reference.
+    Hollow ones are `Polycone`, or ``Cone - Cone``.
 
-    Faces: 0 side, 1 start cap, 2 end cap. A pointed end has no cap: its plane only selects the nappe.
-    uv: (angle / 360, height in [0, 1]) on the side, (x, y) / radius on the caps.
-    Source: the graphics textbook (KONYS).
+    Faces: 0 side, 1 start cap, 2 end cap, 3 wall at start_angle, 4 wall at end_angle (half a turn has one plane for
+    both walls: face 3). A pointed end has no cap: its plane only selects the nappe.
+    uv: (angle / 360, height in [0, 1]) on the side, (x, y) / radius on the caps, (distance from the axis / the larger
+    radius, height in [0, 1]) on the walls.
+    Source: the graphics textbook (KONYS); Sasaki 2021 for the angles.
     """
 
     start: VectorLike
     end: VectorLike
     start_radius: float
     end_radius: float
+    start_angle: float = 0.0
+    end_angle: float = 360.0
+    reference: VectorLike | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", vector("Cone", "start", self.start))
@@ -46,6 +51,7 @@ class Cone(PrimitiveSolid):
         check_axis("Cone", self.start, self.end)
         if self.start_radius == self.end_radius == 0:
             raise ValueError("Cone: start_radius and end_radius must not both be 0, got 0.0 and 0.0")
+        check_angles(self, "Cone")
 
     @property
     def length(self) -> float:
@@ -53,34 +59,30 @@ class Cone(PrimitiveSolid):
 
     @property
     def placement(self) -> Motion:
-        return axis_frame(self.start, self.end, None)
+        return axis_frame(self.start, self.end, self.reference)
 
-    def tree(self) -> Cell:
+    def tree(self) -> Tree:
         height = exact_length(self.start, self.end)
+        side = frustum_side(ex.rational(self.start_radius), ex.ZERO, ex.rational(self.end_radius), height)
         bottom = PlaneSurface((0.0, 0.0, -1.0), 0.0)
         top = PlaneSurface((0.0, 0.0, 1.0), height, (0.0, 0.0, height))
-        return Cell(
-            (
-                Face(self._side(height), 0, around_z(0.0, ex.rounded(height))),
-                Face(bottom, 1, _cap_uv(self.start_radius)),
-                Face(top, 2, _cap_uv(self.end_radius)),
-            )
+        faces = (
+            Face(side, 0, around_z(0.0, ex.rounded(height))),
+            Face(bottom, 1, _cap_uv(self.start_radius)),
+            Face(top, 2, _cap_uv(self.end_radius)),
         )
-
-    def _side(self, height: Any) -> QuadricSurface:
-        """The cone about the center of its narrower end."""
-        growth = ex.rational(self.end_radius) - ex.rational(self.start_radius)
-        radius, z = (self.start_radius, 0.0) if growth >= 0 else (self.end_radius, height)
-        square = ex.rational(radius) ** 2
-        if growth == 0:
-            return QuadricSurface((1.0, 1.0, 0.0), constant=square)
-        slope = ex.exact(growth) / height
-        return QuadricSurface((1.0, 1.0, -slope * slope), (0.0, 0.0, -slope * radius), square, anchor=(0.0, 0.0, z))
+        widest = larger(self.start_radius, self.end_radius)
+        walls = wedge_walls(self.start_angle, self.end_angle, widest, self.length)
+        return cut_open(faces, walls, self.end_angle - self.start_angle)
 
     def support(self, direction: Vector) -> float:
-        across = hypot(direction[0], direction[1])
-        start = across * self.start_radius
-        return larger(start, sum_up((direction[2] * self.length, across * self.end_radius)))
+        start, end = (
+            arc_support(radius, self.start_angle, self.end_angle, direction)
+            for radius in (self.start_radius, self.end_radius)
+        )
+        if self.end_angle - self.start_angle < 360:
+            start, end = larger(0.0, start), larger(0.0, end)
+        return larger(start, sum_up((direction[2] * self.length, end)))
 
 
 def _cap_uv(radius: float) -> UV:

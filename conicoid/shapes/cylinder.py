@@ -10,7 +10,7 @@ from . import exact as ex
 from .axis import axis_frame, check_axis, difference, exact_length
 from .base import PrimitiveSolid
 from .cells import All, Any_, Cell, Face, Tree, around_z, flat
-from .degrees import degrees
+from .degrees import turn
 from .motion import Motion
 from .rounded import hypot, larger, sin_cos_degrees
 from .support import sum_up
@@ -60,9 +60,7 @@ class Cylinder(PrimitiveSolid):
     def tree(self) -> Tree:
         faces = side_and_caps(self.radius, self.start, self.end)
         walls = wedge_walls(self.start_angle, self.end_angle, self.radius, self.length)
-        if self.end_angle - self.start_angle <= 180:
-            return Cell(faces + walls)
-        return All((Cell(faces), either(walls))) if walls else Cell(faces)
+        return cut_open(faces, walls, self.end_angle - self.start_angle)
 
     def support(self, direction: Vector) -> float:
         across = arc_support(self.radius, self.start_angle, self.end_angle, direction)
@@ -73,10 +71,7 @@ class Cylinder(PrimitiveSolid):
 
 def check_angles(shape: Any, owner: str) -> None:
     """Check and normalise start_angle, end_angle and reference of a frozen shape."""
-    first = degrees(owner, "start_angle", shape.start_angle)
-    last = degrees(owner, "end_angle", shape.end_angle)
-    if not 0 < last - first <= 360:
-        raise ValueError(f"{owner}: end_angle - start_angle must be in (0, 360], got {last} - {first} = {last - first}")
+    first, last = turn(owner, shape.start_angle, shape.end_angle)
     reference = shape.reference
     if reference is not None:
         reference = vector(owner, "reference", reference)
@@ -84,7 +79,7 @@ def check_angles(shape: Any, owner: str) -> None:
         if not any(ex.cross(axis, towards)):
             raise ValueError(f"{owner}: reference must lie off the axis, got {reference}")
     elif last - first < 360:
-        two = first != 0 and last == 360
+        two = first != 0 and last == 360 and hasattr(shape, "radius")
         hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
         raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points{hint}")
     object.__setattr__(shape, "start_angle", first)
@@ -116,6 +111,12 @@ def wedge_walls(start_angle: float, end_angle: float, radius: float, length: flo
         uv = flat((radius * ex.rounded(c), radius * ex.rounded(s), 0), (0, 0, length))
         walls.append(Face(PlaneSurface((sense * s, -sense * c, ex.ZERO), ex.ZERO), number_, uv))
     return tuple(walls[:1] if turn == 180 else walls)
+
+
+def cut_open(faces: tuple[Face, ...], walls: tuple[Face, ...], turn: float, *more: Tree) -> Tree:
+    """A cell less what the walls of a wedge leave out, and in everything else that is given."""
+    parts = (Cell(faces + walls), *more) if turn <= 180 or not walls else (Cell(faces), either(walls), *more)
+    return parts[0] if len(parts) == 1 else All(parts)
 
 
 def either(walls: tuple[Face, ...]) -> Any_:

@@ -26,6 +26,14 @@ def degrees(owner: str, field: str, value: Any) -> float:
     return angle
 
 
+def turn(owner: str, start_angle: Any, end_angle: Any) -> tuple[float, float]:
+    """Two angles as floats, from the first counter-clockwise to the last: their difference is in (0, 360]."""
+    first, last = degrees(owner, "start_angle", start_angle), degrees(owner, "end_angle", end_angle)
+    if not 0 < last - first <= 360:
+        raise ValueError(f"{owner}: end_angle - start_angle must be in (0, 360], got {last} - {first} = {last - first}")
+    return first, last
+
+
 def warn_of_radians(owner: str, field: str, values: Any) -> None:
     """A UserWarning where one of several angles, which are to be in degrees, is a plain one in radians.
 

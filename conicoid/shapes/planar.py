@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from . import exact as ex
 from .cells import UV, flat
-from .rounded import above_if, is_finite
+from .rounded import above_if, is_finite, larger
+from .support import sum_up
 from .surface import PlaneSurface, Triple
 from .vector import Box, Vector
 
@@ -61,6 +62,15 @@ def rounded_up(value: ex.Exact) -> float:
     if not is_finite(result):
         return result if result > 0 else -sys.float_info.max
     return above_if(result, ex.rounded(value - ex.exact(result)))
+
+
+def corners_support(corners: Iterable[ex.Row], direction: Vector) -> float:
+    """sup of u·p over points known to thousands of bits, and so over their convex hull."""
+    best = -float("inf")
+    for corner in corners:
+        terms = [u * (rounded_up(c) if u > 0 else -rounded_up(-c)) for u, c in zip(direction, corner, strict=True)]
+        best = larger(best, sum_up(term for term, u in zip(terms, direction, strict=True) if u))
+    return best
 
 
 def _floats(row: ex.Row) -> Vector:

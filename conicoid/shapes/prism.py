@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from . import exact as ex
 from .base import PrimitiveSolid
 from .cells import Cell, Face
-from .planar import plane_uv, rounded_up
-from .rounded import larger
-from .support import sum_up
+from .planar import corners_support, plane_uv
 from .surface import PlaneSurface
 from .validate import number, positive
 from .vector import Vector
@@ -33,11 +31,7 @@ class FlatGlass(PrimitiveSolid, abstract=True):
         return Cell(tuple(Face(surface, i, plane_uv(surface)) for i, surface in enumerate(self.planes())))
 
     def support(self, direction: Vector) -> float:
-        best = -float("inf")
-        for corner in self.corners():
-            terms = [u * (rounded_up(c) if u > 0 else -rounded_up(-c)) for u, c in zip(direction, corner, strict=True)]
-            best = larger(best, sum_up(term for term, u in zip(terms, direction, strict=True) if u))
-        return best
+        return corners_support(self.corners(), direction)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -11,12 +11,15 @@ from typing import Any, NamedTuple
 from .base import PrimitiveSolid
 from .cells import All, Any_, Cell, Face, Tree, around_z, flat
 from .cylinder import arc_support, either, wedge_walls
-from .degrees import degrees
+from .degrees import turn
+from .frustum import frustum_side
 from .outline import check_simple, checked_outline
 from .rounded import larger
 from .support import sum_up
-from .surface import PlaneSurface, QuadricSurface
+from .surface import PlaneSurface
 from .vector import Vector
+
+Profile = tuple[tuple[float, float], ...]
 
 
 class _Edge(NamedTuple):
@@ -66,26 +69,22 @@ class Revolution(PrimitiveSolid):
                 raise ValueError(f"Revolution: profile[{k}] must have r >= 0, got ({r:g}, {profile[k][1]:g})")
         check_simple("Revolution", "profile", profile)
         object.__setattr__(self, "profile", profile)
-        first = degrees("Revolution", "start_angle", self.start_angle)
-        last = degrees("Revolution", "end_angle", self.end_angle)
-        if not 0 < last - first <= 360:
-            told = f"{last} - {first} = {last - first}"
-            raise ValueError(f"Revolution: end_angle - start_angle must be in (0, 360], got {told}")
+        first, last = turn("Revolution", self.start_angle, self.end_angle)
         object.__setattr__(self, "start_angle", first)
         object.__setattr__(self, "end_angle", last)
 
     def tree(self) -> Tree:
-        corners = [(Fraction(r), Fraction(z)) for r, z in self.profile]
-        ends = list(zip(corners, [*corners[1:], corners[0]], strict=True))
-        rising = [_Edge(min(a, b, key=_z), max(a, b, key=_z), k) for k, (a, b) in enumerate(ends) if a[1] != b[1]]
+        corners, ends = _corners_and_ends(self.profile)
+        rising = _rising(ends)
         level = [(*sorted((a[0], b[0])), a[1], k) for k, (a, b) in enumerate(ends) if a[1] == b[1]]
         walls = {edge.number: _wall(edge) for edge in rising if edge.low[0] or edge.high[0]}
         parts = [_tree_of(ring, walls, level, len(corners)) for ring in rings(rising)]
         whole: Tree = parts[0] if len(parts) == 1 else Any_(tuple(parts))
-        turn = self._walls(len(corners))
-        if not turn:
+        ends_of_turn = self._walls(len(corners))
+        if not ends_of_turn:
             return whole
-        wedge: Tree = Cell(turn) if self.end_angle - self.start_angle <= 180 else either(turn)
+        is_convex = self.end_angle - self.start_angle <= 180
+        wedge: Tree = Cell(ends_of_turn) if is_convex else either(ends_of_turn)
         return All((whole, wedge))
 
     def _walls(self, first: int) -> tuple[Face, ...]:
@@ -102,6 +101,26 @@ class Revolution(PrimitiveSolid):
         for r, z in self.profile:
             best = larger(best, sum_up(term for term in (r * across, z * direction[2]) if term))
         return best
+
+
+def rings_of(profile: Profile) -> Iterator[tuple[float, float, tuple[float, float], tuple[float, float]]]:
+    """The parts that an outline is made of: (lower z, upper z, inner radii at both, outer radii at both)."""
+    for ring in rings(_rising(_corners_and_ends(profile)[1])):
+        inner, outer = (
+            (float(edge.radius(ring.low)), float(edge.radius(ring.high))) if edge else (0.0, 0.0)
+            for edge in (ring.inner, ring.outer)
+        )
+        yield float(ring.low), float(ring.high), inner, outer
+
+
+def _corners_and_ends(profile: Profile) -> tuple[list[Any], list[tuple[Any, Any]]]:
+    """The corners in fractions, and the two of each edge."""
+    corners = [(Fraction(r), Fraction(z)) for r, z in profile]
+    return corners, list(zip(corners, [*corners[1:], corners[0]], strict=True))
+
+
+def _rising(ends: Sequence[tuple[Any, Any]]) -> list[_Edge]:
+    return [_Edge(min(a, b, key=_z), max(a, b, key=_z), k) for k, (a, b) in enumerate(ends) if a[1] != b[1]]
 
 
 def _z(corner: Any) -> Any:
@@ -128,13 +147,7 @@ def rings(edges: Sequence[_Edge]) -> list[_Ring]:
 def _wall(edge: _Edge) -> Face:
     """What an edge that rises sweeps, inside towards the axis: a cylinder, or a cone about its narrower end."""
     (r0, z0), (r1, z1) = edge.low, edge.high
-    slope = (r1 - r0) / (z1 - z0)
-    r, z = (r0, z0) if slope >= 0 else (r1, z1)
-    uv = around_z(float(z0), float(z1))
-    if not slope:
-        return Face(QuadricSurface((1.0, 1.0, 0.0), constant=r * r), edge.number, uv)
-    surface = QuadricSurface((1.0, 1.0, -slope * slope), (0.0, 0.0, -slope * r), r * r, anchor=(0.0, 0.0, z))
-    return Face(surface, edge.number, uv)
+    return Face(frustum_side(r0, z0, r1, z1), edge.number, around_z(float(z0), float(z1)))
 
 
 def _tree_of(ring: _Ring, walls: dict[int, Face], level: Sequence[Any], inner_number: int) -> Tree:
@@ -147,7 +160,9 @@ def _tree_of(ring: _Ring, walls: dict[int, Face], level: Sequence[Any], inner_nu
         uv = flat((radius, 0, 0), (0, radius, 0))
         ends.append(Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), number, uv))
     outside = walls[ring.outer.number]
-    body = Cell((outside, *sorted(ends, key=lambda face: face.number)))
+    ends.sort(key=lambda face: face.number)
+    body = Cell((outside, *ends))
     if ring.inner is None or ring.inner.number not in walls:
         return body
-    return All((body, Cell((replace(walls[ring.inner.number], inside=-1),))))
+    # Between the same heights: else a bore that another edge has in one line with it would show this one's number
+    return All((body, Cell((replace(walls[ring.inner.number], inside=-1), *ends))))

@@ -20,7 +20,10 @@ from ..shapes.coefficients import NAMES as COEFFICIENTS
 
 MOST = 40
 """Numbers of one body that get a slider."""
-_SIZES = {"radius", "radii", "start_radius", "end_radius", "slope", "A", "E", "H"}
+_SIZES = {
+    "radius", "radii", "start_radius", "end_radius", "outer_radius", "slope", "length", "width", "height",
+    "A", "E", "H",
+}  # fmt: skip
 Step = str | int
 
 

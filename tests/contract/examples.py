@@ -87,6 +87,27 @@ LISTED: dict[str, Callable[[], Any]] = {
         co.Revolution([(1, -1), (2, -1), (2, 1), (1.5, 1), (1, 0.5)]), co.Revolution([(0, 0), (2, 0), (1, 1), (0, 2)]),
         co.Revolution([(0.5, 0), (2, 0), (1.5, 1), (0.75, 1)], 20, 110), co.Revolution([(0, 0), (2, 0), (2, 1), (0, 1)], -30, 240),
     ],
+    "Tube": lambda: [
+        co.Tube((0, 0, -1), (0, 0, 1), 0.5, 1), co.Tube((0, 0, 0), (1, 1, 1), 0.75, 1, 20, 110, (2, 0, 0)), co.Tube((0, 0, 0), (0, 2, 0), 0, 1.5),
+        co.Tube((0, 0, 0), (0, 2, 0), 0.5, 1.5, -30, 240, (2, 1, 0.5)), co.Tube((0, 0, 0), (0, 0, 1), 0.25, 1, 45, 225, (1, 0, 0)),
+    ],
+    "Polycone": lambda: [
+        co.Polycone([(-1, 0.5, 1), (1, 0.75, 2)]), co.Polycone([(-1, 0, 1), (0, 0, 1), (0, 0.5, 2), (0.5, 1, 1), (1, 0, 2)]),
+        co.Polycone([(-1, 0, 1.5), (0, 0, 0.5), (0, 0, 1), (1, 0, 0)], 20, 110), co.Polycone([(0, 1, 2), (1, 0, 2), (1, 1, 2), (2, 1, 1)], -30, 240),
+    ],
+    "SphereSection": lambda: [
+        co.SphereSection(), co.SphereSection(2, 1, center=(1, -2, 0.5)), co.SphereSection(1.5, 0, (0, 90)), co.SphereSection(2, 1, (30, 120), 20, 220),
+        co.SphereSection(2, 0.5, (40, 140), -100, -10), co.SphereSection(1.5, 0.5, (100, 180), 90, 270, (1, 0, 0)), co.SphereSection(2, 0, (90, 135), 10, 350),
+    ],
+    "Trapezoid": lambda: [
+        co.Trapezoid((2, 1), (1, 3)), co.Trapezoid((2, 2), (0, 0), (0, 2), (0.5, -1)), co.Trapezoid((2, 0), (0, 1.5)), co.Trapezoid((0, 1), (2, 2), (-1, 0.5)),
+    ],
+    "Wedge": lambda: [co.Wedge(3, 2, 1), co.Wedge(3, 2, 1, 1, 1), co.Wedge(2, 2, 1.5, 4, -2), co.Wedge(2, 1, 1, 0)],
+    "RegularPrism": lambda: [co.RegularPrism(3, 1), co.RegularPrism(6, 1, (0, 2), 30, "sides"), co.RegularPrism(7, 1.5, (-1, 0.5), -10.5)],
+    "Pyramid": lambda: [co.Pyramid(4, 1.5), co.Pyramid(5, 1, (-1, 1), 0.5, 20, "sides"), co.Pyramid(3, 1, (0, 2), 1.5, 100)],
+    "Parallelepiped": lambda: [
+        co.Parallelepiped((0, 0, 0), (1, 0, 0), (0.5, 1, 0), (0.25, 0.5, 2)), co.Parallelepiped((1, -1, 0), (0, 2, 1), (1.5, 0, 0.5), (0, -1, 2)),
+    ],
     "Sphere": lambda: [co.Sphere(), co.Sphere(0.75, (1, -2, 0.5))],
     "Ellipsoid": lambda: [
         co.Ellipsoid(), co.Ellipsoid((1, 2, 1.5), (0.5, 0, -1), z_range=(-0.5, 1)), co.Ellipsoid((2, 1, 1), z_range=(0, INF)),
@@ -99,7 +120,8 @@ LISTED: dict[str, Callable[[], Any]] = {
     ],
     "Cone": lambda: [
         co.Cone((0, 0, 0), (0, 0, 2), 1, 0), co.Cone((0, 1, 0), (1, 0, 2), 0.5, 1.25), co.Cone((0, 0, 0), (0, 1, 0), 0.75, 0.75),
-        co.Cone((1, 1, 1), (-1, 0, 1), 0, 1),
+        co.Cone((1, 1, 1), (-1, 0, 1), 0, 1), co.Cone((0, 0, 0), (1, 1, 1), 0.5, 1.5, 20, 110, (2, 0, 0)), co.Cone((0, 0, 0), (0, 1, 0), 1.25, 0, -30, 240, (2, 1, 0.5)),
+        co.Cone((0, 0, 0), (0, 0, 1), 1, 0.5, 45, 225, (1, 0, 0)),
     ],
     "DoubleCone": lambda: [co.DoubleCone(), co.DoubleCone(0.5, (-1, 2)), co.DoubleCone(1.5, (0.5, 1.5)), co.DoubleCone(1, (0, INF))],
     "EllipticParaboloid": lambda: [co.EllipticParaboloid(1, 2), co.EllipticParaboloid(1, 0.5, (0.5, 2)), co.EllipticParaboloid(2, 1, (-1, 1.5))],

@@ -146,10 +146,10 @@ def framed(start: Any, axis: Any, reference: Any, x: Any) -> Any:
 
 def faces_of(shape: Any) -> int:
     """How many numbers of faces a primitive takes."""
-    if shape.kind in ("Cylinder",):
+    if shape.kind in ("Cylinder", "Cone"):
         turn = shape.end_angle - shape.start_angle
         return 3 if turn == 360 else 4 if turn == 180 else 5
-    counted = {"Box": 6, "Cone": 3}
+    counted = {"Box": 6}
     if shape.kind in counted:
         return counted[shape.kind]
     if shape.kind == "Polyhedron":
@@ -256,15 +256,21 @@ def cylinder(s: Any, face: int, x: Any) -> tuple[Any, Any]:
         return y[0] ** 2 + y[1] ** 2 - s.radius**2, (turns(y[0], y[1]), y[2] / length)
     if face < 3:
         return (y[2] - length if face == 2 else -y[2]), (y[0] / s.radius, y[1] / s.radius)
+    return wedge_wall(s, face, y, s.radius, length)
+
+
+def wedge_wall(s: Any, face: int, y: Any, radius: Any, length: Any) -> tuple[Any, Any]:
     angle = (s.start_angle if face == 3 else s.end_angle) * mp.pi / 180
     c, sine = mp.cos(angle), mp.sin(angle)
-    return sine * y[0] - c * y[1], ((c * y[0] + sine * y[1]) / s.radius, y[2] / length)
+    return sine * y[0] - c * y[1], ((c * y[0] + sine * y[1]) / radius, y[2] / length)
 
 
 def cone(s: Any, face: int, x: Any) -> tuple[Any, Any]:
     axis = minus(s.end, s.start)
     length = mp.sqrt(dot(axis, axis))
-    y = framed(s.start, axis, None, x)
+    y = framed(s.start, axis, s.reference, x)
+    if face > 2:
+        return wedge_wall(s, face, y, max(s.start_radius, s.end_radius), length)
     if face == 0:
         radius = s.start_radius + (s.end_radius - s.start_radius) * y[2] / length
         return y[0] ** 2 + y[1] ** 2 - radius**2, (turns(y[0], y[1]), y[2] / length)

@@ -160,8 +160,51 @@ def _outlined() -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _angular() -> dict[str, Any]:
+    """What has ranges of angles, two radii, or sections."""
+    near, small = st.floats(1, 4), st.floats(0, 0.9).map(within_domain)
+    ends = {"start": points, "end": points}
+    radii = st.tuples(small, near).map(lambda r: {"inner_radius": r[0], "outer_radius": r[1]})
+    tubes = st.tuples(st.fixed_dictionaries(ends), radii).map(lambda a: a[0] | a[1])
+    cones = st.fixed_dictionaries(ends | {"start_radius": near, "end_radius": small})
+    turned = st.tuples(angles, points).map(lambda a: a[0] | {"reference": a[1]})
+    polar = st.tuples(st.floats(0, 90).map(within_domain), st.floats(90.5, 180))
+    spheres = st.fixed_dictionaries(
+        {"radius": near}, optional={"inner_radius": small, "polar_range": polar, "center": points}
+    )
+    stacks = st.lists(st.tuples(_near, small, near), min_size=2, max_size=5).map(
+        lambda rows: {"sections": sorted(rows, key=lambda row: row[0])}
+    )
+    sizes, heights = st.tuples(near, near), st.tuples(st.floats(-2, 0).map(within_domain), st.floats(0.5, 3))
+    around = {"sides": st.integers(3, 9), "radius": near}
+    more = {
+        "z_range": heights,
+        "start_angle": st.floats(-400, 400).map(within_domain),
+        "radius_to": st.sampled_from(["corners", "sides"]),
+    }
+
+    def either(plain: Any, angular: Any) -> Any:
+        return st.one_of(plain, st.tuples(plain, angular).map(lambda a: a[0] | a[1]))
+
+    return {
+        "Tube": lambda: built("Tube", either(tubes, turned)),
+        "Cone": lambda: built("Cone", either(cones, turned)),
+        "SphereSection": lambda: built("SphereSection", either(spheres, angles)),
+        "Polycone": lambda: built("Polycone", either(stacks, angles)),
+        "Trapezoid": lambda: built("Trapezoid", st.fixed_dictionaries(
+            {"bottom": sizes, "top": sizes}, optional={"z_range": heights, "shift": st.tuples(_near, _near)})),
+        "Wedge": lambda: built("Wedge", st.fixed_dictionaries(
+            {"length": near, "width": near, "height": near}, optional={"edge_length": small, "edge_shift": _near})),
+        "RegularPrism": lambda: built("RegularPrism", st.fixed_dictionaries(around, optional=more)),
+        "Pyramid": lambda: built("Pyramid", st.fixed_dictionaries(around, optional=more | {"top_radius": small})),
+        "Parallelepiped": lambda: built("Parallelepiped", st.fixed_dictionaries(
+            {"corner": points, "a": points, "b": points, "c": points})),
+    }  # fmt: skip
+
+
 SPECIAL: dict[str, Any] = {
     **_outlined(),
+    **_angular(),
     **_lenses(),
     "Cylinder": lambda: _round("Cylinder"), "CylinderPatch": lambda: _round("CylinderPatch"),
     "Polyhedron": _polyhedra, "Quadric": _quadrics, "Ellipsoid": _ellipsoids, "Spheres": _spheres,

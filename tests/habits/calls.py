@@ -21,8 +21,8 @@ ORIGINS, DIRECTIONS = np.array([[0, 0, 5.0]]), np.array([[0, 0, -1.0]])
 DISC = co.Disc((0, 0, 0), (0, 0, 1), 1)
 
 
-def _sides(**more: Any) -> dict[str, Any]:
-    return dict(start=(0, 0, 0), end=(0, 0, 1), radius=1, start_angle=0, end_angle=90, reference=(1, 0, 0)) | more
+def _sides(**radii: Any) -> dict[str, Any]:
+    return dict(start=(0, 0, 0), end=(0, 0, 1), **radii, start_angle=0, end_angle=90, reference=(1, 0, 0))
 
 
 def _query(name: str) -> Callable[..., Any]:
@@ -31,14 +31,16 @@ def _query(name: str) -> Callable[..., Any]:
 
 Call = tuple[Callable[..., Any], dict[str, Any]]
 RAYS = dict(origins=ORIGINS, directions=DIRECTIONS)
+SECTION = dict(radius=2, inner_radius=1, polar_range=(0, 90), start_angle=0, end_angle=90, center=(0, 0, 0))
+REGULAR = dict(sides=6, radius=1, z_range=(0, 1), start_angle=0, radius_to="corners")
 SHAPES: dict[str, Call] = {
     "Sphere": (co.Sphere, dict(radius=1, center=(0, 0, 0))),
     "Ellipsoid": (co.Ellipsoid, dict(radii=(1, 2, 3), center=(0, 0, 0), z_range=None)),
     "Ellipsoid.from_coefficients": (co.Ellipsoid.from_coefficients, dict(A=1, E=1, H=1)),
     "Box": (co.Box, dict(low=(0, 0, 0), high=(5, 5, 5))),
-    "Cylinder": (co.Cylinder, _sides()),
-    "CylinderPatch": (co.CylinderPatch, _sides()),
-    "Cone": (co.Cone, dict(start=(0, 0, 0), end=(0, 0, 1), start_radius=1, end_radius=0)),
+    "Cylinder": (co.Cylinder, _sides(radius=1)),
+    "CylinderPatch": (co.CylinderPatch, _sides(radius=1)),
+    "Cone": (co.Cone, _sides(start_radius=1, end_radius=0)),
     "DoubleCone": (co.DoubleCone, dict(slope=1, z_range=None)),
     "EllipticParaboloid": (co.EllipticParaboloid, dict(A=1, E=1, z_range=None)),
     "HyperbolicParaboloid": (co.HyperbolicParaboloid, dict(A=1, E=1, within=None)),
@@ -61,6 +63,14 @@ SHAPES: dict[str, Call] = {
     ),
     "Extrusion": (co.Extrusion, dict(outline=[(0, 0), (1, 0), (0, 1)], z_range=(0, 1), scale_at_top=1)),
     "Revolution": (co.Revolution, dict(profile=[(1, 0), (2, 0), (2, 1)], start_angle=0, end_angle=90)),
+    "Tube": (co.Tube, _sides(inner_radius=1, outer_radius=2)),
+    "Polycone": (co.Polycone, dict(sections=[(0, 1, 2), (1, 1, 3)], start_angle=0, end_angle=90)),
+    "SphereSection": (co.SphereSection, SECTION),
+    "Trapezoid": (co.Trapezoid, dict(bottom=(2, 2), top=(1, 1), z_range=(0, 1), shift=(0, 0))),
+    "Wedge": (co.Wedge, dict(length=2, width=2, height=1, edge_length=1, edge_shift=0)),
+    "RegularPrism": (co.RegularPrism, REGULAR),
+    "Pyramid": (co.Pyramid, REGULAR | dict(top_radius=0.5)),
+    "Parallelepiped": (co.Parallelepiped, dict(corner=(0, 0, 0), a=(1, 0, 0), b=(0, 1, 0), c=(0, 0, 1))),
     "Spheres": (co.Spheres, dict(centers=[(0, 0, 0)], radii=1)),
     "Cylinders": (co.Cylinders, dict(starts=[(0, 0, 0)], ends=[(0, 0, 1)], radii=1)),
     "Capsules": (co.Capsules, dict(starts=[(0, 0, 0)], ends=[(0, 0, 1)], radii=1)),

@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from ...shapes import exact as ex
+from ...shapes.number import Symbol
 from ...shapes.rounded import is_float, larger, root, scale_of, sign_of_first
 from ...shapes.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE
@@ -68,6 +69,8 @@ def _factor(values: Iterable[Any]) -> float:
 
 def _times(value: ex.Writable, factor: float) -> ex.Writable:
     """A product with a power of two, exact."""
+    if isinstance(factor, Symbol) and type(value) in (Fraction, ex.Exact):  # a constant of a formula that is recorded
+        return ex.exact(factor) * value
     if isinstance(value, Fraction):
         return value * Fraction(factor)
     return value * factor

@@ -60,7 +60,7 @@ def _take(value: Any, form: list[Hashable], numbers: list[float]) -> bool:
             form.append((place,))
             if not _take(each, form, numbers):
                 return False
-    elif value is None or kind is str or kind is bool:
+    elif value is None or kind in (str, bool, int):
         form.append(value)
     else:
         return False
