@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..engine.answers.no_names import numbered
 from ..shapes.calm import calm
 from ..shapes.fixed import fixed
 from ..shapes.labels import counted
@@ -78,6 +79,7 @@ class Paths:
     def __post_init__(self) -> None:
         for array in vars(self).values():
             array.flags.writeable = False
+        vars(self).update(numbered(vars(self)))
 
     @property
     def optical_path(self) -> FloatArray:
