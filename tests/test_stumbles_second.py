@@ -160,13 +160,12 @@ def test_a_rotation_in_radians_is_warned_of(call):
         call()
 
 
-def test_files_are_read_by_name_of_the_method_that_reads_them():
-    with pytest.raises(
-        ValueError, match=r"Environment: pixels must be an array .* co.Environment.of_file\(path\) reads"
-    ):
-        co.Environment("sky.exr")
+@pytest.mark.parametrize("make", [co.Environment, co.Environment.of_file])
+def test_surroundings_are_read_from_files(make, tmp_path):
+    co.Image(PIXELS).save(tmp_path / "sky.exr")
+    assert make(tmp_path / "sky.exr") == make(str(tmp_path / "sky.exr")) == co.Environment(PIXELS.astype(np.float32))
     with pytest.raises(ValueError, match="^Environment: file is not an existing file: 'no.exr'$"):
-        co.Environment.of_file("no.exr")
+        make("no.exr")
 
 
 # --- numbers that mislead ---

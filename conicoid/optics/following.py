@@ -39,7 +39,8 @@ class Followed:
 
     def __repr__(self) -> str:
         met = counted(len(self.points) - 1, "wall", "walls")
-        return f"Followed({int(self.arrived.sum()):,} of {counted(len(self.arrived), 'ray', 'rays')} left, {met} met at most)"
+        rays = counted(len(self.arrived), "ray", "rays")
+        return f"Followed({int(self.arrived.sum()):,} of {rays} left, {met} met at most)"
 
 
 @dataclass(eq=False)

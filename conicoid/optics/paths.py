@@ -11,6 +11,7 @@ from ..engine.answers.no_names import numbered
 from ..shapes.calm import calm
 from ..shapes.fixed import fixed
 from ..shapes.labels import counted
+from ..shapes.other_names import hinted
 from ..shapes.validate import integer, positive
 
 FloatArray = npt.NDArray[np.float64]
@@ -33,6 +34,7 @@ class Balance:
     not_followed: float
 
 
+@hinted
 @fixed
 @dataclass(frozen=True, eq=False, repr=False)
 class Paths:

@@ -63,7 +63,7 @@ def medium(owner: str, field: str, value: Any) -> Medium:
     in μm; what has a `refractive_index`; or a name that `co.optics.glass` knows.
     Raises ValueError or TypeError, by object and field, for anything else.
     """
-    if value is None or value == "air":
+    if value is None or (isinstance(value, str) and value == "air"):
         return AIR
     if isinstance(value, str):
         return named(owner, field, value)

@@ -49,6 +49,14 @@ class Slice:
         body.setflags(write=False)
         self.body: npt.NDArray[np.int32] = numbers_of("body", body)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Slice):
+            return NotImplemented
+        fields = ("corner", "u", "v", "body", "material")
+        return self._scene == other._scene and all(np.array_equal(getattr(self, f), getattr(other, f)) for f in fields)
+
+    __hash__ = None  # type: ignore[assignment]
+
     @property
     def corner(self) -> FloatArray:
         """The lower left corner, (3,)."""

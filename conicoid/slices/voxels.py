@@ -57,6 +57,15 @@ class Voxels:
         self.fractions: FloatArray | None = fractions
         self.bounds: FloatArray | None = bounds
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Voxels):
+            return NotImplemented
+        fields = ("low", "high", "shape", "body", "material", "fractions", "bounds")
+        same = all(np.array_equal(getattr(self, f), getattr(other, f)) for f in fields)
+        return same and (self.materials, self.names) == (other.materials, other.names)
+
+    __hash__ = None  # type: ignore[assignment]
+
     @property
     def centers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The coordinates of the voxels' centres along each axis, as `np.meshgrid` takes them."""

@@ -64,7 +64,7 @@ class Answer(NoArray):
     @property
     def name(self) -> Any:
         """The name of each body, objects of the shape of `body`: a text, or None for a body without and for a miss."""
-        return objects(self._labels.names_of(self._numbers))
+        return objects(self._labels.names_of(self._numbers), None if self._scene is NO_SCENE else self._labels)
 
     @property
     def material(self) -> Any:

@@ -10,11 +10,43 @@ from typing import Any
 
 import numpy as np
 
+from ...shapes.labels import Labels
+from ...shapes.suggestion import known_names
+from ...shapes.validate import shown
+from ...shapes.warned import warn
+
 _UNIQUE = ("unique", "unique_values", "unique_counts", "unique_inverse", "unique_all")
 
 
+_MOST_NAMES = 100_000
+
+
 class Objects(np.ndarray[Any, Any]):
-    """An array of objects, most of them equal to others in it."""
+    """An array of objects, most of them equal to others in it.
+
+    Names know those of the whole scene: one that there is not equals none, and a warning tells of it.
+    """
+
+    labels: Labels | None = None
+
+    def __eq__(self, other: object) -> Any:
+        found = super().__eq__(other)
+        if isinstance(other, str) and self.labels is not None:
+            self._tell_unknown(other, self.labels)
+        return found
+
+    def __ne__(self, other: object) -> Any:
+        found = super().__ne__(other)
+        if isinstance(other, str) and self.labels is not None:
+            self._tell_unknown(other, self.labels)
+        return found
+
+    __hash__ = None
+
+    def _tell_unknown(self, name: str, labels: Labels) -> None:
+        if type(labels) is Labels and len(labels.names) <= _MOST_NAMES and name not in labels.names:
+            known = [one for one in labels.names if one is not None]
+            warn(f"no body is called {shown(name)}, which so equals none of these; {known_names(name, 'names', known)}")
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
         del context
@@ -32,12 +64,17 @@ class Objects(np.ndarray[Any, Any]):
         return repr(np.asarray(self))
 
 
-def objects(values: Any) -> Any:
-    """The same, read-only if it is an array: one of which `np.unique` can tell the different ones."""
+def objects(values: Any, labels: Labels | None = None) -> Any:
+    """The same, read-only if it is an array: one of which `np.unique` can tell the different ones.
+
+    labels: of names, those of the whole scene.
+    """
     if not isinstance(values, np.ndarray):
         return values
     values.flags.writeable = False
-    return values.view(Objects)
+    found = values.view(Objects)
+    found.labels = labels
+    return found
 
 
 def _unique(function: Any, values: Any, args: Any, kwargs: Any) -> Any:
