@@ -147,3 +147,44 @@ def test_a_finished_picture_knows_its_noise():
     assert 0 < image.noise < 0.2
     error = SCENE.render(16, 12, integrator="path", samples=4, layers=["error"])
     assert math.isclose(error.noise, math.sqrt((error.layers["error"].astype(float) ** 2).mean()), rel_tol=1e-5)
+
+
+# --- files of answers, and numbers of bodies ---
+
+
+@pytest.mark.parametrize("chunk", [None, 7, 1])
+@pytest.mark.parametrize("make", [
+    lambda camera: camera.rays(8, 6), lambda camera: co.Rays.from_camera(camera, 8, 6), lambda camera: camera.rays(8, 6)[2],
+])  # fmt: skip
+def test_hits_of_a_picture_are_written_as_they_come(make, chunk, tmp_path):
+    """The file said that its arrays were eight times as large, and nothing could read it."""
+    rays = make(co.Camera((4, -9, 2), (2, 0, 0)))
+    SCENE.stream(rays, out=tmp_path / "hits.npz", chunk=chunk)
+    found = co.Hits.load(tmp_path / "hits.npz")
+    assert found == SCENE.first_hit(rays).detached()
+    assert SCENE.stream(rays, out=tmp_path / "hits.csv", chunk=chunk) == found.size
+    assert np.genfromtxt(tmp_path / "hits.csv", delimiter=",", names=True)["t"].tolist() == found.t.ravel().tolist()
+
+
+def test_the_place_of_a_body_of_a_lattice_by_its_name(tmp_path):
+    (tmp_path / "g.xml").write_text("""<geometry>
+      <surface id="1" type="z-cylinder" coeffs="0 0 0.4"/>
+      <surface id="9" type="sphere" coeffs="0 0 0 9" boundary="vacuum"/>
+      <cell id="1" universe="1" material="1" region="-1"/><cell id="2" universe="1" material="2" region="1"/>
+      <lattice id="5" dimension="3 3" lower_left="-1.5 -1.5" pitch="1 1" universes="1 1 1 1 1 1 1 1 1"/>
+      <cell id="4" fill="5" region="-9"/></geometry>""")
+    scene = co.load(tmp_path / "g.xml")
+    for number in range(len(scene)):
+        body = scene.body(number)
+        assert scene.bodies.index(body) == scene.bodies.index(body.name) == number
+    with pytest.raises(KeyError, match="no body named 'cell 7'"):
+        scene.bodies.index("cell 7")
+    with pytest.raises(ValueError, match="is none of them"):
+        scene.bodies.index(SCENE["ball"])
+
+
+@pytest.mark.parametrize("function", [np.sort, np.argsort, np.max])
+def test_names_of_misses_have_no_order(function):
+    with pytest.raises(TypeError, match=r": a miss has no name .* and hits\[hits.hit\] no misses$"):
+        function(HITS.name)
+    assert np.sort(HITS[HITS.hit].name).tolist() == ["ball", "pillar"]

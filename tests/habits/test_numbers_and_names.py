@@ -123,6 +123,18 @@ def test_single_numbers_are_integers():
     assert type(number)(type(number)(number)) == number  # a second base class was the end of the process here
 
 
+@pytest.mark.parametrize("function", [np.intersect1d, np.setdiff1d, np.array_equal])
+def test_sets_of_numbers_hold_no_names(function):
+    with pytest.raises(TypeError, match="^numbers of bodies are no names, got 'ant'"):
+        function(HITS.body, ["ant"])
+    function(HITS.body, [0, 1])
+
+
+def test_numbers_as_texts_are_compared_with_texts():
+    assert (HITS.body.astype(str) == "-1").tolist() == [False, True, False, False]
+    assert (HITS.body.astype(str) != ["0", "0", "1", "2"]).tolist() == [False, True, False, False]
+
+
 def test_none_and_other_numbers_are_compared_as_ever():
     assert not (HITS.body == None).any()  # noqa: E711
     assert (HITS.body == HITS[:].body).all()

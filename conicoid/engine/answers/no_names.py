@@ -15,7 +15,7 @@ import numpy as np
 from ...shapes.validate import shown
 
 _TEXTS = "SUT"
-_IN = ("isin", "in1d")
+_SETS = ("isin", "in1d", "array_equal", "array_equiv", "intersect1d", "setdiff1d", "union1d", "setxor1d")
 
 
 def _text_in(other: Any) -> Any:
@@ -78,12 +78,19 @@ class _Numbers(np.ndarray[Any, Any]):
     kind: ClassVar[Kind]
     one: ClassVar[type[_Number]]
 
+    @property
+    def _is_numbers(self) -> bool:
+        """As texts (`hits.body.astype(str)`) they are compared with texts."""
+        return self.dtype.kind in "iuf"
+
     def __eq__(self, other: object) -> Any:
-        self.kind.refuse(other)
+        if self._is_numbers:
+            self.kind.refuse(other)
         return super().__eq__(other)
 
     def __ne__(self, other: object) -> Any:
-        self.kind.refuse(other)
+        if self._is_numbers:
+            self.kind.refuse(other)
         return super().__ne__(other)
 
     __hash__ = None
@@ -99,7 +106,7 @@ class _Numbers(np.ndarray[Any, Any]):
         return array[()] if return_scalar or array.ndim == 0 else np.asarray(array)
 
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
-        if function.__name__ in _IN:
+        if function.__name__ in _SETS and self._is_numbers:
             for given in (*args, *kwargs.values()):
                 self.kind.refuse(given)
         return super().__array_function__(function, types, args, kwargs)

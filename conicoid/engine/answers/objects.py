@@ -18,6 +18,7 @@ from ...shapes.warned import warn
 _UNIQUE = ("unique", "unique_values", "unique_counts", "unique_inverse", "unique_all")
 
 
+_ORDERS = ("sort", "argsort", "lexsort", "min", "max", "amin", "amax", "searchsorted")
 _MOST_NAMES = 100_000
 
 
@@ -55,6 +56,11 @@ class Objects(np.ndarray[Any, Any]):
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
         if function.__name__ in _UNIQUE and args and args[0] is self and self.dtype == object:
             return _unique(function, np.asarray(self), args[1:], kwargs)
+        if function.__name__ in _ORDERS and self.dtype == object and any(value is None for value in self.flat):
+            raise TypeError(
+                f"{function.__name__}: a miss has no name and no material, and None has no order: "
+                f"np.unique(...) has the different ones, and hits[hits.hit] no misses"
+            )
         return super().__array_function__(function, types, args, kwargs)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
