@@ -59,7 +59,7 @@ def _read(path: str | os.PathLike[str]) -> Any:
     try:
         return read_pixels(path).linear(is_data=False)
     except ValueError as error:
-        raise ValueError(f"Environment: file {error}") from None
+        raise ValueError(f"Environment: pixels: file {error}") from None
 
 
 @dataclass(frozen=True, eq=False)
