@@ -57,7 +57,7 @@ class Image(metaclass=Told):
     layers: Mapping[str, Any]
     """What `render(layers=...)` was asked for beside the light, by name."""
     noise: float | None = None
-    """Of a preview: the error of the whole picture as far as it is, as `render(noise=...)` counts it."""
+    """Of a preview, and where `noise` or the layers of samples were asked for: the error of the whole picture."""
     exposure: float = 0.0
     tone: Tone = "srgb"
 

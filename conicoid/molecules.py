@@ -17,6 +17,7 @@ from .scene import Scene
 from .shapes.body import Body
 from .shapes.calls import explained_methods
 from .shapes.calm import calm
+from .shapes.other_names import hinted
 from .shapes.region import Union
 from .shapes.sphere import Sphere
 from .shapes.suggestion import one_of
@@ -25,6 +26,7 @@ from .shapes.validate import flag, nonnegative, positive, shown
 _NOTHING: Mapping[str, Any] = {}
 
 
+@hinted
 @explained_methods
 class Molecule(Atoms):
     """Atoms of a molecule or a crystal, in Å; `co.molecule` makes one of files and of other libraries' objects.

@@ -63,7 +63,14 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
         domain: Solid | None = None,
         animation: Any = (),
     ) -> None:
-        from .scene_parts import as_bodies, as_camera, as_domain, refuse_same_names, refuse_second
+        from .scene_parts import (
+            as_bodies,
+            as_camera,
+            as_domain,
+            refuse_same_names,
+            refuse_second,
+            refuse_unknown_tracks,
+        )
         from .shapes.animation import as_animation
         from .shapes.background import as_background
         from .shapes.light import as_lights
@@ -76,6 +83,7 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
         self._background = as_background(background)
         self._domain = as_domain(domain)
         self._animation = as_animation(animation)
+        refuse_unknown_tracks(self._bodies, self._animation)
         for part in (*self._lights, self._camera, self._background):
             fixed(type(part))
         self._prepared: Prepared | None = None
@@ -107,8 +115,13 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
 
         parts: those after the bodies, where they are others.
         """
-        made, of = Scene((), *(parts or self._parts[1:])), before or self
-        made._bodies, made._notes = bodies, self._notes
+        from .scene_parts import refuse_unknown_tracks
+        from .shapes.animation import as_animation
+
+        *given, animation = parts or self._parts[1:]
+        made, of = Scene((), *given), before or self
+        made._bodies, made._notes, made._animation = bodies, self._notes, as_animation(animation)
+        refuse_unknown_tracks(bodies, made._animation)
         if bodies is of._bodies and of._prepared is not None:
             made._prepared = of._prepared
         else:

@@ -49,7 +49,10 @@ class Contents:
 
     @property
     def camera(self) -> Any:
-        """The camera, or None: then pictures are taken by `fitting_camera()`. `rays` uses either."""
+        """The camera, or None: then pictures are taken by `fitting_camera(width / height)`.
+
+        `scene.rays(width, height)` are the rays of either; `scene.camera or scene.fitting_camera()` is one in any case.
+        """
         return self._camera
 
     @property
@@ -109,7 +112,7 @@ class Contents:
         return self.body_count
 
     def __add__(self, other: object) -> Any:
-        if isinstance(other, Shape | Body):
+        if isinstance(other, Shape | Body | list | tuple):
             raise TypeError("Scene: a scene does not change, scene.added(items) is one with more entries")
         if not isinstance(other, Contents):
             return NotImplemented

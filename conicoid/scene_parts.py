@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, SupportsIndex, TypeAlias
 
 import numpy as np
 
+from .shapes.animation import BodyTrack
 from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.bulk import Bulk
@@ -109,6 +110,16 @@ def refuse_same_names(bodies: Sequence[Body]) -> None:
     for i, body in enumerate(bodies):
         if body.name is not None and names.setdefault(body.name, i) != i:
             raise ValueError(f"Scene: bodies[{names[body.name]}] and bodies[{i}] are both named {shown(body.name)}")
+
+
+def refuse_unknown_tracks(bodies: Bodies, animation: tuple[Any, ...]) -> None:
+    """KeyError for a track of a body that there is not."""
+    for i, track in enumerate(animation):
+        if isinstance(track, BodyTrack):
+            try:
+                named(bodies, track.body)
+            except KeyError as error:
+                raise KeyError(f"Scene: animation[{i}]: {error.args[0]}") from None
 
 
 def boxes_of(bodies: Bodies, prepared: Prepared | None) -> FloatArray:

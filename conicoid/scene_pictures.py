@@ -33,6 +33,7 @@ def picture_of(
     for name, part in lit_by.items():
         found[f"light.{name}"] = _exposed(part, job, fixed, False, None, None, executor, None).film
     image = Image._of_light(exposed.film, found)
+    image.noise = None if exposed.sums is None else error_of_all(exposed.sums)
     if not any(flags.values()):
         return image
     from .overlay import drawn_over

@@ -30,6 +30,8 @@ THINGS = {
     "OrthographicCamera": co.OrthographicCamera((0, 0, 1), (0, 0, 0)),
     "EquirectangularCamera": co.EquirectangularCamera((0, 0, 1), (0, 0, 0)),
     "FisheyeCamera": co.FisheyeCamera((0, 0, 1), (0, 0, 0)),
+    "Molecule": co.molecule([(0, 0, 0)], ["O"]),
+    "Paths": co.trace_paths(SCENE, co.Rays([(0, 0, 9)], (0, 0, -1)), depth=1),
 }  # fmt: skip
 
 

@@ -160,13 +160,12 @@ def test_a_rotation_in_radians_is_warned_of(call):
         call()
 
 
-def test_files_are_read_by_name_of_the_method_that_reads_them():
-    with pytest.raises(
-        ValueError, match=r"Environment: pixels must be an array .* co.Environment.of_file\(path\) reads"
-    ):
-        co.Environment("sky.exr")
-    with pytest.raises(ValueError, match="^Environment: file is not an existing file: 'no.exr'$"):
-        co.Environment.of_file("no.exr")
+@pytest.mark.parametrize("make", [co.Environment, co.Environment.of_file])
+def test_surroundings_are_read_from_files(make, tmp_path):
+    co.Image(PIXELS).save(tmp_path / "sky.exr")
+    assert make(tmp_path / "sky.exr") == make(str(tmp_path / "sky.exr")) == co.Environment(PIXELS.astype(np.float32))
+    with pytest.raises(ValueError, match="^Environment: pixels: file is not an existing file: 'no.exr'$"):
+        make("no.exr")
 
 
 # --- numbers that mislead ---
@@ -334,7 +333,7 @@ def test_packages_are_listed_with_the_public_names():
     ("materials: {a: {metal: {}, properties: {density: 3}}}\nbodies: [{shape: {Sphere: {}}, material: a}]",
      "properties goes among its fields, {metal: {properties: ...}}"),
     ("bodies: [{shape: {Sphere: {}, name: c, material: red}}]", "name and material of a body stand beside `shape:`"),
-    ("bodies: [{shape: {Sphere: {}}}]\nbackground: {Environment: {pixels: sky.exr}}", "must be an array of numbers"),
+    ("bodies: [{shape: {Sphere: {}}}]\nbackground: {Environment: {pixels: sky.exr}}", "is not an existing file: 'sky.exr' beside the scene"),
 ])  # fmt: skip
 def test_things_in_the_wrong_place_of_a_file_are_told_of_the_right_one(text, words):
     with pytest.raises(co.SceneFileError) as error:

@@ -85,7 +85,7 @@ class Filed:
             rows = {_TEXT: self._text(answer)}
         else:
             rows = self._columns(answer)
-        self._parts.add(rows, len(answer), found)
+        self._parts.add(rows, len(answer) if isinstance(answer, Spans) else answer.size, found)
 
     def finish(self, shape: tuple[int, ...] | None, home: bytes | None) -> None:
         """Put all together, for rays of this leading shape, or for those that came one after the other.
@@ -159,9 +159,10 @@ class Filed:
 
 
 def _hit_rows(hits: Hits) -> dict[str, Any]:
-    """All that `hits.save` writes of each ray."""
-    rows = rows_of(hits.detached())
-    return {name: np.broadcast_to(rows[name], hits.shape) if name == "starts" else rows[name] for name in ROWS}
+    """All that `hits.save` writes of each ray, an item for each: parts of a picture's rays have two axes."""
+    rows, count = rows_of(hits.detached()), hits.size
+    flat = {name: rows[name].reshape(count, *rows[name].shape[hits.ndim :]) for name in ROWS if name != "starts"}
+    return flat | {"starts": np.broadcast_to(rows["starts"], (count,))}
 
 
 def _distinct(column: Any) -> Any:

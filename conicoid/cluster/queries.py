@@ -14,6 +14,7 @@ import numpy as np
 from ..engine.answers.bodies_at import BodiesAt
 from ..engine.answers.distances import Distances, Nearest
 from ..engine.answers.hits import Hits
+from ..engine.answers.no_names import numbered, numbers_of
 from ..engine.answers.spans import Crossings, Spans, refuse_large
 from ..engine.answers.weights import BODY, checked_by, weights_of
 from ..engine.arrays.found import Found
@@ -134,6 +135,7 @@ def lists_of(kind: type[Lists], scene: Scene, rays: Rays, offsets: Any, columns:
     vars(result).update(vars(nothing), offsets=offsets.astype(nothing.offsets.dtype), _rays=rays)
     vars(result).update(zip(kind._columns, columns, strict=True))
     read_only(result)
+    vars(result).update(numbered(vars(result)))
     return result
 
 
@@ -201,7 +203,7 @@ def body_at(scene: Scene, points: Any, executor: Any, owner: str = "body_at", af
     with closing(course.results(pieces, pace.saw, len(flat))) as results:
         for piece, value in results:
             result[piece.begin : piece.end] = value
-    return result.reshape(shape)[()]
+    return numbers_of("body", result.reshape(shape)[()])
 
 
 def bodies_at(scene: Scene, points: Any, executor: Any) -> BodiesAt:

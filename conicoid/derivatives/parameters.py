@@ -87,6 +87,14 @@ class Parameters:
     def _places(self) -> dict[str, int]:
         return {name: place for place, name in enumerate(self.names)}
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Parameters):
+            return NotImplemented
+        mine, its = ((one._scene, one._chosen.tolist(), one._full.tolist()) for one in (self, other))
+        return mine == its
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __len__(self) -> int:
         return len(self._chosen)
 

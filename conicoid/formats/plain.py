@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..shapes import Shape
+from ..shapes.background import Environment
 from ..shapes.body import Body
 from ..shapes.bulk import Bulk
 from ..shapes.image_file import Pixels
@@ -28,6 +29,8 @@ from .shape_nodes import operand_field
 from .yaml_writer import Real
 
 INLINE_BODIES = 100
+MOST_NUMBERS = 1_000_000
+"""Of an environment's pixels in the scene file itself, which holds four million values at most."""
 LEVELS_INLINE = 20
 
 Identity: TypeAlias = tuple[Any, ...]
@@ -106,6 +109,21 @@ class ShapeWriter:
             if field.required or repr(value) != repr(field.default) or (self.defaults and value is not None)
         }
 
+    def surroundings(self, given: Environment) -> Any:
+        """The pixels of an environment: the name of their file, or all numbers of a small one."""
+        pixels: Any = given.pixels
+        if self.folder is None:
+            return pixels.tolist()
+        if given.file is not None and Path(given.file).resolve().is_relative_to(self.folder):
+            return picture_name(given.file, self.folder)
+        if pixels.size > MOST_NUMBERS:
+            told = "co.Image(pixels).save('sky.exr') makes one" if given.file is None else f"copy {given.file!r} there"
+            raise ValueError(
+                "Environment: pixels must be in a file in the folder of the scene file, or below, to stand in one, "
+                f"where they are more than {MOST_NUMBERS:,} numbers: {told}"
+            )
+        return pixels.tolist()
+
     def material(self, material: Any) -> str:
         """The name under which a material stands."""
         key = material.exactly
@@ -141,6 +159,8 @@ class ShapeWriter:
             return self.value(value.mean)
         if isinstance(value, ImagePath):
             return picture_name(value, self.folder)
+        if isinstance(value, Environment):
+            return {"Environment": self.record(value) | {"pixels": self.surroundings(value)}}
         if isinstance(value, Pixels):
             raise ValueError("ImageTexture: image must be a file to stand in a scene file: co.Image(array).save(path)")
         if dataclasses.is_dataclass(value):

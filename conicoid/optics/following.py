@@ -13,8 +13,10 @@ from ..engine.answers.rays import Rays
 from ..scene import Scene
 from ..shading.optics import reflect, refract
 from ..shapes.calls import explained
+from ..shapes.labels import counted
 from ..shapes.material import Material
 from ..shapes.validate import integer, what
+from .media import index_of
 from .row_media import D_LINE, check_wavelength
 
 Floats = npt.NDArray[np.float64]
@@ -34,6 +36,11 @@ class Followed:
     points: Floats
     rays: Rays
     arrived: Bools
+
+    def __repr__(self) -> str:
+        met = counted(len(self.points) - 1, "wall", "walls")
+        rays = counted(len(self.arrived), "ray", "rays")
+        return f"Followed({int(self.arrived.sum()):,} of {rays} left, {met} met at most)"
 
 
 @dataclass(eq=False)
@@ -102,13 +109,9 @@ class _Optics:
     def of(cls, material: Material, wavelength: float) -> _Optics:
         clear = bool(np.max(np.asarray(_amount(material.transparency))) > 0)
         mirrors = bool(np.max(np.asarray(_amount(material.reflectivity))) > 0) or material.metal_index is not None
-        index: Any = material.refractive_index
         if not clear:
             return cls(False, mirrors, 1.0)
-        if callable(index):
-            return cls(True, False, float(index(wavelength)))
-        spread = material.dispersion * (1 / wavelength**2 - 1 / D_LINE**2)
-        return cls(True, False, float(index) + spread)
+        return cls(True, False, float(np.real(index_of(material, wavelength))))
 
 
 def _amount(value: Any) -> Any:

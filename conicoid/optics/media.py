@@ -11,7 +11,7 @@ import numpy as np
 from ..engine import tables as table
 from ..engine.body.sides import CLEAR, OPAQUE
 from ..shapes.color import amount_rgb
-from ..shapes.dispersion import index_at
+from ..shapes.dispersion import LINE_D, index_at
 from ..shapes.material import DEFAULT, Material
 
 _CHANNELS = (0.45, 0.55, 0.65)
@@ -22,6 +22,14 @@ def amount_at(amount: Any, wavelength: Any) -> Any:
     """An amount of a material, one number or a colour, at wavelengths."""
     r, g, b = amount_rgb(amount)
     return np.full(np.shape(wavelength), r) if r == g == b else np.interp(wavelength, _CHANNELS, (b, g, r))
+
+
+def index_of(material: Material, wavelength: Any) -> Any:
+    """The refractive index of a material at wavelengths: one number goes with its `dispersion`, if there is one."""
+    index = index_at(material.refractive_index, wavelength)
+    if material.dispersion and isinstance(material.refractive_index, float):
+        index = index + material.dispersion * (1 / np.square(wavelength) - 1 / LINE_D**2)
+    return index
 
 
 def metal_at(material: Material, wavelength: Any) -> Any:
@@ -103,7 +111,7 @@ class Media:
 
     def index(self, numbers: Any, wavelength: Any) -> Any:
         """The complex index of materials, 1 of vacuum."""
-        return self.each(numbers, wavelength, lambda m, w: index_at(m.refractive_index, w), 1.0 + 0j)
+        return self.each(numbers, wavelength, index_of, 1.0 + 0j)
 
     def absorption(self, numbers: Any, wavelength: Any) -> Any:
         """What fades per unit of length."""

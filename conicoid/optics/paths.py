@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..engine.answers.no_names import numbered
 from ..shapes.calm import calm
 from ..shapes.fixed import fixed
 from ..shapes.labels import counted
+from ..shapes.other_names import hinted
 from ..shapes.validate import integer, positive
 
 FloatArray = npt.NDArray[np.float64]
@@ -32,6 +34,7 @@ class Balance:
     not_followed: float
 
 
+@hinted
 @fixed
 @dataclass(frozen=True, eq=False, repr=False)
 class Paths:
@@ -78,6 +81,7 @@ class Paths:
     def __post_init__(self) -> None:
         for array in vars(self).values():
             array.flags.writeable = False
+        vars(self).update(numbered(vars(self)))
 
     @property
     def optical_path(self) -> FloatArray:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ..shapes.dispersion import Dispersion
 from ..shapes.looks import glass as clear_glass
 from ..shapes.material import Material
 from ..shapes.validate import number, positive, shown, what
@@ -33,7 +34,9 @@ class Medium:
         return self.name == "air"
 
     def material(self) -> Material:
-        """It as glass of a scene, with the dispersion between the lines F and C."""
+        """It as glass of a scene: by its own formula, or with the dispersion between the lines F and C."""
+        if isinstance(self.refractive_index, Dispersion):
+            return clear_glass(self.refractive_index, name=self.name)
         f, d, c = (self.index(line) for line in (F_LINE, D_LINE, C_LINE))
         return clear_glass(d, dispersion=max(0.0, (f - c) / _SPREAD), name=self.name)
 
@@ -60,7 +63,7 @@ def medium(owner: str, field: str, value: Any) -> Medium:
     in μm; what has a `refractive_index`; or a name that `co.optics.glass` knows.
     Raises ValueError or TypeError, by object and field, for anything else.
     """
-    if value is None or value == "air":
+    if value is None or (isinstance(value, str) and value == "air"):
         return AIR
     if isinstance(value, str):
         return named(owner, field, value)
@@ -69,6 +72,8 @@ def medium(owner: str, field: str, value: Any) -> Medium:
     if isinstance(value, tuple | list):
         return _by_abbe_number(owner, field, value)
     index = getattr(value, "refractive_index", value)
+    if isinstance(index, str):
+        return named(owner, field, index)
     if callable(index) and not isinstance(index, type):
         return Medium(str(getattr(value, "name", None) or "glass"), index)
     if isinstance(value, type) or callable(value):
@@ -76,7 +81,8 @@ def medium(owner: str, field: str, value: Any) -> Medium:
     constant = positive(owner, field, index)
     if constant == 1:
         return AIR
-    return Medium(str(getattr(value, "name", None) or f"index {constant:g}"), _Cauchy(constant))
+    slope = float(getattr(value, "dispersion", 0.0))
+    return Medium(str(getattr(value, "name", None) or f"index {constant:g}"), _Cauchy(constant, slope))
 
 
 def by_abbe(name: str, index: float, abbe: float) -> Medium:

@@ -14,6 +14,7 @@ from ..engine.answers.rays import Rays
 from ..scene import Scene
 from ..shading.optics import reflect, refract
 from ..shapes.calls import explained
+from ..shapes.labels import counted
 from ..shapes.validate import what
 from .elements import sheet_of
 from .prescriptions import Prescription
@@ -37,6 +38,10 @@ class Trace:
     arrived: Bools
     optical_path: Floats
     rows: tuple[int, ...]
+
+    def __repr__(self) -> str:
+        rays = counted(len(self.arrived), "ray", "rays")
+        return f"Trace({int(self.arrived.sum()):,} of {rays} arrived, {counted(len(self.rows), 'surface', 'surfaces')})"
 
     def at(self, z: float) -> Floats:
         """Where the rays, which leave the last surface, meet the plane of a height `z`: (n, 3), NaN if lost."""

@@ -26,5 +26,5 @@ def layers_of(scene: Any, job: Job, names: tuple[str, ...], exposed: Exposed) ->
         found["normal"] = np.nan_to_num(np.asarray(hits.normal)).astype(np.float32)
         found["depth"] = np.asarray(hits.t).astype(np.float32)
         found["position"] = np.asarray(hits.point).astype(np.float32)
-        found["body"] = np.asarray(hits.body).astype(np.int32)
+        found["body"] = hits.body
     return {name: found[name] for name in names}

@@ -50,6 +50,7 @@ ASKED = {
     **_all("it is called bounds", "aabb aabbs bbox bounding_box box get_bounds get_aabb bbox_min limits"),
     **_all(
         "scene.bodies are the entries, and scene[name] one of them; scene.bodies.index(name) is its place",
+        "number body_number "
         "get keys values body_index index body_names cells get_all_cells get_all_bodies children root_universe "
         "universe surfaces get_all_surfaces geometries meshes nodes entries find_body",
     ),

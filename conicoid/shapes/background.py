@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from .color import BRIGHT, BYTE, Color, are_bytes, bytes_hint, checked_color, grey_hint, srgb_decode
 from .degrees import degrees
 from .image_file import picture_of, read_pixels
-from .validate import nonnegative, shown, what
+from .texture import ImagePath
+from .validate import nonnegative, what
 from .validate import path as checked_path
 from .vector import FloatArray
 from .warned import warn
@@ -53,11 +54,21 @@ class Sky:
         object.__setattr__(self, "intensity", nonnegative("Sky", "intensity", self.intensity))
 
 
+def _read(path: str | os.PathLike[str]) -> Any:
+    """What is in a file, as linear light."""
+    try:
+        return read_pixels(path).linear(is_data=False)
+    except ValueError as error:
+        raise ValueError(f"Environment: pixels: file {error}") from None
+
+
 @dataclass(frozen=True, eq=False)
 class Environment:
     """An image of all directions around a scene, equirectangular, which lights it in light transport.
 
-    pixels: (height, width, 3), linear radiance >= 0, bytes (uint8) of sRGB, or an `Image`; `of_file` reads a picture.
+    pixels: (height, width, 3), linear radiance >= 0, bytes (uint8) of sRGB, or an `Image`; or the name of a file, an
+        .exr of linear light, or a .png, .jpg or .webp, which is read at once. A scene file may name those in its own
+        folder, or below.
         The first row is straight up, +z; along a row the angle about z grows from left to right, from the x axis on.
     intensity: everything is so many times as bright.
     rotation: degrees about z by which the image is turned, counter-clockwise as seen from above.
@@ -65,15 +76,18 @@ class Environment:
     Whitted's pictures show the mean colours of its top, middle and bottom.
     """
 
-    pixels: Any
+    pixels: ImagePath | Any
     intensity: float = 1.0
     rotation: float = 0.0
+    file: ClassVar[ImagePath | None] = None
+    """Where they were read from."""
 
     def __post_init__(self) -> None:
         if isinstance(self.pixels, str | os.PathLike):
-            told = f"got {shown(self.pixels)}; co.Environment.of_file(path) reads a picture"
-            raise ValueError(f"Environment: pixels must be an array of numbers (height, width, 3), {told}")
-        found = picture_of("Environment", "pixels", self.pixels)
+            object.__setattr__(self, "file", ImagePath(os.path.abspath(checked_path("Environment", self.pixels))))
+            found: Any = _read(self.pixels)
+        else:
+            found = picture_of("Environment", "pixels", self.pixels)
         found = srgb_decode(found / 255) if found.dtype == np.uint8 else found
         if found.ndim != 3 or found.shape[2] != 3 or found.size == 0:
             raise ValueError(f"Environment: pixels must have shape (height, width, 3), got {found.shape}")
@@ -96,11 +110,7 @@ class Environment:
 
         Raises ValueError for what is missing, no picture, or damaged.
         """
-        try:
-            return cls(read_pixels(checked_path("Environment", path)).linear(is_data=False), intensity, rotation)
-        except ValueError as error:
-            told = str(error)
-            raise ValueError(told if told.startswith("Environment") else f"Environment: file {told}") from None
+        return cls(ImagePath(checked_path("Environment", path)), intensity, rotation)
 
     def __eq__(self, other: object) -> bool:
         return (
@@ -111,12 +121,14 @@ class Environment:
         return hash(self._key())
 
     def _key(self) -> tuple[Any, ...]:
-        return self.pixels.shape, float(self.pixels.sum()), self.intensity, self.rotation
+        pixels: Any = self.pixels
+        return pixels.shape, float(pixels.sum()), self.intensity, self.rotation
 
     @property
     def radiance(self) -> FloatArray:
         """(height, width, 3) with intensity and rotation, which is rounded to whole pixels."""
-        turned: FloatArray = np.roll(self.pixels, round(self.rotation / 360 * self.pixels.shape[1]), axis=1)
+        pixels: Any = self.pixels
+        turned: FloatArray = np.roll(pixels, round(self.rotation / 360 * pixels.shape[1]), axis=1)
         return self.intensity * turned
 
 

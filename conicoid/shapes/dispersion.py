@@ -225,7 +225,7 @@ FORMULAS = (Sellmeier, Cauchy, Schott, Edlen, Tabulated)
 
 def row(owner: str, field: str, values: Any, count: int | None = None) -> tuple[float, ...]:
     """Numbers as a tuple, of a given count or one at least; a named ValueError otherwise."""
-    expected = f"{count} numbers" if count else "one number or more"
+    expected = f"a list of {count} numbers" if count else "a list of one number or more"
     if isinstance(values, str) or not hasattr(values, "__len__") or not len(values):
         raise ValueError(f"{owner}: {field} must be {expected}, got {shown(values)}")
     if count and len(values) != count:

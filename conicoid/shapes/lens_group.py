@@ -26,7 +26,7 @@ class LensGroup:
 
     radii: (n + 1,) radii of curvature, first to last, as of `Lens`; infinity is a plane.
     thicknesses: (n,) on the axis. diameter: of the edge, that of all elements.
-    materials: (n,) materials or refractive indices.
+    materials: (n,) materials, or refractive indices of glasses, or their names such as "N-BK7".
     conics: (n + 1,) conic constants, all 0 where left out. names: (n,) names of the bodies, or None.
 
     The wall between two elements is one surface of the scene: both say it by the same numbers, from the same vertex.
@@ -96,7 +96,7 @@ def Doublet(
     """A cemented doublet: a `LensGroup` of two elements.
 
     radii: (3,) radii of curvature. thicknesses: (2,) on the axis. diameter: of the edge.
-    materials: (2,) materials or refractive indices. conics: (3,) conic constants. names: (2,) names.
+    materials: (2,) materials, refractive indices or names of glasses. conics: (3,) conic constants. names: (2,) names.
     Raises ValueError as `LensGroup` does.
     """
     if len(_row("thicknesses", thicknesses, None)) != 2:
@@ -116,5 +116,7 @@ def _row(field: str, value: Any, count: int | None) -> tuple[Any, ...]:
 
 
 def _material(value: Any) -> Material:
-    """A material; a number is the refractive index of a glass."""
-    return value if isinstance(value, Material) else glass(positive("LensGroup", "materials", value))
+    """A material; anything else is the refractive index of a glass, by a number, a name or a formula."""
+    if isinstance(value, Material):
+        return value
+    return glass(value if isinstance(value, str) or callable(value) else positive("LensGroup", "materials", value))

@@ -276,6 +276,13 @@ _NAMES["Finding"] = {
     **_all("it is called size_error", "error volume_error"),
     **_all("it is called point, for undefined regions; others have a ray, origin and direction", "position location"),
 }
+_NAMES["Molecule"] = {
+    **_all("they are called symbols, and numbers the atomic numbers", "elements element symbol species atoms types"),
+    **_all("it is called positions", "coordinates coords xyz points position"),
+}
+_NAMES["Paths"] = _all(
+    "paths.wall and paths.body are numbers of bodies: scene.body(number).name is that of one", "name names material"
+)
 _NAMES["CameraRays"] = {
     **_all("rays.made().{2} is that: these rays are made where they are traced", "origins directions"),
     **_all("rays.made() are rays in arrays, which have that", "save concatenate copy origin direction reshape spawn"),

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from .base import Solid
 from .body import Body
+from .validate import shown
 from .vector import Box, FloatArray
 
 Ints: TypeAlias = npt.NDArray[np.int32]
@@ -138,6 +139,16 @@ class Repeated(Sequence[Body], ABC):
             told = "-1 stands for a miss" if number == -1 else f"there are {len(self):,} bodies"
             raise IndexError(f"Scene: bodies[...] takes a number from 0 on, got {number}; {told}")
         return self._body(number)
+
+    def index(self, value: Any, start: int = 0, stop: int = 2**62) -> int:
+        """The number of a body, or of the one of a name; KeyError for a name, ValueError for a body that is none."""
+        name = value if isinstance(value, str) else getattr(value, "name", None)
+        number = self.number(name) if isinstance(name, str) else None
+        if number is None or not (isinstance(value, str) or self[number] == value) or not start <= number < stop:
+            if isinstance(value, str):
+                raise KeyError(f"no body named {shown(value)}")
+            raise ValueError(f"Scene: bodies: {shown(name or value)} is none of them")
+        return number
 
     def __iter__(self) -> Iterator[Body]:
         return map(self._body, range(len(self)))

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..engine.answers.no_names import numbers_of
 from ..image import Image
 from ..shapes.calls import explained_methods
 from ..shapes.calm import calm
+from ..shapes.named_parts import Named
 from ..shapes.suggestion import one_of
 from ..shapes.validate import callback, flag
 from ..shapes.validate import path as checked_path
@@ -44,8 +46,16 @@ class Slice:
 
     def __init__(self, scene: Scene, window: Window, body: npt.NDArray[np.int32]) -> None:
         self._scene, self._window = scene, window
-        self.body = body
-        self.body.setflags(write=False)
+        body.setflags(write=False)
+        self.body: npt.NDArray[np.int32] = numbers_of("body", body)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Slice):
+            return NotImplemented
+        fields = ("corner", "u", "v", "body", "material")
+        return self._scene == other._scene and all(np.array_equal(getattr(self, f), getattr(other, f)) for f in fields)
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def corner(self) -> FloatArray:
@@ -70,14 +80,15 @@ class Slice:
     @property
     def materials(self) -> tuple[Any, ...]:
         """The different materials of the scene."""
-        return tuple(material for material, _ in self._scene.prepared.labels.distinct)
+        return Named((material for material, _ in self._scene.prepared.labels.distinct), "slice.materials")
 
     @cached_property
     def material(self) -> npt.NDArray[np.int32]:
         """The place in `materials` of what is at each pixel, -1 for none."""
         found = np.where(self.body >= 0, self._columns[self.body], -1).astype(np.int32)
         found.setflags(write=False)
-        return found
+        result: npt.NDArray[np.int32] = numbers_of("material", found)
+        return result
 
     @cached_property
     def _columns(self) -> Any:

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..engine.answers.no_names import numbers_of
 from ..engine.queries.columns import Grid, columns
 from ..shapes.calls import explained_methods
 from ..shapes.calm import calm
+from ..shapes.named_parts import Named
 from ..shapes.suggestion import one_of
 from ..shapes.validate import callback, shown, vector, what, whole
 from ..shapes.validate import path as checked_path
@@ -54,6 +56,15 @@ class Voxels:
         self.materials, self.names = materials, names
         self.fractions: FloatArray | None = fractions
         self.bounds: FloatArray | None = bounds
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Voxels):
+            return NotImplemented
+        fields = ("low", "high", "shape", "body", "material", "fractions", "bounds")
+        same = all(np.array_equal(getattr(self, f), getattr(other, f)) for f in fields)
+        return same and (self.materials, self.names) == (other.materials, other.names)
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def centers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -156,7 +167,7 @@ def _ids(
 ) -> Voxels:  # fmt: skip
     """What is at the centres, some planes of voxels at a time."""
     prepared = scene.prepared
-    materials = tuple(material for material, _ in prepared.labels.distinct)
+    materials = Named((material for material, _ in prepared.labels.distinct), "voxels.materials")
     found = Voxels(low, high, counts, body=np.empty(counts, np.int32), materials=materials)
     x, y, z = found.centers
     step, each = max(1, _POINTS // (counts[1] * counts[2])), counts[1] * counts[2]
@@ -168,7 +179,8 @@ def _ids(
             progress(min(counts[0], first + step) * each, counts[0] * each)
     numbers = np.arange(prepared.lowered.body_count)
     table = np.append(prepared.labels.columns_of(numbers, materials) if len(numbers) else numbers, -1)
-    found.material = table[found.body].astype(np.int32)
+    found.material = numbers_of("material", table[found.body].astype(np.int32))
+    found.body = numbers_of("body", found.body)
     return found
 
 
@@ -178,7 +190,7 @@ def _shares(
 ) -> Voxels:  # fmt: skip
     """Fractions by chords along an axis."""
     prepared = scene.prepared
-    materials = tuple(material for material, _ in prepared.labels.distinct)
+    materials = Named((material for material, _ in prepared.labels.distinct), "voxels.materials")
     bodies = prepared.lowered.body_count
     numbers = np.arange(bodies)
     if by == "body":

@@ -11,6 +11,8 @@ from ...shapes.calls import explained_methods
 from ...shapes.carried import restore
 from ...shapes.labels import Labels
 from .no_array import NoArray
+from .no_names import numbered
+from .objects import objects
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -62,7 +64,7 @@ class Answer(NoArray):
     @property
     def name(self) -> Any:
         """The name of each body, objects of the shape of `body`: a text, or None for a body without and for a miss."""
-        return _frozen(self._labels.names_of(self._numbers))
+        return objects(self._labels.names_of(self._numbers), None if self._scene is NO_SCENE else self._labels)
 
     @property
     def material(self) -> Any:
@@ -70,7 +72,7 @@ class Answer(NoArray):
 
         None is also that of a body without, which is the default one. The paint of single faces is not included.
         """
-        return _frozen(self._labels.materials_of(self._numbers))
+        return objects(self._labels.materials_of(self._numbers))
 
     def detached(self) -> Self:
         """The same without the scene, which then need not be kept: all fields are worked out, and stay.
@@ -110,7 +112,7 @@ class Answer(NoArray):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restore(self, state)
-        vars(self)["_scene"] = NO_SCENE
+        vars(self).update(numbered(vars(self)), _scene=NO_SCENE)
 
     def __copy__(self) -> Self:
         result = object.__new__(type(self))
@@ -127,10 +129,3 @@ def _same(one: Any, other: Any) -> bool:
     if isinstance(one, np.ndarray | np.generic):
         return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
     return bool(one == other)
-
-
-def _frozen(values: Any) -> Any:
-    """The same, read-only if it is an array."""
-    if isinstance(values, np.ndarray):
-        values.flags.writeable = False
-    return values

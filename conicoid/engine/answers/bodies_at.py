@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 from ...shapes.calls import explained_methods
 from ...shapes.labels import Labels, counted
+from .no_names import numbers_of
+from .objects import objects
 
 
 @explained_methods
@@ -27,9 +29,10 @@ class BodiesAt:
     """
 
     def __init__(self, offsets: Any, body: npt.NDArray[np.int32], shape: tuple[int, ...], labels: Labels) -> None:
-        self.offsets, self.body, self.shape, self._labels = offsets, body, shape, labels
+        self.offsets, self.shape, self._labels = offsets, shape, labels
         for array in (offsets, body):
             array.setflags(write=False)
+        self.body: Any = numbers_of("body", body)
 
     @property
     def counts(self) -> Any:
@@ -39,12 +42,12 @@ class BodiesAt:
     @property
     def name(self) -> Any:
         """What each of `body` is called, or None."""
-        return self._labels.names_of(self.body)
+        return objects(self._labels.names_of(self.body))
 
     @property
     def material(self) -> Any:
         """What each of `body` is made of, or None."""
-        return self._labels.materials_of(self.body)
+        return objects(self._labels.materials_of(self.body))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, BodiesAt):

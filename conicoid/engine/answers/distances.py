@@ -17,6 +17,7 @@ from ...shapes.vector import FloatArray
 from ..threads import run_chunks
 from .answer import NO_SCENE, Answer
 from .fields import faces_of, normals_of
+from .no_names import numbers_of
 from .rays import refuse_name
 from .told import _body, _plain
 
@@ -114,7 +115,7 @@ class Distances(Answer):
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
-        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
+        result: npt.NDArray[np.int32] = numbers_of("body", self._shaped(self._found.body))
         return result
 
     @cached_property
@@ -128,11 +129,11 @@ class Distances(Answer):
 
     @cached_property
     def face(self) -> Any:
-        return self._shaped(self._faces[1])
+        return numbers_of("face", self._shaped(self._faces[1]))
 
     @cached_property
     def surface(self) -> Any:
-        return self._shaped(self._faces[0])
+        return numbers_of("surface", self._shaped(self._faces[0]))
 
     @cached_property
     @calm

@@ -26,6 +26,7 @@ from ..ray import DEAD, RayArrays
 from ..threads import run_chunks
 from .answer import NO_SCENE, Answer
 from .fields import faces_of, local_points_of, normals_of, points_along, uvs_of
+from .no_names import numbers_of
 from .rays import Rays, lines_of, points_array, refuse_name
 from .slopes import HitSlopes
 from .told import one_hit
@@ -95,7 +96,7 @@ class Hits(Answer, HitSlopes):
 
     @cached_property
     def body(self) -> npt.NDArray[np.int32]:
-        result: npt.NDArray[np.int32] = self._shaped(self._found.body)
+        result: npt.NDArray[np.int32] = numbers_of("body", self._shaped(self._found.body))
         return result
 
     @property
@@ -115,11 +116,11 @@ class Hits(Answer, HitSlopes):
 
     @cached_property
     def surface(self) -> Any:
-        return self._shaped(self._faces[0])
+        return numbers_of("surface", self._shaped(self._faces[0]))
 
     @cached_property
     def face(self) -> Any:
-        return self._shaped(self._faces[1])
+        return numbers_of("face", self._shaped(self._faces[1]))
 
     @cached_property
     def _sides(self) -> Any:
@@ -138,12 +139,12 @@ class Hits(Answer, HitSlopes):
         where pictures show glass in water. What coincides at the wall is taken together: between two blocks that abut
         there is no gap, and where a nested body ends the one around it goes on.
         """
-        return self._shaped(self._sides[BEFORE])
+        return numbers_of("before", self._shaped(self._sides[BEFORE]))
 
     @cached_property
     def after(self) -> Any:
         """int32 (...): the body that the ray would be in just after the wall, by the rule of `before`."""
-        return self._shaped(self._sides[AFTER])
+        return numbers_of("after", self._shaped(self._sides[AFTER]))
 
     @cached_property
     def entering(self) -> Any:

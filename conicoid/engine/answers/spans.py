@@ -27,6 +27,7 @@ from ..threads import run_chunks
 from .answer import Answer
 from .by_ray import ByRay
 from .fields import normals_of, points_along
+from .no_names import numbered, numbers_of
 from .overlaps import ERROR, checked_overlaps, tell_overlaps
 from .rays import Rays, lines_of
 from .slopes import SpanSlopes
@@ -90,7 +91,7 @@ class Spans(Answer, ByRay, SpanSlopes):
         clipped, ends = np.empty((2, count), np.bool_), np.empty((2, count), np.int32)
         listed.put(put_spans, SpanColumns(t_enter, t_exit, body, clipped, ends))
         vars(self).update(
-            offsets=listed.offsets, t_enter=t_enter, t_exit=t_exit, body=body,
+            offsets=listed.offsets, t_enter=t_enter, t_exit=t_exit, body=numbers_of("body", body),
             enter_clipped=clipped[0], exit_clipped=clipped[1], _ends=ends,
             _rays=rays, _scene=scene, _body_count=scene.lowered.body_count,
         )  # fmt: skip
@@ -224,8 +225,8 @@ class Crossings(Answer, ByRay):
         body, face, surface = (np.empty(count, np.int32) for _ in range(3))
         listed.put(put_crossings, CrossingColumns(t, body, face, surface, entering))
         vars(self).update(
-            offsets=listed.offsets, t=t, body=body, face=face, surface=surface, entering=entering,
-            _scene=scene, _rays=rays,
+            offsets=listed.offsets, t=t, entering=entering, _scene=scene, _rays=rays,
+            **numbered({"body": body, "face": face, "surface": surface}),
         )  # fmt: skip
 
     @property
@@ -276,13 +277,13 @@ class Crossings(Answer, ByRay):
     @cached_property
     def before(self) -> npt.NDArray[np.int32]:
         """int32: the body that the ray is in just before each crossing, as `Hits.before`; -1 for none."""
-        result: npt.NDArray[np.int32] = self._sides[:, BEFORE]
+        result: npt.NDArray[np.int32] = numbers_of("before", self._sides[:, BEFORE])
         return result
 
     @cached_property
     def after(self) -> npt.NDArray[np.int32]:
         """int32: the body that the ray is in just after each crossing, as `Hits.after`; -1 for none."""
-        result: npt.NDArray[np.int32] = self._sides[:, AFTER]
+        result: npt.NDArray[np.int32] = numbers_of("after", self._sides[:, AFTER])
         return result
 
     def __repr__(self) -> str:

@@ -11,6 +11,7 @@ from ...shapes.arrays import outside
 from ...shapes.validate import LARGEST
 from ...shapes.vector import FloatArray
 from ..answers.bodies_at import BodiesAt
+from ..answers.no_names import numbers_of
 from ..answers.rays import points_array
 from ..certified.membership import locate_packets
 from ..certified.settle import settle_bodies
@@ -39,7 +40,7 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
 def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
     """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     flat, shape = points_of(owner, points)
-    return first_after(scene, flat, FIRST, _width(shape)).reshape(shape)[()]
+    return numbers_of("body", first_after(scene, flat, FIRST, _width(shape)).reshape(shape)[()])
 
 
 def _width(shape: tuple[int, ...]) -> int:

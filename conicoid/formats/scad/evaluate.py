@@ -18,7 +18,8 @@ from .syntax import Call, Text
 from .values import Arguments
 
 REFUSED = {
-    "hull": "the hull of its children", "minkowski": "the sum of its children", "text": "letters", "import": "a file",
+    "hull": "the convex hull of its children",
+    "minkowski": "the sum of its children", "text": "letters", "import": "a file",
     "surface": "a height field", "projection": "a projection", "offset": "an outline at a distance",
     "resize": "a size that depends on its children",
 }  # fmt: skip

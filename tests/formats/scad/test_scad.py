@@ -159,7 +159,7 @@ def test_what_is_left_out_is_told_with_its_line(tmp_path):
     assert len(scene) == 1
     told = [note for note in scene.notes if note.startswith("line")]
     assert told == [
-        "line 2: hull is the hull of its children, and left out",
+        "line 2: hull is the convex hull of its children, and left out",
         "line 3: sphere is in the background (%) and left out",
         "line 5: circle is flat and encloses nothing; it is left out",
     ]
