@@ -132,7 +132,8 @@ def _wall(edge: _Edge) -> Face:
     r, z = (r0, z0) if slope >= 0 else (r1, z1)
     uv = around_z(float(z0), float(z1))
     if not slope:
-        return Face(QuadricSurface((1.0, 1.0, 0.0), constant=r * r), edge.number, uv)
+        rows = ((1 / r, 0.0, 0.0), (0.0, 1 / r, 0.0), (0.0, 0.0, 1.0))
+        return Face(QuadricSurface((1.0, 1.0, 0.0), rows=rows), edge.number, uv)
     surface = QuadricSurface((1.0, 1.0, -slope * slope), (0.0, 0.0, -slope * r), r * r, anchor=(0.0, 0.0, z))
     return Face(surface, edge.number, uv)
 
