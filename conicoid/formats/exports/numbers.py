@@ -57,3 +57,9 @@ def short(value: ex.Writable) -> tuple[Fraction, bool]:
     if ex.cancelling_sum((ex.exact(value), -ex.exact(near))):
         return ex.fraction(value), False
     return decimal(near), True
+
+
+def expression(value: Fraction) -> str:
+    """A number for readers that know fractions: as it is where its digits end soon, else a quotient."""
+    text = word(value)
+    return text if Fraction(text) == value else f"{value.numerator}/{value.denominator}"

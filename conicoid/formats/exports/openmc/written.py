@@ -11,12 +11,12 @@ from ....shapes.base import Solid
 from ....shapes.region import Union
 from ...errors import printable
 from ...imports.imported import counted
-from ...openmc.narrowing import AnyOf, Conjunction, Part, bound
 from ...openmc.region import Both, Half, Region, halves
 from ...scene_file import SceneLike
 from ..bodies import Item, solids_of
 from ..exported import Exported, Options, Report, Unsayable
 from ..overlaps import near_pairs
+from .apart import Sides, nothing_in_common, sides_of, surely_apart
 from .levels import Level, nested
 from .materials import Materials
 from .regions import Regions, conjuncts, joined, negated, text_of
@@ -24,8 +24,6 @@ from .surfaces import Table
 
 _TITLE = re.compile(r"cell (\d{1,9})(?: '(.*)')?\Z")
 _ROOT = 0
-_SPLITS, _BRANCHES = 3, 8
-"""How many unions are looked at, and of how many parts, to see that two cells are apart."""
 
 
 @dataclass
@@ -108,7 +106,7 @@ def _flatten_what_fills_everything(cells: list[_Cell], regions: Regions, univers
 
 def _cut_overlaps(cells: list[_Cell], table: Table, report: Report) -> None:
     """Cells may not overlap: what a body shares with one listed before it belongs to that one."""
-    known: dict[int, tuple[frozenset[Region], list[frozenset[Region]]]] = {}
+    known: dict[int, Sides] = {}
     for i, j in near_pairs([cell.item.solid.bounds for cell in cells]):
         first, later = cells[i], cells[j]
         if first.universe != later.universe:
@@ -117,45 +115,14 @@ def _cut_overlaps(cells: list[_Cell], table: Table, report: Report) -> None:
             continue
         for k in (i, j):
             if k not in known:
-                known[k] = _sides(cells[k].region)
-        if first.region is None or later.region is None or _are_apart(known[i], known[j]):
+                known[k] = sides_of(cells[k].region)
+        if first.region is None or later.region is None or surely_apart(known[i], known[j]):
             continue
-        if _have_nothing_in_common(first.region, later.region, table):
+        if nothing_in_common(first.region, later.region, table):
             continue
         later.region = joined(Both, [later.region, negated(first.region)])
-        known[j] = _sides(later.region)
+        known[j] = sides_of(later.region)
         report.narrow("cut by bodies before them, as cells must not overlap", later.item.name)
-
-
-_Sides = tuple[frozenset[Region], list[frozenset[Region]]]
-
-
-def _sides(region: Region | None) -> _Sides:
-    """What a region is within, and, for each of these parts, what the outside of it is within."""
-    parts = () if region is None else conjuncts(region)
-    return frozenset(parts), [frozenset(conjuncts(negated(part))) for part in parts]
-
-
-def _are_apart(one: _Sides, other: _Sides) -> bool:
-    """Surely? If one is within something and the other outside of it."""
-    return any(out <= other[0] for out in one[1]) or any(out <= one[0] for out in other[1])
-
-
-def _have_nothing_in_common(first: Region, later: Region, table: Table) -> bool:
-    """Surely? Balls, cylinders and planes are compared with one another, as importers do it."""
-    return _is_empty([bound(first, table.surfaces), bound(later, table.surfaces)], _SPLITS)
-
-
-def _is_empty(parts: list[Part], splits: int) -> bool:
-    """Surely? Unions are looked at part by part, so many of them one after the other."""
-    found = Conjunction().and_(parts)
-    if found is None:
-        return True
-    unions = sorted((part for part in found.parts if isinstance(part, AnyOf)), key=lambda union: len(union.parts))
-    if not unions or splits == 0 or len(unions[0].parts) > _BRANCHES:
-        return False
-    others = [part for part in found.parts if part is not unions[0]]
-    return all(_is_empty([*others, piece], splits - 1) for piece in unions[0].parts)
 
 
 def _tell_rounded(cells: list[_Cell], universes: _Universes, table: Table, report: Report) -> None:
