@@ -1,4 +1,4 @@
-"""Scenes as files of other programs: which formats there are, what may be asked of all, and what is said of the result."""
+"""Scenes as files of other programs: which formats there are, what may be asked of all, and what they give."""
 
 from __future__ import annotations
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 from ...shapes import exact as ex
 from ...shapes.base import PrimitiveSolid, Solid
 from ...shapes.box import Box
-from ...shapes.cells import All, Any_, Cell, Face, Not, Tree
+from ...shapes.cells import Any_, Cell, Face, Not, Tree
 from ...shapes.cone import Cone
 from ...shapes.cylinder import Cylinder
 from ...shapes.ellipsoid import Ellipsoid
 from ...shapes.half_space import HalfSpace
 from ...shapes.mesh import Extrusion, Mesh
-from ...shapes.motion import Motion
 from ...shapes.polyhedron import Polyhedron
 from ...shapes.region import Boolean, Complement, Difference, Painted, Union
 from ...shapes.revolution import Revolution
@@ -36,40 +36,51 @@ DEEPEST = 60
 """Booleans within Booleans."""
 
 
-def lowered(solid: Solid) -> Node:
-    """A body. Raises Unsayable for what is unbounded, or no solid of such pieces."""
-    return _lowered(solid, room_of(solid), 0)
+Rule: TypeAlias = Callable[[Solid], "Leaf | None"]
+"""What a format has for a solid, its motion aside; None for most."""
 
 
-def _lowered(solid: Solid, room: Room, depth: int) -> Node:
-    if isinstance(solid, Boolean):
+def lowered(solid: Solid, rule: Rule | None = None) -> Node:
+    """A body, by the rule of a format where it has one. Raises Unsayable for what is unbounded, or no such solid."""
+    return _Lowering(rule).node(solid, room_of(solid), 0)
+
+
+@dataclass(frozen=True)
+class _Lowering:
+    """Goes down a tree of Booleans."""
+
+    rule: Rule | None
+
+    def node(self, solid: Solid, room: Room, depth: int) -> Node:
+        """A solid in a room."""
         if depth >= DEEPEST:
             raise Unsayable(f"it nests Booleans deeper than {DEEPEST} levels")
-        return _combined(solid, room.within(solid.motion), depth)
-    if not isinstance(solid, PrimitiveSolid):
-        raise Unsayable(f"{type(solid).__name__} is no solid of planes and quadrics")
-    found = _primitive(solid, room)
-    return found
+        found = None if self.rule is None else self.rule(solid)
+        if found is not None:
+            return _moved(found, solid.motion.steps)
+        if isinstance(solid, Boolean):
+            return self._combined(solid, room.within(solid.motion), depth + 1)
+        if not isinstance(solid, PrimitiveSolid):
+            raise Unsayable(f"{type(solid).__name__} is no solid of planes and quadrics")
+        return _primitive(solid, room)
 
-
-def _combined(solid: Boolean, room: Room, depth: int) -> Node:
-    """A Boolean; complements in it become what is cut, from the room where nothing else is there."""
-    steps = solid.motion.steps
-    if isinstance(solid, Painted):
-        inner = _lowered(solid.operand, room, depth + 1)
-        return Combined("union", (inner,), steps, color_of(solid.material)[0])
-    if isinstance(solid, Complement):
-        return Combined("difference", (Leaf(room.box), _lowered(solid.operand, room, depth + 1)), steps)
-    if isinstance(solid, Union):
-        return _node("union", [_lowered(part, room, depth + 1) for part in solid.operands], [], steps, room)
-    inside: list[Node] = []
-    cut: list[Node] = []
-    for k, operand in enumerate(solid.operands):
-        is_out = isinstance(solid, Difference) and k > 0
-        while isinstance(operand, Complement) and operand.motion.is_identity:
-            operand, is_out = operand.operand, not is_out
-        (cut if is_out else inside).append(_lowered(operand, room, depth + 1))
-    return _node("intersection", inside, cut, steps, room)
+    def _combined(self, solid: Boolean, room: Room, depth: int) -> Node:
+        """Complements become what is cut, from the room where nothing else is there."""
+        steps = solid.motion.steps
+        if isinstance(solid, Painted):
+            return Combined("union", (self.node(solid.operand, room, depth),), steps, color_of(solid.material)[0])
+        if isinstance(solid, Complement):
+            return Combined("difference", (Leaf(room.box), self.node(solid.operand, room, depth)), steps)
+        if isinstance(solid, Union):
+            return _node("union", [self.node(part, room, depth) for part in solid.operands], [], steps, room)
+        inside: list[Node] = []
+        cut: list[Node] = []
+        for k, operand in enumerate(solid.operands):
+            is_out = isinstance(solid, Difference) and k > 0
+            while isinstance(operand, Complement) and operand.motion.is_identity:
+                operand, is_out = operand.operand, not is_out
+            (cut if is_out else inside).append(self.node(operand, room, depth))
+        return _node("intersection", inside, cut, steps, room)
 
 
 def _node(kind: Kind, inside: list[Node], cut: list[Node], steps: Steps, room: Room) -> Node:
@@ -229,7 +240,9 @@ def outer_of(face: Face, room: Room) -> Node:
 
 
 def _cell(faces: tuple[Face, ...], room: Room) -> Node:
-    planes, inside, cut, is_rounded = [], [], [], False
+    inside: list[Node] = []
+    cut: list[Node] = []
+    planes, is_rounded = [], False
     for face in faces:
         if isinstance(face.surface, PlaneSurface):
             normal, offset = ex.exact_row(face.surface.normal), ex.exact(face.surface.offset)
@@ -247,4 +260,4 @@ def _cell(faces: tuple[Face, ...], room: Room) -> Node:
     return _node("intersection", inside, cut, (), room)
 
 
-__all__ = ["Motion", "lowered"]
+__all__ = ["lowered"]

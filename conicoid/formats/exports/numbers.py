@@ -8,7 +8,7 @@ from fractions import Fraction
 from ...shapes import exact as ex
 
 DIGITS = 40
-"""Of numbers that are no float64: more than any reader keeps, so that it rounds them as it would round the exact ones."""
+"""Of numbers that are no float64: more than readers keep, so that these round them as they would the exact ones."""
 _LONGEST = 60
 _CONTEXT = Context(prec=DIGITS)
 

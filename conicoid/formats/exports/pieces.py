@@ -88,7 +88,17 @@ class Faces:
     is_convex: bool = False
 
 
-Piece: TypeAlias = Ball | Egg | Cuboid | Frustum | Turned | Drawn | Bowl | Faces
+@dataclass(frozen=True)
+class Native:
+    """An element of the format itself, as text: its tag, attributes and children; and where its middle is."""
+
+    tag: str
+    attributes: str
+    children: str = ""
+    shift: Corner = (Fraction(0), Fraction(0), Fraction(0))
+
+
+Piece: TypeAlias = Ball | Egg | Cuboid | Frustum | Turned | Drawn | Bowl | Faces | Native
 
 
 @dataclass(frozen=True)

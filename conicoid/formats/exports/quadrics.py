@@ -50,7 +50,9 @@ def _back(surface: QuadricSurface) -> tuple[Steps, bool]:
         back = ex.inverse((rows[0], rows[1], rows[2]))
         numbers = [[ex.rounded(value) for value in row] for row in back]
         for exact_row, row in zip(back, numbers, strict=True):
-            is_rounded = is_rounded or any(ex.cancelling_sum((a, -ex.exact(b))) for a, b in zip(exact_row, row, strict=True))
+            is_rounded = is_rounded or any(
+                ex.cancelling_sum((a, -ex.exact(b))) for a, b in zip(exact_row, row, strict=True)
+            )
         (a, b, c), (d, e, f), (g, h, i) = numbers
         if not any((b, c, d, f, g, h)):
             steps.append(Scale((a, e, i)))

@@ -49,7 +49,7 @@ class Materials:
     def _element(self, material: Material, name: str, number: int) -> list[str]:
         given = dict(material.properties)
         density = given.get("density")
-        thin = isinstance(density, (int, float)) and density < THIN or given.get("state") == "gas"
+        thin = (isinstance(density, (int, float)) and density < THIN) or given.get("state") == "gas"
         if is_void(material) and not thin:
             density, thin = 1e-25, True
         if is_void(material) != thin or (not thin and color_of(material) != (color_of_number(number), True)):
@@ -63,7 +63,7 @@ class Materials:
         else:
             self._report.narrow("no density is known of materials", name)
         parts = _parts(given)
-        lines += [f"  <{tag} n=\"{word(float(share))}\" ref={quoteattr(part)}/>" for tag, part, share in parts]
+        lines += [f'  <{tag} n="{word(float(share))}" ref={quoteattr(part)}/>' for tag, part, share in parts]
         rest = sorted(map(str, set(given) - _SAID))
         if rest:
             self._report.narrow(f"not said: properties of materials ({', '.join(rest[:4])})", name)

@@ -32,7 +32,7 @@ class Set:
     shift: Point = ORIGIN
 
     def then(self, other: Set) -> Set:
-        """This, and then the other."""
+        """One, and then the other."""
         moved = other.turn.apply(self.shift)
         return Set(other.turn.after(self.turn), _plus(moved, other.shift))
 
@@ -230,8 +230,7 @@ def last_place(moves: Moves, is_placement: bool) -> tuple[Moves, Place]:
             break
         angles[axis], least = (-rest[-1].degrees if is_placement else rest[-1].degrees), order
         rest.pop()
-    last = moves[len(rest) :]
-    return tuple(rest), Place((angles[0], angles[1], angles[2]), shift, last)
+    return tuple(rest), Place((angles[0], angles[1], angles[2]), shift, moves[len(rest) :])
 
 
 def mirror_of(move: Set) -> tuple[int, int, int] | None:

@@ -1,4 +1,4 @@
-"""Which bodies lie in which: a daughter displaces its mother, so a mother is a difference of which the daughters are cut."""
+"""Which bodies lie in which: daughters displace their mother, so a mother is a difference from which they are cut."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Nest:
 def nests_of(items: list[Item]) -> list[Nest]:
     """All bodies, those within others there; in the order of the scene.
 
-    What importers make of volumes in volumes, ``mother - daughter - daughter``, is taken apart again where each daughter
-    is a body that is listed after the mother.
+    What importers make of volumes in volumes, ``mother - daughter - daughter``, is taken apart again where each
+    daughter is a body that is listed after the mother.
     """
     free: dict[Solid, list[Nest]] = {}
     for number in range(len(items) - 1, -1, -1):

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from ...gdml.placement import ORIGIN, Point
 from ..numbers import decimal, word
-from ..pieces import Ball, Bowl, Combined, Cuboid, Drawn, Egg, Faces, Frustum, Leaf, Node, Piece, Turned
+from ..pieces import Ball, Bowl, Combined, Cuboid, Drawn, Egg, Faces, Frustum, Leaf, Native, Node, Piece, Turned
 from . import bowls, facets, turned
 from .moves import Move, Moves, Place, Set, Stretch, joined, last_place, mirror_of, moves_of
 
@@ -122,6 +122,8 @@ class Solids:
             return self._drawn(piece)
         if isinstance(piece, Bowl):
             return bowls.said(self, piece)
+        if isinstance(piece, Native):
+            return Said(self.add(piece.tag, piece.attributes, piece.children), joined([Set(shift=piece.shift)]))
         return self._faces(piece)
 
     def _cuboid(self, piece: Cuboid) -> Said:
@@ -137,7 +139,9 @@ class Solids:
             f'<section zOrder="{k}" zPosition="{word(z)}" xOffset="0" yOffset="0" scalingFactor="{word(scale)}"/>'
             for k, (z, scale) in enumerate(scales)
         )
-        products = [(Fraction(piece.scale) * Fraction(v), decimal(piece.scale) * decimal(v)) for p in piece.outline for v in p]
+        products = [
+            (Fraction(piece.scale) * Fraction(v), decimal(piece.scale) * decimal(v)) for p in piece.outline for v in p
+        ]
         rounded = piece.scale != 1 and any(Fraction(float(said)) != exact for exact, said in products)
         return Said(self.add("xtru", ' lunit="mm"', corners + ends), (), rounded)
 

@@ -18,6 +18,7 @@ from ..openmc.apart import nothing_in_common
 from ..openmc.regions import Regions
 from ..openmc.surfaces import Table
 from ..overlaps import near_pairs
+from .known import known_again
 from .materials import Materials
 from .moves import Moves, Stretch, joined, last_place, relative
 from .nesting import Nest, nests_of
@@ -65,7 +66,7 @@ class _Structure:
     def _said(self, nest: Nest) -> Said | None:
         said = None
         with self.report.about(nest.item.name):
-            said = self.solids.said(lowered(nest.outer))
+            said = self.solids.said(lowered(nest.outer, known_again))
             if nest.inner and any(isinstance(move, Stretch) for move in said.moves):
                 said = Said(self.solids.wrapped(said.name, said.moves), (), said.is_rounded)
             if said.is_rounded:

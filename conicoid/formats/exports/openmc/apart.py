@@ -1,4 +1,4 @@
-"""Whether two regions surely have nothing in common: by sides that exclude each other, and as importers narrow cells."""
+"""Whether two regions surely have nothing in common: sides exclude each other, or importers would see it."""
 
 from __future__ import annotations
 

@@ -72,7 +72,9 @@ class Materials:
         rest = sorted(set(given) - _SAID - ({"id"} if given.get("id") == number else set()))
         if rest:
             told = ", ".join(map(str, rest[:4]))
-            self._report.narrow(f"properties that OpenMC's materials do not have ({told})", material.name or str(number))
+            self._report.narrow(
+                f"properties that OpenMC's materials do not have ({told})", material.name or str(number)
+            )
         if not any(kind in given for kind in ("ao", "wo", "macroscopic")):
             self._report.narrow("no nuclides are known of materials", material.name or str(number))
         return [*lines, "</material>"]

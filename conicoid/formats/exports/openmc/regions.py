@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from ....shapes.base import PrimitiveSolid, Solid
-from ....shapes.cells import All, Any_, Cell, Not, Tree
+from ....shapes.cells import All, Cell, Not, Tree
 from ....shapes.motion import STILL, Motion
 from ....shapes.quadric import Quadric
 from ....shapes.region import Boolean, Complement, Difference, Painted, Union
@@ -57,7 +57,11 @@ class Regions:
 
     def _primitive(self, solid: PrimitiveSolid, outer: Motion, inside: bool) -> Region:
         motion = solid.under(outer)
-        if isinstance(solid, Quadric) and motion.is_identity and any(solid.symmetric[i][j] for i in range(3) for j in range(3)):
+        if (
+            isinstance(solid, Quadric)
+            and motion.is_identity
+            and any(solid.symmetric[i][j] for i in range(3) for j in range(3))
+        ):
             half = self.table.half_of_quadric(solid)
             return half if inside else negated(half)
         return self._tree(solid.tree(), motion, inside)

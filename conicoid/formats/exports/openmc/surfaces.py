@@ -1,4 +1,4 @@
-"""Planes and quadrics as OpenMC's surface elements, each once: planes, cylinders, cones and spheres where they are some."""
+"""Planes and quadrics as OpenMC's surfaces, each once: planes, cylinders, cones and spheres where they are some."""
 
 from __future__ import annotations
 

@@ -85,11 +85,13 @@ def _cell(item: Item, regions: Regions, universes: _Universes) -> _Cell:
 
 
 def _flatten_what_fills_everything(cells: list[_Cell], regions: Regions, universes: _Universes) -> None:
-    """Turned bodies without a part that is not turned would fill all of space: they are cells of the root if others are.
+    """Turned bodies without a part that is not turned would fill all of space: they go to the root if others are there.
 
     Their surfaces then are the turned ones, rounded.
     """
-    root = {universe for (around, region, _), universe in universes.numbers.items() if around == _ROOT and region is None}
+    root = {
+        universe for (around, region, _), universe in universes.numbers.items() if around == _ROOT and region is None
+    }
     others = any(cell.universe == _ROOT for cell in cells) or len(universes.numbers) > len(root)
     if not root or (len(root) == 1 and not others):
         return
@@ -174,7 +176,9 @@ def _cell_lines(cells: list[_Cell], universes: _Universes, materials: Materials)
             f"{_region(cell.region)}/>"
         )
     for (around, region, level), universe in universes.numbers.items():
-        lines.append(f'<cell id="{next(free)}"{_universe(around)} fill="{universe}"{level.attributes}{_region(region)}/>')
+        lines.append(
+            f'<cell id="{next(free)}"{_universe(around)} fill="{universe}"{level.attributes}{_region(region)}/>'
+        )
     return lines
 
 

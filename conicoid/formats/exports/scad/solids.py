@@ -12,8 +12,8 @@ from ....shapes.motion import Motion
 from ....shapes.steps import Scale, Step, Translate
 from ..exported import Unsayable
 from ..numbers import decimal, word
+from ..pieces import Ball, Bowl, Cuboid, Drawn, Egg, Faces, Frustum, Leaf, Native, Node, Piece, Steps, Turned
 from .stacks import ball_of_sides
-from ..pieces import Ball, Bowl, Combined, Cuboid, Drawn, Egg, Faces, Frustum, Leaf, Node, Piece, Steps, Turned
 
 _ROUND = "$fn = 0, $fa = 3, $fs = 0.01"
 """Circles are round for Conicoid, and have 120 sides in OpenSCAD."""
@@ -89,7 +89,7 @@ class Writer:
             return self._turned(piece), ()
         if isinstance(piece, Drawn):
             return self._drawn(piece)
-        if isinstance(piece, Bowl):
+        if isinstance(piece, Bowl | Native):
             raise Unsayable("a paraboloid or hyperboloid of it is nothing that OpenSCAD has")
         return self._faces(piece), ()
 
@@ -121,7 +121,8 @@ class Writer:
         return Call(f"rotate_extrude({text})", (_polygon(piece.profile),))
 
     def _drawn(self, piece: Drawn) -> tuple[Call, Steps]:
-        height, steps = _height(piece.low, piece.high), ()
+        height = _height(piece.low, piece.high)
+        steps: Steps = ()
         if height is None:
             size = Fraction(piece.high) - Fraction(piece.low)
             if Fraction(float(size)) != size:
