@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import chain
 
 from ....shapes.base import Solid
 from ....shapes.half_space import HalfSpace
@@ -22,6 +23,7 @@ from ...gdml.solids import template_of
 from ...openmc.xml_tree import Element
 from ..numbers import decimal, word
 from ..pieces import Leaf, Native
+from .known_bowls import known_bowls
 
 _GUESSED = (6, 9, 12, 15)
 """Digits after which numbers that came out of others are taken to end."""
@@ -29,21 +31,20 @@ _GUESSED = (6, 9, 12, 15)
 
 def known_again(solid: Solid) -> Leaf | None:
     """A cutTube, or a polyhedra of one section, without the motion of the solid; None for any other."""
-    if isinstance(solid, Intersection):
-        guesses = _cut_tubes(solid)
-    elif isinstance(solid, (Difference, Polyhedron)):
-        guesses = _polyhedra(solid)
+    plain = solid if solid.motion.is_identity else solid._moved(STILL)
+    guesses: Iterator[Native]
+    if isinstance(plain, Intersection):
+        guesses = chain(_cut_tubes(plain), known_bowls(plain))
+    elif isinstance(plain, Difference):
+        guesses = chain(_polyhedra(plain), known_bowls(plain))
+    elif isinstance(plain, Polyhedron):
+        guesses = _polyhedra(plain)
     else:
         return None
-    plain = solid if solid.motion.is_identity else _unmoved(solid)
     for guess in guesses:
         if _read(guess) == plain:
             return Leaf(guess)
     return None
-
-
-def _unmoved(solid: Solid) -> Solid:
-    return solid._moved(STILL)
 
 
 def _read(guess: Native) -> Solid | None:

@@ -7,13 +7,15 @@ turned, in which there is a cell with the turned ones.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
 from ....shapes.base import Solid
 from ....shapes.motion import STILL, Motion
-from ....shapes.region import Boolean, Intersection
+from ....shapes.quadric import Quadric
+from ....shapes.region import Boolean, Complement, Difference, Intersection
 from ....shapes.steps import Rotate, Step, Transform, Translate
 from ...openmc.placement import Rows, inverse
 from ..numbers import decimal, words
@@ -43,9 +45,8 @@ class Nested:
 
 def nested(solid: Solid) -> Nested | None:
     """A solid by levels; None where nothing of it is turned, or where that is said otherwise than by angles."""
-    operands = solid.operands if isinstance(solid, Intersection) and solid.motion.is_identity else (solid,)
     groups: dict[tuple[Step, ...], list[Solid]] = {}
-    for operand in operands:
+    for operand in _parts(solid):
         own, outer = _split(operand)
         groups.setdefault(outer, []).append(own)
     if set(groups) == {()}:
@@ -64,9 +65,34 @@ def nested(solid: Solid) -> Nested | None:
     return Nested(tuple(tuple(groups.get(steps, ())) for steps in chain), tuple(levels))
 
 
+def _parts(solid: Solid, outer: Motion = STILL) -> Iterator[Solid]:
+    """What a solid is the intersection of, under a further motion."""
+    if not isinstance(solid, Intersection | Difference):
+        yield _under(solid, outer)
+        return
+    motion = solid.motion.then(outer)
+    for k, operand in enumerate(solid.operands):
+        if k and isinstance(solid, Difference):
+            yield Complement(_under(operand, motion))
+        else:
+            yield from _parts(operand, motion)
+
+
+def _under(solid: Solid, outer: Motion) -> Solid:
+    return solid._moved(solid.motion.then(outer)) if outer.steps else solid
+
+
 def _split(solid: Solid) -> tuple[Solid, tuple[Step, ...]]:
-    """A solid before its turns by odd angles and what follows them, and these."""
+    """A solid before its turns by odd angles and what follows them, and these.
+
+    A quadric of ten coefficients that was shifted is one too: about the origin it would have others, rounded.
+    """
+    if isinstance(solid, Complement) and solid.motion.is_identity:
+        own, outer = _split(solid.operand)
+        return Complement(own), outer
     steps = solid.motion.steps
+    if isinstance(solid, Quadric) and steps and isinstance(steps[0], Translate):
+        return solid._moved(STILL), steps
     first = next((k for k, step in enumerate(steps) if _is_odd(step)), len(steps))
     if isinstance(solid, Boolean) and first < len(steps):
         first = 0

@@ -165,20 +165,25 @@ def _cell_lines(cells: list[_Cell], universes: _Universes, materials: Materials)
         numbers.append(None if number in taken else number)
         taken |= {number} if number is not None else set()
     free = (number for number in count(1) if number not in taken)
-    lines = []
+    fillings = {universe: key for key, universe in universes.numbers.items()}
+    lines: list[str] = []
+
+    def lead_to(universe: int) -> None:
+        """The filled cells on the way to a universe, where its first body stands in the order of bodies."""
+        if universe in fillings:
+            around, region, level = fillings.pop(universe)
+            lead_to(around)
+            said = f'{_universe(around)} fill="{universe}"{level.attributes}{_region(region)}'
+            lines.append(f'<cell id="{next(free)}"{said}/>')
+
     for cell, title, number in zip(cells, titles, numbers, strict=True):
+        lead_to(cell.universe)
         keeps = title is not None and number is not None
         name = (title[2] if title else None) if keeps else cell.item.name
         told = f" name={quoteattr(printable(name))}" if name else ""
         which = number if number is not None else next(free)
-        lines.append(
-            f'<cell id="{which}"{told}{_universe(cell.universe)} material="{materials.number(cell.item)}"'
-            f"{_region(cell.region)}/>"
-        )
-    for (around, region, level), universe in universes.numbers.items():
-        lines.append(
-            f'<cell id="{next(free)}"{_universe(around)} fill="{universe}"{level.attributes}{_region(region)}/>'
-        )
+        said = f'{_universe(cell.universe)} material="{materials.number(cell.item)}"{_region(cell.region)}'
+        lines.append(f'<cell id="{which}"{told}{said}/>')
     return lines
 
 
