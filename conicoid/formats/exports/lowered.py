@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 from ...shapes import exact as ex
+from ...shapes.axis import exact_length
 from ...shapes.base import PrimitiveSolid, Solid
 from ...shapes.box import Box
 from ...shapes.cells import Any_, Cell, Face, Not, Tree
@@ -138,24 +139,33 @@ def _ellipsoid(solid: Ellipsoid, room: Room) -> Node | None:
     return Leaf(Egg(solid.radii), _shift(solid.center))
 
 
-def _cylinder(solid: Cylinder, room: Room) -> Node | None:
+def _cylinder(solid: Cylinder, room: Room) -> Node:
     del room
+    radius, length = solid.radius, solid.length
     if solid.end_angle - solid.start_angle != 360:
-        return None
-    found = along_axis(solid.start, solid.end)
-    if found is None:
-        return None
-    (low, high), steps = found
-    return Leaf(Frustum(solid.radius, solid.radius, low, high), steps)
+        profile = ((0.0, 0.0), (radius, 0.0), (radius, length), (0.0, length))
+        wedge = Turned(profile, solid.start_angle, solid.end_angle)
+        return Leaf(wedge, solid.placement.steps, _is_rounded(solid))
+    return _frustum(solid, radius, radius)
 
 
-def _cone(solid: Cone, room: Room) -> Node | None:
+def _cone(solid: Cone, room: Room) -> Node:
     del room
-    found = along_axis(solid.start, solid.end)
-    if found is None:
-        return None
-    (low, high), steps = found
-    return Leaf(Frustum(solid.start_radius, solid.end_radius, low, high), steps)
+    return _frustum(solid, solid.start_radius, solid.end_radius)
+
+
+def _frustum(solid: Cylinder | Cone, first: float, second: float) -> Node:
+    """Along an axis of coordinates exactly, else of a length that is rounded."""
+    found = along_axis(solid.start, solid.end)  # type: ignore[arg-type]
+    if found is not None:
+        (low, high), steps = found
+        return Leaf(Frustum(first, second, low, high), steps)
+    return Leaf(Frustum(first, second, 0.0, solid.length), solid.placement.steps, _is_rounded(solid))
+
+
+def _is_rounded(solid: Cylinder | Cone) -> bool:
+    length = exact_length(solid.start, solid.end)  # type: ignore[arg-type]
+    return bool(ex.cancelling_sum((length, -ex.exact(solid.length))))
 
 
 def _turned(solid: Revolution, room: Room) -> Node:
@@ -188,6 +198,11 @@ def _flat(planes: list[tuple[Any, float]], room: Room) -> Node:
     if faces is None:
         raise Unsayable("a part of it is empty")
     return Leaf(faces)
+
+
+def _short(value: ex.Exact) -> Fraction:
+    """A number of a plane; the nearest float of one without an end."""
+    return Fraction(ex.rounded(value)) if ex.is_rounded(value) else ex.fraction(value)
 
 
 def _fractions(normal: Vector) -> tuple[Fraction, Fraction, Fraction]:
@@ -247,8 +262,8 @@ def _cell(faces: tuple[Face, ...], room: Room) -> Node:
         if isinstance(face.surface, PlaneSurface):
             normal, offset = ex.exact_row(face.surface.normal), ex.exact(face.surface.offset)
             is_rounded = is_rounded or any(map(ex.is_rounded, (*normal, offset)))
-            x, y, z = (face.inside * ex.fraction(value) for value in normal)
-            planes.append(((x, y, z), face.inside * ex.fraction(offset)))
+            x, y, z = (face.inside * _short(value) for value in normal)
+            planes.append(((x, y, z), face.inside * _short(offset)))
         else:
             (inside if face.inside > 0 else cut).append(curved(face.surface, room))
     if planes:

@@ -9,7 +9,7 @@ from ...shapes import exact as ex
 
 DIGITS = 40
 """Of numbers that are no float64: more than readers keep, so that these round them as they would the exact ones."""
-_LONGEST = 60
+_LONGEST, _LONGEST_QUOTIENT = 60, 400
 _CONTEXT = Context(prec=DIGITS)
 
 
@@ -62,4 +62,5 @@ def short(value: ex.Writable) -> tuple[Fraction, bool]:
 def expression(value: Fraction) -> str:
     """A number for readers that know fractions: as it is where its digits end soon, else a quotient."""
     text = word(value)
-    return text if Fraction(text) == value else f"{value.numerator}/{value.denominator}"
+    quotient = f"{value.numerator}/{value.denominator}"
+    return text if Fraction(text) == value or len(quotient) > _LONGEST_QUOTIENT else quotient

@@ -132,10 +132,8 @@ def exported(scene: SceneLike, options: Options) -> Exported:
 
 def _container(structure: _Structure, nests: list[Nest], inner: list[str]) -> str:
     """A world around bodies that none of them holds: a box of nothing, which importers of ours leave out."""
-    size = 1.0
-    for nest in nests:
-        low, high = nest.outer.bounds
-        size = max(size, *(abs(float(end)) for end in (*low, *high) if abs(end) < float("inf")))
+    ends = [abs(float(end)) for nest in nests for corner in nest.outer.bounds for end in corner]
+    size = max((end for end in ends if math.isfinite(end)), default=1.0)
     text = word(8.0 * 2.0 ** math.frexp(size)[1])
     solid = structure.solids.add("box", f' x="{text}" y="{text}" z="{text}" lunit="mm"')
     name = "world"
