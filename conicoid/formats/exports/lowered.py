@@ -156,7 +156,7 @@ def _cone(solid: Cone, room: Room) -> Node:
 
 def _frustum(solid: Cylinder | Cone, first: float, second: float) -> Node:
     """Along an axis of coordinates exactly, else of a length that is rounded."""
-    found = along_axis(solid.start, solid.end)  # type: ignore[arg-type]
+    found = along_axis(solid.start, solid.end)
     if found is not None:
         (low, high), steps = found
         return Leaf(Frustum(first, second, low, high), steps)
@@ -164,7 +164,7 @@ def _frustum(solid: Cylinder | Cone, first: float, second: float) -> Node:
 
 
 def _is_rounded(solid: Cylinder | Cone) -> bool:
-    length = exact_length(solid.start, solid.end)  # type: ignore[arg-type]
+    length = exact_length(solid.start, solid.end)
     return bool(ex.cancelling_sum((length, -ex.exact(solid.length))))
 
 

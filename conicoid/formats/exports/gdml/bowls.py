@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from ....shapes import exact as ex
 from ....shapes.rounded import sin_cos_degrees
 from ...openmc.placement import Turn
+from ..exported import Unsayable
 from ..numbers import word
 from ..pieces import Bowl
 from .moves import Set, joined
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 _NEAR = 12
 """Floats on either side of an angle that are tried for the very slope."""
+_STEEPEST = 89.999
 _DOWN = Turn(signs=(1, -1, -1))
 
 
@@ -54,6 +56,8 @@ def _hype(solids: Solids, piece: Bowl) -> Said:
 def _angle(bend: Fraction) -> tuple[float, bool]:
     """The angle in degrees whose tangent squared is read as a float, and whether there is one."""
     about = math.degrees(math.atan(math.sqrt(bend)))
+    if about > _STEEPEST:
+        raise Unsayable("a hyperboloid of it is nearly flat, and GDML has it by an angle near 90 degrees")
     tried = about
     for _ in range(_NEAR):
         tried = math.nextafter(tried, 0.0)

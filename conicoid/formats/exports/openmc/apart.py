@@ -30,6 +30,11 @@ def nothing_in_common(first: Region, later: Region, table: Table) -> bool:
     return _is_empty([bound(first, table.surfaces), bound(later, table.surfaces)], _SPLITS)
 
 
+def is_nothing(region: Region, table: Table) -> bool:
+    """Has a region surely no volume?"""
+    return _is_empty([bound(region, table.surfaces)], _SPLITS)
+
+
 def _is_empty(parts: list[Part], splits: int) -> bool:
     """Surely? Unions are looked at part by part, so many of them one after the other."""
     found = Conjunction().and_(parts)

@@ -16,7 +16,7 @@ from ...scene_file import SceneLike
 from ..bodies import Item, solids_of
 from ..exported import Exported, Options, Report, Unsayable
 from ..overlaps import near_pairs
-from .apart import Sides, nothing_in_common, sides_of, surely_apart
+from .apart import Sides, is_nothing, nothing_in_common, sides_of, surely_apart
 from .levels import Level, nested
 from .materials import Materials
 from .regions import Regions, conjuncts, joined, negated, text_of
@@ -61,6 +61,9 @@ def exported(scene: SceneLike, options: Options) -> Exported:
     report.check()
     _flatten_what_fills_everything(cells, regions, universes)
     _cut_overlaps(cells, table, report)
+    for cell in cells:
+        if cell.region is not None and is_nothing(cell.region, table):
+            report.narrow("with nothing in it, and left out by readers", cell.item.name)
     _tell_rounded(cells, universes, table, report)
     _enclose(scene.domain, regions, table, cells, report)
     materials = Materials(items, report)

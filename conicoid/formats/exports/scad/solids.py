@@ -10,6 +10,7 @@ from typing import Any
 from ....shapes import exact as ex
 from ....shapes.motion import Motion
 from ....shapes.steps import Scale, Step, Translate
+from ....shapes.validate import SMALLEST
 from ..exported import Unsayable
 from ..numbers import decimal, word
 from ..pieces import Ball, Bowl, Cuboid, Drawn, Egg, Faces, Frustum, Leaf, Native, Node, Piece, Steps, Turned
@@ -69,7 +70,7 @@ class Writer:
         linear, shift = Motion((step,)).affine
         rows = []
         for row, end in zip(linear, shift, strict=True):
-            numbers = [ex.rounded(value) for value in (*row, end)]
+            numbers = [_within_domain(ex.rounded(value)) for value in (*row, end)]
             for exact, near in zip((*row, end), numbers, strict=True):
                 self.is_rounded = self.is_rounded or bool(ex.cancelling_sum((exact, -ex.exact(near))))
             rows.append(f"[{', '.join(map(word, numbers))}]")
@@ -144,6 +145,11 @@ class Writer:
         turned = piece.is_convex or _volume(piece) > 0
         faces = [f"[{', '.join(map(str, reversed(face) if turned else face))}]" for face in piece.faces]
         return Call(f"polyhedron(points = [{', '.join(points)}], faces = [{', '.join(faces)}], convexity = 10)")
+
+
+def _within_domain(value: float) -> float:
+    """Nothing for what is too small for a scene."""
+    return value if abs(value) >= SMALLEST else 0.0
 
 
 def color(text: str) -> str:
