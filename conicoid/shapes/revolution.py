@@ -126,7 +126,10 @@ def rings(edges: Sequence[_Edge]) -> list[_Ring]:
 
 
 def _wall(edge: _Edge) -> Face:
-    """What an edge that rises sweeps, inside towards the axis: a cylinder, or a cone about its narrower end."""
+    """What an edge that rises sweeps, inside towards the axis: a cylinder, or a cone about its narrower end.
+
+    The cylinder is the unit cylinder scaled, as those of OpenMC and MCNP are, so that all give the same bits.
+    """
     (r0, z0), (r1, z1) = edge.low, edge.high
     slope = (r1 - r0) / (z1 - z0)
     r, z = (r0, z0) if slope >= 0 else (r1, z1)
