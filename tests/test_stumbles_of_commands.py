@@ -189,7 +189,7 @@ def test_pages_are_named_as_other_outputs_are(path, tmp_path):
         page = tmp_path / f"{k}.html"
         assert run(*(page if word == "{}" else word for word in order)).exit_code == 0
         assert page.read_bytes()
-    assert "Missing argument 'PAGE'" in run("export", path).stderr
+    assert "Missing argument 'FILE'" in run("export", path).stderr
 
 
 def test_whole_numbers_may_have_exponents(path):

@@ -85,7 +85,7 @@ class Filed:
             rows = {_TEXT: self._text(answer)}
         else:
             rows = self._columns(answer)
-        self._parts.add(rows, len(answer) if isinstance(answer, Spans) else answer.size, found)
+        self._parts.add(rows, len(answer) if isinstance(answer, Spans | Crossings) else answer.size, found)
 
     def finish(self, shape: tuple[int, ...] | None, home: bytes | None) -> None:
         """Put all together, for rays of this leading shape, or for those that came one after the other.

@@ -9,10 +9,11 @@ import typer
 
 from .exit_codes import FOUND
 from .explaining import EXPLAIN_EXAMPLES, explain
+from .exporting import EXPORT_EXAMPLES, export
 from .films import ANIMATE_EXAMPLES, animate
 from .importing import IMPORT_EXAMPLES, import_
 from .measuring import LENGTHS_EXAMPLES, MEASURE_EXAMPLES, lengths, measure
-from .pages import EXPORT_EXAMPLES, PLAYGROUND_EXAMPLES, VIEW_EXAMPLES, export, playground, view
+from .pages import PLAYGROUND_EXAMPLES, VIEW_EXAMPLES, playground, view
 from .parts import (
     STDOUT,
     Command,

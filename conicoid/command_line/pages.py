@@ -1,4 +1,4 @@
-"""Commands that show scenes in a browser: view, playground and export."""
+"""Commands that show scenes in a browser: view and playground."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .parts import SceneFile, check_folder, load, prepare
+from .parts import load, prepare
 from .terminal import compile_notes, say, user_mistakes
 
 VIEW_EXAMPLES = (
@@ -18,7 +18,6 @@ PLAYGROUND_EXAMPLES = (
     "Examples:\n\n  conicoid playground\n\n  conicoid playground scene.yaml\n\n"
     "The file stays as it is. docs/playground.md says what can be done there."
 )
-EXPORT_EXAMPLES = "Example:\n\n  conicoid export scene.yaml scene.html"
 
 
 def view(
@@ -66,21 +65,3 @@ def playground(
         with compile_notes():
             session = Playground(scene)
         serve(session, port, browser, say)
-
-
-def export(
-    scene: SceneFile,
-    output: Annotated[Path, typer.Argument(metavar="PAGE", help="The page, .html.", show_default=False)],
-) -> None:
-    """Write a scene as one page that any current browser shows, from a disk, with no server."""
-    with user_mistakes():
-        if output.suffix.lower() not in (".html", ".htm"):
-            raise ValueError(f"{output}: pages are saved as .html")
-        check_folder(output)
-        loaded = load(scene, None)
-        from ..viewer import export as write_page
-
-        prepare(loaded)
-        with compile_notes():
-            write_page(loaded, output, scene.stem)
-        say(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")

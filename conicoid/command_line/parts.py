@@ -59,7 +59,8 @@ _COMMANDS = {
 }  # fmt: skip
 """Commands that one may look for, and those that there are."""
 _NOT_COMMANDS = {
-    "convert": "conicoid import reads files of other programs, and in Python scene.save(path) writes .yaml and .json",
+    "convert": "conicoid import reads files of other programs, conicoid export writes them, and in Python "
+    "scene.save(path) writes .yaml and .json",
     "gallery": "`make demo` in the repository renders the gallery",
     "crossings": "conicoid trace --spans has the ends of each stretch, in Python scene.crossings(rays) all crossings",
 }

@@ -145,9 +145,16 @@ def rings(edges: Sequence[_Edge]) -> list[_Ring]:
 
 
 def _wall(edge: _Edge) -> Face:
-    """What an edge that rises sweeps, inside towards the axis: a cylinder, or a cone about its narrower end."""
+    """What an edge that rises sweeps, inside towards the axis: a cylinder, or a cone about its narrower end.
+
+    The cylinder is the unit cylinder scaled, as those of OpenMC and MCNP are, so that all give the same bits.
+    """
     (r0, z0), (r1, z1) = edge.low, edge.high
-    return Face(frustum_side(r0, z0, r1, z1), edge.number, around_z(float(z0), float(z1)))
+    uv = around_z(float(z0), float(z1))
+    if r0 == r1:
+        rows = ((1 / r0, 0.0, 0.0), (0.0, 1 / r0, 0.0), (0.0, 0.0, 1.0))
+        return Face(QuadricSurface((1.0, 1.0, 0.0), rows=rows), edge.number, uv)
+    return Face(frustum_side(r0, z0, r1, z1), edge.number, uv)
 
 
 def _tree_of(ring: _Ring, walls: dict[int, Face], level: Sequence[Any], inner_number: int) -> Tree:

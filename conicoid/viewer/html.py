@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import logging
 import os
 import re
 from functools import cache
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..formats.atomic import replacing
+from ..formats.exports import FORMATS, Options, format_for
 from ..scene import Scene, as_scene
 from ..shapes.color import srgb_encode
 from ..shapes.validate import path as checked_path
@@ -39,6 +41,7 @@ MODULES = (
 """The modules of the page, each after those that it imports."""
 _IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=const|let|function|class|async)", re.MULTILINE)
+_log = logging.getLogger("conicoid")
 PREVIEW_BYTES = 40 << 10
 _PREVIEW_ASPECT = 1.5
 """As wide as most windows: a picture of the same height covers them as the shader's will."""
@@ -96,20 +99,29 @@ def markup(preview: str) -> str:
 
 
 @explained
-def export(scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str | None = None) -> None:
-    """Write the scene as one HTML file that works from a disk.
+def export(
+    scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str | None = None, *, strict: bool = False
+) -> tuple[str, ...]:
+    """Write the scene as a file for others: one HTML page that works from a disk, or a model of another program.
 
-    path: of the file, .html.
+    path: of the file, whose suffix says what it is: .html, a page; .gdml, GDML; .scad, OpenSCAD; .xml, an OpenMC model.
     title: of the page; by default the file's name.
+    strict: of a model, is what its format cannot say of the scene an error?
 
-    Raises ValueError for a scene that a browser cannot hold, with the limit, and for another suffix than .html;
-    OSError where it cannot be written.
+    Returns notes on the model: how large it is, and what it does not say; those also go to the log,
+    `logging.getLogger("conicoid")`, as warnings. docs/exporting.md says what becomes of what.
+    Raises ValueError for a scene that a browser cannot hold, with the limit, for bodies that a format cannot say, with
+    their names, and for another suffix; OSError where it cannot be written.
     """
     scene, path = as_scene("export", scene), checked_path("export", path)
     if title is not None and not isinstance(title, str):
         raise TypeError(f"export: title must be a text or None, got {what(title)}")
-    if os.path.splitext(path)[1].lower() != ".html":
-        raise ValueError(f"{os.fspath(path)}: pages are saved as .html")
+    options = Options(strict)
+    suffix = os.path.splitext(path)[1].lower()
+    if suffix != ".html":
+        return _model(scene, path, title, options)
+    if strict:
+        raise ValueError("export: strict means nothing for a page")
     text = page(
         scene,
         title or os.path.splitext(os.path.basename(path))[0],
@@ -117,6 +129,21 @@ def export(scene: Scene | Shape | Body, path: str | os.PathLike[str], title: str
     )
     with replacing(path) as part:
         part.write_text(text, encoding="utf-8")
+    return ()
+
+
+def _model(scene: Scene, path: str | os.PathLike[str], title: str | None, options: Options) -> tuple[str, ...]:
+    """A file of another program."""
+    found = format_for(path)
+    if found is None:
+        known = ", ".join(suffix for each in FORMATS for suffix in each.suffixes)
+        raise ValueError(f"{os.fspath(path)}: scenes are exported as a page, .html, or as models: {known}")
+    if title is not None:
+        raise ValueError(f"export: title means nothing for {found.name}: pages have one")
+    done = found.write(scene, path, options)
+    if done.remarks:
+        _log.warning("%s", "\n".join(f"{os.fspath(path)}: {remark}" for remark in done.remarks))
+    return done.notes
 
 
 def as_url(preview: bytes) -> str:

@@ -206,7 +206,7 @@ SCENES: dict[str, Call] = {
     "section": (_query("section"), dict(plane="z", at=0, width=4, height=3, samples=1)),
     "replace": (lambda item: SCENE.replace(0, item), dict(item=BALL)),
     "replace in part": (lambda **parts: SCENE.replace(0, **parts), dict(material="red", name="a")),
-    "export": (co.export, dict(scene=SCENE, path="page.html", title=None)),
+    "export": (co.export, dict(scene=SCENE, path="page.html", title=None, strict=False)),
     **{
         f"{name}.save": (lambda path, name=name: ANSWERS[name]().save(path), dict(path="answer.npz"))
         for name in ("Rays", "Spans", "Crossings")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 from math import lcm
@@ -85,6 +86,27 @@ def convex(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> Make:
     if len(planes) < 4:
         raise ValueError("it must enclose a volume")
     return inside_of(planes)
+
+
+def planes_of_convex(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> list[Plane] | None:
+    """The planes of a closed surface that is convex, exactly, and whose faces are flat; None for any other."""
+    edges = Counter((face[k - 1], face[k]) for face in faces for k in range(len(face)))
+    if len(faces) < 4 or any(count != 1 or edges[b, a] != 1 for (a, b), count in edges.items()):
+        return None
+    inside = mean(corners)
+    planes: dict[Plane, None] = {}
+    for face in faces:
+        try:
+            plane = plane_through([corners[k] for k in face], inside)
+        except LeftOut:
+            return None
+        if plane is None or any(dot(plane[0], corners[k]) != plane[1] for k in face):
+            return None
+        planes[plane] = None
+    for normal, offset in planes:
+        if dot(normal, inside) >= offset or any(dot(normal, corner) > offset for corner in corners):
+            return None
+    return list(planes)
 
 
 def inside_of(planes: Sequence[Plane]) -> Make:

@@ -68,8 +68,8 @@ class Expansion:
             message = f"volumes nest deeper than {DEEPEST} levels"
             raise SceneFileError(self.geometry.path, [Problem(volume.element.line, volume.element.column, "", message)])
         bodies, parts = (0, 0) if volume.template is None else (1, volume.template.parts)
-        if levels > 0 or volume.is_assembly:
-            inner = levels if volume.is_assembly else levels - 1
+        if levels > 0 or volume.is_open:
+            inner = levels if volume.is_open else levels - 1
             for daughter in volume.daughters:
                 more, its = self.count(daughter.volume, inner, depth + 1)
                 bodies, parts = bodies + more, parts + its
@@ -83,13 +83,13 @@ class Expansion:
         if own is not None:
             self.bodies.append(None)  # type: ignore[arg-type]
         displaced: list[Solid] = []
-        if levels > 0 or volume.is_assembly:
-            inner = levels if volume.is_assembly else levels - 1
+        if levels > 0 or volume.is_open:
+            inner = levels if volume.is_open else levels - 1
             for daughter, label in zip(volume.daughters, self._labels(volume), strict=True):
                 there = self._there(volume, daughter, placement, path)
                 if there is None:
                     continue
-                displaced += self.expand(daughter.volume, there, f"{path}/{label}", inner)
+                displaced += self.expand(daughter.volume, there, f"{path}/{label}" if path else label, inner)
             if own is not None and volume.is_filled and displaced:
                 self.filled += 1
                 return [own]
@@ -164,7 +164,7 @@ def labels_of(volume: Volume) -> list[str]:
 
 
 def world_name(volume: Volume) -> str:
-    """The first part of every path."""
+    """The first part of every path; nothing for a world that is no body."""
     from .reading import shown_name
 
-    return shown_name(volume.name) or "world"
+    return "" if volume.is_container else shown_name(volume.name) or "world"

@@ -8,7 +8,7 @@ from ...shapes.box import Box
 from ...shapes.mesh import Mesh
 from ...shapes.rounded import sin_cos_degrees
 from ..openmc.xml_tree import Element
-from .convex import SIX_FACES, convex, cross, dot, minus
+from .convex import SIX_FACES, convex, cross, dot, inside_of, minus, planes_of_convex
 from .placement import Point
 from .reading import LeftOut, Mistake, known, reference
 from .templates import Make
@@ -125,6 +125,9 @@ def tessellated(values: Values) -> Make:
         face = tuple(dict.fromkeys(places.setdefault(corner, len(places)) for corner in corners))
         if len(face) > 2:
             faces.append(face)
+    planes = planes_of_convex(list(places), faces)
+    if planes is not None:
+        return inside_of(planes)
     values.reading.spend(len(faces))
     return closed(list(places), faces)
 

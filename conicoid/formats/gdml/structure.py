@@ -31,7 +31,13 @@ class Volume:
     daughters: list[Daughter] = field(default_factory=list)
     is_assembly: bool = False
     is_filled: bool = False  # by replicas, all of it
+    is_container: bool = False  # around bodies of a scene that was exported: no body itself
     counted: int | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Is it no level of its own, as what is in it stands beside it?"""
+        return self.is_assembly or self.is_container
 
 
 @dataclass(eq=False, slots=True)
@@ -95,6 +101,8 @@ class Structure:
                 raise Mistake(element, "must have a solidref")
         finally:
             self.volumes[name] = volume  # so that what refers to it is no second mistake
+        if any(_is_container(child) for child in element.children):
+            volume.template, volume.is_container = None, True
         for child in self.reading.each(element.children):
             read = self._readers().get(local(child))
             if read is not None:
@@ -149,6 +157,12 @@ class Structure:
             else None
         )
         self.add(volume, Daughter(shown_name(name), inner, shift, rotation, copy))
+
+
+def _is_container(element: Element) -> bool:
+    """Does it say that a volume is only there because a world must be?"""
+    given = element.attributes
+    return element.tag == "auxiliary" and (given.get("auxtype"), given.get("auxvalue")) == ("Conicoid", "container")
 
 
 def folder_file(path: str, name: str) -> str:

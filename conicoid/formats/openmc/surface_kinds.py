@@ -64,6 +64,11 @@ def _surface(values: Values) -> Surface | None:
         raise values.mistake(str(error)) from None
 
 
+def surface_of(kind: str, numbers: Coefficients) -> Surface:
+    """A surface by its type and coefficients. Raises ValueError where there is none of them."""
+    return _KINDS[kind][1](numbers)
+
+
 def _plane(numbers: Coefficients) -> Surface:
     """A x + B y + C z = D"""
     a, b, c, d = numbers

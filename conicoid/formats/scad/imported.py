@@ -58,7 +58,8 @@ def _bodies(parts: list[Part]) -> list[Body]:
         these = [part.solid for part in parts if (part.color or DEFAULT) == color]
         whole = these[0] if len(these) == 1 else Union(tuple(these))
         around = whole.bounds
-        near = [solid for solid, box in before if _may_meet(box, around)]
+        cut = whole.operands[1:] if isinstance(whole, Difference) and whole.motion.is_identity else ()
+        near = [solid for solid, box in before if _may_meet(box, around) and solid not in cut]
         found.append(Body(Difference((whole, *near)) if near else whole, matte(color, name=color), color))
         before += [(solid, solid.bounds) for solid in these]
     return found

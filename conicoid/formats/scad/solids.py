@@ -32,11 +32,16 @@ def sphere(given: Arguments, smooth: bool) -> Solid:
     radius, sides = _radius(given), given.sides(smooth)
     if not sides:
         return Sphere(radius)
-    count = (sides + 1) // 2
-    turns = [sin_cos_degrees(180.0 * (k + 0.5) / count) for k in range(count)]
-    levels = [(radius * s, radius * c) for s, c in turns][::-1]
+    levels = rings_of_ball(radius, sides)
     parts = [frustum(low[0], high[0], low[1], high[1], sides) for low, high in itertools.pairwise(levels)]
     return parts[0] if len(parts) == 1 else Union(tuple(parts))
+
+
+def rings_of_ball(radius: float, sides: int) -> list[tuple[float, float]]:
+    """Radii and heights of the rings of a ball with $fn, from the lowest."""
+    count = (sides + 1) // 2
+    turns = [sin_cos_degrees(180.0 * (k + 0.5) / count) for k in range(count)]
+    return [(radius * s, radius * c) for s, c in turns][::-1]
 
 
 def cylinder(given: Arguments, smooth: bool) -> Solid:
