@@ -177,23 +177,29 @@ _LINE = 8  # floats in a line of memory; every table of floats begins at one
 
 def _aligned(count: int) -> Floats:
     """An array that begins at a line of memory."""
-    room = np.empty(count + _LINE)
+    room = np.zeros(count + _LINE)  # memory that nobody writes to is never taken
     skip = -room.ctypes.data % (_LINE * room.itemsize) // room.itemsize
     return room[skip : skip + count]
 
 
-def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
-    """Lay the tables end to end; those of the numbers `later` get room that the caller fills."""
-    geometry = room_for(tables)
-    arrays: tuple[npt.NDArray[Any], ...] = tables
-    for k, table in enumerate(arrays):
-        _room(geometry, k, table)[...] = 0 if k in later else table  # padding too is the same each time
-    geometry.places[STEPS] = steps(tables)
+def pack(columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> Geometry:
+    """Lay the columns of tables end to end; those called `later` get zeros, which the caller fills in.
+
+    Each is taken out of `columns` as it is copied, so that a large scene is never in memory twice.
+    """
+    tables = Tables(**columns)
+    geometry, most = room_for(tables), steps(tables)
+    del tables
+    for k, name in enumerate(Tables._fields):
+        table = columns.pop(name)
+        if name not in later:
+            _room(geometry, k, table)[...] = table
+    geometry.places[STEPS] = most
     return geometry
 
 
 def room_for(tables: Tables) -> Geometry:
-    """Room for tables of these shapes end to end, which the caller fills; and then `STEPS`."""
+    """Room for tables of these shapes end to end, zeros that the caller fills; and then `STEPS`."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
     places = np.zeros(2 * LENGTHS + 2, np.int64)
     ends = [0, 0]
@@ -201,13 +207,7 @@ def room_for(tables: Tables) -> Geometry:
         real = table.dtype == np.float64
         places[k], places[LENGTHS + k] = ends[real], table.size
         ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
-    geometry = Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + SPARE))
-    geometry.floats[ends[1] :] = 0.0
-    for k, table in enumerate(arrays):
-        if table.dtype == np.float64:
-            end = int(places[k] + places[LENGTHS + k])
-            geometry.floats[end : end + -end % _LINE] = 0.0
-    return geometry
+    return Geometry(places, np.zeros(ends[0], np.int32), _aligned(ends[1] + SPARE))
 
 
 def steps(tables: Tables) -> int:

@@ -28,7 +28,7 @@ from .surfaces import Remainders, SurfaceArrays
 class Lowered:
     """A scene as arrays. `tables` become what kernels take."""
 
-    tables: Tables  # without a tree over the entries
+    tables: Tables  # without a tree over the entries, until they are packed
     boxes: Floats  # (entries, 6) low, high
     frames: Floats  # (bodies with a frame, 3, 4) world to own coordinates
     body_frame: Ints  # (bodies,) row in frames; -1 - k: about the ball's center, by ball frame k
@@ -38,6 +38,12 @@ class Lowered:
     rest: Remainders  # what rounding took from the records of surfaces
     exact: ExactTables
     laid: Laid | None
+
+    def taken(self) -> Tables:
+        """Its tables, of which it keeps the shapes alone: whoever packs them frees each as soon as it is copied."""
+        tables, empty = self.tables, [np.broadcast_to(column.dtype.type(), column.shape) for column in self.tables]
+        object.__setattr__(self, "tables", Tables(*empty))
+        return tables
 
     def sharing(self, geometry: Geometry) -> Lowered:
         """The same with tables that share the memory of what was packed from them."""
