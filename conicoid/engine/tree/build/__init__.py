@@ -28,8 +28,10 @@ def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
     del tables
     geometry = pack(columns, later=("node_boxes", "leaf_items"))
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
-    put_items(geometry, lowered.boxes, forest.places[-2])
-    return geometry, Woods.of(forest, depth, levels)
+    place, woods = forest.places[-2], Woods.of(forest, depth, levels)
+    del forest  # what trees were built from is as large as what follows
+    put_items(geometry, lowered.boxes, place)
+    return geometry, woods
 
 
 __all__ = ["Woods", "with_trees"]
