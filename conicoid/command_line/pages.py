@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from .parts import SceneFile, check_folder, load, prepare
+from .parts import SceneFile
 from .terminal import compile_notes, say, user_mistakes
+from .working import check_folder, load, prepare
 
 VIEW_EXAMPLES = (
     "Examples:\n\n  conicoid view scene.yaml\n\n  conicoid view --quadrics\n\n"
