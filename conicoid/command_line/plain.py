@@ -49,6 +49,7 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
 
     with user_mistakes():
         check_environment()
+        from ..formats.collector import without_collector
         from ..render.picture import check_options
         from .drawing import Wanted, draw
         from .working import load
@@ -57,5 +58,6 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
         wanted = Wanted(output, **numbers)  # type: ignore[arg-type]
         wanted.check_output()
         check_options(wanted.samples, wanted.integrator, wanted.seed, wanted.depth)
-        draw(load(scene, threads), None, wanted, NOTHING_SEEN)
+        with without_collector():  # one scene is made and drawn, and then the process ends
+            draw(load(scene, threads), None, wanted, NOTHING_SEEN)
     return DONE
