@@ -203,7 +203,7 @@ def pack(columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> G
 
 
 def room_for(tables: Tables) -> Geometry:
-    """Room for tables of these shapes end to end, zeros that the caller fills; and then `STEPS`."""
+    """Room for tables of these shapes end to end, which the caller fills, floats being 0; and then `STEPS`."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
     places = np.zeros(2 * LENGTHS + 2, np.int64)
     ends = [0, 0]
@@ -211,7 +211,7 @@ def room_for(tables: Tables) -> Geometry:
         real = table.dtype == np.float64
         places[k], places[LENGTHS + k] = ends[real], table.size
         ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
-    return Geometry(places, np.zeros(ends[0], np.int32), _aligned(ends[1] + SPARE))
+    return Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + SPARE))
 
 
 def steps(tables: Tables) -> int:
