@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from collections.abc import Callable
 from typing import Any, NoReturn
 
 from .command_line.exit_codes import DONE, FAILED, INTERRUPTED
@@ -28,8 +29,13 @@ def main() -> NoReturn:
 
 def _command(hears: bool) -> Any:
     try:
-        from .command_line.cli import main as command
+        from .command_line.plain import understood
 
+        command: Callable[[], Any] | None = understood(sys.argv[1:])
+        if command is None:
+            from .command_line import cli
+
+            command = cli.main
         if hears:
             signal.signal(signal.SIGINT, _interrupt)
         command()

@@ -182,7 +182,9 @@ sys.meta_path.insert(0, Interrupting())
 """
 
 
-EARLY = ["typer", "numpy", "conicoid.engine.tables"]
+EARLY = ["typer", "conicoid.command_line.drawing", "numpy", "conicoid.engine.tables"]
+PROPER = "typer", "conicoid.command_line.cli", "rich"
+"""What plain commands do without: see `command_line/plain.py`."""
 LATE = [
     "conicoid.command_line.cli", "rich", "conicoid.files", "yaml", "conicoid.scene", "numba", "conicoid.compiler.jit", "llvmlite.binding",
     "conicoid.render.tiles", "PIL",
@@ -193,6 +195,7 @@ LATE = [
 def test_while_something_is_imported(module, tmp_path):
     scene = written(tmp_path)
     options = ["-o", tmp_path / "x.png", "--width", 8, "--height", 8]
+    options += ["--samples=2"] if module in PROPER else []  # which is not plain
     with child(WHEN_IMPORTED, module, "render", scene, *options) as running:
         code, out, errors = running.end(300)
     assert (code, out) == (130, "")

@@ -161,16 +161,16 @@ def test_turntable_without_its_encoder(scene, tmp_path, monkeypatch):
 
 
 def test_preparing_is_told_where_it_takes_long(scene, monkeypatch):
-    from conicoid.command_line import parts as command_parts
+    from conicoid.command_line import working
 
     assert "preparing" not in run("info", scene).stderr
-    monkeypatch.setattr(command_parts, "PATIENCE", -1.0)
+    monkeypatch.setattr(working, "PATIENCE", -1.0)
     assert run("info", scene).stderr.count("preparing 4 entries ...\n") == 1
 
 
 def test_reading_is_told_where_it_takes_long(scene, monkeypatch):
-    from conicoid.command_line import parts as command_parts
+    from conicoid.command_line import working
 
     assert "reading" not in run("info", scene).stderr
-    monkeypatch.setattr(command_parts, "PATIENCE", -1.0)
+    monkeypatch.setattr(working, "PATIENCE", -1.0)
     assert run("info", scene).stderr.count(f"reading {scene} ...\n") == 1

@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 import conicoid as co
-from conicoid.command_line import parts as command_parts
+from conicoid.command_line import working
 
 from .command_line import run
 
@@ -32,7 +32,7 @@ def test_info_lists_materials(path):
 
 
 def test_one_entry_is_no_entries(path, monkeypatch):
-    monkeypatch.setattr(command_parts, "PATIENCE", -1)
+    monkeypatch.setattr(working, "PATIENCE", -1)
     SCENE.replace("box", co.Sphere(3)).save(path)
     assert "preparing 3 entries ..." in run("info", path).stderr
     co.save(co.Sphere(), path)

@@ -15,27 +15,22 @@ from .importing import IMPORT_EXAMPLES, import_
 from .measuring import LENGTHS_EXAMPLES, MEASURE_EXAMPLES, lengths, measure
 from .pages import PLAYGROUND_EXAMPLES, VIEW_EXAMPLES, playground, view
 from .parts import (
-    STDOUT,
+    ClusterOption,
     Command,
     Commands,
     SceneFile,
+    SlurmOption,
     Threads,
     TMax,
     TMin,
-    check_folder,
-    load,
-    name_of,
+    WorkersOption,
     only_with,
-    prepare,
-    rays_for,
-    refuse_overwriting,
-    refuse_stdin,
-    written,
 )
 from .pictures import RENDER_EXAMPLES, TURNTABLE_EXAMPLES, render, turntable
 from .slices import SLICE_EXAMPLES, slice_scene
 from .terminal import Bar, compile_notes, say, show_table, user_mistakes
-from .workers import ClusterOption, SlurmOption, WorkersOption, executor_of
+from .workers import executor_of
+from .working import STDOUT, check_folder, load, name_of, prepare, rays_for, refuse_overwriting, refuse_stdin, written
 
 app = typer.Typer(
     cls=Commands,

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from .parts import SceneFile, TMax, TMin, check_folder, load, prepare, refuse_overwriting
+from .parts import SceneFile, TMax, TMin
 from .terminal import compile_notes, say, user_mistakes
+from .working import check_folder, load, prepare, refuse_overwriting
 
 EXPLAIN_EXAMPLES = (
     "Examples:\n\n  conicoid explain scene.yaml --ray -3 0.6 0 1 0 0\n\n"

@@ -7,8 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from .parts import SceneFile, check_folder, load, prepare, refuse_overwriting
+from .parts import SceneFile
 from .terminal import Bar, compile_notes, say, user_mistakes
+from .working import check_folder, load, prepare, refuse_overwriting
 
 EXPORT_EXAMPLES = (
     "Examples:\n\n  conicoid export scene.yaml scene.html\n\n  conicoid export geometry.xml detector.gdml\n\n"

@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from .parts import SceneFile, Threads, check_folder, in_rays, load, prepare, said_warnings
+from .parts import SceneFile, Threads
 from .picture_options import Axes, Depth, Integrator, Labels, Normals, Outside, Pixels, Samples, Seed
 from .pictures import check_light
 from .terminal import Bar, compile_notes, say, user_mistakes
+from .working import check_folder, in_rays, load, prepare, said_warnings
 
 ANIMATE_EXAMPLES = (
     "Examples:\n\n  conicoid animate scene.yaml -o film.gif\n\n"

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from .parts import STDOUT, check_folder, name_of, refuse_stdin, refused_files, written
 from .terminal import Bar, say, user_mistakes
+from .working import STDOUT, check_folder, name_of, refuse_stdin, refused_files, written
 
 IMPORT_EXAMPLES = (
     "Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"

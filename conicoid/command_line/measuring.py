@@ -8,24 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .parts import (
-    STDOUT,
-    RayFile,
-    Results,
-    SceneFile,
-    Threads,
-    TMax,
-    TMin,
-    check_folder,
-    load,
-    name_of,
-    only_with,
-    prepare,
-    rays_for,
-    refuse_overwriting,
-    written,
-)
+from .parts import RayFile, Results, SceneFile, Threads, TMax, TMin, only_with
 from .terminal import Bar, compile_notes, say, user_mistakes
+from .working import STDOUT, check_folder, load, name_of, prepare, rays_for, refuse_overwriting, written
 
 if TYPE_CHECKING:
     from ..formats.ray_file import RayTable

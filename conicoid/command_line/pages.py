@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from .parts import load, prepare
 from .terminal import compile_notes, say, user_mistakes
+from .working import load, prepare
 
 VIEW_EXAMPLES = (
     "Examples:\n\n  conicoid view scene.yaml\n\n  conicoid view --quadrics\n\n"

@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..film.names import MOST_SAMPLES, Filter, Tone
-from ..integrators import INTEGRATORS, with_option
-from .parts import (
-    STDOUT,
-    SceneFile,
-    Threads,
-    check_folder,
-    check_stdout,
-    in_rays,
-    load,
-    name_of,
-    only_with,
-    prepare,
-    said_warnings,
-    written,
-)
+from ..integrators import with_option
+from .drawing import PROGRESSIVE, Wanted, draw
+from .parts import ClusterOption, SceneFile, SlurmOption, Threads, WorkersOption, only_with
 from .picture_options import (
     Axes,
     Bits,
@@ -51,8 +39,10 @@ from .picture_options import (
     ToneOption,
     Up,
 )
+from .plain import NOTHING_SEEN
 from .terminal import Bar, compile_notes, say, user_mistakes
-from .workers import ClusterOption, SlurmOption, WorkersOption, executor_of
+from .workers import executor_of
+from .working import STDOUT, check_folder, in_rays, load, prepare, said_warnings
 
 if TYPE_CHECKING:
     from ..render.camera import AnyCamera
@@ -71,7 +61,6 @@ TURNTABLE_EXAMPLES = (
     "Frames are kept beside the output and taken again, so what was interrupted goes on. "
     'A .mp4 needs `pip install ".\\[video]"` in the repository.'
 )
-PROGRESSIVE = tuple(name for name, one in INTEGRATORS.items() if one.progressive)
 
 _OF_VIEWS = (
     "integrator", "seed", "depth", "position", "look_at", "up", "field_of_view", "orthographic", "fit", "axes",
@@ -124,18 +113,16 @@ def render(
 ) -> None:  # fmt: skip
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
     with user_mistakes():
-        from ..image import SUFFIXES
-        from .previews import previews
-
-        if output == STDOUT:
-            check_stdout("a picture")
-        elif output.suffix.lower() not in SUFFIXES:
-            raise ValueError(f"{output}: pictures are saved as {', '.join(SUFFIXES)}")
-        check_folder(output)
+        limit = None if noise is not None and not _is_given(context, "samples") else samples
+        wanted = Wanted(
+            output, width, height, limit, integrator, seed, depth, axes, labels, normals, filter=filter, noise=noise,
+            exposure=exposure, tone=tone, bits=bits, resume=resume, preview=preview,
+            executor=(workers, cluster, slurm),
+        )  # fmt: skip
+        wanted.check_output()
         _check(context, samples, integrator, seed, depth)
         only_with(context, "a view, not with --section", section is None, *_OF_VIEWS)
         names = _film(context, output, layers, bits, exposure, tone)
-        limit = None if noise is not None and not _is_given(context, "samples") else samples
         plane = None if section is None else _plane(context, section)
         during = None if shutter is None else _interval(context, "--shutter", shutter)
         only_with(context, "a moment, not with --shutter", during is None, "time")
@@ -143,35 +130,12 @@ def render(
         if preview is not None:
             only_with(context, f"--integrator {' or '.join(PROGRESSIVE)}", integrator in PROGRESSIVE, "preview")
             check_folder(preview)
+        wanted = replace(wanted, layers=names, plane=plane, shutter=during)
         loaded = load(scene, threads, outside)
         loaded = loaded if time is None else loaded.at(time)
         with said_warnings():
             camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
-        prepare(loaded)
-        with (
-            compile_notes(),
-            said_warnings(),
-            Bar("rendering", "ray") as bar,
-            executor_of("render", workers, cluster, slurm) as executor,
-        ):
-
-            def finished(image: Any) -> Any:
-                plain = exposure == 0 and tone == "srgb"
-                return image if plain else image.developed(exposure, cast(Tone, tone))
-
-            image = finished(loaded.section(*plane, width, height, samples) if plane else loaded.render(
-                width, height, limit, integrator, seed, depth=depth, camera=camera, filter=cast(Filter, filter),
-                noise=noise, shutter=during, layers=names, axes=axes, labels=labels, normals=normals,
-                progress=in_rays(bar, width * height * (limit or MOST_SAMPLES)), executor=executor, resume=resume,
-                preview=previews(bar, preview, finished) if integrator in PROGRESSIVE else None,
-            ))  # fmt: skip
-        if plane is None and _sees_nothing(loaded, camera, width, height):
-            say("note: no body is in view" + ("" if fit else "; --fit takes a camera that sees all that is bounded"))
-        with written(output, ".png") as file:
-            image.save(file, bits=bits)
-        if resume is not None:
-            resume.unlink(missing_ok=True)
-        say(f"{name_of(output)}: {width} x {height} pixels")
+        draw(loaded, camera, wanted, "" if fit else NOTHING_SEEN)
 
 
 def turntable(
@@ -299,16 +263,6 @@ def _camera(
     if orthographic is not None:
         return OrthographicCamera(place, target, **more, height=orthographic)
     return Camera(place, target, **more)
-
-
-def _sees_nothing(scene: Scene, camera: AnyCamera | None, width: int, height: int) -> bool:
-    """Whether no ray through the centre of a pixel hits; few are asked where one of these does."""
-    seen_by = camera or scene.camera
-    if seen_by is None or not scene.bodies:
-        return False
-    few = max(1, max(width, height) // 64)
-    rays = seen_by.rays(width, height)
-    return not (scene.occluded(rays[::few, ::few]).any() or scene.occluded(rays).any())
 
 
 def _interval(context: typer.Context, option: str, text: str) -> tuple[float, float]:

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from .parts import STDOUT, SceneFile, Threads, check_folder, check_stdout, load, name_of, only_with, prepare, written
+from .parts import SceneFile, Threads, only_with
 from .terminal import Bar, compile_notes, say, user_mistakes
+from .working import STDOUT, check_folder, check_stdout, load, name_of, prepare, written
 
 SLICE_EXAMPLES = (
     "Examples:\n\n  conicoid slice scene.yaml -o slice.svg\n\n"

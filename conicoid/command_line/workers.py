@@ -4,26 +4,8 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-WorkersOption = Annotated[
-    int | None, typer.Option("--workers", min=1, help="Processes to do it, instead of threads.", show_default=False)
-]
-ClusterOption = Annotated[
-    str | None,
-    typer.Option(
-        "--cluster", metavar="ADDRESS", help="Dask's scheduler to do it, as tcp://host:8786.", show_default=False
-    ),
-]  # fmt: skip
-SlurmOption = Annotated[
-    int | None,
-    typer.Option(
-        "--slurm", metavar="JOBS", min=1, show_default=False,
-        help="Slurm's jobs to do it, as dask-jobqueue starts them: docs/cluster.md.",
-    ),
-]  # fmt: skip
 _PATIENCE = "30s"
 
 

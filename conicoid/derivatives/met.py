@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..engine.tables import UV_SIZE
 from ..shapes.bulk import Bulk
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
@@ -117,8 +116,10 @@ def _maps(prepared: Prepared, body: Any, face: Any, anchors: FloatArray, forms: 
     row = tables.body_face[body].astype(np.int64)
     plain = row >= 0
     maps, angular = np.zeros((len(body), MAP)), np.ones(len(body), np.bool_)
-    numbers = tables.face_uv.reshape(-1, UV_SIZE)[row[plain] + face[plain]]
-    maps[plain], angular[plain] = numbers[:, 1:], numbers[:, 0] != 0
+    rows = tables.face_maps[row[plain] + face[plain]]
+    angular[plain] = rows[:, 0] < 0
+    rows[:, 0] = np.where(rows[:, 0] < 0, -1 - rows[:, 0], rows[:, 0])
+    maps[plain] = tables.map_rows[rows].reshape(-1, MAP)
     balls = np.flatnonzero(~plain)
     if len(balls):
         frames = tables.ball_frames.reshape(-1, 3, 3)[-1 - row[balls]]

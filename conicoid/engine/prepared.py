@@ -42,7 +42,7 @@ class Prepared:
 
     @classmethod
     def of(cls, lowered: Lowered, bodies: Sequence[Body] = ()) -> Prepared:
-        """Build the trees of a lowered scene; `bodies` give the names and materials."""
+        """Build the trees of a lowered scene, whose tables it takes; `bodies` give the names and materials."""
         geometry, woods = with_trees(lowered)
         return cls(lowered.sharing(geometry), geometry, _flat(lowered), woods, entries=bodies)
 
@@ -67,7 +67,6 @@ class Prepared:
             if name not in ("node_boxes", "leaf_items"):
                 getattr(tables, name)[...] = column
         trees.put_boxes(tables.node_boxes)
-        tables.leaf_items[:] = 0.0
         lowered, kept = made.fill(geometry, empty)
         put_items(geometry, lowered.boxes, int(trees.woods.places[-1]))
         return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)
@@ -99,7 +98,7 @@ class Prepared:
         tables, rest = self.lowered.tables, self.lowered.rest
         surfaces = (tables.surface_kind, tables.surface_row, tables.planes, tables.spheres, tables.quadrics)
         digest = blake2b(digest_size=16)
-        for array in (*surfaces, rest.planes, rest.spheres, rest.quadrics):
+        for array in (*surfaces, tables.quadric_rest, rest.planes, rest.spheres, rest.quadrics):
             digest.update(str(array.shape).encode())
             digest.update(np.ascontiguousarray(array).data.cast("B") if array.size else b"")
         return digest.digest()

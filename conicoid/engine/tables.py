@@ -11,7 +11,7 @@ from ..compiler.jit import inline, look
 from ..compiler.shapes import shaped
 
 # Numbers in a row of a table of floats
-PLANE_SIZE, SPHERE_SIZE, QUADRIC_SIZE, NODE_SIZE, UV_SIZE, FRAME_SIZE = 7, 4, 19, 48, 13, 9
+PLANE_SIZE, SPHERE_SIZE, QUADRIC_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 19, 48, 4, 9
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int32]
@@ -34,6 +34,7 @@ class Tables(NamedTuple):
     planes: Floats  # [planes, 7] normal, height of the anchor over the plane, anchor
     spheres: Floats  # [spheres, 4] center, radius
     quadrics: Floats  # [quadrics, 19] anchor, rows, squares, linear, constant
+    quadric_rest: Ints  # [quadrics] row of what rounding took from its numbers (`decide.Rest`)
 
     # Cells: at most one quadric, and planes. [cells]
     cell_quadric: Ints  # surface or -1
@@ -74,7 +75,8 @@ class Tables(NamedTuple):
     entry_body: Ints
     body_face: Ints  # [bodies] first face row; -1 - k: a ball of many, with frame k
     ball_frames: Floats  # [frames, 9] world directions to those of the balls' own axes
-    face_uv: Floats  # [faces, 13] 1 for angular, then 3 x 4 matrix from world coordinates
+    face_maps: Ints  # [faces, 3] rows of its map from world coordinates; -1 - the first one where it is angular
+    map_rows: Floats  # [rows, 4] (a, b, c, d) for a x + b y + c z + d
 
     # Trees, 8 wide: one over the leaves of each program, and last the scene's over its entries
     node_boxes: Floats  # [nodes, 6, 8] low xyz, high xyz; infinite where what they hold is; (inf, -inf) where empty
@@ -102,6 +104,7 @@ class Tables(NamedTuple):
     PLANES,
     SPHERES,
     QUADRICS,
+    QUADRIC_REST,
     CELL_QUADRIC,
     CELL_SIDE,
     CELL_FACE,
@@ -134,7 +137,8 @@ class Tables(NamedTuple):
     ENTRY_BODY,
     BODY_FACE,
     BALL_FRAMES,
-    FACE_UV,
+    FACE_MAPS,
+    MAP_ROWS,
     NODE_BOXES,
     NODE_CHILDREN,
     TREE_ORDER,
@@ -149,7 +153,7 @@ class Tables(NamedTuple):
     PROGRAM_LIMITS,
     SHEET_LIMITS,
     POLYGON_LIMITS,
-) = range(52)
+) = range(54)
 LENGTHS = len(Tables._fields)
 """In `Geometry.places` a table's length is stored so many places behind its begin."""
 HALT = 2 * LENGTHS
@@ -158,7 +162,7 @@ STEPS = HALT + 1
 """In `Geometry.places`: about how many steps one ray may take at most, if it meets all there is."""
 
 
-@shaped(places="106", integers="*", floats="*")
+@shaped(places="110", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 
@@ -177,23 +181,29 @@ _LINE = 8  # floats in a line of memory; every table of floats begins at one
 
 def _aligned(count: int) -> Floats:
     """An array that begins at a line of memory."""
-    room = np.empty(count + _LINE)
+    room = np.zeros(count + _LINE)  # memory that nobody writes to is never taken
     skip = -room.ctypes.data % (_LINE * room.itemsize) // room.itemsize
     return room[skip : skip + count]
 
 
-def pack(tables: Tables, later: tuple[int, ...] = ()) -> Geometry:
-    """Lay the tables end to end; those of the numbers `later` get room that the caller fills."""
-    geometry = room_for(tables)
-    arrays: tuple[npt.NDArray[Any], ...] = tables
-    for k, table in enumerate(arrays):
-        _room(geometry, k, table)[...] = 0 if k in later else table  # padding too is the same each time
-    geometry.places[STEPS] = steps(tables)
+def pack(columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> Geometry:
+    """Lay the columns of tables end to end; those called `later` get zeros, which the caller fills in.
+
+    Each is taken out of `columns` as it is copied, so that a large scene is never in memory twice.
+    """
+    tables = Tables(**columns)
+    geometry, most = room_for(tables), steps(tables)
+    del tables
+    for k, name in enumerate(Tables._fields):
+        table = columns.pop(name)
+        if name not in later:
+            _room(geometry, k, table)[...] = table
+    geometry.places[STEPS] = most
     return geometry
 
 
 def room_for(tables: Tables) -> Geometry:
-    """Room for tables of these shapes end to end, which the caller fills; and then `STEPS`."""
+    """Room for tables of these shapes end to end, which the caller fills, floats being 0; and then `STEPS`."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
     places = np.zeros(2 * LENGTHS + 2, np.int64)
     ends = [0, 0]
@@ -201,13 +211,7 @@ def room_for(tables: Tables) -> Geometry:
         real = table.dtype == np.float64
         places[k], places[LENGTHS + k] = ends[real], table.size
         ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
-    geometry = Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + SPARE))
-    geometry.floats[ends[1] :] = 0.0
-    for k, table in enumerate(arrays):
-        if table.dtype == np.float64:
-            end = int(places[k] + places[LENGTHS + k])
-            geometry.floats[end : end + -end % _LINE] = 0.0
-    return geometry
+    return Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + SPARE))
 
 
 def steps(tables: Tables) -> int:

@@ -16,7 +16,7 @@ from .frustum import frustum_side
 from .outline import check_simple, checked_outline
 from .rounded import larger
 from .support import sum_up
-from .surface import PlaneSurface
+from .surface import PlaneSurface, QuadricSurface
 from .vector import Vector
 
 Profile = tuple[tuple[float, float], ...]

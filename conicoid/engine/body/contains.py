@@ -8,12 +8,12 @@ from ..numbers.errorfree import two_difference
 from ..numbers.sure import sign
 from ..numbers.vectors import dot
 from ..ray import Ray
-from ..surface.decide import OPEN, Rest, curved_terms, plane_terms
+from ..surface.decide import OPEN, Rest, curved_terms, plane_terms, rest_of_quadric
 from ..surface.doubt import POINT, POINT_AT_BALL
 from ..surface.plane import Plane, PlaneLimits
 from ..surface.quadric import Sphere, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
-from ..tables import BALL, CELL, PLANE, QUADRIC_SIZE, REGION, SPHERE, Geometry, integer, whole
+from ..tables import BALL, CELL, PLANE, REGION, SPHERE, Geometry, integer, whole
 from .boolean import leaves_met
 from .gates import root_value, turn_leaf
 from .scratch import EVENT, LEAF, Scratch
@@ -57,7 +57,7 @@ def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: fl
         value, off = sphere_value(load_sphere(geometry, row), x, y, z)
     else:
         quadric = load_quadric(geometry, row)
-        rests, at = rest.quadrics, QUADRIC_SIZE * row
+        rests, at = rest.quadrics, rest_of_quadric(geometry, row)
         value = quadric_value(quadric, x, y, z)
         off = quadric_rounding(quadric, x, y, z, rests[at], rests[at + 1], rests[at + 2])
     if abs(value) > off:

@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
-from ..surface.decide import Rest
+from ..surface.decide import Rest, rest_of_quadric
 from ..surface.doubt import POINT_AT_BALL
 from ..surface.quadric import own_coordinates, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
-from ..tables import PLANE, QUADRIC_SIZE, SPHERE, Geometry, integer
+from ..tables import PLANE, SPHERE, Geometry, integer
 from .contains import plane_value
 
 _LOOSE = 4.0
@@ -86,7 +86,7 @@ def _bent(prism: Prism, w0: float, w1: float, w2: float, s: float, y: float, b: 
 @helper
 def _quadric_along(geometry: Geometry, rest: Rest, row: int, prism: Prism) -> Along:
     """Coordinate by coordinate: what these have in common is lost, so that off is a little larger than need be."""
-    quadric, at = load_quadric(geometry, row), QUADRIC_SIZE * row
+    quadric, at = load_quadric(geometry, row), rest_of_quadric(geometry, row)
     _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric
     y0, y1, y2 = own_coordinates(quadric, prism.x, prism.y, prism.z)
     p1, p2, p = _bent(prism, w00, w01, w02, s0, y0, b0)

@@ -9,13 +9,13 @@ from .. import tables as table
 from ..numbers.angles import atan2
 from ..numbers.vectors import dot
 from ..surface.records import anchor_of
-from ..tables import FRAME_SIZE, UV_SIZE, Geometry, integer, real
+from ..tables import FRAME_SIZE, MAP_SIZE, Geometry, integer
 
 
 @inline
-def _uv_row(geometry: Geometry, row: int, k: int, x: float, y: float, z: float) -> float:
-    """One coordinate of a point by an affine map: row k of a face's map."""
-    at = geometry.places[table.FACE_UV] + UV_SIZE * row + k
+def _mapped(geometry: Geometry, row: int, x: float, y: float, z: float) -> float:
+    """One coordinate of a point by an affine map, of which it is a row."""
+    at = geometry.places[table.MAP_ROWS] + MAP_SIZE * row
     f = geometry.floats
     return dot(f[at], f[at + 1], f[at + 2], x, y, z) + f[at + 3]
 
@@ -34,11 +34,13 @@ def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: f
     first = integer(geometry, table.BODY_FACE, body)
     if first < 0:
         return ball_uv(geometry, -1 - first, surface, x, y, z)
-    a = _uv_row(geometry, first + face, 1, x, y, z)
-    b = _uv_row(geometry, first + face, 5, x, y, z)
-    if real(geometry, table.FACE_UV, UV_SIZE * (first + face)) == 0.0:
-        return a, b
-    return turns(a, b), _uv_row(geometry, first + face, 9, x, y, z)
+    at = 3 * (first + face)
+    row = integer(geometry, table.FACE_MAPS, at)
+    b = _mapped(geometry, integer(geometry, table.FACE_MAPS, at + 1), x, y, z)
+    if row >= 0:
+        return _mapped(geometry, row, x, y, z), b
+    angle = turns(_mapped(geometry, -1 - row, x, y, z), b)
+    return angle, _mapped(geometry, integer(geometry, table.FACE_MAPS, at + 2), x, y, z)
 
 
 @inline

@@ -28,9 +28,9 @@ from .surfaces import Remainders, SurfaceArrays
 class Lowered:
     """A scene as arrays. `tables` become what kernels take."""
 
-    tables: Tables  # without a tree over the entries
+    tables: Tables  # without a tree over the entries, until they are packed
     boxes: Floats  # (entries, 6) low, high
-    frames: Floats  # (bodies with a frame, 3, 4) world to own coordinates
+    frames: Floats  # (n, 3, 4) world to own coordinates
     body_frame: Ints  # (bodies,) row in frames; -1 - k: about the ball's center, by ball frame k
     body_item: Ints  # (bodies,) which entry of the scene's list a body comes from
     face_paint: dict[int, Material]  # row of a face -> its material, where it is not the body's
@@ -38,6 +38,13 @@ class Lowered:
     rest: Remainders  # what rounding took from the records of surfaces
     exact: ExactTables
     laid: Laid | None
+
+    def taken(self) -> Tables:
+        """Its tables, of which it keeps the shapes alone: whoever packs them frees each as soon as it is copied."""
+        tables = self.tables
+        empty: list[Any] = [np.broadcast_to(column.dtype.type(), column.shape) for column in tables]
+        object.__setattr__(self, "tables", Tables(*empty))
+        return tables
 
     def sharing(self, geometry: Geometry) -> Lowered:
         """The same with tables that share the memory of what was packed from them."""
@@ -76,11 +83,12 @@ def lower(bodies: Sequence[Body], stages: Stages | None = None) -> Lowered:
     tables, boxes = layout.tables(surfaces)
     stages.reached(LAID)
     first_face = layout.faces.first
+    frames, body_frame = layout.frames_of_bodies()
     return Lowered(
         tables,
         boxes,
-        layout.own_frames(),
-        layout.body_frames(),
+        frames,
+        body_frame,
         np.repeat(np.arange(len(bodies), dtype=np.int32), counts),
         {int(first_face[body]) + face: one for body, faces in collected.paints.items() for face, one in faces.items()},
         collected.contents.body_count,

@@ -17,11 +17,11 @@ from ...shapes.repeated import Repeated
 from ...shapes.spheres import Spheres
 from ...shapes.surface import Key, Surface
 from ...shapes.vector import FloatArray
-from ..tables import Floats, Longs
-from .layout import Balls, Contents
+from ..tables import Floats
 from .moved import moved_rows
 from .parts import part_of, stretched_balls
 from .pattern import Group, Pattern
+from .places import Balls, Contents
 from .stages import READ, TOGETHER, Stages
 from .together import Together
 
@@ -41,7 +41,7 @@ class Exact:
     are worked out at the first question and kept with the shape.
     """
 
-    def __init__(self, shapes: Shapes, starts: Any, first: Longs, first_outline: Longs) -> None:
+    def __init__(self, shapes: Shapes, starts: Any, first: Any, first_outline: Any) -> None:
         """shapes: of the entries of a scene; starts: the number of each one's first body.
 
         first, first_outline: of each body, the number of its first surface, and of its first outline.

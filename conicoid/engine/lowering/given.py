@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from ...shapes.surface import Key, Surface
-from ..tables import Floats, Longs, Signs
+from ..tables import QUADRIC, Floats, Ints, Signs
 from .moved import MovedRows
 from .pattern import SIZES, Group
+from .places import Places
 from .surfaces import ExactSurfaces, SurfaceArrays
-
-if TYPE_CHECKING:
-    from .layout import Places
 
 
 @dataclass
@@ -25,16 +22,16 @@ class Given:
     """The surfaces of all bodies as they came, and of each one that it is surely the same as: its lead."""
 
     kinds: Signs
-    lead: Longs
-    leads: Longs  # those that lead, rising
+    lead: Ints
+    leads: Ints  # those that lead, rising
     is_lead: npt.NDArray[np.bool_]
-    rank: Longs  # of one that leads, its number among these
-    row: Longs  # its number among those of its kind
+    rank: Ints  # of one that leads, its number among these
+    row: Ints  # its number among those of its kind
 
     @classmethod
     def of(cls, groups: Sequence[Group], places: Places) -> Given:
         """Those of the bodies of all groups."""
-        kinds, lead = np.empty(places.count, np.int8), np.arange(places.count)
+        kinds, lead = np.empty(places.count, np.int8), np.arange(places.count, dtype=np.int32)
         for group in groups:
             at = places.rows(group, len(group.pattern.kinds))
             kinds[at] = group.pattern.kinds
@@ -45,19 +42,47 @@ class Given:
         for same in _of_one_form(groups, places):
             numbers, anchors = (np.concatenate(part) for part in zip(*same, strict=True))
             _, first, index = np.unique(anchors.view("V24").ravel(), return_index=True, return_inverse=True)
-            least = np.full(len(first), places.count)
+            least = np.full(len(first), places.count, np.int32)
             np.minimum.at(least, index, numbers)
             lead[numbers] = least[index]
-        is_lead = lead == np.arange(places.count)
-        row = np.empty(places.count, np.int64)
+        is_lead = lead == np.arange(places.count, dtype=np.int32)
+        row = np.empty(places.count, np.int32)
         for kind in SIZES:
             own = is_lead & (kinds == kind)
             row[own] = np.arange(own.sum())
-        return cls(kinds, lead, np.flatnonzero(is_lead), is_lead, np.cumsum(is_lead) - 1, row)
+        rank = np.cumsum(is_lead, dtype=np.int32) - np.int32(1)
+        return cls(kinds, lead, np.flatnonzero(is_lead).astype(np.int32), is_lead, rank, row)
 
     def count(self, kind: int) -> int:
         """How many of a kind lead."""
         return int((self.kinds[self.leads] == kind).sum())
+
+    def places_of(self, groups: Sequence[Group], places: Places) -> Iterator[tuple[Group, int, Ints, Ints | None]]:
+        """Of each group each surface of its pattern: (group, which, those that lead, of which bodies; None: of all)."""
+        for group in groups:
+            first = places.first[group.bodies]
+            for number in range(len(group.pattern.kinds)):
+                mine = first + number
+                lead = self.is_lead[mine]
+                which = None if lead.all() else np.flatnonzero(lead).astype(np.int32)
+                yield group, number, mine if which is None else mine[which], which
+
+    def rows_of_rests(self, groups: Sequence[Group], places: Places) -> tuple[Ints, int]:
+        """(of each quadric the row of what was rounded, how many share theirs).
+
+        Those with rows of their own come first, in order; then there is one for all of a group that have one form.
+        """
+        form = np.full(self.count(QUADRIC), -1, np.int32)
+        count = 0
+        for group, number, mine, _ in self.places_of(groups, places):
+            kind, column, _ = group.pattern.records[number]
+            if kind == QUADRIC and has_form(group, column):
+                form[self.row[mine]] = count
+                count += 1
+        own = form < 0
+        rows = np.cumsum(own, dtype=np.int32) - np.int32(1)
+        rows[~own] = form[~own] + np.int32(own.sum())
+        return rows, int((~own).sum())
 
     def all_of(self, surfaces: SurfaceArrays) -> SurfaceArrays:
         """What is known of those that lead, for all."""
@@ -69,9 +94,9 @@ class Given:
         return dataclasses.replace(surfaces, ids=ids, senses=senses, single=self.leads[surfaces.single])
 
 
-def _of_one_form(groups: Sequence[Group], places: Places) -> list[list[tuple[Longs, Floats]]]:
+def _of_one_form(groups: Sequence[Group], places: Places) -> list[list[tuple[Ints, Floats]]]:
     """Numbers and anchors of curved surfaces that are one if their anchors are."""
-    found: dict[Hashable, list[tuple[Longs, Floats]]] = {}
+    found: dict[Hashable, list[tuple[Ints, Floats]]] = {}
     for group in groups:
         if isinstance(group.rows, MovedRows):
             first = places.first[group.bodies]
@@ -83,12 +108,17 @@ def _of_one_form(groups: Sequence[Group], places: Places) -> list[list[tuple[Lon
     return list(found.values())
 
 
+def has_form(group: Group, column: int) -> bool:
+    """Are surfaces whose records begin at a column alike in all but their anchors, of which nothing was rounded?"""
+    return isinstance(group.rows, MovedRows) and group.rows.forms.get(column) is not None
+
+
 @dataclass
 class Leading:
     """Exact surfaces by their numbers among those that lead."""
 
     exact: ExactSurfaces
-    leads: Longs
+    leads: Ints
 
     def __getitem__(self, index: int) -> Surface:
         return self.exact[int(self.leads[index])]
@@ -98,7 +128,7 @@ class Leading:
         return self.exact.name(int(self.leads[index]))
 
 
-def columns_of(group: Group, which: Longs | None, first: int, last: int) -> Floats:
+def columns_of(group: Group, which: Ints | None, first: int, last: int) -> Floats:
     """Some columns of some of a group's bodies; of all, for None."""
     if which is None:
         return group.rows[:, first:last]

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Ints, Longs, Signs
-from .layout import Contents
 from .pattern import Pattern
+from .places import Contents
 from .surfaces import SurfaceArrays
 
 (

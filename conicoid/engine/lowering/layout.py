@@ -2,58 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Longs, Signs, Tables
-from .given import Given, Leading, columns_of
+from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
+from .apart import apart, empty
+from .given import Given, Leading, columns_of, has_form
 from .limits import with_limits
-from .pattern import BOX_NUMBERS, FRAME_NUMBERS, SIZES, UV_NUMBERS, Group
-from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, finished
-
-
-@dataclass
-class Balls:
-    """Bulk balls: the numbers of their bodies, (n, 4) centers and radii, boxes (n, 6) and -1 - k for their frame k."""
-
-    bodies: Ints
-    spheres: Floats
-    boxes: Floats
-    frame: int
-
-
-@dataclass
-class Contents:
-    """What a scene's bodies have become: groups of one pattern each, bulk balls, and the frames of balls."""
-
-    body_count: int
-    groups: list[Group] = field(default_factory=list)
-    balls: list[Balls] = field(default_factory=list)
-    ball_frames: list[Floats] = field(default_factory=list)
-
-
-@dataclass
-class Places:
-    """Where the rows of each body begin in a column of the tables, and how many there are in all."""
-
-    first: Longs
-    count: int
-
-    @classmethod
-    def of(cls, contents: Contents, each: Sequence[int]) -> Places:
-        """`each`: how many the bodies of each group have."""
-        counts = np.zeros(contents.body_count, np.int64)
-        for group, number in zip(contents.groups, each, strict=True):
-            counts[group.bodies] = number
-        ends = np.cumsum(counts)
-        return cls(ends - counts, int(ends[-1]) if len(ends) else 0)
-
-    def rows(self, group: Group, each: int) -> Longs:
-        """(bodies, each) rows of a group's bodies."""
-        return self.first[group.bodies][:, None] + np.arange(each)
+from .maps import frames_of, maps_of_faces, shares_frame
+from .pattern import BOX_NUMBERS, SIZES, Group
+from .places import Contents, Places
+from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, end_to_end, finished
 
 
 class Layout:
@@ -72,29 +32,33 @@ class Layout:
         self.gates, self.sheets = places(lambda p: len(p.gates)), places(lambda p: len(p.sheets))
         self.polygons, self.corners = places(lambda p: len(p.polygons)), places(lambda p: int(p.corners.sum()))
         self.faces = places(lambda p: len(p.angular))
-        self.frames = places(lambda p: int(p.framed))
+        self.frames = Places.of(contents, [int(group.pattern.framed and not shares_frame(group)) for group in groups])
 
     def surface_columns(self, exact: ExactSurfaces) -> SurfaceArrays:
         """The table of surfaces, each once. `exact` gives the surfaces before they were rounded."""
         given = Given.of(self.contents.groups, self.surfaces)
         records = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
-        lost = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
+        quadric_rest, shared = given.rows_of_rests(self.contents.groups, self.surfaces)
+        lost = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items() if kind != QUADRIC}
+        lost[QUADRIC] = np.empty((given.count(QUADRIC) - shared, SIZES[QUADRIC]))
+        alike = [lost[QUADRIC]]
         senses = np.ones(len(given.leads), np.int8)
-        for group in self.contents.groups:
-            at = self.surfaces.rows(group, len(group.pattern.kinds))
-            for number, (kind, column, sense) in enumerate(group.pattern.records):
-                lead = given.is_lead[at[:, number]]
-                which = np.flatnonzero(lead) if not lead.all() else None
-                numbers = columns_of(group, which, column, sense + 1)
-                size, mine = SIZES[kind], at[:, number] if which is None else at[which, number]
-                records[kind][given.row[mine]] = numbers[:, :size]
-                lost[kind][given.row[mine]] = numbers[:, size : 2 * size]
-                senses[given.rank[mine]] = numbers[:, 2 * size]
-        rest = Remainders(lost[PLANE], lost[SPHERE], lost[QUADRIC])
+        for group, number, mine, which in given.places_of(self.contents.groups, self.surfaces):
+            kind, column, sense = group.pattern.records[number]
+            row: Any = given.row[mine]
+            size = SIZES[kind]
+            records[kind][row] = columns_of(group, which, column, column + size)
+            senses[given.rank[mine]] = columns_of(group, which, sense, sense + 1)[:, 0]
+            if kind == QUADRIC and has_form(group, column):
+                alike.append(group.rows[:1, column + size : sense])
+            else:
+                row = quadric_rest[row] if kind == QUADRIC else row
+                lost[kind][row] = columns_of(group, which, column + size, sense)
+        rest = Remainders(lost[PLANE], lost[SPHERE], end_to_end(alike))
         balls = [balls.spheres for balls in self.contents.balls]
         kinds = given.kinds[given.leads]
         known = Surfaces(
-            kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], rest, balls,
+            kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], quadric_rest, rest, balls,
             Leading(exact, given.leads), compact=len(given.leads) < len(given.lead),
         )  # fmt: skip
         return given.all_of(finished(known))
@@ -104,8 +68,9 @@ class Layout:
         columns = self._columns(surfaces)
         entries, boxes = self._entries(surfaces)
         tables = Tables(
-            surface_kind=surfaces.kind, surface_row=surfaces.row, planes=surfaces.planes, spheres=surfaces.spheres,
-            quadrics=surfaces.quadrics, **columns, **entries, **_to_come(),
+            surface_kind=apart(surfaces.kind), surface_row=apart(surfaces.row), planes=surfaces.planes,
+            spheres=surfaces.spheres, quadrics=surfaces.quadrics, quadric_rest=apart(surfaces.quadric_rest),
+            **columns, **entries, **_to_come(),
         )  # fmt: skip
         return with_limits(balls_direct(tables), boxes, surfaces.rest), boxes
 
@@ -146,37 +111,38 @@ class Layout:
         plane_surface, plane_sense = _resolved(surfaces, plane[:, 0])
         sheet_surface, sheet_sense = _resolved(surfaces, sheet[:, 0])
         polygon_surface, polygon_sense = _resolved(surfaces, polygon[:, 0])
-        return dict(
+        columns = dict(
             cell_quadric=cell_quadric,
             cell_side=cell[:, 1].astype(np.int8) * cell_sense,
-            cell_face=cell[:, 2].copy(),
+            cell_face=cell[:, 2],
             cell_first=_ends(planes_of),
             plane_surface=plane_surface,
             plane_side=plane[:, 1].astype(np.int8) * plane_sense,
-            plane_face=plane[:, 2].copy(),
+            plane_face=plane[:, 2],
             program_leaf=_ends(program[:, 0]),
             program_gate=_ends(program[:, 1]),
-            leaf_cell=leaf[:, 0].copy(),
-            leaf_gate=leaf[:, 1].copy(),
+            leaf_cell=leaf[:, 0],
+            leaf_gate=leaf[:, 1],
             leaf_negated=leaf[:, 2].astype(np.int8),
             leaf_sense=leaf[:, 3].astype(np.int8),
             leaf_bounds=bounds,
-            gate_parent=gate[:, 0].copy(),
-            gate_need=gate[:, 1].copy(),
+            gate_parent=gate[:, 0],
+            gate_need=gate[:, 1],
             gate_negated=gate[:, 2].astype(np.int8),
-            gate_start=gate[:, 3].copy(),
+            gate_start=gate[:, 3],
             sheet_surface=sheet_surface,
-            sheet_program=sheet[:, 1].copy(),
+            sheet_program=sheet[:, 1],
             sheet_side=sheet[:, 2].astype(np.int8) * sheet_sense,
             sheet_one_sided=sheet[:, 3].astype(np.int8),
             polygon_surface=polygon_surface,
             polygon_side=polygon_sense,
             polygon_first=_ends(corners),
-            polygon_program=polygon[:, 1].copy(),
+            polygon_program=polygon[:, 1],
             vertices=vertices,
         )
+        return {name: apart(column) for name, column in columns.items()}
 
-    def _put(self, table: Ints, places: Places, group: Group, rows: Ints, shifts: dict[int, Longs]) -> None:
+    def _put(self, table: Ints, places: Places, group: Group, rows: Ints, shifts: dict[int, Ints]) -> None:
         """Rows of a pattern for each body of a group; numbers in some columns count on from a body's first one."""
         at = places.rows(group, len(rows))
         table[at] = rows
@@ -189,8 +155,7 @@ class Layout:
         contents = self.contents
         count = contents.body_count
         kind, index = np.empty(count, np.int8), np.empty(count, np.int32)
-        body_face, boxes = np.empty(count, np.int32), np.empty((count, 6))
-        uv = np.empty((self.faces.count, UV_NUMBERS + 1))
+        body_face, boxes = np.empty(count, np.int32), empty((count, 6), np.float64)
         of_kind = {CELL: self.cells, REGION: self.programs, SHEET: self.sheets, POLYGON: self.polygons}
         for group in contents.groups:
             p, bodies = group.pattern, group.bodies
@@ -198,9 +163,6 @@ class Layout:
             index[bodies] = of_kind[p.kind].first[bodies] + p.index
             body_face[bodies] = self.faces.first[bodies] if p.framed else group.ball_frame
             boxes[bodies] = group.rows[:, p.box_at : p.box_at + BOX_NUMBERS]
-            faces = self.faces.rows(group, len(p.angular))
-            uv[faces, 0] = p.angular
-            uv[faces, 1:] = group.rows[:, p.uv_at : p.bounds_at].reshape(len(bodies), -1, UV_NUMBERS)
         first = self.surfaces.count
         for balls in contents.balls:
             bodies = balls.bodies
@@ -208,34 +170,24 @@ class Layout:
             index[bodies] = surfaces.ids[first : first + len(bodies)]
             boxes[bodies] = balls.boxes
             first += len(bodies)
+        face_maps, map_rows = maps_of_faces(contents, self.faces)
         columns = dict(
             entry_kind=kind,
             entry_index=index,
             entry_body=np.arange(count, dtype=np.int32),
             body_face=body_face,
             ball_frames=np.array(contents.ball_frames, dtype=np.float64).reshape(-1, 9),
-            face_uv=uv,
+            face_maps=apart(face_maps),
+            map_rows=map_rows,
         )
         return columns, boxes
 
-    def own_frames(self) -> Floats:
-        """(bodies with a frame, 3, 4) world to own coordinates."""
-        frames = np.empty((self.frames.count, FRAME_NUMBERS))
-        for group in self.contents.groups:
-            p = group.pattern
-            if p.framed:
-                frames[self.frames.first[group.bodies]] = group.rows[:, p.frame_at : p.corners_at]
-        return frames.reshape(-1, 3, 4)
-
-    def body_frames(self) -> Ints:
-        """(bodies,) row in `own_frames`; -1 - k: about the ball's center, by ball frame k."""
-        frame = self.frames.first.astype(np.int32)
-        for group in self.contents.groups:
-            if not group.pattern.framed:
-                frame[group.bodies] = group.ball_frame
+    def frames_of_bodies(self) -> tuple[Floats, Ints]:
+        """((n, 3, 4) world to own coordinates, (bodies,) row; -1 - k: about the ball's center, by ball frame k)."""
+        frames, which = frames_of(self.contents.groups, self.frames)
         for balls in self.contents.balls:
-            frame[balls.bodies] = balls.frame
-        return frame
+            which[balls.bodies] = balls.frame
+        return frames, which
 
     def lost_of_corners(self) -> Floats:
         """What rounding took from the corners of polygons, (n, 3)."""
@@ -251,7 +203,7 @@ class Layout:
 
 
 def _table(places: Places, width: int) -> Ints:
-    return np.zeros((places.count, width), np.int32)
+    return empty((places.count, width), np.int32)
 
 
 def _ends(counts: Ints) -> Ints:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from ..surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
 from ..tables import CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables
+from .apart import apart
 from .surfaces import Remainders
 
 Whole = npt.NDArray[Any]
@@ -47,15 +48,15 @@ class _Uses:
 def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     """The tables with `plane_limits`, `quadric_limits`, and those of cells, programs, sheets and polygons."""
     cells, sheets, polygons = len(tables.cell_quadric), len(tables.sheet_surface), len(tables.polygon_surface)
-    uses, cell_entry = _Uses(), np.full(cells, -1)
+    uses, cell_entry = _Uses(), np.full(cells, -1, np.int32)
     kind, index = tables.entry_kind, tables.entry_index
     own = np.flatnonzero(kind == CELL)
     cell_entry[index[own]] = own
     leaf_entry = np.repeat(_entries_of_programs(tables), np.diff(tables.program_leaf))
     held = leaf_entry >= 0
     cell_entry[tables.leaf_cell[held]] = leaf_entry[held]
-    uses.add(tables.cell_quadric, np.arange(cells), cell_entry)
-    planes = np.repeat(np.arange(cells), np.diff(tables.cell_first))
+    uses.add(tables.cell_quadric, np.arange(cells, dtype=np.int32), cell_entry)
+    planes = np.repeat(np.arange(cells, dtype=np.int32), np.diff(tables.cell_first))
     uses.add(tables.plane_surface, planes, cell_entry[planes])
     for which, column, base in (
         (SHEET, tables.sheet_surface, cells),
@@ -63,19 +64,20 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     ):
         own = np.flatnonzero(kind == which)
         uses.add(column[index[own]], base + index[own], own)
-    surface, owner, users = (np.concatenate(part) for part in (uses.surfaces, uses.owners, uses.entries))
-    size = size_of(tables, boxes) if len(surface) else 1.0
-    limits = no_limits(cells + sheets + polygons)
-    per_surface = np.zeros((3, int(surface.max(initial=-1)) + 1))
-    for begin in range(0, len(surface), _USES):
-        some = slice(begin, begin + _USES)
-        _weigh(tables, boxes, rest, size, (surface[some], owner[some], users[some]), limits, per_surface)
+    parts = list(zip(uses.surfaces, uses.owners, uses.entries, strict=True))
+    size = size_of(tables, boxes) if any(len(surface) for surface, _, _ in parts) else 1.0
+    limits = apart(no_limits(cells + sheets + polygons))
+    per_surface = np.zeros((3, max(int(surface.max(initial=-1)) for surface, _, _ in parts) + 1))
+    for surface, owner, users in parts:
+        for begin in range(0, len(surface), _USES):
+            some = slice(begin, begin + _USES)
+            _weigh(tables, boxes, rest, size, (surface[some], owner[some], users[some]), limits, per_surface)
     of_cells = limits[:cells]
     return tables._replace(
-        plane_limits=_planes(tables, rest, *per_surface[:2]),
-        quadric_limits=_quadrics(tables, *per_surface),
+        plane_limits=apart(_planes(tables, rest, *per_surface[:2])),
+        quadric_limits=apart(_quadrics(tables, *per_surface)),
         cell_limits=of_cells,
-        program_limits=_merged(tables, of_cells),
+        program_limits=apart(_merged(tables, of_cells)),
         sheet_limits=limits[cells : cells + sheets],
         polygon_limits=limits[cells + sheets :],
     )
@@ -83,7 +85,7 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
 
 def _entries_of_programs(tables: Tables) -> Whole:
     """The entry that each program belongs to; -1 for none."""
-    entries = np.full(len(tables.program_leaf) - 1, -1)
+    entries = np.full(len(tables.program_leaf) - 1, -1, np.int32)
     for kind, clip in ((REGION, None), (SHEET, tables.sheet_program), (POLYGON, tables.polygon_program)):
         own = np.flatnonzero(tables.entry_kind == kind)
         program = tables.entry_index[own] if clip is None else clip[tables.entry_index[own]]
@@ -121,9 +123,10 @@ def size_of(tables: Tables, boxes: Floats) -> float:
     for begin in range(0, len(boxes), _CHUNK):
         part = np.abs(boxes[begin : begin + _CHUNK])
         numbers.append(np.max(part, where=np.isfinite(part), initial=0.0, keepdims=True).ravel())
-    a, b, k = _sizes(tables.quadrics)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        numbers += [np.sqrt(k / a), b / a, k / b]
+    for begin in range(0, len(tables.quadrics), _CHUNK):
+        a, b, k = _sizes(tables.quadrics[begin : begin + _CHUNK])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            numbers += [np.sqrt(k / a), b / a, k / b]
     known = np.concatenate(numbers)
     return float(np.max(known[np.isfinite(known)], initial=0.0)) or 1.0
 
@@ -141,7 +144,7 @@ def kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> F
     kappa = np.full(len(surface), KAPPA_OF_BALLS)
     flat, curved = kind == 0, kind == 2
     kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), KAPPA_OF_PLANES, 0.0)
-    off = np.sqrt((rest.quadrics[row[curved], :3] ** 2).sum(axis=1))
+    off = np.sqrt((rest.quadrics[tables.quadric_rest[row[curved]], :3] ** 2).sum(axis=1))
     kappa[curved] = KAPPA + 8.0 * off / reach[curved]
     return kappa
 
@@ -231,14 +234,21 @@ def _quadrics(tables: Tables, reach: Floats, kappa: Floats, endless: Floats) -> 
 
 def limits_of_quadrics(tables: Tables, own: Whole, r: Floats, share: Floats, endless: Floats) -> Floats:
     """`quadric_limits` of some surfaces that are quadrics."""
-    row = tables.surface_row[own]
     result = np.empty((len(own), 2))
-    a, b, k = _sizes(tables.quadrics[row])
+    for begin in range(0, len(own), _CHUNK):
+        some = slice(begin, begin + _CHUNK)
+        quadrics = tables.quadrics[tables.surface_row[own[some]]]
+        _put_limits_of_quadrics(result[some], quadrics, r[some], share[some], endless[some])
+    return result
+
+
+def _put_limits_of_quadrics(result: Floats, quadrics: Floats, r: Floats, share: Floats, endless: Floats) -> None:
+    """`limits_of_quadrics` of a part of them."""
+    a, b, k = _sizes(quadrics)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         terms = 10.0 * a * r * r + 6.0 * b * r + k
         result[:, 0] = np.where(r > 0, 4.0 * share * (terms / r) ** 2, math.inf)
-    result[:, 1] = np.where((endless > 0) & ~_plain(tables.quadrics[row]), math.inf, share * terms)
-    return result
+    result[:, 1] = np.where((endless > 0) & ~_plain(quadrics), math.inf, share * terms)
 
 
 def _plain(quadrics: Floats) -> npt.NDArray[np.bool_]:
@@ -252,7 +262,7 @@ def _plain(quadrics: Floats) -> npt.NDArray[np.bool_]:
 
 def _merged(tables: Tables, cells: Floats) -> Floats:
     """The limits of programs: the widest of their leaves'."""
-    program = np.repeat(np.arange(len(tables.program_leaf) - 1), np.diff(tables.program_leaf))
+    program = np.repeat(np.arange(len(tables.program_leaf) - 1, dtype=np.int32), np.diff(tables.program_leaf))
     return limits_of_programs(program, cells[tables.leaf_cell], len(tables.program_leaf) - 1)
 
 

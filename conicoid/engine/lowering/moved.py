@@ -89,6 +89,15 @@ class MovedRows:
                 rows[:, a - first : b - first] = self._boxes(bodies, at)[:, a - at : b - at]
         return rows
 
+    def maps(self, at: int) -> tuple[Floats, Ints]:
+        """Of the row of an affine map that begins at a column: (the different ones (n, 4), which each body has)."""
+        for each in self.gathered:
+            if (each.first, each.last) == (at, at + 4) and (each.values != each.values[0]).any():
+                return each.values, each.index
+        if at in self.slanted:
+            return self[:, at : at + 4], np.arange(len(self), dtype=np.int32)
+        return self.base[None, at : at + 4], np.zeros(len(self), np.int32)
+
     def _boxes(self, bodies: Any, at: int) -> Floats:
         """A box of the first body, moved to others."""
         box, away = self.base[at : at + BOX_NUMBERS], self.away[bodies]

@@ -39,8 +39,9 @@ class SurfaceArrays:
     quadrics: Floats
     ids: Ints
     senses: Signs
+    quadric_rest: Ints
     rest: Remainders
-    single: npt.NDArray[np.int64]  # of the first of them, the number each came with; the others are bulk balls
+    single: Any  # (n,) of whole numbers, of the first of them, the number each came with; the others are bulk balls
     given: Surfaces
     first: Ints | None  # for each that was added the one whose record it takes; None where that is its own
 
@@ -51,7 +52,7 @@ class Remainders:
 
     planes: Floats
     spheres: Floats  # shorter than the table: bulk balls have none
-    quadrics: Floats
+    quadrics: Floats  # whose row is whose is told by `quadric_rest`
     vertices: Floats = field(default_factory=lambda: np.zeros((0, 3)))  # of polygons
 
 
@@ -64,6 +65,7 @@ class Surfaces:
     planes: Floats
     spheres: Floats
     quadrics: Floats
+    quadric_rest: Ints
     rest: Remainders
     balls: list[Floats]
     exact: ExactSurfaces
@@ -75,7 +77,8 @@ class Surfaces:
         """From which of them nothing was rounded: those are equal where their records are."""
         plain = np.empty(len(self.kinds), bool)
         for kind, lost in ((PLANE, self.rest.planes), (SPHERE, self.rest.spheres), (QUADRIC, self.rest.quadrics)):
-            plain[self.kinds == kind] = ~(lost != 0.0).any(axis=1)
+            whole = ~(lost != 0.0).any(axis=1)
+            plain[self.kinds == kind] = whole[self.quadric_rest] if kind == QUADRIC else whole
         return plain
 
 
@@ -105,6 +108,7 @@ class _Finish:
         """`finished`"""
         given, single = self.given, self.single
         kinds, planes, quadrics, rest = given.kinds, given.planes, given.quadrics, given.rest
+        quadric_rest = given.quadric_rest
         all_spheres = end_to_end([given.spheres, *given.balls])
         count = single + self.ball_count
         kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
@@ -129,17 +133,22 @@ class _Finish:
         leads = first == np.arange(count, dtype=np.int32)
         chosen = np.flatnonzero(leads[:single])
         if leads.all():
-            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen, given, None)
+            return SurfaceArrays(
+                kind, row, planes, all_spheres, quadrics, first, senses, quadric_rest, rest, chosen, given, None
+            )
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
         kind, row = kind[leads], row[leads]
         if given.compact:
             kept = {k: row[kind == k] for k in (PLANE, QUADRIC)}
             for k, rows in kept.items():
                 row[kind == k] = np.arange(len(rows))
-            planes, quadrics = planes[kept[PLANE]], quadrics[kept[QUADRIC]]
-            rest = replace(rest, planes=rest.planes[kept[PLANE]], quadrics=rest.quadrics[kept[QUADRIC]])
+            planes, rest = planes[kept[PLANE]], replace(rest, planes=rest.planes[kept[PLANE]])
+            if len(kept[QUADRIC]) < len(quadrics):
+                quadrics = quadrics[kept[QUADRIC]]
+                used, rows = np.unique(quadric_rest[kept[QUADRIC]], return_inverse=True)
+                quadric_rest, rest = rows.astype(np.int32), replace(rest, quadrics=rest.quadrics[used])
         return SurfaceArrays(
-            kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, given, first
+            kind, row, planes, all_spheres, quadrics, number[first], senses, quadric_rest, rest, chosen, given, first
         )
 
     def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
@@ -276,6 +285,15 @@ def _quadric_features(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats)
 
 def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
     """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1."""
+    result = np.empty((len(kind), 10))
+    for begin in range(0, len(kind), _CHUNK):
+        some = slice(begin, begin + _CHUNK)
+        result[some] = _some_coefficients(kind[some], row[some], spheres, quadrics, middle)
+    return result
+
+
+def _some_coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
+    """`coefficients` of a part of the surfaces."""
     count = len(kind)
     ball = kind == SPHERE
     anchors = np.empty((count, 3))
@@ -301,7 +319,7 @@ def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second
     if not len(features):
         return features
     sign = np.sign(dot_rows(features[:, :leading], ALONG[:leading]))
-    features = features * np.where(sign == 0, 1.0, sign)[:, None]
+    features *= np.where(sign == 0, 1.0, sign)[:, None]
     reach = np.abs(features[:, list(first_order)]).max()
     reach = max(reach, math.sqrt(np.abs(features[:, list(second_order)]).max())) if second_order else reach
     if reach > 0 and math.isfinite(reach):

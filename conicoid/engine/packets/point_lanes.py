@@ -11,10 +11,10 @@ import numpy as np
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
 from ..body.contains import plane_value, sphere_value
-from ..surface.decide import Rest
+from ..surface.decide import Rest, rest_of_quadric
 from ..surface.quadric import Quadric, own_coordinates, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
-from ..tables import PLANE, QUADRIC_SIZE, SPHERE, Floats, Geometry, integer
+from ..tables import PLANE, SPHERE, Floats, Geometry, integer
 from .lanes import LANES
 
 X, Y, Z, SOUGHT, OUT, UNSURE, LOST, AFTER = (np.uint64(row) for row in range(0, 8 * LANES, LANES))
@@ -77,9 +77,9 @@ def _spread(w0: float, w1: float, w2: float, room: Floats) -> float:
 
 
 @inline
-def _rounding(rest: Rest, quadric: Quadric, row: int, x: float, y: float, z: float) -> float:
+def _rounding(geometry: Geometry, rest: Rest, quadric: Quadric, row: int, x: float, y: float, z: float) -> float:
     """`quadric_rounding` of a quadric of the table."""
-    at = QUADRIC_SIZE * row
+    at = rest_of_quadric(geometry, row)
     return quadric_rounding(quadric, x, y, z, rest.quadrics[at], rest.quadrics[at + 1], rest.quadrics[at + 2])
 
 
@@ -95,7 +95,7 @@ def _quadric_of_box(geometry: Geometry, rest: Rest, row: int, inner: float, room
     reach += (2.0 * abs(s1 * y1 + b1) + abs(s1) * e1) * e1
     reach += (2.0 * abs(s2 * y2 + b2) + abs(s2) * e2) * e2
     far = _corner(quadric.ax, quadric.ay, quadric.az, room)
-    off = _rounding(rest, quadric, row, far[0], far[1], far[2])
+    off = _rounding(geometry, rest, quadric, row, far[0], far[1], far[2])
     return _sided(quadric_value(quadric, x, y, z) * inner, reach * (1.0 + 1e-9) + _LOOSE * off)
 
 
@@ -139,7 +139,7 @@ def sides_of_lanes(geometry: Geometry, rest: Rest, surface: int, side: int, room
             value, off = sphere_value(sphere, room[X + i], room[Y + i], room[Z + i])
             left += 1 if _put_sides(room, i, value * inner, off) else 0
     else:
-        quadric, at = load_quadric(geometry, row), QUADRIC_SIZE * row
+        quadric, at = load_quadric(geometry, row), rest_of_quadric(geometry, row)
         r0, r1, r2 = rest.quadrics[at], rest.quadrics[at + 1], rest.quadrics[at + 2]
         for i in range(EVERY):
             x, y, z = room[X + i], room[Y + i], room[Z + i]

@@ -45,14 +45,23 @@ Terms: TypeAlias = tuple[Sure, Sure, Sure, Sure]
 """a, b, c and b² - a c"""
 
 
-@shaped(planes="planes", spheres="*", quadrics="quadrics", vertices="vertices")
+@shaped(planes="planes", spheres="*", quadrics="*", vertices="vertices")
 class Rest(NamedTuple):
-    """What rounding took from records and corners of polygons, flat; from spheres beyond the end: nothing."""
+    """What rounding took from records and corners of polygons, flat; from spheres beyond the end: nothing.
+
+    Quadrics from which it took the same may share a row: see `rest_of_quadric`.
+    """
 
     planes: Floats
     spheres: Floats
     quadrics: Floats
     vertices: Floats
+
+
+@inline
+def rest_of_quadric(geometry: Geometry, row: int) -> int:
+    """Where in `Rest.quadrics` that of a quadric begins."""
+    return QUADRIC_SIZE * integer(geometry, table.QUADRIC_REST, row)
 
 
 @inline
@@ -124,7 +133,7 @@ def _quadric_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float)
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, q0, q1, q2, l0, l1, l2, constant = load_quadric(
         geometry, row
     )
-    at, r = QUADRIC_SIZE * row, rest.quadrics
+    at, r = rest_of_quadric(geometry, row), rest.quadrics
     p0, p1, p2 = _from(ox, ax, r[at], t, dx), _from(oy, ay, r[at + 1], t, dy), _from(oz, az, r[at + 2], t, dz)
     u0, u1, u2 = sure(w00, r[at + 3]), sure(w01, r[at + 4]), sure(w02, r[at + 5])
     v0, v1, v2 = sure(w10, r[at + 6]), sure(w11, r[at + 7]), sure(w12, r[at + 8])

@@ -61,7 +61,7 @@ def _is_molecule(head: str, suffix: str) -> bool:
 
 
 def _is_csg(head: str, suffix: str) -> bool:
-    from ..scad.imported import is_csg
+    from ..scad.detection import is_csg
 
     return is_csg(head, suffix)
 

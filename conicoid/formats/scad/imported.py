@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 
 import numpy as np
@@ -20,14 +19,6 @@ from .syntax import Reader, Text
 
 DEFAULT = "#f9d72c"
 """What has no colour is yellow, as OpenSCAD shows it."""
-_CALLS = "group|multmatrix|union|difference|intersection|color|cube|sphere|cylinder|polyhedron|linear_extrude|"
-_CALLS += "rotate_extrude|hull|minkowski|render"
-_FIRST = re.compile(rf"\A\ufeff?(\s|//[^\n]*\n|/\*.*?\*/)*[%#!*]?({_CALLS})\s*\(", re.S)
-
-
-def is_csg(head: str, suffix: str) -> bool:
-    """Is a text one, by its first call, or by the name of the file?"""
-    return suffix in (".csg", ".scad") or _FIRST.match(head) is not None
 
 
 def imported(path: str | os.PathLike[str], options: Options) -> Imported:

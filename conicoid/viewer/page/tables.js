@@ -33,7 +33,7 @@ export function packedIntegers(scene, styles) {
   const start = [0, planes * counts[0], planes * counts[0] + counts[1]];
   const width = [planes, 1, quadrics];
   const floats = { uv: start[2] + quadrics * counts[2] };
-  floats.boxes = floats.uv + 4 * (t.face_uv.length / 13);
+  floats.boxes = floats.uv + 4 * (t.face_maps.length / 3);
   floats.vertices = floats.boxes + 12 * (t.node_boxes.length / 48);
   floats.materials = floats.vertices + t.vertices.length / 3;
   floats.frames = floats.materials + scene.look.materials.length / 4;
@@ -62,7 +62,7 @@ export function packedIntegers(scene, styles) {
     ints.put(face, scene.look.row_of[i], flags, tint ?? 0);
   }));
   table(() => {
-    for (let i = 0; i < t.face_uv.length / 13; i++) ints.put(scene.look.face_row[i] ?? -1, floats.uv + 4 * i);
+    for (let i = 0; i < t.face_maps.length / 3; i++) ints.put(scene.look.face_row[i] ?? -1, floats.uv + 4 * i);
   });
   table(() => { for (let i = 0; i < t.node_children.length; i += 4) ints.put(...t.node_children.subarray(i, i + 4)); });
   table(() => t.tree_order.forEach((item) => ints.put(item)));
@@ -90,12 +90,13 @@ export function packedFloats(scene, floats, origin) {
     put(t.quadrics[i] - origin[0], t.quadrics[i + 1] - origin[1], t.quadrics[i + 2] - origin[2]);
     put(...t.quadrics.subarray(i + 3, i + 19), 0);
   }
-  for (let i = 0; i < t.face_uv.length; i += 13) {
-    for (const k of [1, 5, 9]) {
-      const row = t.face_uv.subarray(i + k, i + k + 4);
+  for (let i = 0; i < t.face_maps.length; i += 3) {
+    const angular = t.face_maps[i] < 0;
+    for (let k = 0; k < 3; k++) {
+      const at = 4 * (angular && k === 0 ? -1 - t.face_maps[i] : t.face_maps[i + k]), row = t.map_rows.subarray(at, at + 4);
       put(row[0], row[1], row[2], dot(row, origin) + row[3]);
     }
-    put(t.face_uv[i], 0, 0, 0);
+    put(angular ? 1 : 0, 0, 0, 0);
   }
   // Boxes are widened by what single precision may lose
   for (let i = 0; i < t.node_boxes.length; i += 48)

@@ -53,7 +53,7 @@ def _faces(scene: Any, rng: Any) -> Any:
     """(body, face, surface), a face of each body; the surface is the ball's where the body is one of many."""
     tables = _tables(scene)
     body = rng.integers(0, len(tables.body_face), COUNT)
-    firsts = np.append(np.unique(tables.body_face[tables.body_face >= 0]), len(tables.face_uv))
+    firsts = np.append(np.unique(tables.body_face[tables.body_face >= 0]), len(tables.face_maps))
     first = tables.body_face[body]
     count = np.where(first >= 0, firsts[np.minimum(np.searchsorted(firsts, first) + 1, len(firsts) - 1)] - first, 1)
     entry = np.zeros(len(tables.body_face), int)

@@ -32,7 +32,7 @@ _PARTS: dict[int, tuple[int, ...]] = {
     table.QUADRICS: (3, 9, 1, 1, 1, 1, 1, 1, 1),
     table.VERTICES: (3,),
     table.BALL_FRAMES: (9,),
-    table.FACE_UV: (1, 4, 4, 4),
+    table.MAP_ROWS: (4,),
 }
 
 
@@ -83,8 +83,6 @@ def _shifted(geometry: Geometry, rng: Any) -> Geometry:
             part = rows[:, at : at + size]
             part += SHIFT * rng.uniform(-1, 1, part.shape) * np.abs(part).max(axis=1, keepdims=True, initial=0)
             at += size
-    flags = _slice(result, table.FACE_UV)[::13]
-    flags[:] = _slice(geometry, table.FACE_UV)[::13]
     return result
 
 

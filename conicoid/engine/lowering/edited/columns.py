@@ -34,14 +34,14 @@ from .merging import Merged
 PLAIN = {
     "planes": PLANES, "quadrics": QUADRICS, "cell_face": CELLS, "plane_face": CELL_PLANES, "leaf_negated": LEAVES,
     "leaf_sense": LEAVES, "leaf_bounds": LEAVES, "gate_need": GATES, "gate_negated": GATES, "gate_start": GATES,
-    "sheet_one_sided": SHEETS, "vertices": CORNERS, "ball_frames": BALL_FRAMES, "face_uv": FACES,
+    "sheet_one_sided": SHEETS, "vertices": CORNERS, "ball_frames": BALL_FRAMES,
     "plane_limits": PLANES, "quadric_limits": QUADRICS, "cell_limits": CELLS, "program_limits": PROGRAMS,
     "sheet_limits": SHEETS, "polygon_limits": POLYGONS,
 }  # fmt: skip
 """Columns without numbers of other rows."""
 COUNTING = {
     "leaf_cell": (LEAVES, CELLS), "leaf_gate": (LEAVES, GATES), "gate_parent": (GATES, GATES),
-    "sheet_program": (SHEETS, PROGRAMS), "polygon_program": (POLYGONS, PROGRAMS),
+    "sheet_program": (SHEETS, PROGRAMS), "polygon_program": (POLYGONS, PROGRAMS), "quadric_rest": (QUADRICS, QUADRICS),
 }  # fmt: skip
 """Columns of numbers of rows of another kind, or -1."""
 BEGINS = {
@@ -54,7 +54,7 @@ SIDES = {"cell_side": "cell_quadric", "plane_side": "plane_surface", "sheet_side
          "polygon_side": "polygon_surface"}  # fmt: skip
 """Columns of surfaces, and the sides of them."""
 ENTRIES = ("entry_kind", "entry_index", "entry_body", "body_face")
-OTHERS = ("surface_kind", "surface_row", "spheres", *ENTRIES)
+OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
 
 
@@ -139,6 +139,7 @@ class Columns:
         counts = {name: total[axis] for name, axis in axes.items()}
         counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
         counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
+        counts |= dict(face_maps=total[FACES], map_rows=3 * total[FACES])
         return {
             name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
         }
@@ -158,8 +159,16 @@ class Columns:
             self._refer(getattr(tables, name), axis, [getattr(side, name) for side in sides])
         for name, of in SIDES.items():
             self._turn(tables, name, of)
+        self._put_maps(tables, sides)
         self._put_surfaces(tables)
         self._put_entries(tables)
+
+    def _put_maps(self, tables: Tables, sides: list[Tables]) -> None:
+        """The maps of faces, which have three rows each."""
+        self._copy(tables.map_rows.reshape(-1, 12), FACES, [side.map_rows.reshape(-1, 12) for side in sides])
+        for source, faces, at, shift in self.pieces.moved(FACES, FACES):
+            rows = sides[source].face_maps[faces]
+            tables.face_maps[at] = np.where(rows < 0, rows - 3 * shift, rows + 3 * shift) if shift else rows
 
     def _copy(self, column: Any, axis: int, sides: list[Any]) -> None:
         for source, rows, at in self.pieces.on(axis):

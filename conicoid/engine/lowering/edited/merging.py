@@ -181,6 +181,7 @@ class Merging:
             joined.take(PLANES, rows[PLANE], lambda side: side.tables.planes),
             joined.take(SPHERES, rows[SPHERE], lambda side: side.tables.spheres),
             joined.take(QUADRICS, rows[QUADRIC], lambda side: side.tables.quadrics),
+            np.arange(len(rows[QUADRIC]), dtype=np.int32),
             Remainders(
                 joined.take(PLANES, rows[PLANE], lambda side: side.rest.planes),
                 joined.take(SPHERES, rows[SPHERE], lambda side: side.rest.spheres),

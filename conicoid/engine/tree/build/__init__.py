@@ -8,23 +8,30 @@ its own with all that is unbounded along the same; only what is unbounded along 
 from __future__ import annotations
 
 from ...lowering import Lowered
-from ...tables import LEAF_ITEMS, NODE_BOXES, Geometry, pack
+from ...tables import NODE_BOXES, Geometry, pack
 from .leaf_items import put_items
 from .woods import COSTS, Woods, extent_of, programs_of
 
 
 def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
-    """The geometry of a lowered scene, with the trees over its entries and over the leaves of its bodies."""
-    tables = lowered.tables
+    """The geometry of a lowered scene, with the trees over its entries and over the leaves of its bodies.
+
+    It takes the tables of the scene.
+    """
+    tables = lowered.taken()
     forest = programs_of(tables)
     depth = forest.depth
     survey = forest.add(lowered.boxes, 0, COSTS[tables.entry_kind])
     levels = forest.levels
     forest.end_tree()
-    geometry = pack(forest.in_tables(tables._replace(extent=extent_of(survey))), later=(NODE_BOXES, LEAF_ITEMS))
+    columns = {**tables._asdict(), **forest.columns(), "extent": extent_of(survey)}
+    del tables
+    geometry = pack(columns, later=("node_boxes", "leaf_items"))
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
-    put_items(geometry, lowered.boxes, forest.places[-2])
-    return geometry, Woods.of(forest, depth, levels)
+    place, woods = forest.places[-2], Woods.of(forest, depth, levels)
+    del forest  # what trees were built from is as large as what follows
+    put_items(geometry, lowered.boxes, place)
+    return geometry, woods
 
 
 __all__ = ["Woods", "with_trees"]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from array import array
+from typing import Any
+
 import numpy as np
 
-from ...tables import Floats, Ints, Tables
+from ...tables import Floats, Ints
 from ..leaf import ROWS
 from .branches import WIDTH
 from .build import Tree, build
@@ -24,10 +27,10 @@ class Forest:
         self.trees: list[Tree] = []
         self.children: list[Ints] = [np.zeros((0, WIDTH), np.int32)]
         self.order: list[Ints] = [_NONE]
-        self.roots: list[int] = []
-        self.ends: list[int] = [0]
-        self.nodes: list[int] = [nodes]  # up to the end of each tree
-        self.places: list[int] = [places]
+        self.roots = array("i")
+        self.ends = array("i", [0])
+        self.nodes = array("i", [nodes])  # up to the end of each tree
+        self.places = array("i", [places])
         self.node_count = nodes
         self.placed = places
         self.depth = 1
@@ -80,20 +83,20 @@ class Forest:
     def add_few(self, first: Ints) -> None:
         """Trees without boxes, one after the other, over items from first[k] to first[k + 1]: at most 15 each."""
         counts = np.diff(first)
-        begin = self.placed + first[:-1].astype(np.int64) - int(first[0])
+        begin = first[:-1] + np.int32(self.placed - int(first[0]))
         there = counts > 0
         codes = -((begin << 4) | counts) - 1
-        self.ends += (len(self.roots) + np.cumsum(there)).tolist()
-        self.nodes += [self.node_count] * len(counts)
-        self.places += (begin + counts).tolist()
-        self.roots += codes[there].tolist()
+        _add(self.ends, len(self.roots) + np.cumsum(there))
+        _add(self.nodes, np.full(len(counts), self.node_count))
+        _add(self.places, begin + counts)
+        _add(self.roots, codes[there])
         self.order.append(np.arange(first[0], first[-1], dtype=np.int32))
         self.placed += int(first[-1] - first[0])
         self.depth = max(self.depth, WIDTH + 1)
 
-    def in_tables(self, tables: Tables) -> Tables:
-        """The tables with the trees, but for the boxes of the nodes and the items of the leaves."""
-        return tables._replace(
+    def columns(self) -> dict[str, Any]:
+        """The columns of the trees; of the boxes of the nodes and the items of the leaves the shapes alone."""
+        return dict(
             node_boxes=np.broadcast_to(0.0, (self.node_count, 6, WIDTH)),
             node_children=np.concatenate(self.children),
             tree_order=np.concatenate(self.order),
@@ -108,3 +111,8 @@ class Forest:
         for tree in self.trees:
             tree.put_boxes(floats, at)
             at += 6 * WIDTH * len(tree.children)
+
+
+def _add(numbers: array[int], more: Any) -> None:
+    """Append the numbers of an array."""
+    numbers.frombytes(more.astype(np.int32).tobytes())

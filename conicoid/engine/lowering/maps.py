@@ -1,0 +1,68 @@
+"""Affine maps of bodies: those from the world to uv of each face, and those to a body's own coordinates.
+
+Rows of maps that are one another's are in the table once, of bodies that are one another moved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..tables import MAP_SIZE, Floats, Ints
+from .moved import MovedRows
+from .pattern import FRAME_NUMBERS, UV_NUMBERS, Group
+from .places import Contents, Places
+from .surfaces import end_to_end
+
+_ROWS = UV_NUMBERS // MAP_SIZE
+
+
+def maps_of_faces(contents: Contents, faces: Places) -> tuple[Ints, Floats]:
+    """`Tables.face_maps` and `map_rows`: first the rows of bodies that have their own, in order, then shared ones."""
+    groups = contents.groups
+    own = Places.of(contents, [0 if isinstance(each.rows, MovedRows) else len(each.pattern.angular) for each in groups])
+    maps, rows = np.empty((faces.count, _ROWS), np.int32), np.empty((own.count, UV_NUMBERS))
+    tables, count = [rows.reshape(-1, MAP_SIZE)], _ROWS * own.count
+    for group in groups:
+        p = group.pattern
+        first, each = faces.first[group.bodies], len(p.angular)
+        if not isinstance(group.rows, MovedRows):
+            at = own.rows(group, each)
+            rows[at] = group.rows[:, p.uv_at : p.bounds_at].reshape(len(group.bodies), -1, UV_NUMBERS)
+            maps[faces.rows(group, each)] = _ROWS * at[:, :, None] + np.arange(_ROWS)
+        else:
+            for k, column in enumerate(range(p.uv_at, p.bounds_at, MAP_SIZE)):
+                table, index = group.rows.maps(column)
+                maps[first + k // _ROWS, k % _ROWS] = index + np.int32(count)
+                tables.append(table)
+                count += len(table)
+        for face in np.flatnonzero(p.angular).tolist():
+            maps[first + face, 0] = -1 - maps[first + face, 0]
+    return maps, end_to_end(tables)
+
+
+def shares_frame(group: Group) -> bool:
+    """Have all bodies of a group the same own coordinates?"""
+    p = group.pattern
+    return isinstance(group.rows, MovedRows) and all(
+        len(group.rows.maps(column)[0]) == 1 for column in range(p.frame_at, p.corners_at, MAP_SIZE)
+    )
+
+
+def frames_of(groups: Sequence[Group], frames: Places) -> tuple[Floats, Ints]:
+    """((n, 3, 4) from the world to own coordinates, the row of each body), without those of bulk balls.
+
+    frames: which rows are of bodies with one each; those that groups share come behind.
+    """
+    rows, which = [np.empty((frames.count, FRAME_NUMBERS))], frames.first.astype(np.int32)
+    for group in groups:
+        p = group.pattern
+        if not p.framed:
+            which[group.bodies] = group.ball_frame
+        elif shares_frame(group):
+            which[group.bodies] = len(rows) - 1 + frames.count
+            rows.append(group.rows[:1, p.frame_at : p.corners_at])
+        else:
+            rows[0][frames.first[group.bodies]] = group.rows[:, p.frame_at : p.corners_at]
+    return end_to_end(rows).reshape(-1, 3, 4), which
