@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 
 from ...compiler.jit import helper, inline, kernel
+from .. import tables as table
 from ..nearest.bounds import entry_bound
 from ..nearest.kernels import polygon_near
 from ..nearest.room import Room
 from ..nearest.search import Around, begin_search, beyond_ball, beyond_box_of, next_near
 from ..packets.load import packet_row
 from ..surface.quadric import Sphere
-from ..tables import POLYGON, Floats, Geometry, halted
+from ..tables import POLYGON, Floats, Geometry, halted, length, real
 from ..tree.leaf import Item, leaf_at, leaf_ball, leaf_item, leaf_range
 from .bodies import entry_of_lanes, fits_lanes
 from .rows import (
@@ -38,8 +39,11 @@ from .rows import (
 )
 from .surfaces import lane
 
-_FEW = 6
-"""Up to so many points are asked alone, of a packet or of an entry."""
+_FEW, _MANY = 6, 16
+"""Up to so many points of a packet, and of those that an entry is near to, are asked alone."""
+_BODIES, _SEVERAL = 8, 4.0
+"""In scenes of more bodies, points are asked together if their box has sides of no more, in all, than several times the
+size that a body has when the scene's box is shared out among all."""
 _LOOKED, _SHARE = 1024, 8
 """A packet is given up where, of so many looks at a ball and more, less than one of 8 found it near."""
 
@@ -94,7 +98,7 @@ def _put_balls(room: Floats, ball: Sphere) -> int:
 def _meet(geometry: Geometry, memory: Memory, item: Item, near: int) -> None:
     """Take the bounds of an entry, which is near to so many."""
     room = memory.room
-    if near > _FEW and fits_lanes(geometry, item.kind, item.index):
+    if near > _MANY and fits_lanes(geometry, item.kind, item.index):
         entry_of_lanes(geometry, item.kind, item.index, room)
         take_bounds(room)
         return
@@ -105,11 +109,21 @@ def _meet(geometry: Geometry, memory: Memory, item: Item, near: int) -> None:
             take_bound(room, i, _walls_of(geometry, memory.single, item, x, y, z, room[BEST + i]))
 
 
+@inline
+def _belong_together(geometry: Geometry, around: Around) -> bool:
+    """Do the points in a box see about the same part of the scene?"""
+    cell = real(geometry, table.EXTENT, 1)
+    sides = (around.high_x - around.low_x) + (around.high_y - around.low_y) + (around.high_z - around.low_z)
+    return length(geometry, table.ENTRY_KIND) <= _BODIES or sides <= _SEVERAL * cell
+
+
 @helper
 def bound_packet(geometry: Geometry, memory: Memory) -> bool:
     """BEST and FOUND of all lanes; False, and nothing certain, where the points have too little in common."""
     room, way, looks, hits = memory.room, memory.single.scratch.way, 0, 0
     around = around_lanes(room)
+    if not _belong_together(geometry, around):
+        return False
     found = next_near(geometry, way, begin_search(geometry, way), around, farthest(room))
     while found.code != 0:
         first, last = leaf_range(found.code)
