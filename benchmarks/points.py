@@ -3,7 +3,9 @@
     python benchmarks/points.py [--bodies 1000] [--points 8000000] [--threads N]
 
 asks `body_at`, `contains` and `bodies_at` about capped quadrics in a lattice (drums, frustums, barrels and cooling
-towers, each turned its own way) and prints millions of points a second, the best of three.
+towers, each turned its own way) and prints millions of points a second, the best of three; behind those that come in
+the order of a slice or a grid, the share of the aim that the slower of `body_at` and `contains` reaches: 30 millions on
+two threads. After the table the certified bounds of `distance`, of a tenth of the points.
 """
 
 from __future__ import annotations
@@ -15,7 +17,12 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
+from conicoid.bench.report import machine
+from conicoid.engine.threads import thread_count
 
+QUERIES = ("body_at", "contains", "bodies_at")
+AIM = 30.0
+"""Millions of points a second, in order, on two threads."""
 SHAPES = (
     co.Cylinder((0, 0, -0.3), (0, 0, 0.3), 0.3),
     co.Cone((0, 0, -0.3), (0, 0, 0.3), 0.35, 0.1),
@@ -71,10 +78,15 @@ def main() -> None:
     scene.prepare()
     side = round(given.bodies ** (1 / 3))
     scene.body_at(np.zeros((64, 3)))
-    print(f"{len(scene.bodies)} capped quadrics, Mpoint/s")
+    print("\n".join(machine([])))
+    print(f"{len(scene.bodies)} capped quadrics, Mpoint/s, {thread_count()} threads")
+    print(f"{'':14}" + "".join(f"{query:>10}" for query in QUERIES) + f"{'aim':>10}")
     for name, points in questions(side, given.points).items():
-        rates = [rate(getattr(scene, query), points) for query in ("body_at", "contains", "bodies_at")]
-        print(f"{name:14}" + "".join(f"{each:9.1f}" for each in rates))
+        rates = [rate(getattr(scene, query), points) for query in QUERIES]
+        share = f"{min(rates[:2]) / AIM:9.2f}x" if name != "in no order" else ""
+        print(f"{name:14}" + "".join(f"{each:10.1f}" for each in rates) + share)
+    for name, points in questions(side, given.points // 10).items():
+        print(f"distance, {name:14}{rate(scene.distance, points):9.2f}")
 
 
 if __name__ == "__main__":

@@ -304,8 +304,8 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
     @calm
     def voxels(
         self, bounds: Any = None, shape: Any = 64, *, fractions: Literal["body", "material"] | None = None,
-        samples: int = 4, axis: Literal["x", "y", "z"] = "z", progress: Callable[[int, int], Any] | None = None,
-        executor: Any = None,
+        samples: int = 4, axis: Literal["x", "y", "z"] = "z", path: str | os.PathLike[str] | None = None,
+        progress: Callable[[int, int], Any] | None = None, executor: Any = None,
     ) -> Voxels:  # fmt: skip
         """The scene in equal boxes: what is at their centres, or with `fractions` how much of each is what.
 
@@ -314,12 +314,14 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
         fractions: "body" or "material": shares of volumes from exact chords, each with a bound on its error.
         samples: so many rays squared go through each column of voxels; the bounds shrink with them.
         axis: along which the rays go: what has the same cross-section all along it is best.
+        path: a .zarr folder or .npy file that they are written to as they come, for more than memory holds. The
+            arrays of the answer are then those on the disk. It appears whole, or after Ctrl-C not at all.
         progress: progress(done, count) is called with numbers of voxels, or of columns for fractions.
         executor: as for `first_hit`.
         """
         from .slices.voxels import voxels_of
 
-        return voxels_of(self, bounds, shape, fractions, samples, axis, progress, executor)
+        return voxels_of(self, bounds, shape, fractions, samples, axis, path, progress, executor)
 
     @staticmethod
     def load(

@@ -29,13 +29,15 @@ def _part(scene: Scene, options: tuple[Any, ...], begin: int, end: int) -> Any:
 
 
 def columns(
-    scene: Scene, grid: Grid, groups: Any, count: int, voxels: int, total: int, executor: Any, progress: Progress | None
-) -> tuple[FloatArray, FloatArray]:
-    """`engine.queries.columns.columns` of all columns, in parts."""
+    scene: Scene, grid: Grid, groups: Any, count: int, voxels: int, which: tuple[int, int], executor: Any,
+    progress: Progress | None,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """`engine.queries.columns.columns` of the columns from which[0] to which[1], in parts."""
+    first, total = which[0], which[1] - which[0]
     workers = workers_of("voxels", executor, progress)
     pace = Pace(workers.chunk, _LEAST, min(_MOST, max(1, workers.most_bytes // (16 * count * voxels))), workers.count)
     shared = Recipe((*grid, groups, count, voxels))
-    pieces = (Piece(a, b, (a, b)) for a, b in pace.pieces(0, total))
+    pieces = (Piece(a, b, (first + a, first + b)) for a, b in pace.pieces(0, total))
     shares, bounds = np.empty((2, total, count, voxels))
     course = Course("voxels", workers, _part, (recipe_of(scene), shared))
     with closing(course.results(pieces, pace.saw, total)) as results:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..engine.answers.no_names import numbers_of
-from ..engine.queries.columns import Grid, columns
+from ..engine.queries.columns import Grid
+from ..engine.queries.columns import columns as columns_here
 from ..shapes.calls import explained_methods
 from ..shapes.calm import calm
 from ..shapes.named_parts import Named
@@ -19,14 +20,27 @@ from ..shapes.validate import path as checked_path
 from ..shapes.vector import Box, FloatArray
 from .colors import body_name, material_name
 from .names import BY
+from .voxel_blocks import (
+    SIDE,
+    Pair,
+    boxes_of,
+    checked_ending,
+    in_file,
+    in_folder,
+    in_memory,
+    refuse_large,
+    reopened,
+    rows_of,
+    summed,
+)
 from .window import AXES
 
 if TYPE_CHECKING:
     from ..engine.threads import Progress
     from ..scene import Scene
 
-LARGEST = 4 << 30
 _POINTS = 1 << 21  # asked at a time
+_BYTES = 1 << 27  # of shares and their bounds, at a time
 _MOST_SAMPLES, _MOST_VOXELS = 1024, 1 << 20
 
 
@@ -83,7 +97,7 @@ class Voxels:
         if self.fractions is None or self.bounds is None:
             raise ValueError("volumes: there are no fractions; ask scene.voxels(..., fractions='body') for them")
         each = float(np.prod(self.spacing))
-        return self.fractions.sum(axis=(1, 2, 3)) * each, self.bounds.sum(axis=(1, 2, 3)) * each
+        return summed(self.fractions) * each, summed(self.bounds) * each
 
     @calm
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -102,21 +116,24 @@ class Voxels:
 
 
 def voxels_of(
-    scene: Scene, bounds: Any, shape: Any, fractions: Any, samples: Any, axis: Any, progress: Progress | None,
-    executor: Any,
+    scene: Scene, bounds: Any, shape: Any, fractions: Any, samples: Any, axis: Any, path: Any,
+    progress: Progress | None, executor: Any,
 ) -> Voxels:  # fmt: skip
     """`Scene.voxels`"""
     callback("voxels", "progress", progress)
+    if path is not None:
+        path = checked_path("voxels", path)
+        checked_ending(path)
     low, high = _checked_bounds(bounds, scene)
     counts = _checked_shape(shape, high - low)
     rays = whole(samples)
     if rays is None or not 1 <= rays <= _MOST_SAMPLES:
         raise ValueError(f"voxels: samples must be a whole number from 1 to {_MOST_SAMPLES}, got {shown(samples)}")
     along = AXES.index(one_of("voxels", "axis", axis, AXES))
+    asked = _Asked(scene, low, high, counts, path, progress, executor)
     if fractions is None:
-        return _ids(scene, low, high, counts, progress, executor)
-    by = one_of("voxels", "fractions", fractions, BY)
-    return _shares(scene, low, high, counts, by, rays, along, progress, executor)
+        return _ids(asked)
+    return _shares(asked, one_of("voxels", "fractions", fractions, BY), rays, along)
 
 
 def _checked_bounds(bounds: Any, scene: Scene) -> Box:
@@ -147,48 +164,74 @@ def _checked_shape(shape: Any, size: FloatArray) -> tuple[int, int, int]:
         expected = f"(nx, ny, nz) or one whole number, from 1 to {_MOST_VOXELS}"
         raise ValueError(f"voxels: shape must be {expected}, got {shown(shape)}")
     counts = given if listed else [max(1, round(given[0] * float(side / size.max()))) for side in size]
-    _refuse_large(counts, 1, 8)
     return counts[0], counts[1], counts[2]
 
 
-def _refuse_large(counts: Any, columns: int, each: int) -> None:
-    """ValueError for arrays that would be absurd."""
-    size = columns * each * int(np.prod([float(count) for count in counts]))
-    if size > LARGEST:
-        times = " x ".join(map(str, counts)) + (f" x {columns}" if columns > 1 else "")
-        raise ValueError(
-            f"voxels: {times} of them would take {size / 2**30:.0f} GiB; ask for part of the box, or fewer"
-        )
+class _Asked(NamedTuple):
+    """What voxels of which scene are asked for, and where they go: a path, or None for memory."""
+
+    scene: Scene
+    low: FloatArray
+    high: FloatArray
+    counts: tuple[int, int, int]
+    path: Any
+    progress: Progress | None
+    executor: Any
 
 
-def _ids(
-    scene: Scene, low: FloatArray, high: FloatArray, counts: tuple[int, int, int], progress: Progress | None,
-    executor: Any,
-) -> Voxels:  # fmt: skip
-    """What is at the centres, some planes of voxels at a time."""
+def _made(
+    asked: _Asked, names: tuple[str, str], shape: tuple[int, ...], kind: Any, sides: Any, more: Any, fill: Any
+) -> Pair:
+    """Two arrays, in memory or on the disk, once fill(them) has filled them block by block. `sides`: of a block."""
+    if asked.path is None:
+        with in_memory(shape, kind) as pair:
+            fill(pair)
+        return pair
+    ending = checked_ending(asked.path)
+    more = dict(low=asked.low.tolist(), high=asked.high.tolist(), **more)
+    there = (
+        in_file(asked.path, shape, kind) if ending == ".npy" else in_folder(asked.path, names, shape, kind, sides, more)
+    )
+    with there as pair:
+        fill(pair)
+        del pair
+    return reopened(asked.path, ending, names)
+
+
+def _ids(asked: _Asked) -> Voxels:
+    """What is at the centres."""
+    scene, low, high, counts, path, progress, executor = asked
+    refuse_large(counts, 1, 8, path)
     prepared = scene.prepared
     materials = Named((material for material, _ in prepared.labels.distinct), "voxels.materials")
-    found = Voxels(low, high, counts, body=np.empty(counts, np.int32), materials=materials)
-    x, y, z = found.centers
-    step, each = max(1, _POINTS // (counts[1] * counts[2])), counts[1] * counts[2]
-    assert found.body is not None
-    for first in range(0, counts[0], step):
-        part = np.stack(np.meshgrid(x[first : first + step], y, z, indexing="ij"), axis=-1)
-        found.body[first : first + step] = scene.body_at(part, executor=executor)
-        if progress is not None:
-            progress(min(counts[0], first + step) * each, counts[0] * each)
     numbers = np.arange(prepared.lowered.body_count)
-    table = np.append(prepared.labels.columns_of(numbers, materials) if len(numbers) else numbers, -1)
-    found.material = numbers_of("material", table[found.body].astype(np.int32))
-    found.body = numbers_of("body", found.body)
+    table = np.append(prepared.labels.columns_of(numbers, materials) if len(numbers) else numbers, -1).astype(np.int32)
+    found = Voxels(low, high, counts, materials=materials)
+    centers, total = found.centers, counts[0] * counts[1] * counts[2]
+
+    def fill(pair: Pair) -> None:
+        done = 0
+        for box in boxes_of(counts, _POINTS):
+            sides = (axis[part] for axis, part in zip(centers, box, strict=True))
+            part = scene.body_at(np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1), executor=executor)
+            pair[0][box], pair[1][box] = part, table[part]
+            done += part.size
+            if progress is not None:
+                progress(done, total)
+
+    names = [material_name(prepared, k) for k in range(len(materials))]
+    sides = tuple(min(SIDE, count) for count in counts)
+    found.body, found.material = _made(
+        asked, ("body", "material"), counts, np.int32, sides, dict(names=[], materials=names), fill
+    )
+    if path is None:
+        found.body, found.material = numbers_of("body", found.body), numbers_of("material", found.material)
     return found
 
 
-def _shares(
-    scene: Scene, low: FloatArray, high: FloatArray, counts: tuple[int, int, int], by: str, samples: int, along: int,
-    progress: Progress | None, executor: Any,
-) -> Voxels:  # fmt: skip
+def _shares(asked: _Asked, by: str, samples: int, along: int) -> Voxels:
     """Fractions by chords along an axis."""
+    scene, low, high, counts, path, _, _ = asked
     prepared = scene.prepared
     materials = Named((material for material, _ in prepared.labels.distinct), "voxels.materials")
     bodies = prepared.lowered.body_count
@@ -198,21 +241,53 @@ def _shares(
     else:
         groups = prepared.labels.columns_of(numbers, materials).astype(np.int32) if bodies else numbers.astype(np.int32)
         names = tuple(material_name(prepared, k) for k in range(len(materials)))
-    _refuse_large(counts, len(names), 16)
+    refuse_large(counts, len(names), 16, path)
     order = [(along + 1) % 3, (along + 2) % 3, along]
     spacing = (high - low) / counts
     frame = np.array([*low[order], *spacing[order], counts[order[0]], counts[order[1]]], float)
-    grid, total, deep = Grid(frame, along, samples), counts[order[0]] * counts[order[1]], counts[along]
-    if not names:
-        shares = bounds = np.zeros((total, 0, deep))
-    elif executor is None:
-        shares, bounds = columns(prepared, grid, groups, len(names), deep, 0, total, progress)
-    else:
-        from ..cluster.columns import columns as elsewhere
+    first, second, deep = (counts[k] for k in order)
+    step = rows_of(first, second, 16 * max(1, len(names)) * deep, _BYTES)
 
-        shares, bounds = elsewhere(scene, grid, groups, len(names), deep, total, executor, progress)
-    made = [_in_world(part, [counts[k] for k in order], len(names), along) for part in (shares, bounds)]
-    return Voxels(low, high, counts, materials=materials, names=names, fractions=made[0], bounds=made[1])
+    def fill(pair: Pair) -> None:
+        if names:
+            _fill_shares(asked, Grid(frame, along, samples), groups, len(names), order, step, pair)
+
+    sides = dict(zip(order, (step[0], min(SIDE, step[1]), min(SIDE, deep)), strict=True))
+    fractions, bounds = _made(
+        asked, ("fractions", "bounds"), (len(names), *counts), np.float64,
+        (1, sides[0], sides[1], sides[2]), dict(names=list(names)), fill,
+    )  # fmt: skip
+    return Voxels(low, high, counts, materials=materials, names=names, fractions=fractions, bounds=bounds)
+
+
+def _fill_shares(
+    asked: _Asked, grid: Grid, groups: Any, names: int, order: list[int], step: tuple[int, int], pair: Pair
+) -> None:
+    """Blocks of columns, one after the other."""
+    scene, _, _, counts, _, progress, executor = asked
+    first, second, deep = (counts[k] for k in order)
+    total = first * second
+    for row in range(0, first, step[0]):
+        for place in range(0, second, step[1]):
+            rows, columns = min(first, row + step[0]), min(second, place + step[1])
+            begin, end = row * second + place, (rows - 1) * second + columns
+            told = _beyond(progress, begin, total)
+            if executor is None:
+                found = columns_here(scene.prepared, grid, groups, names, deep, begin, end, told)
+            else:
+                from ..cluster.columns import columns as elsewhere
+
+                found = elsewhere(scene, grid, groups, names, deep, (begin, end), executor, told)
+            where = dict(zip(order, (slice(row, rows), slice(place, columns), slice(0, deep)), strict=True))
+            for target, part in zip(pair, found, strict=True):
+                target[:, where[0], where[1], where[2]] = _in_world(
+                    part, [rows - row, columns - place, deep], names, grid.axis
+                )
+
+
+def _beyond(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Told of all columns, where those of a block are counted."""
+    return None if progress is None else lambda done, _: progress(before + done, total)
 
 
 def _in_world(part: FloatArray, counts: list[int], groups: int, along: int) -> FloatArray:

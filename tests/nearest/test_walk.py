@@ -31,8 +31,22 @@ def test_heat_between_two_spheres(example):
     assert np.abs(value - exactly) == pytest.approx(np.zeros(4), abs=4 * error.max())
 
 
-def test_a_map_of_the_block(example):
-    pixels = example.picture(30, 4).pixels
-    assert pixels.shape == (12, 30, 3)
+def test_a_map_of_the_block_and_of_the_closed_form(example):
+    pixels = example.picture(24, 40).pixels
+    assert pixels.shape == (24, 58 + 2 + 24, 3)
     assert np.isfinite(pixels).all()
-    assert pixels.std() > 0.1
+    ring = pixels[:, 60:]
+    assert ring[12, [0, 8, 16, 23]] == pytest.approx(0.8)  # the hole, and outside
+    assert ring[:, 12].min() == 1  # the line between
+    # Walked on the left, worked out on the right: mirror images but for the noise and the lines
+    left, right = ring[:, 1:11], ring[:, 22:12:-1]
+    wall = (left != 0.8).any(axis=-1) & (right != 0.8).any(axis=-1)
+    assert wall.sum() > 100
+    assert np.median(np.abs(left - right)[wall]) < 0.1
+    assert np.abs(left - right)[wall].mean() < 0.15
+
+
+def test_neighbours_that_are_there_are_averaged(example):
+    values = np.array([[1.0, 2.0, np.nan], [3.0, np.nan, np.nan]])
+    expected = [[2.0, 2.0, np.nan], [2.0, np.nan, np.nan]]
+    np.testing.assert_array_equal(example.smoothed(values), expected)

@@ -9,17 +9,15 @@ import math
 from typing import NamedTuple
 
 from ...compiler.jit import helper, inline
+from ..numbers.vectors import dot
 
 _SWEEPS = 12
 _NONE = 2.0**-58
 
 
-class Axes(NamedTuple):
-    """Eigenvalues a0 <= a1 <= a2, and unit eigenvectors e0, e1, e2."""
+class Directions(NamedTuple):
+    """Three unit vectors e0, e1, e2 at right angles."""
 
-    a0: float
-    a1: float
-    a2: float
     x0: float
     y0: float
     z0: float
@@ -29,6 +27,27 @@ class Axes(NamedTuple):
     x2: float
     y2: float
     z2: float
+
+
+class Axes(NamedTuple):
+    """Eigenvalues a0 <= a1 <= a2, and their eigenvectors."""
+
+    a0: float
+    a1: float
+    a2: float
+    along: Directions
+
+
+@inline
+def parts_along(e: Directions, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """(e0·v, e1·v, e2·v)"""
+    return dot(e.x0, e.y0, e.z0, x, y, z), dot(e.x1, e.y1, e.z1, x, y, z), dot(e.x2, e.y2, e.z2, x, y, z)
+
+
+@inline
+def turned_around(e: Directions) -> Directions:
+    """e2, e1, e0"""
+    return Directions(e.x2, e.y2, e.z2, e.x1, e.y1, e.z1, e.x0, e.y0, e.z0)
 
 
 @inline
@@ -77,7 +96,7 @@ def principal_axes(xx: float, yy: float, zz: float, xy: float, xz: float, yz: fl
         yy, zz, x1, y1, z1, x2, y2, z2 = zz, yy, x2, y2, z2, x1, y1, z1
     if yy < xx:
         xx, yy, x0, y0, z0, x1, y1, z1 = yy, xx, x1, y1, z1, x0, y0, z0
-    return Axes(xx, yy, zz, x0, y0, z0, x1, y1, z1, x2, y2, z2)
+    return Axes(xx, yy, zz, Directions(x0, y0, z0, x1, y1, z1, x2, y2, z2))
 
 
 @inline

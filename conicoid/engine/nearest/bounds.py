@@ -12,30 +12,32 @@ import math
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
-from ..numbers.vectors import dot
+from ..surface.records import load_plane, load_quadric, load_sphere
 from ..tables import CELL, PLANE, REGION, SHEET, SPHERE, Floats, Geometry, integer, real
-from .axes import principal_axes
-from .form import Form, form_at, length_of, rounding_within
+from .axes import Axes, Directions, parts_along, principal_axes
+from .form import Form, form_of_plane, form_of_quadric, form_of_sphere, length_of, rounding_within
+from .quick import STEPS, Search, Turned, first_guess, next_step, proved, reached, turned, with_value
 from .secular import NONE, Secular, least_bend, nearest_root, place_above, turned_over
 
-_LESS = 1.0 - 2.0**-44
+LESS = 1.0 - 2.0**-44
 """For the roundings of a bound itself."""
 _CENTER = 1e-150
 """s at which all s + a_i that are not zero are a_i."""
 
 
 @inline
-def equation_of(form: Form) -> tuple[Secular, float, float, float, float, float, float, float, float, float]:
+def secular_of(form: Form, axes: Axes, scale: float, over: bool) -> Secular:
+    """The secular equation of a quadric, or over of -f, along its axes about a point."""
+    g0, g1, g2 = parts_along(axes.along, form.gx * scale, form.gy * scale, form.gz * scale)
+    equation = Secular(form.value * scale, g0, g1, g2, axes.a0 * scale, axes.a1 * scale, axes.a2 * scale)
+    return turned_over(equation) if over else equation
+
+
+@inline
+def equation_of(form: Form) -> tuple[Secular, Directions]:
     """The secular equation of a quadric about a point, of terms of about 1, and the axes that its v are along."""
     axes = principal_axes(form.xx, form.yy, form.zz, form.xy, form.xz, form.yz)
-    a0, a1, a2, x0, y0, z0, x1, y1, z1, x2, y2, z2 = axes
-    scale = 1.0 / form.size if form.size > 0.0 else 1.0
-    equation = Secular(
-        form.value * scale, dot(x0, y0, z0, form.gx, form.gy, form.gz) * scale,
-        dot(x1, y1, z1, form.gx, form.gy, form.gz) * scale, dot(x2, y2, z2, form.gx, form.gy, form.gz) * scale,
-        a0 * scale, a1 * scale, a2 * scale,
-    )  # fmt: skip
-    return equation, x0, y0, z0, x1, y1, z1, x2, y2, z2
+    return secular_of(form, axes, 1.0 / form.size if form.size > 0.0 else 1.0, False), axes.along
 
 
 @inline
@@ -45,26 +47,52 @@ def plain_bound(form: Form) -> float:
     if not value > 0.0:
         return 0.0
     g = length_of(form.gx, form.gy, form.gz)
-    return value / (g + math.sqrt(g * g + form.size * value)) * _LESS
+    return value / (g + math.sqrt(g * g + form.size * value)) * LESS
+
+
+@inline
+def solved_bound(form: Form, plain: float) -> float:
+    """The distance to the nearest point of a quadric, less what rounding may have added; inf where there is none."""
+    axes = principal_axes(form.xx, form.yy, form.zz, form.xy, form.xz, form.yz)
+    scale = 1.0 / form.size if form.size > 0.0 else 1.0
+    e = turned(form, axes, scale, plain)
+    at = first_guess(e)
+    for _ in range(STEPS):
+        at = next_step(e, at)
+        if at.done == 1.0:
+            break
+    value = less_rounding(form, e, at.w, scale)
+    if value > 0.0 and at.done == 1.0:
+        less, at = with_value(e, value), Search(at.w, 0.0, math.inf, 0.0)
+        for _ in range(STEPS):
+            at = next_step(less, at)
+            if at.done == 1.0:
+                break
+        w = proved(less, at.w)
+        if at.done == 1.0 and w < math.inf:
+            return max(plain, reached(less, w) * LESS)
+    return slowly_solved(form, axes, scale, plain)
+
+
+@inline
+def less_rounding(form: Form, e: Turned, w: float, scale: float) -> float:
+    """f less what rounding may have added to it, as far as the nearest point."""
+    return e.value - 4.0 * rounding_within(form, reached(e, w)) * scale
 
 
 @helper
-def _solved_bound(form: Form, plain: float) -> float:
-    """The distance to the nearest point of a quadric, less what rounding may have added; inf where there is none."""
-    equation, _, _, _, _, _, _, _, _, _ = equation_of(form)
-    if form.value < 0.0:
-        equation = turned_over(equation)
-    equation = least_bend(equation, plain)
+def slowly_solved(form: Form, axes: Axes, scale: float, plain: float) -> float:
+    """`solved_bound` by halving intervals, which always ends."""
+    equation = least_bend(secular_of(form, axes, scale, form.value < 0.0), plain)
     first = _root_length(equation)
     if not first < math.inf:  # all of f is positive, or nearly zero at the center
         x, y, z = place_above(equation, _CENTER)
         first = length_of(x, y, z)
-    scale = 1.0 / form.size if form.size > 0.0 else 1.0
     value = equation.value - 4.0 * rounding_within(form, first) * scale
     if not value > 0.0:
         return plain
     less = Secular(value, equation.g0, equation.g1, equation.g2, equation.a0, equation.a1, equation.a2)
-    return max(plain, _root_length(less) * _LESS)
+    return max(plain, _root_length(less) * LESS)
 
 
 @inline
@@ -77,24 +105,36 @@ def _root_length(equation: Secular) -> float:
     return length_of(x, y, z)
 
 
+@inline
+def plane_bound(form: Form) -> float:
+    """A signed bound of the distance to a plane."""
+    return math.copysign(max(0.0, (abs(form.value) - form.off) * LESS), form.value)
+
+
+@inline
+def sphere_bound(form: Form, radius: float) -> float:
+    """A signed bound of the distance to a sphere."""
+    length = form.steep  # |g|
+    off = form.off / (length + radius)
+    return math.copysign(max(0.0, (abs(length - radius) - off) * LESS), length - radius)
+
+
 @helper
 def surface_bound(geometry: Geometry, surface: int, x: float, y: float, z: float, enough: float) -> float:
     """A signed bound of the distance to a surface, positive where its value is.
 
     From `enough` on it may be any that is proved, however far from the truth.
     """
-    kind = integer(geometry, table.SURFACE_KIND, surface)
-    form = form_at(geometry, surface, x, y, z)
+    kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
     if kind == PLANE:
-        return math.copysign(max(0.0, (abs(form.value) - form.off) * _LESS), form.value)
+        return plane_bound(form_of_plane(load_plane(geometry, row), x, y, z))
     if kind == SPHERE:
-        length = length_of(form.gx, form.gy, form.gz)
-        radius = real(geometry, table.SPHERES, 4 * integer(geometry, table.SURFACE_ROW, surface) + 3)
-        off = form.off / (length + radius) if length + radius > 0.0 else 0.0
-        return math.copysign(max(0.0, (abs(length - radius) - off) * _LESS), length - radius)
+        sphere = load_sphere(geometry, row)
+        return sphere_bound(form_of_sphere(sphere, x, y, z), sphere.radius)
+    form = form_of_quadric(load_quadric(geometry, row), x, y, z)
     bound = plain_bound(form)
     if 0.0 < bound < enough:
-        bound = _solved_bound(form, bound)
+        bound = solved_bound(form, bound)
     return math.copysign(bound, form.value)
 
 
@@ -112,19 +152,18 @@ def cell_bound(geometry: Geometry, cell: int, x: float, y: float, z: float, enou
 
 
 @inline
-def outside_box(low: float, high: float, x: float) -> float:
-    """How far x is outside of [low, high], a little less than that."""
-    beyond = max(low - x, x - high)
-    return beyond * _LESS if beyond > 0.0 else 0.0
+def outside_box(low: float, high: float, first: float, last: float) -> float:
+    """How far [first, last] is outside of [low, high], a little less than that."""
+    return max(0.0, max(low - last, first - high)) * LESS
 
 
 @inline
 def leaf_box(geometry: Geometry, leaf: int, x: float, y: float, z: float) -> float:
     """A lower bound of the distance to the box of a leaf of a program."""
     at = 6 * leaf
-    dx = outside_box(real(geometry, table.LEAF_BOUNDS, at), real(geometry, table.LEAF_BOUNDS, at + 3), x)
-    dy = outside_box(real(geometry, table.LEAF_BOUNDS, at + 1), real(geometry, table.LEAF_BOUNDS, at + 4), y)
-    dz = outside_box(real(geometry, table.LEAF_BOUNDS, at + 2), real(geometry, table.LEAF_BOUNDS, at + 5), z)
+    dx = outside_box(real(geometry, table.LEAF_BOUNDS, at), real(geometry, table.LEAF_BOUNDS, at + 3), x, x)
+    dy = outside_box(real(geometry, table.LEAF_BOUNDS, at + 1), real(geometry, table.LEAF_BOUNDS, at + 4), y, y)
+    dz = outside_box(real(geometry, table.LEAF_BOUNDS, at + 2), real(geometry, table.LEAF_BOUNDS, at + 5), z, z)
     return box_length(dx, dy, dz)
 
 
@@ -133,7 +172,7 @@ def box_length(dx: float, dy: float, dz: float) -> float:
     """The length of what three coordinates are outside of a box; infinite where the box is empty."""
     if max(dx, max(dy, dz)) == math.inf:
         return math.inf
-    return length_of(dx, dy, dz) * _LESS
+    return length_of(dx, dy, dz) * LESS
 
 
 @helper

@@ -5,18 +5,23 @@ from __future__ import annotations
 import math
 
 from ...compiler.jit import helper, inline
+from .. import tables as table
 from ..numbers.vectors import dot
-from ..tables import Geometry
-from .form import Form, bent, form_at, length_of, value_along
+from ..surface.records import anchor_of
+from ..tables import Geometry, real, whole
+from .form import Form, bent, form_at, length_of
 from .gather import is_flat
 from .pencil import HARD, Planes, shared_planes
-from .room import LOWER, MOST_PAIRED, SHEET_OF, SURFACES, Room, limit
+from .room import LEAF, LEAVES, LOWER, MOST_PAIRED, SHEET_OF, SURFACES, Room, limit
 from .stationary import known_off, try_conic
+from .touch import touch
 from .walls import SURE, Query, try_point
 
 _PARALLEL = 2.0**-40
 _ALONG = 2.0**-44
 _MORE = 1.0 + 2.0**-30
+_ENDED = 2.0**-36
+"""Share of the size of a point on several surfaces by which it may be off where Newton's steps have ended."""
 KNOWN = 2.0**-42
 """Share of the sizes of points by which a conic of two quadrics may be off, whatever their angle is."""
 
@@ -95,13 +100,23 @@ def try_edge(geometry: Geometry, room: Room, at: Query, i: int, j: int) -> bool:
     return False
 
 
+@inline
+def _beside_anchor(
+    geometry: Geometry, room: Room, at: Query, k: int, x: float, y: float, z: float, dx: float, dy: float, dz: float
+) -> float:
+    """How far along a line a near surface's anchor is: about there a quadric's terms are no larger than need be."""
+    if is_flat(geometry, room, k):
+        return 0.0
+    ax, ay, az = anchor_of(geometry, room.surface[k])
+    return dot(dx, dy, dz, (ax - at.x) - x, (ay - at.y) - y, (az - at.z) - z)
+
+
 @helper
 def _try_line(
     geometry: Geometry, room: Room, at: Query, one: Planes, other: Planes, i: int, j: int, k: int, count: int
 ) -> None:
     """Try where the lines of two planes meet the last of i, j, k, or a sheet's own surface i where that is curved."""
     curved = i if is_flat(geometry, room, k) and not is_flat(geometry, room, i) else k
-    form = form_at(geometry, room.surface[curved], at.x, at.y, at.z)
     same = count == 2
     for p in range(one.number):
         ax, ay, az, g = plane_of(one, p)
@@ -110,22 +125,23 @@ def _try_line(
             x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
             if not length_of(x, y, z) <= limit(room) * _MORE or not (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
                 continue
+            along = _beside_anchor(geometry, room, at, curved, x, y, z, dx, dy, dz)
+            sx, sy, sz = x + along * dx, y + along * dy, z + along * dz
+            form = form_at(geometry, room.surface[curved], at.x + sx, at.y + sy, at.z + sz)
             ux, uy, uz = bent(form, dx, dy, dz)
-            a = dot(ux, uy, uz, dx, dy, dz)
-            b = dot(form.gx, form.gy, form.gz, dx, dy, dz) + dot(ux, uy, uz, x, y, z)
-            c = value_along(form, x, y, z)
+            a, b, c = dot(ux, uy, uz, dx, dy, dz), dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
             root = math.sqrt(max(b * b - a * c, 0.0))
             if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
                 continue
             # What is as small as rounding makes it would be met beyond all that floats tell apart
             a = a if abs(a) > _ALONG * form.size else 0.0
-            b = b if abs(b) > _ALONG * (form.steep + form.size * length_of(x, y, z)) else 0.0
+            b = b if abs(b) > _ALONG * form.steep else 0.0
             far = -(b + math.copysign(root, b))
             for which in range(2):
                 over, under = (far, a) if which == 0 else (c, far)
-                if abs(under) * (limit(room) * _MORE) < abs(over) or under == 0.0:
+                t = along + over / under if under != 0.0 else math.inf
+                if not abs(t) <= limit(room) * _MORE:
                     continue
-                t = over / under
                 _chosen(room, i, j, k)
                 px, py, pz = x + t * dx, y + t * dy, z + t * dz
                 known = known_off(at, KNOWN, px, py, pz) if count == 2 else math.inf
@@ -169,30 +185,56 @@ def _note(room: Room, i: int, j: int, hard: bool) -> bool:
 
 
 @helper
-def _try_from_here(geometry: Geometry, room: Room, at: Query, i: int, j: int, k: int) -> None:
-    """Try where Newton's steps lead to from the point that is asked for: if that is a wall, others are nearer than it.
+def _try_from(
+    geometry: Geometry, room: Room, at: Query, i: int, j: int, k: int, vx: float, vy: float, vz: float
+) -> None:
+    """Try where Newton's steps lead to from x + v: if that is a wall, others are nearer than it.
 
-    What is not sure to be one says nothing.
+    What is not sure to be one says nothing; nor does where they have not ended, as surfaces need not meet at all.
     """
-    before = room.best[LOWER]
+    before, count = room.best[LOWER], 2 if j == k else 3
     _chosen(room, i, j, k)
-    if try_point(geometry, room, at, 2 if j == k else 3, 0.0, 0.0, 0.0, math.inf, 0.0) != SURE:
+    found = touch(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
+    if found.off > _ENDED * (abs(found.x) + abs(found.y) + abs(found.z)):
+        return
+    vx, vy, vz = found.x - at.x, found.y - at.y, found.z - at.z
+    if try_point(geometry, room, at, count, vx, vy, vz, math.inf, 0.0) != SURE:
         room.best[LOWER] = before
 
 
 @helper
-def _try_hard_from_here(geometry: Geometry, room: Room, at: Query) -> None:
-    """Try curves that no plane holds, and corners on them, from here: the better the first guess, the fewer boxes."""
+def _into_leaves(geometry: Geometry, room: Room, x: float, axis: int) -> float:
+    """How far x is from the nearest place along an axis that the boxes of the near leaves reach."""
+    low, high = math.inf, -math.inf
+    for k in range(room.sizes[LEAVES]):
+        leaf = whole(room.leaves[4 * k + LEAF])
+        if leaf >= 0:
+            low = min(low, real(geometry, table.LEAF_BOUNDS, 6 * leaf + axis))
+            high = max(high, real(geometry, table.LEAF_BOUNDS, 6 * leaf + axis + 3))
+    return (low - x if x < low else min(high - x, 0.0)) if low <= high else 0.0
+
+
+@helper
+def _try_hard_from_beside(geometry: Geometry, room: Room, at: Query) -> None:
+    """Try curves that no plane holds, and corners on them: the better the first guess, the fewer boxes.
+
+    From the nearest place of a box around the body, as from afar Newton's steps halve the way and no more.
+    """
+    vx, vy, vz = (
+        _into_leaves(geometry, room, at.x, 0), _into_leaves(geometry, room, at.y, 1),
+        _into_leaves(geometry, room, at.z, 2),
+    )  # fmt: skip
     count = min(room.sizes[SURFACES], MOST_PAIRED)
     for i in range(count):
         for j in range(i + 1, count):
             if not is_hard(room, i, j):
                 continue
             if i == 0 or room.sizes[SHEET_OF] == 0:
-                _try_from_here(geometry, room, at, i, j, j)
+                _try_from(geometry, room, at, i, j, j, vx, vy, vz)
             for k in range(count):
                 if k != i and k != j and (room.sizes[SHEET_OF] == 0 or i == 0 or k == 0):
-                    _try_from_here(geometry, room, at, min(i, k), max(min(i, j), min(max(i, j), k)), max(j, k))
+                    first, last = min(i, k), max(j, k)
+                    _try_from(geometry, room, at, first, max(min(i, j), min(max(i, j), k)), last, vx, vy, vz)
 
 
 @helper
@@ -214,5 +256,5 @@ def try_edges(geometry: Geometry, room: Room, at: Query) -> bool:
             if max(room.bound[i], room.bound[j]) <= limit(room):
                 try_corners(geometry, room, at, i, j)
     if hard:
-        _try_hard_from_here(geometry, room, at)
+        _try_hard_from_beside(geometry, room, at)
     return hard

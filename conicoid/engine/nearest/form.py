@@ -8,7 +8,8 @@ from typing import NamedTuple
 from ...compiler.jit import inline
 from .. import tables as table
 from ..numbers.vectors import dot
-from ..surface.quadric import quadric_gradient, quadric_rounding, quadric_value
+from ..surface.plane import Plane
+from ..surface.quadric import Quadric, Sphere, quadric_gradient, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere
 from ..tables import PLANE, SPHERE, Geometry, integer
 
@@ -39,26 +40,32 @@ class Form(NamedTuple):
 
 
 @inline
-def form_at(geometry: Geometry, surface: int, x: float, y: float, z: float) -> Form:
-    """A surface about a point."""
-    kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
-    if kind == PLANE:
-        nx, ny, nz, above, ax, ay, az = load_plane(geometry, row)
-        unit = 1.0 / math.sqrt(dot(nx, ny, nz, nx, ny, nz))
-        nx, ny, nz, above = nx * unit, ny * unit, nz * unit, above * unit
-        px, py, pz = x - ax, y - ay, z - az
-        value = dot(nx, ny, nz, px, py, pz) + above
-        terms = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(above)
-        off = ROUNDED * terms + _ANCHOR * (abs(ax) + abs(ay) + abs(az))
-        return Form(value, off, 0.5 * nx, 0.5 * ny, 0.5 * nz, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5)
-    if kind == SPHERE:
-        cx, cy, cz, r = load_sphere(geometry, row)
-        px, py, pz = x - cx, y - cy, z - cz
-        length = math.sqrt(dot(px, py, pz, px, py, pz))
-        value = (length - r) * (length + r)
-        off = ROUNDED * (length * length + r * r) + 2.0 * length * _ANCHOR * (abs(cx) + abs(cy) + abs(cz))
-        return Form(value, off, px, py, pz, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, length)
-    quadric = load_quadric(geometry, row)
+def form_of_plane(plane: Plane, x: float, y: float, z: float) -> Form:
+    """A plane about a point."""
+    nx, ny, nz, above, ax, ay, az = plane
+    unit = 1.0 / math.sqrt(dot(nx, ny, nz, nx, ny, nz))
+    nx, ny, nz, above = nx * unit, ny * unit, nz * unit, above * unit
+    px, py, pz = x - ax, y - ay, z - az
+    value = dot(nx, ny, nz, px, py, pz) + above
+    terms = abs(nx * px) + abs(ny * py) + abs(nz * pz) + abs(above)
+    off = ROUNDED * terms + _ANCHOR * (abs(ax) + abs(ay) + abs(az))
+    return Form(value, off, 0.5 * nx, 0.5 * ny, 0.5 * nz, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5)
+
+
+@inline
+def form_of_sphere(sphere: Sphere, x: float, y: float, z: float) -> Form:
+    """A sphere about a point."""
+    cx, cy, cz, r = sphere
+    px, py, pz = x - cx, y - cy, z - cz
+    length = math.sqrt(dot(px, py, pz, px, py, pz))
+    value = (length - r) * (length + r)
+    off = ROUNDED * (length * length + r * r) + 2.0 * length * _ANCHOR * (abs(cx) + abs(cy) + abs(cz))
+    return Form(value, off, px, py, pz, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, length)
+
+
+@inline
+def form_of_quadric(quadric: Quadric, x: float, y: float, z: float) -> Form:
+    """A quadric about a point."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, _ = quadric
     gx, gy, gz = quadric_gradient(quadric, x, y, z)
     n0, n1, n2 = dot(w00, w01, w02, w00, w01, w02), dot(w10, w11, w12, w10, w11, w12), dot(w20, w21, w22, w20, w21, w22)
@@ -74,6 +81,17 @@ def form_at(geometry: Geometry, surface: int, x: float, y: float, z: float) -> F
         dot(s0 * w00, s1 * w10, s2 * w20, w02, w12, w22), dot(s0 * w01, s1 * w11, s2 * w21, w02, w12, w22),
         size, steep,
     )  # fmt: skip
+
+
+@inline
+def form_at(geometry: Geometry, surface: int, x: float, y: float, z: float) -> Form:
+    """A surface about a point."""
+    kind, row = integer(geometry, table.SURFACE_KIND, surface), integer(geometry, table.SURFACE_ROW, surface)
+    if kind == PLANE:
+        return form_of_plane(load_plane(geometry, row), x, y, z)
+    if kind == SPHERE:
+        return form_of_sphere(load_sphere(geometry, row), x, y, z)
+    return form_of_quadric(load_quadric(geometry, row), x, y, z)
 
 
 @inline

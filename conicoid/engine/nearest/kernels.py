@@ -1,10 +1,10 @@
-"""How far points are from the walls of a scene: by bounds, and exactly."""
+"""How far points are from the walls of a scene, exactly."""
 
 from __future__ import annotations
 
 import math
 
-from ...compiler.jit import helper, inline, kernel
+from ...compiler.jit import helper, kernel
 from .. import tables as table
 from ..tables import BALL, CELL, POLYGON, REGION, SHEET, Floats, Geometry, Ints, Signs, halted, integer
 from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_range
@@ -32,25 +32,14 @@ from .room import (
     new_room,
     start,
 )  # fmt: skip
-from .search import begin_search, next_near
+from .search import Around, begin_search, beyond_ball, next_near
 from .sides import try_sides
 from .stationary import try_face
 from .walls import Query, keep
 
 
-@inline
-def _beyond_ball(geometry: Geometry, at: int, count: int, k: int, x: float, y: float, z: float) -> float:
-    """A lower bound of the distance to item k of a leaf by the ball around it; 0 within."""
-    ball = leaf_ball(geometry, at, count, k)
-    if not ball.radius < math.inf:
-        return 0.0
-    distance = length_of(x - ball.x, y - ball.y, z - ball.z)
-    off = ROUNDED * (abs(ball.x) + abs(ball.y) + abs(ball.z) + distance)
-    return max(0.0, distance - ball.radius - off)
-
-
 @helper
-def _polygon(
+def polygon_near(
     geometry: Geometry, polygon: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float, float]:
     """(distance, by how much it may be off, the nearest point) of a whole polygon."""
@@ -59,35 +48,6 @@ def _polygon(
     px, py, pz = x + vx, y + vy, z + vz
     off = ROUNDED * (abs(px) + abs(py) + abs(pz) + abs(x) + abs(y) + abs(z) + distance)
     return distance, off, px, py, pz
-
-
-@kernel(points="n 3", reach="n", begin="0..end", end="0..n", bounds="out n")
-def bounds_of_points(geometry: Geometry, points: Floats, reach: Floats, begin: int, end: int, bounds: Floats) -> None:
-    """bounds[i]: no wall of any body is nearer to points[i]; infinite where none is within reach[i]."""
-    room = new_room(geometry)
-    way = room.scratch.way
-    for i in range(begin, end):
-        x, y, z, best = points[i, 0], points[i, 1], points[i, 2], reach[i]
-        bounds[i] = math.inf
-        if halted(geometry):
-            continue
-        code, top = next_near(geometry, way, begin_search(geometry, way), x, y, z, best)
-        while code != 0:
-            first, last = leaf_range(code)
-            at, count = leaf_at(geometry, first), last - first
-            for k in range(count):
-                item = leaf_item(geometry, at, count, k)
-                bound = _beyond_ball(geometry, at, count, k, x, y, z)
-                if bound <= best:
-                    if item.kind == POLYGON:
-                        distance, off, _, _, _ = _polygon(geometry, item.index, x, y, z)
-                        bound = max(0.0, distance - off)
-                    else:
-                        bound = entry_bound(geometry, room.gates, item.entry, x, y, z, best)
-                    if bound <= best:
-                        best = bound
-                        bounds[i] = bound
-            code, top = next_near(geometry, way, top, x, y, z, best)
 
 
 @helper
@@ -118,7 +78,7 @@ def _try_near(geometry: Geometry, room: Room, at: Query) -> None:
 def _try_polygon(geometry: Geometry, room: Room, at: Query, polygon: int) -> None:
     """Try a polygon, which may be clipped."""
     program = integer(geometry, table.POLYGON_PROGRAM, polygon)
-    distance, off, x, y, z = _polygon(geometry, polygon, at.x, at.y, at.z)
+    distance, off, x, y, z = polygon_near(geometry, polygon, at.x, at.y, at.z)
     if not distance - off <= limit(room):
         return
     begin_body(room, program, integer(geometry, table.POLYGON_SURFACE, polygon))
@@ -180,15 +140,16 @@ def nearest_walls(
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         start(room, reach[i])
         if not halted(geometry):
-            code, top = next_near(geometry, way, begin_search(geometry, way), x, y, z, limit(room))
-            while code != 0:
-                first, last = leaf_range(code)
+            around = Around(x, y, z, x, y, z)
+            found = next_near(geometry, way, begin_search(geometry, way), around, limit(room))
+            while found.code != 0:
+                first, last = leaf_range(found.code)
                 at, count = leaf_at(geometry, first), last - first
                 for k in range(count):
-                    item = leaf_item(geometry, at, count, k)
-                    if _beyond_ball(geometry, at, count, k, x, y, z) <= limit(room):
+                    if beyond_ball(leaf_ball(geometry, at, count, k), x, y, z) <= limit(room):
+                        item = leaf_item(geometry, at, count, k)
                         try_entry_near(geometry, room, Query(x, y, z, item.body, item.entry))
-                code, top = next_near(geometry, way, top, x, y, z, limit(room))
+                found = next_near(geometry, way, found.top, around, limit(room))
         best, who = room.best, room.who
         body[i], entry[i], place[i], turn[i] = who[BODY], who[ENTRY], who[PLACE], who[SENSE]
         distance[i], lower[i], upper[i] = best[NEAREST], best[LOWER], best[UPPER]
@@ -196,4 +157,4 @@ def nearest_walls(
             nearest[i, k] = best[AT_X + k]
 
 
-__all__ = ["bounds_of_points", "nearest_walls"]
+__all__ = ["nearest_walls"]

@@ -56,7 +56,7 @@ def _difference(f: Form, h: Form, m: float) -> Form:
 @helper
 def _planes_of(f: Form) -> Planes:
     """The planes that a form is the product of; HARD where it is none."""
-    a0, a1, a2, x0, y0, z0, x1, y1, z1, x2, y2, z2 = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz)
+    a0, a1, a2, (x0, y0, z0, x1, y1, z1, x2, y2, z2) = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz)
     if abs(a0) < abs(a2):  # the largest becomes the first
         a0, a2, x0, y0, z0, x2, y2, z2 = a2, a0, x2, y2, z2, x0, y0, z0
     if abs(a1) < abs(a2):  # and the least the last
@@ -104,7 +104,8 @@ def shared_planes(geometry: Geometry, one: int, other: int, x: float, y: float, 
     """The planes of the curve of two curved surfaces, about a point."""
     cx, cy, cz = anchor_of(geometry, one)
     f, h = form_at(geometry, one, cx, cy, cz), form_at(geometry, other, cx, cy, cz)
-    p, q = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz), principal_axes(h.xx, h.yy, h.zz, h.xy, h.xz, h.yz)
+    p = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz).along
+    q = principal_axes(h.xx, h.yy, h.zz, h.xy, h.xz, h.yz).along
     found = _planes_of(_difference(f, h, 0.0))
     for k in range(7):
         if found.number != HARD:

@@ -24,7 +24,8 @@ from typing import NamedTuple
 
 from ...compiler.jit import helper, inline
 
-_NEAR_POLE = 2.0**-50
+NEAR_POLE = 2.0**-50
+"""Share of what moving the point by its distance would make it that g_i at the largest pole is at least."""
 _STEPS = 200
 _CLOSE = 1.0 + 2.0**-50
 NONE = -1.0
@@ -46,7 +47,7 @@ class Secular(NamedTuple):
 def least_bend(equation: Secular, length: float) -> Secular:
     """The same with a g0 that is not zero, for a point as far as `length` from its surface."""
     value, g0, g1, g2, a0, a1, a2 = equation
-    least = abs(a0) * length * _NEAR_POLE
+    least = abs(a0) * length * NEAR_POLE
     g0 = math.copysign(least, g0) if abs(g0) < least else g0
     return Secular(value, g0, g1, g2, a0, a1, a2)
 

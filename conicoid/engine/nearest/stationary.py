@@ -8,11 +8,12 @@ from typing import NamedTuple
 from ...compiler.jit import helper, inline
 from ..numbers.vectors import dot
 from ..tables import Geometry
-from .axes import across, turn
+from .axes import Directions, across, turn, turned_around
 from .bounds import equation_of
 from .form import Form, bent, form_at, length_of, rounding_within, value_along
+from .quick import root_above
 from .room import Room, limit
-from .secular import NONE, Secular, least_bend, nearest_root, next_root, place_above, place_below, turned_over
+from .secular import NONE, Secular, least_bend, next_root, place_above, place_below, turned_over
 from .walls import SURE, Query, try_point
 
 _ROOTS = 6
@@ -26,25 +27,18 @@ class Frame(NamedTuple):
     base_x: float
     base_y: float
     base_z: float
-    x0: float
-    y0: float
-    z0: float
-    x1: float
-    y1: float
-    z1: float
-    x2: float
-    y2: float
-    z2: float
+    along: Directions
     known: float  # share of the sizes of what is asked for and of what is found
 
 
 @inline
 def _place(frame: Frame, v0: float, v1: float, v2: float) -> tuple[float, float, float]:
     """A place as what is added to the point that is asked for."""
+    e = frame.along
     return (
-        frame.base_x + dot(frame.x0, frame.x1, frame.x2, v0, v1, v2),
-        frame.base_y + dot(frame.y0, frame.y1, frame.y2, v0, v1, v2),
-        frame.base_z + dot(frame.z0, frame.z1, frame.z2, v0, v1, v2),
+        frame.base_x + dot(e.x0, e.x1, e.x2, v0, v1, v2),
+        frame.base_y + dot(e.y0, e.y1, e.y2, v0, v1, v2),
+        frame.base_z + dot(e.z0, e.z1, e.z2, v0, v1, v2),
     )
 
 
@@ -63,7 +57,7 @@ def known_off(at: Query, share: float, x: float, y: float, z: float) -> float:
 @helper
 def _try_above(geometry: Geometry, room: Room, at: Query, count: int, e: Secular, frame: Frame) -> int:
     """Try the nearest point of all."""
-    w = nearest_root(e)
+    w = root_above(e)
     if w == NONE:
         return 0
     v0, v1, v2 = place_above(e, w)
@@ -133,9 +127,8 @@ def try_face(geometry: Geometry, room: Room, at: Query, k: int, flat: bool) -> N
         h = -2.0 * form.value
         try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0)
         return
-    e, x0, y0, z0, x1, y1, z1, x2, y2, z2 = equation_of(form)
-    frame = Frame(0.0, 0.0, 0.0, x0, y0, z0, x1, y1, z1, x2, y2, z2, math.inf)
-    back = Frame(0.0, 0.0, 0.0, x2, y2, z2, x1, y1, z1, x0, y0, z0, math.inf)
+    e, along = equation_of(form)
+    frame, back = Frame(0.0, 0.0, 0.0, along, math.inf), Frame(0.0, 0.0, 0.0, turned_around(along), math.inf)
     try_stationary(geometry, room, at, 1, form, e, frame, turned_over(e), back)
 
 
@@ -164,6 +157,6 @@ def try_conic(
     gu, gv, p, q = gu * scale, gv * scale, p * scale, q * scale
     e = Secular(value, gu, gv, 0.0, p, q, q)
     over = Secular(-value, -gv, -gu, 0.0, -q, -p, -p)
-    frame = Frame(bx, by, bz, ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0, known)
-    back = Frame(bx, by, bz, vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0, known)
+    frame = Frame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known)
+    back = Frame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known)
     try_stationary(geometry, room, at, count, form, e, frame, over, back)

@@ -40,8 +40,9 @@ _MOST = 6
 """So many surfaces through one point are tried in all combinations of their sides."""
 _BESIDE = 2.0**-42
 """Share of a point's size at which it is looked beside it, where its surfaces touch or are many."""
-_VAGUE = 2.0**-16
-"""Share of its size from which on a point that may be off is no point to tell."""
+_VAGUE, _FAR = 2.0**-16, 2.0**-36
+"""Shares of its size, and of that with its distance, from which on a point that may be off is no point to tell: its
+surfaces need not meet at all."""
 NOWHERE, MAYBE, SURE = 0, 1, 2
 
 
@@ -200,7 +201,8 @@ def try_point(
         off += 2.0 * step
     elif many > count:
         off += 4.0 * off / sine
-    if off > _VAGUE * (abs(x) + abs(y) + abs(z) + distance):
+    size = abs(x) + abs(y) + abs(z)
+    if off > max(_VAGUE * size, _FAR * (size + distance)):
         return MAYBE
     room.best[UPPER] = min(room.best[UPPER], distance + off)
     keep(geometry, room, at, wall, x, y, z, distance)

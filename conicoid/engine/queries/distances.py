@@ -11,16 +11,17 @@ from ...shapes.arrays import real_array
 from ...shapes.validate import shown
 from ...shapes.vector import FloatArray
 from ..answers.distances import Distances, Nearest
-from ..nearest.kernels import bounds_of_points, nearest_walls
+from ..nearest.kernels import nearest_walls
+from ..safety.kernels import bounds_of_points
 from ..threads import chunk_size, run_on
-from .points import body_at, points_of
+from .points import body_at, packets_of, points_of, width_of
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
     from ..tables import Geometry
     from ..threads import Progress
 
-_CHUNK, _EXACT_CHUNK = 4096, 256
+_CHUNK, _EXACT_CHUNK = 64, 256  # packets, points
 
 
 def reach_of(max_distance: Any, shape: tuple[int, ...]) -> FloatArray:
@@ -43,24 +44,34 @@ def distance(
     """Signed distances of points from the nearest walls."""
     flat, shape = points_of("distance", points)
     reach = reach_of(max_distance, shape)
-    found = (nearest if exact else bounded)(scene, flat, reach, progress)
+    found = nearest(scene, flat, reach, progress) if exact else bounded(scene, flat, reach, progress, width_of(shape))
     return Distances(scene, flat.reshape((*shape, 3)), found)
 
 
-def bounded(scene: Prepared, flat: FloatArray, reach: FloatArray, progress: Progress | None = None) -> Nearest:
-    """Certified bounds alone."""
+def bounded(
+    scene: Prepared, flat: FloatArray, reach: FloatArray, progress: Progress | None = None, width: int = 0
+) -> Nearest:
+    """Certified bounds alone. `width`: of the picture that the points make, or 0."""
     count, bounds = len(flat), np.empty(len(flat))
+    packets = packets_of(count, width)
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        bounds_of_points(geometry, flat, reach, begin, end, bounds)
+        bounds_of_points(geometry, flat, reach, width, begin, end, bounds)
 
-    run_on(scene.geometry, work, count, chunk_size(count, _CHUNK), count, progress)
+    run_on(scene.geometry, work, packets, chunk_size(packets, _CHUNK), count, _of_points(progress, packets, count))
     found = Nearest.nothing(count)
     beyond = ~(bounds < math.inf)
     found.distance[:] = _signed(scene, flat, bounds)
     found.lower[:] = np.where(beyond, reach, bounds)
     found.error[:] = np.where(beyond & (reach == math.inf), 0.0, math.inf)
     return found
+
+
+def _of_points(progress: Progress | None, packets: int, count: int) -> Progress | None:
+    """Told of points, where packets are counted."""
+    if progress is None:
+        return None
+    return lambda done, _: progress(count if done == packets else min(count, 64 * done), count)
 
 
 def nearest(scene: Prepared, flat: FloatArray, reach: FloatArray, progress: Progress | None = None) -> Nearest:

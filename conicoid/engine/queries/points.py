@@ -40,20 +40,24 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
 def body_at(scene: Prepared, points: Any, owner: str = "body_at") -> Any:
     """The lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     flat, shape = points_of(owner, points)
-    return numbers_of("body", first_after(scene, flat, FIRST, _width(shape)).reshape(shape)[()])
+    return numbers_of("body", first_after(scene, flat, FIRST, width_of(shape)).reshape(shape)[()])
 
 
-def _width(shape: tuple[int, ...]) -> int:
+def width_of(shape: tuple[int, ...]) -> int:
     """The width of the picture that points make, or 0."""
     return shape[-1] if len(shape) > 1 and min(shape[-2:]) >= _LEAST else 0
+
+
+def packets_of(count: int, width: int) -> int:
+    """How many packets some points make: squares of a picture of a width, or 64 in a row."""
+    return -(-width // 8) * -(-count // (8 * width)) if width else -(-count // _PACKET)
 
 
 def first_after(scene: Prepared, points: FloatArray, after: Any, width: int = 0) -> Any:
     """The first body after a number, or one number for all, that contains each of some flat points, -1 for none."""
     count = len(points)
     bodies, still = np.empty(count, np.int32), np.empty(count, np.int8)
-    across = -(-width // 8)
-    packets = across * -(-count // (8 * width)) if width else -(-count // _PACKET)
+    packets = packets_of(count, width)
     run_on(
         scene.geometry,
         lambda geometry, a, b: locate_packets(geometry, scene.rest, points, after, width, a, b, bodies, still),
@@ -71,7 +75,7 @@ def bodies_at(scene: Prepared, points: Any, ask: Callable[[FloatArray, Any], Any
     Round after round those points are asked for the next body that had one before.
     """
     flat, shape = points_of("bodies_at", points)
-    width = _width(shape)
+    width = width_of(shape)
     first = ask or (lambda some, after: first_after(scene, some, after, width if len(some) == len(flat) else 0))
     which, after = np.arange(len(flat)), FIRST
     owners, bodies = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]

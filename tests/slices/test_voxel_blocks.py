@@ -1,0 +1,131 @@
+"""Voxels that are written as they are worked out: the same as in memory, whole or not at all."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.slices import voxel_blocks, voxels
+
+SCENE = co.Scene([
+    co.Body(co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5), co.matte("red", name="red"), "ring"),
+    co.Body(co.Box((0.5, -1, -1), (1.5, 1, 0.5)), co.matte("blue", name="blue")),
+])  # fmt: skip
+WINDOW = (-1.25, -1.3, -1.2), (1.2, 1.25, 1.35)
+SHAPE = 11, 13, 9
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch):
+    """As if voxels were many."""
+    monkeypatch.setattr(voxel_blocks, "SIDE", 4)
+    monkeypatch.setattr(voxels, "SIDE", 4)
+    monkeypatch.setattr(voxels, "_POINTS", 130)
+    monkeypatch.setattr(voxels, "_BYTES", 16 * 2 * 9 * 30)
+
+
+@pytest.fixture(params=[".npy", ".zarr"])
+def path(request, tmp_path):
+    if request.param == ".zarr":
+        pytest.importorskip("zarr")
+    return tmp_path / f"voxels{request.param}"
+
+
+def alike(stored, kept):
+    return np.array_equal(np.asarray(stored[...]), kept)
+
+
+def test_boxes_hold_each_voxel_once():
+    for counts in (SHAPE, (1, 1, 1), (40, 1, 3), (3, 50, 2), (2, 3, 130)):
+        seen = np.zeros(counts, int)
+        for box in voxel_blocks.boxes_of(counts, 130):
+            assert seen[box].size <= 130
+            assert all(part.start % 4 == 0 for part in box)
+            seen[box] += 1
+        assert (seen == 1).all()
+
+
+def test_rows_are_whole_or_parts_of_one():
+    for first, second, each in ((10, 10, 1), (10, 10, 20), (10, 300, 1), (10, 300, 100)):
+        rows, columns = voxel_blocks.rows_of(first, second, each, 600)
+        assert rows == 1 or columns == second
+        assert columns == second or columns % 4 == 0
+        assert rows * columns * each <= max(600, 4 * each)
+
+
+def test_ids_are_those_in_memory(path):
+    seen = []
+    stored = SCENE.voxels(WINDOW, SHAPE, path=path, progress=lambda done, count: seen.append((done, count)))
+    kept = SCENE.voxels(WINDOW, SHAPE)
+    x, y, z = kept.centers
+    assert (kept.body == SCENE.body_at(np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1))).all()
+    assert alike(stored.body, kept.body)
+    assert alike(stored.material, kept.material)
+    assert not stored.body[:1].flags.owndata or path.suffix == ".zarr"
+    assert len(seen) > 5
+    assert seen[-1] == (11 * 13 * 9, 11 * 13 * 9)
+    assert [each.name for each in path.parent.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.parametrize("room", [16 * 2 * 9 * 30, 16 * 2 * 9 * 5])
+def test_fractions_are_those_in_memory(path, axis, room, monkeypatch):
+    monkeypatch.setattr(voxels, "_BYTES", room)
+    asked = dict(fractions="material", samples=2, axis=axis)
+    stored, kept = SCENE.voxels(WINDOW, SHAPE, path=path, **asked), SCENE.voxels(WINDOW, SHAPE, **asked)
+    assert alike(stored.fractions, kept.fractions)
+    assert alike(stored.bounds, kept.bounds)
+    (ring, box), (off, edge) = stored.volumes()
+    # a ball that is bored through keeps 4/3 π h³ for the half height h of its wall
+    assert abs(ring - 4 / 3 * math.pi * 0.75**1.5) <= off
+    assert abs(box - 0.7 * 2 * 1.5) <= edge
+    monkeypatch.setattr(voxels, "_BYTES", 1 << 27)
+    assert alike(kept.fractions, SCENE.voxels(WINDOW, SHAPE, **asked).fractions)
+
+
+def test_files_say_where_they_are(path):
+    SCENE.voxels(WINDOW, SHAPE, path=path, fractions="body")
+    if path.suffix == ".npy":
+        shares, bounds = np.load(path, mmap_mode="r")
+        assert shares.shape == bounds.shape == (2, *SHAPE)
+        return
+    import zarr
+
+    group = zarr.open_group(str(path), mode="r")
+    assert group.attrs["low"] == list(WINDOW[0])
+    assert group.attrs["names"] == ["ring", "body 1"]
+    assert group["fractions"].chunks[0] == 1
+
+
+def test_what_ends_early_leaves_nothing_behind(path):
+    def stop(done, count):
+        if done > count / 2:
+            raise KeyboardInterrupt
+
+    for asked in ({}, dict(fractions="body")):
+        with pytest.raises(KeyboardInterrupt):
+            SCENE.voxels(WINDOW, SHAPE, path=path, progress=stop, **asked)
+        assert list(path.parent.iterdir()) == []
+
+
+def test_workers_write_the_same(path):
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(2) as executor:
+        there = SCENE.voxels(WINDOW, SHAPE, path=path, fractions="body", executor=executor)
+    assert alike(there.fractions, SCENE.voxels(WINDOW, SHAPE, fractions="body").fractions)
+
+
+def test_paths_that_cannot_be(tmp_path, monkeypatch):
+    with pytest.raises(ValueError, match=r"path must end in \.npy or \.zarr, got '.*voxels\.vti'"):
+        SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "voxels.vti")
+    with pytest.raises(FileNotFoundError, match="no such folder"):
+        SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "none" / "voxels.npy")
+    with pytest.raises(OSError, match="GiB"):
+        SCENE.voxels(WINDOW, (1 << 20, 1 << 20, 1 << 20), path=tmp_path / "voxels.npy")
+    with pytest.raises(ValueError, match=r"path='voxels\.zarr'"):
+        SCENE.voxels(WINDOW, (1 << 11, 1 << 10, 1 << 10))
+    assert list(tmp_path.iterdir()) == []
