@@ -101,12 +101,12 @@ class Structure:
                 self._attempt(child, lambda child=child, read=read: read(volume, child))  # type: ignore[misc]
 
     def _readers(self) -> dict[str, Callable[[Volume, Element], None]]:
-        from . import repeats
+        from . import divisions, repeats
 
         return {
             "physvol": self._physvol,
             "replicavol": lambda volume, child: repeats.replicas(self, volume, child),
-            "divisionvol": lambda volume, child: repeats.divisions(self, volume, child),
+            "divisionvol": lambda volume, child: divisions.divisions(self, volume, child),
             "paramvol": lambda volume, child: repeats.parameterised(self, volume, child),
         }
 
