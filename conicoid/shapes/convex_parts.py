@@ -110,7 +110,7 @@ class _Region:
         terms = self._about * plane.about[:3]
         total = terms.sum(axis=1) - plane.about[3]
         doubtful = np.abs(total) <= _SURE * (np.abs(terms).sum(axis=1) + abs(plane.about[3]))
-        signs = np.sign(total).astype(np.int8)
+        signs: Ints = np.sign(total).astype(np.int8)
         own = self.planes[self._owners] == number
         signs[own] = 0
         for k in np.flatnonzero(doubtful & ~own).tolist():
@@ -242,7 +242,8 @@ def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tupl
     corners = np.zeros((4, 3))
     corners[:, first], corners[:, second] = [(-1.0, 1.0, 1.0, -1.0), (-1.0, -1.0, 1.0, 1.0)]
     corners[:, across] = (rows[k, 3] - corners @ normal) / normal[across]
-    left, cuts = np.ones(len(rows), bool), []
+    left = np.ones(len(rows), bool)
+    cuts: list[int] = []
     left[k] = False
     while left.any():
         numbers = np.flatnonzero(left)[: None if len(cuts) < _ENOUGH else 1]
@@ -271,7 +272,8 @@ def _cut(corners: FloatArray, heights: FloatArray) -> FloatArray:
     inside, cut = heights <= 0, (heights < 0) != (following < 0)
     share = np.where(cut, heights / np.where(cut, heights - following, 1.0), 0.0)[:, None]
     between = corners + share * (np.roll(corners, -1, axis=0) - corners)
-    return np.stack([corners, between], axis=1)[np.stack([inside, cut], axis=1)]
+    kept: FloatArray = np.stack([corners, between], axis=1)[np.stack([inside, cut], axis=1)]
+    return kept
 
 
 def _is_wide(corners: FloatArray) -> bool:
