@@ -144,7 +144,7 @@ class Structure:
             rotation = after(rotation, scaled(scale))
         name = self.reading.solved(element.attributes.get("name", ""), element) or inner.name
         copy = (
-            Values(self.reading, element).integer("copynumber", most=2**31)
+            Values(self.reading, element).integer("copynumber", most=2**31, least=-(2**31))
             if "copynumber" in element.attributes
             else None
         )
