@@ -112,10 +112,10 @@ def universes(count: int) -> str:
 def main() -> None:
     count = int(float(sys.argv[1])) if len(sys.argv) > 1 else 100_000
     cases = {
-        "nested.gdml": nested(count), "nested, 1/10.gdml": nested(count // 10), "listed.gdml": listed(count),
-        "listed, 1/10.gdml": listed(count // 10), "universes.mcnp": universes(count),
+        "nested.gdml": nested(count), "nested, a tenth.gdml": nested(count // 10), "listed.gdml": listed(count),
+        "listed, a tenth.gdml": listed(count // 10), "universes.mcnp": universes(count),
     }  # fmt: skip
-    print("                        KB   bodies     open  prepare   MiB to open   GiB at most")
+    print("                           KB   bodies     open  prepare   MiB to open   GiB at most")
     with tempfile.TemporaryDirectory() as folder:
         for name, text in cases.items():
             path = Path(folder) / name
@@ -126,7 +126,7 @@ def main() -> None:
             bodies, opened, prepared, memory, peak = map(float, done.stdout.split())
             size = len(text) / 1000
             print(
-                f"{name:<18}{size:8,.0f}{bodies:9,.0f}{opened:7.2f} s{prepared:7.2f} s{memory:14.0f}{peak:14.2f}",
+                f"{name:<21}{size:8,.0f}{bodies:9,.0f}{opened:7.2f} s{prepared:7.2f} s{memory:14.0f}{peak:14.2f}",
                 flush=True,
             )
 
