@@ -97,13 +97,25 @@ def between_sections(low: Sequence[Flat], high: Sequence[Flat], half: Fraction) 
         if not first.turns_left(second):
             raise LeftOut("a section of it between its ends is not convex")
     ends: list[Plane] = [((_NONE, _NONE, -_ONE), half), ((_NONE, _NONE, _ONE), half)]
-    flat = inside_of([*ends, *(plane for edge in edges if (plane := edge.plane(half)) is not None)])
+    sides = [plane for edge in edges if (plane := edge.plane(half)) is not None]
+    flat = inside_of([*ends, *sides, *_around([*low, *high])])
     curved = [edge.terms(half) for edge in edges if edge.plane(half) is None]
 
     def make(shift: Point) -> Solid:
         return Intersection((flat(shift), *(_quadric(terms, shift) for terms in curved)))
 
     return make
+
+
+def _around(corners: Sequence[Flat]) -> list[Plane]:
+    """Planes a little beyond all corners, as twisted sides alone do not say how far a body reaches."""
+    found: list[Plane] = []
+    for axis in (0, 1):
+        least, most = min(corner[axis] for corner in corners), max(corner[axis] for corner in corners)
+        beyond = (most - least) / 1024
+        across = (_ONE, _NONE, _NONE) if axis == 0 else (_NONE, _ONE, _NONE)
+        found += [(across, most + beyond), ((-across[0], -across[1], _NONE), beyond - least)]
+    return found
 
 
 class _Edge:

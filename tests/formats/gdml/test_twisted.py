@@ -83,6 +83,11 @@ def test_a_twisted_solid_is_what_its_sections_say(tmp_path, name):
     expected = inside(p)
     assert 500 < expected.sum() < 15_000
     assert np.array_equal(np.asarray(scene.body_at(p)) == 0, expected)
+    low, high = scene.bodies[0].shape.bounds
+    assert (low >= -10).all()
+    assert (high <= 10).all()
+    assert (low <= p[expected].min(axis=0)).all()
+    assert (high >= p[expected].max(axis=0)).all()
 
 
 def test_a_section_that_bends_inward_is_left_out(tmp_path):
