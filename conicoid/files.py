@@ -38,8 +38,8 @@ def load(
     progress: progress(done, count) is called now and then, with shares of the work, or numbers of bodies.
     outside: may pictures of textures lie outside of the file's folder? Else that is an error.
     options: of files of other programs, those of `conicoid.formats.imports.Options`: void, max_bodies, strict, only,
-        depth, smooth. `scene.notes` then is what there is to say of the import; what is not as the file says also goes
-        to the log, `logging.getLogger("conicoid")`, as warnings.
+        depth, smooth, entities. `scene.notes` then is what there is to say of the import; what is not as the file says
+        also goes to the log, `logging.getLogger("conicoid")`, as warnings.
 
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
     what was expected and what was found; where there is no such file it is a FileNotFoundError as well.

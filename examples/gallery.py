@@ -20,6 +20,7 @@ import boolean_solids
 import bored_box
 import caffeine
 import camera_lens
+import cask
 import caustic
 import chess_focus
 import chess_pawn
@@ -28,6 +29,7 @@ import cylinder_patch
 import detector
 import die
 import engine
+import flange
 import free_cylinder
 import gear_plate
 import glass_water_mirror
@@ -36,6 +38,7 @@ import lens_bench
 import lenses
 import mobile
 import nine_quadrics
+import phantom
 import polygons
 import rainbow
 import reactor_pin
@@ -72,6 +75,9 @@ PICTURES = {
     "caffeine": caffeine.picture,
     "salt": salt.picture,
     "reactor_pin": reactor_pin.picture,
+    "phantom": phantom.picture,
+    "cask": cask.picture,
+    "flange": flange.picture,
     "boolean_solids": boolean_solids.picture,
     "rainbow": lambda progress, scale: rainbow.picture(progress, scale, samples=4),
     "caustic": lambda progress, scale: caustic.picture(progress, 0.6 * scale, samples=64),

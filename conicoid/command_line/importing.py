@@ -31,7 +31,9 @@ def import_(
         ),
     ],
     void: Annotated[bool, typer.Option(help="Keep parts without material, as invisible bodies.")] = True,
-    max_bodies: Annotated[int, typer.Option(min=1, help="Refuse what expands into more bodies.")] = 500_000,
+    max_bodies: Annotated[
+        int | None, typer.Option(min=1, help="Refuse what expands into more bodies.", show_default="500,000")
+    ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse a file that is not read as it says.")] = False,
     only: Annotated[
         str | None, typer.Option(help="Only what this text, or a pattern such as '*/fuel*', names.", show_default=False)
@@ -40,6 +42,9 @@ def import_(
         int | None, typer.Option(min=0, help="How many levels of volumes are opened.", show_default="all")
     ] = None,
     smooth: Annotated[bool, typer.Option("--smooth", help="Circles are round, whatever $fn of OpenSCAD says.")] = False,
+    entities: Annotated[
+        bool, typer.Option("--entities", help="Read files in its folder that GDML takes in by entities.")
+    ] = False,
 ) -> None:
     """Turn a file of another program into a scene; what there is to say of it, and its materials, are printed."""
     with user_mistakes():
@@ -58,7 +63,7 @@ def import_(
                 raise ValueError(f"{file}: is of no known format: {', '.join(each.name for each in FORMATS)}")
             imported = found.read(
                 file,
-                Options(void, max_bodies, strict, only, depth, smooth, _told(file, bar)),
+                Options(void, max_bodies, strict, only, depth, smooth, entities, _told(file, bar)),
             )
         with written(output, ".yaml") as place:
             scene_file.write(imported, place, imported.material_names)

@@ -37,8 +37,10 @@ def bounds_nothing_outside(shape: Solid) -> bool:
     """Is the outside of a solid without a plane or a quadric that would bound it?"""
     if not isinstance(shape, PrimitiveSolid) or type(shape).outside_bounds_under is not Solid.outside_bounds_under:
         return False
+    if isinstance(shape, (BoxSolid, *ROUND)):
+        return True
     tree = shape.tree()
-    return isinstance(tree, Cell) and (len(tree.faces) > 1 or isinstance(shape, ROUND))
+    return isinstance(tree, Cell) and len(tree.faces) > 1
 
 
 def simple(kind: type, back: FloatArray) -> Mask:

@@ -9,17 +9,20 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from .vector import FloatArray
 
 Point = tuple[Any, Any, Any]
+Ints = npt.NDArray[np.int8]
 _TRIED = 12
 """Planes of which the one that splits best is taken."""
+_RIMS = 3
+"""Planes with nothing on one side after which a region may be taken for convex, and is looked at as a whole."""
 _SURE = 2.0**-40
 """A sum of products of floats that is this far from zero, as a share of its terms, has their sign."""
 
@@ -29,6 +32,11 @@ class Facet(NamedTuple):
 
     plane: int
     corners: tuple[Point, ...]
+
+    def outward(self, plane: FlatPlane) -> int:
+        """Which side of its plane is inside at it: +1 for n·x <= d, -1 for the other."""
+        normal = _newell([_minus(corner, self.corners[0]) for corner in self.corners])
+        return 1 if _dot(normal, plane.normal) > 0 else -1
 
 
 class FlatPlane(NamedTuple):
@@ -85,12 +93,46 @@ def height(plane: FlatPlane, point: Point) -> int:
     return int(exact > 0) - int(exact < 0)
 
 
-@dataclass
 class _Region:
     """What is left to split: facets within a convex region, and the sides that bound it."""
 
-    facets: list[Facet]
-    sides: tuple[Side, ...]
+    def __init__(self, facets: list[Facet], sides: tuple[Side, ...]) -> None:
+        self.facets, self.sides = facets, sides
+        self.planes = np.array([facet.plane for facet in facets])
+        counts = [len(facet.corners) for facet in facets]
+        self._starts = np.cumsum([0, *counts[:-1]])
+        self._corners = [corner for facet in facets for corner in facet.corners]
+        self._owners = np.repeat(np.arange(len(facets)), counts)
+        self._about = np.array([tuple(map(float, corner)) for corner in self._corners])
+
+    def heights(self, plane: FlatPlane, number: int) -> Ints:
+        """`height` of all corners above a plane; 0 for those of its own facets."""
+        terms = self._about * plane.about[:3]
+        total = terms.sum(axis=1) - plane.about[3]
+        doubtful = np.abs(total) <= _SURE * (np.abs(terms).sum(axis=1) + abs(plane.about[3]))
+        signs: Ints = np.sign(total).astype(np.int8)
+        own = self.planes[self._owners] == number
+        signs[own] = 0
+        for k in np.flatnonzero(doubtful & ~own).tolist():
+            signs[k] = height(plane, self._corners[k])
+        return signs
+
+    def signs(self, plane: FlatPlane, number: int) -> tuple[Ints, Ints]:
+        """(least, most) of the heights of each facet's corners."""
+        heights = self.heights(plane, number)
+        return np.minimum.reduceat(heights, self._starts), np.maximum.reduceat(heights, self._starts)
+
+    def convex(self, planes: Sequence[FlatPlane]) -> tuple[Side, ...] | None:
+        """The sides of what is inside, where that is all behind every facet; None where it is not."""
+        senses: dict[int, int] = {}
+        for facet in self.facets:
+            outward = facet.outward(planes[facet.plane])
+            if senses.setdefault(facet.plane, outward) != outward:
+                return None
+        for number, outward in senses.items():
+            if (self.heights(planes[number], number) * outward > 0).any():
+                return None
+        return (*self.sides, *senses.items())
 
 
 def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int) -> list[tuple[Side, ...]]:
@@ -103,56 +145,60 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
     waiting = [_Region(list(facets), ())]
     while waiting:
         region = waiting.pop()
-        chosen = _best(planes, region.facets)
-        front, back, outward = _split(planes, chosen, region.facets)
-        sides = {1: (*region.sides, (chosen, 1)), -1: (*region.sides, (chosen, -1))}
-        for facets_there, side in ((back, 1), (front, -1)):
-            if facets_there:
-                waiting.append(_Region(facets_there, sides[side]))
-            elif side == outward:  # nothing more is there: all of it is inside
-                found.append(_needed(planes, sides[side], reach))
+        chosen, is_at_rim = _best(planes, region)
+        whole = region.convex(planes) if is_at_rim else None
+        if whole is not None:
+            found.append(_needed(planes, whole, reach))
+        else:
+            front, back, outward = _split(planes, chosen, region)
+            sides = {1: (*region.sides, (chosen, 1)), -1: (*region.sides, (chosen, -1))}
+            for facets_there, side in ((back, 1), (front, -1)):
+                if facets_there:
+                    waiting.append(_Region(facets_there, sides[side]))
+                elif side == outward:  # nothing more is there: all of it is inside
+                    found.append(_needed(planes, sides[side], reach))
         if len(found) > most:
             raise ValueError(f"faces must enclose at most {most:,} convex parts, found more")
     return found
 
 
-def _best(planes: Sequence[FlatPlane], facets: Sequence[Facet]) -> int:
-    """The plane that splits the fewest facets, of some; one with nothing on one side is taken at once."""
-    step = max(1, len(facets) // _TRIED)
-    best, least = facets[0].plane, None
-    for number in dict.fromkeys(facet.plane for facet in facets[::step]):
-        signs = [_signs(planes[number], facet) for facet in facets if facet.plane != number]
-        split = sum(1 for low, high in signs if low < 0 < high)
-        front = sum(1 for low, high in signs if high > 0)
-        cost = 0 if front in (0, len(signs)) and not split else 8 * split + abs(len(signs) - 2 * front) + 1
+def _best(planes: Sequence[FlatPlane], region: _Region) -> tuple[int, bool]:
+    """(the plane that splits the fewest facets, of some; has it, and another, nothing on one side?)."""
+    step = max(1, len(region.facets) // _TRIED)
+    best, least, rims = int(region.planes[0]), None, []
+    for number in dict.fromkeys(region.planes[::step].tolist()):
+        others = region.planes != number
+        low, high = (each[others] for each in region.signs(planes[number], number))
+        split = int(((low < 0) & (high > 0)).sum())
+        front, back = int((high > 0).sum()), int((low < 0).sum())
+        if not (front and back):
+            rims.append(number)
+            if len(rims) == _RIMS:
+                return rims[0], True
+            continue
+        cost = 8 * split + abs(len(low) - 2 * front) + 1
         if least is None or cost < least:
             best, least = number, cost
-        if cost == 0:
+        if rims:
             break
-    return best
+    return (rims[0], least is None) if rims else (best, False)
 
 
-def _signs(plane: FlatPlane, facet: Facet) -> tuple[int, int]:
-    signs = [height(plane, corner) for corner in facet.corners]
-    return min(signs), max(signs)
-
-
-def _split(planes: Sequence[FlatPlane], chosen: int, facets: Sequence[Facet]) -> tuple[list[Facet], list[Facet], int]:
+def _split(planes: Sequence[FlatPlane], chosen: int, region: _Region) -> tuple[list[Facet], list[Facet], int]:
     """(facets in front of a plane, behind it, which side is inside at the plane: +1 behind, -1 in front)."""
     front: list[Facet] = []
     back: list[Facet] = []
     plane, outward = planes[chosen], 1
-    for facet in facets:
+    least, most = region.signs(plane, chosen)
+    for facet, low, high in zip(region.facets, least.tolist(), most.tolist(), strict=True):
         if facet.plane == chosen:
-            normal = _newell([_minus(corner, facet.corners[0]) for corner in facet.corners])
-            outward = 1 if _dot(normal, plane.normal) > 0 else -1
-            continue
-        signs = [height(plane, corner) for corner in facet.corners]
-        if max(signs) <= 0:
+            outward = facet.outward(plane)
+        elif high <= 0:
             back.append(facet)
-        elif min(signs) >= 0:
+        elif low >= 0:
             front.append(facet)
         else:
+            signs = [height(plane, corner) for corner in facet.corners]
             for side, there in ((1, front), (-1, back)):
                 there.append(Facet(facet.plane, tuple(_clipped(plane, facet.corners, signs, side))))
     return front, back, outward
@@ -186,37 +232,60 @@ def _needed(planes: Sequence[FlatPlane], sides: tuple[Side, ...], reach: float) 
 
 
 def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tuple[Side, ...]) -> bool:
-    """Has a part a face on its side k? rows: (n, 4), normal and offset in units of the reach of each side, n·x <= d."""
+    """Has a part a face on its side k? rows: (n, 4), normal and offset in units of the reach of each side, n·x <= d.
+
+    The planes that cut off most come first, so that few others do.
+    """
     normal = rows[k, :3]
     across = int(np.abs(normal).argmax())
     first, second = (i for i in range(3) if i != across)
     corners = np.zeros((4, 3))
     corners[:, first], corners[:, second] = [(-1.0, 1.0, 1.0, -1.0), (-1.0, -1.0, 1.0, 1.0)]
     corners[:, across] = (rows[k, 3] - corners @ normal) / normal[across]
-    for other in range(len(rows)):
-        if other == k:
+    left = np.ones(len(rows), bool)
+    cuts: list[int] = []
+    left[k] = False
+    while left.any():
+        numbers = np.flatnonzero(left)[: None if len(cuts) < _ENOUGH else 1]
+        above = corners @ rows[numbers, :3].T - rows[numbers, 3] - _LOOSE  # loosened: what is empty is so for certain
+        most = above.max(axis=0)
+        left[numbers[most <= 0]] = False
+        chosen = int(most.argmax())
+        if most[chosen] <= 0:
             continue
-        heights = corners @ rows[other, :3] - rows[other, 3] - _LOOSE  # loosened: what is empty is so for certain
-        if (heights <= 0).all():
-            continue
-        following = np.roll(heights, -1)
-        inside, cut = heights <= 0, (heights < 0) != (following < 0)
-        share = np.where(cut, heights / np.where(cut, heights - following, 1.0), 0.0)[:, None]
-        between = corners + share * (np.roll(corners, -1, axis=0) - corners)
-        corners = np.stack([corners, between], axis=1)[np.stack([inside, cut], axis=1)]
+        left[numbers[chosen]] = False
+        cuts.append(int(numbers[chosen]))
+        corners = _cut(corners, above[:, chosen])
         if len(corners) < 3:
             return False
+        if len(cuts) == _ENOUGH and not _is_wide(corners):
+            break
+    if _is_wide(corners):
+        return True
+    others = [j for j in range(len(sides)) if j not in cuts]
+    return _has_exact_face(planes, [sides[j] for j in (*cuts, *others)], sides[k][0])
+
+
+def _cut(corners: FloatArray, heights: FloatArray) -> FloatArray:
+    """The corners of what of a polygon has no height above 0."""
+    following = np.roll(heights, -1)
+    inside, cut = heights <= 0, (heights < 0) != (following < 0)
+    share = np.where(cut, heights / np.where(cut, heights - following, 1.0), 0.0)[:, None]
+    between = corners + share * (np.roll(corners, -1, axis=0) - corners)
+    kept: FloatArray = np.stack([corners, between], axis=1)[np.stack([inside, cut], axis=1)]
+    return kept
+
+
+def _is_wide(corners: FloatArray) -> bool:
+    """Has a polygon an area for certain, though its sides were loosened?"""
     spokes = corners[1:] - corners[0]
     doubled = np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0))
     longest = float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0)))
-    if doubled > 64 * _LOOSE * (longest + _LOOSE):
-        return True
-    return _has_exact_face(planes, sides, k)
+    return bool(doubled > 64 * _LOOSE * (longest + _LOOSE))
 
 
-def _has_exact_face(planes: Sequence[FlatPlane], sides: tuple[Side, ...], k: int) -> bool:
-    """Has a part a face on its side k, in fractions?"""
-    number, _ = sides[k]
+def _has_exact_face(planes: Sequence[FlatPlane], sides: Sequence[Side], number: int) -> bool:
+    """Has a part a face on one of its planes, in fractions? sides: all of its own, those that cut off most first."""
     corners = _square(planes[number])
     for other, its in sides:
         if other != number and corners:
@@ -226,6 +295,8 @@ def _has_exact_face(planes: Sequence[FlatPlane], sides: tuple[Side, ...], k: int
     return len(corners) > 2
 
 
+_ENOUGH = 8
+"""Cuts, each of the plane that cuts off most, after which the others come in order."""
 _LOOSE = 1e-9
 """By how much floats are loosened, as a share of the part's reach."""
 _FAR = Fraction(1 << 340)

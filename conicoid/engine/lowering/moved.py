@@ -26,6 +26,7 @@ from ..tables import PLANE, PLANE_SIZE, Floats
 from .assembly import Assembly
 from .parts import Part, numbers_of_surfaces, own_frame, part_of
 from .pattern import BOX_NUMBERS, SIZES, Pattern
+from .together import Together
 from .trees import Faces, world_tree
 
 FEWEST = 24
@@ -116,7 +117,14 @@ def moved_rows(bodies: Repeated, kind: int, numbers: Ints) -> tuple[Pattern, Mov
     part = part_of(first)
     if part.paints or part.outlines or not isinstance(first, Solid):
         return None
-    return _Moved(bodies, kind, numbers, part).rows()
+    try:
+        return _Moved(bodies, kind, numbers, part).rows()
+    except _OfOtherStructure:
+        return None
+
+
+class _OfOtherStructure(Exception):
+    """Of bodies that are one another moved one has more or fewer numbers, as rounding has made two of them one."""
 
 
 @dataclass
@@ -183,7 +191,26 @@ class _Moved:
         """The columns of one of the bodies but for its boxes, worked out alone."""
         if which not in self.known:
             self.known[which] = np.array(_without_boxes(self.bodies.made(self.kind, self.shifts.of(which))))
+            if len(self.known[which]) != self._column(self.part.pattern.corners_at):
+                raise _OfOtherStructure
         return self.known[which]
+
+    def _work_out(self, leads: list[int]) -> None:
+        """Make sure that bodies are known: those of several parts together, which is to the bit the same."""
+        missing = [lead for lead in leads if lead not in self.known]
+        if len(missing) < FEWEST or len(self.part.pattern.cells) < FEWEST:
+            return
+        together = Together()
+        for lead in missing:
+            if not together.add(self.bodies.made(self.kind, self.shifts.of(lead)), lead):
+                return
+        before_boxes, after_boxes = self.ends
+        found, _ = together.lowered()
+        for pattern, numbers, rows in found:
+            if pattern != self.part.pattern:
+                raise _OfOtherStructure
+            some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
+            self.known.update(zip(numbers.tolist(), some, strict=True))
 
     def _leads(self, key: Any) -> _Alone:
         """One body for each value of a key; those on the diagonal, if there are some, as they serve several axes."""
@@ -195,6 +222,7 @@ class _Moved:
         begins = np.concatenate([[True], np.diff(np.asarray(key)[order]) != 0])
         leads, which = order[begins], np.empty(len(order), np.int32)
         which[order] = np.cumsum(begins) - 1
+        self._work_out(leads.tolist())
         alone = np.array([self._alone(lead) for lead in leads.tolist()])
         return _Alone(leads.astype(np.int32), which, alone)
 

@@ -19,6 +19,10 @@ _FLAT = Fraction(1, 100_000)
 Plane = tuple[Point, Fraction]
 
 
+class Twisted(LeftOut):
+    """A face is not flat."""
+
+
 def cross(a: Point, b: Point) -> Point:
     """The vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
@@ -58,7 +62,7 @@ def plane_through(points: Sequence[Point], inside: Point) -> Plane | None:
     if dot(outward, minus(center, inside)) < 0:
         outward = (-x, -y, -z)
     if max(abs(dot(outward, minus(point, center))) for point in kept) > _FLAT * size:
-        raise LeftOut("a face of it is twisted, which is not built yet")
+        raise Twisted("a face of it is not flat")
     return _whole(outward), dot(_whole(outward), center)
 
 

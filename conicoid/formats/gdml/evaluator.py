@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import lru_cache
 
 LONGEST, DEEPEST = 2000, 50
 """Letters of an expression; brackets within brackets."""
@@ -17,6 +18,8 @@ _BITS = 1500
 _TOKEN = re.compile(
     r"\s*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|([A-Za-z_][\w.:]*)|(\*\*|&&|\|\||[<>=!]=|[-+*/^()<>!,]))", re.ASCII
 )
+
+_NUMBER = re.compile(r"\s*(-?)((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*", re.ASCII)
 
 
 class ExpressionError(ValueError):
@@ -65,7 +68,23 @@ _LEVELS: tuple[tuple[str, ...], ...] = (("||",), ("&&",), ("==", "!="), ("<", "<
 
 def evaluate(text: str, names: Mapping[str, Fraction]) -> Fraction:
     """The value of an expression. Raises ExpressionError for what is none, KeyError for an unknown name."""
+    if len(text) <= _SHORT:  # most are a number or a name
+        known = names.get(text)
+        if known is None:
+            known = _plain(text)
+        if known is not None:
+            return known
     return _Parser(text, names).value()
+
+
+_SHORT = 40
+
+
+@lru_cache(1 << 14)
+def _plain(text: str) -> Fraction | None:
+    """The value of a number with a sign perhaps; None for other expressions."""
+    found = _NUMBER.fullmatch(text)
+    return None if found is None else (-number(found[2]) if found[1] == "-" else number(found[2]))
 
 
 class _Parser:

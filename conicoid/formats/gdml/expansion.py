@@ -7,17 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from ...shapes.base import Solid
-from ...shapes.body import Body
 from ...shapes.material import Material
-from ...shapes.region import Difference
 from ..errors import MOST, Problem, SceneFileError
 from ..imports.imported import counted
+from ..openmc.block import Path, flattened
 from .geometry import Geometry
 from .materials import NamedMaterial
-from .placement import Placement
-from .reading import LeftOut
-from .structure import Daughter, Volume
+from .placed import Place, Standing, VolumeBlock, VolumeBodies, VolumePiece
+from .structure import Volume
 
 DEEPEST = 100
 """Levels of volumes in volumes."""
@@ -27,20 +24,34 @@ PARTS_FOR_A_BODY = 4
 NO_MATERIAL = Material((0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name="no material")
 
 
+@dataclass(frozen=True)
+class Made:
+    """What a volume has become: what it displaces, how many volumes in it others fill, and its block."""
+
+    solids: tuple[Standing, ...] = ()
+    filled: int = 0
+    block: VolumeBlock | None = None
+
+
 @dataclass
 class Expansion:
-    """Makes the bodies of a geometry. `levels`: how many of nested volumes are opened."""
+    """Makes the bodies of a geometry. `levels`: how many of nested volumes are opened.
+
+    A volume is worked out once, about its own origin, for each way in which it is turned; where it stands, that block
+    is moved. Within what is turned by other angles than quarter turns every place is worked out.
+    """
 
     geometry: Geometry
     void: bool
     levels: int
     max_bodies: int
     progress: Callable[[int, int], Any] | None = None
-    bodies: list[Body] = field(default_factory=list)
-    materials: Counter[NamedMaterial | None] = field(default_factory=Counter)
+    whole: VolumeBlock = field(default_factory=VolumeBlock)
+    bodies: VolumeBodies = field(init=False)
     looks: dict[NamedMaterial | None, Material] = field(default_factory=lambda: {None: NO_MATERIAL})
     filled: int = 0
     known: dict[tuple[int, int], tuple[int, int]] = field(default_factory=dict)
+    blocks: dict[tuple[Any, ...], Made] = field(default_factory=dict)
     labels: dict[int, list[str]] = field(default_factory=dict)
     problems: dict[int, Problem] = field(default_factory=dict)
     most: int = 0
@@ -54,10 +65,20 @@ class Expansion:
             told = "raise it where there is memory for them, or open fewer levels (depth)"
             message = f"expands into {found}; the limit is {self.max_bodies:,} (max_bodies): {told}"
             raise SceneFileError(self.geometry.path, [Problem(world.element.line, world.element.column, "", message)])
-        self.expand(world, Placement(), world_name(world), self.levels)
+        self.expand(world, Place(), path_of(world), self.levels, self.whole)
+        pieces, flat = flattened(self.whole)
+        self.bodies = VolumeBodies(self.whole, pieces, flat)
+        for done, number in enumerate(self.bodies.outermost()):
+            self._check(number, pieces[int(flat.pieces[number])])
+            if self.progress is not None and done % 256 == 0:
+                self.progress(number, len(self.bodies))
         if self.problems:
             raise SceneFileError(self.geometry.path, self.problems.values())
-        self.bodies = [body for body in self.bodies if body is not None]
+
+    @property
+    def materials(self) -> Counter[NamedMaterial | None]:
+        """How many bodies there are of each material."""
+        return self.whole.materials
 
     def count(self, volume: Volume, levels: int, depth: int) -> tuple[int, int]:
         """Bodies and primitives of a volume and all in it."""
@@ -76,58 +97,65 @@ class Expansion:
         self.known[id(volume), levels] = bodies, parts
         return bodies, parts
 
-    def expand(self, volume: Volume, placement: Placement, path: str, levels: int) -> list[Solid]:
-        """The bodies of a volume and of all in it. Gives what of its surroundings it displaces."""
-        slot = len(self.bodies)
-        own = self._solid(volume, placement, path)
-        if own is not None:
-            self.bodies.append(None)  # type: ignore[arg-type]
-        displaced: list[Solid] = []
-        if levels > 0 or volume.is_open:
-            inner = levels if volume.is_open else levels - 1
-            for daughter, label in zip(volume.daughters, self._labels(volume), strict=True):
-                there = self._there(volume, daughter, placement, path)
-                if there is None:
-                    continue
-                displaced += self.expand(daughter.volume, there, f"{path}/{label}" if path else label, inner)
-            if own is not None and volume.is_filled and displaced:
-                self.filled += 1
-                return [own]
+    def expand(self, volume: Volume, place: Place, path: Path, levels: int, block: VolumeBlock) -> Made:
+        """Put the bodies of a volume, and of all in it, into a block."""
+        own = None if volume.template is None else (volume.template, place)
+        opened = levels > 0 or volume.is_open
         if own is None:
-            return displaced
-        self._place(slot, volume, Difference((own, *displaced)) if displaced else own, path)
-        return [own]
+            displaced = self._daughters(volume, place, path, levels, block) if opened else Made()
+            return Made(displaced.solids, displaced.filled)
+        inside = VolumeBlock()
+        found = self._daughters(volume, place, path, levels, inside) if opened else Made()
+        is_filled = volume.is_filled and bool(found.solids)
+        if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
+            look = self._look(volume.material)
+            block.add(VolumePiece("", path, look, volume, own, () if is_filled else found.solids), volume.material)
+        block.take(inside)
+        return Made((own,), found.filled + is_filled)
 
-    def _place(self, slot: int, volume: Volume, solid: Solid, path: str) -> None:
-        material = volume.material
-        if not self.void and (material is None or material.is_thin):
-            return
+    def _daughters(self, volume: Volume, place: Place, path: Path, levels: int, block: VolumeBlock) -> Made:
+        """All that is placed in a volume: what it displaces of its surroundings."""
+        inner = levels if volume.is_open else levels - 1
+        solids: list[Standing] = []
+        filled = 0
+        for daughter, label in zip(volume.daughters, self._labels(volume), strict=True):
+            try:
+                there = place.inner(daughter.shift, daughter.rotation)
+            except (ValueError, OverflowError) as error:
+                self._report(volume, "/".join(path), error)
+                continue
+            made = self._shared(daughter.volume, there, (*path, label), inner, block)
+            solids += made.solids
+            filled += made.filled
+        return Made(tuple(solids), filled)
+
+    def _shared(self, volume: Volume, place: Place, path: Path, levels: int, block: VolumeBlock) -> Made:
+        """A volume as a block of its own, which stands wherever it is turned alike."""
+        if not place.may_stand_anywhere:
+            return self.expand(volume, place, path, levels, block)
+        about, shift = place.about_itself()
+        key = id(volume), levels, about
+        made = self.blocks.get(key)
+        if made is None:
+            inside = VolumeBlock()
+            made = self.expand(volume, about, (), levels, inside)
+            made = self.blocks[key] = Made(made.solids, made.filled, inside)
+        assert made.block is not None
+        block.place(made.block, shift, path)
+        return Made(tuple((template, inner.lifted(shift)) for template, inner in made.solids), made.filled)
+
+    def _look(self, material: NamedMaterial | None) -> Material:
         if material not in self.looks:
             assert material is not None
             self.looks[material] = material.look
-        self.bodies[slot] = Body(solid, self.looks[material], path)
-        done = self.materials.total()
-        self.materials[material] += 1
-        if self.progress is not None and done % 256 == 0:
-            self.progress(done, self.most)
+        return self.looks[material]
 
-    def _solid(self, volume: Volume, placement: Placement, path: str) -> Solid | None:
-        if volume.template is None:
-            return None
+    def _check(self, number: int, piece: VolumePiece) -> None:
+        """Make a body, so that what is wrong is told."""
         try:
-            return volume.template.at(placement)
-        except LeftOut as left:
-            self.geometry.reading.remark(volume.element, path, f"{left}; left out there")
+            self.bodies.shape(number)
         except (ValueError, OverflowError) as error:
-            self._report(volume, path, error)
-        return None
-
-    def _there(self, volume: Volume, daughter: Daughter, placement: Placement, path: str) -> Placement | None:
-        try:
-            return placement.inner(daughter.shift, daughter.rotation)
-        except (ValueError, OverflowError) as error:
-            self._report(volume, path, error)
-            return None
+            self._report(piece.volume, self.bodies.name(number), error)
 
     def _report(self, volume: Volume, path: str, error: Exception) -> None:
         told = "a number is too large" if isinstance(error, OverflowError) else str(error)
@@ -163,8 +191,8 @@ def labels_of(volume: Volume) -> list[str]:
     return found
 
 
-def world_name(volume: Volume) -> str:
-    """The first part of every path; nothing for a world that is no body."""
+def path_of(world: Volume) -> Path:
+    """The beginning of every path; nothing for a world that is no body."""
     from .reading import shown_name
 
-    return "" if volume.is_container else shown_name(volume.name) or "world"
+    return () if world.is_container else (shown_name(world.name) or "world",)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import numpy as np
+
 from ...shapes.box import Box
 from ...shapes.mesh import Mesh
 from ...shapes.rounded import sin_cos_degrees
 from ..openmc.xml_tree import Element
-from .convex import SIX_FACES, convex, cross, dot, inside_of, minus, planes_of_convex
+from .convex import SIX_FACES, Twisted, convex, cross, dot, inside_of, minus, planes_of_convex
 from .placement import Point
-from .reading import LeftOut, Mistake, known, reference
+from .reading import MOST_OF_CONVEX, LeftOut, Mistake, known, reference
 from .templates import Make
+from .twisted import between_sections
 from .values import Values
 
 
@@ -67,11 +70,19 @@ def trap(values: Values) -> Make:
     half = values.positive("z") / 2
     y1, x1, x2, y2, x3, x4 = (values.radius(name) / 2 for name in ("y1", "x1", "x2", "y2", "x3", "x4"))
     slants = tangent(values.angle("alpha1", 0)), tangent(values.angle("alpha2", 0))
-    corners = _frustum((x1, x2, y1), (x3, x4, y2), half, slants, _lean(values))
-    return convex(corners, SIX_FACES)
+    return _eight(_frustum((x1, x2, y1), (x3, x4, y2), half, slants, lean_of(values)), half)
 
 
-def _lean(values: Values) -> tuple[Fraction, Fraction]:
+def _eight(corners: list[Point], half: Fraction) -> Make:
+    """Between four corners at -half and four at half; sides that are not flat are quadrics."""
+    try:
+        return convex(corners, SIX_FACES)
+    except Twisted:
+        low, high = ([(x, y) for x, y, _ in some] for some in (corners[:4], corners[4:]))
+        return between_sections(low, high, half)
+
+
+def lean_of(values: Values) -> tuple[Fraction, Fraction]:
     """How x and y grow with z, by theta and phi."""
     slope = tangent(values.angle("theta", 0))
     s, c = sin_cos_degrees(float(values.angle("phi", 0)))
@@ -82,7 +93,7 @@ def para(values: Values) -> Make:
     """A parallelepiped: x, y, z in all, alpha, theta, phi."""
     x, y, half = (values.positive(name) / 2 for name in "xyz")
     slant = tangent(values.angle("alpha", 0))
-    return convex(_frustum((x, x, y), (x, x, y), half, (slant, slant), _lean(values)), SIX_FACES)
+    return convex(_frustum((x, x, y), (x, x, y), half, (slant, slant), lean_of(values)), SIX_FACES)
 
 
 def tet(values: Values) -> Make:
@@ -107,7 +118,7 @@ def arb8(values: Values) -> Make:
     corners: list[Point] = []
     for k in range(8):
         corners.append((values.length(f"v{k + 1}x"), values.length(f"v{k + 1}y"), half if k > 3 else -half))
-    return convex(corners, SIX_FACES)
+    return _eight(corners, half)
 
 
 def tessellated(values: Values) -> Make:
@@ -125,11 +136,27 @@ def tessellated(values: Values) -> Make:
         face = tuple(dict.fromkeys(places.setdefault(corner, len(places)) for corner in corners))
         if len(face) > 2:
             faces.append(face)
-    planes = planes_of_convex(list(places), faces)
+    convex_ones = _is_convex(list(places), faces)
+    planes = planes_of_convex(list(places), faces) if convex_ones else None
     if planes is not None:
         return inside_of(planes)
-    values.reading.spend(len(faces))
+    values.reading.spend(len(faces), convex_ones)
     return closed(list(places), faces)
+
+
+def _is_convex(vertices: list[Point], faces: list[tuple[int, ...]]) -> bool:
+    """Are all corners on one side of each face, about?"""
+    if len(faces) > MOST_OF_CONVEX or not faces:
+        return False
+    points = np.array([tuple(map(float, vertex)) for vertex in vertices])
+    a, b, c = (points[[face[k] for face in faces]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    loose = 1e-9 * np.abs(normals).sum(axis=1) * max(float(np.ptp(points, axis=0).max()), 1e-300)
+    for normal, corner, slack in zip(normals, a, loose, strict=True):
+        heights = (points - corner) @ normal
+        if heights.max() > slack and heights.min() < -slack:
+            return False
+    return True
 
 
 def closed(vertices: list[Point], faces: list[tuple[int, ...]]) -> Make:

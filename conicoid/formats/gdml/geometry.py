@@ -40,17 +40,25 @@ class Geometry:
 class _Files:
     """The files that are read."""
 
+    entities: bool
     folder: dict[str, Geometry] = field(default_factory=dict)
     open: list[str] = field(default_factory=list)
 
 
-def read_geometry(path: str | os.PathLike[str]) -> Geometry:
-    """All of a file. Raises SceneFileError with all mistakes in it, or in the first module that has some."""
-    return _read(os.fspath(path), _Files(), None)
+def read_geometry(path: str | os.PathLike[str], entities: bool = False) -> Geometry:
+    """All of a file. Raises SceneFileError with all mistakes in it, or in the first module that has some.
+
+    entities: are files of its folder read that it takes in by entities?
+    """
+    return _read(os.fspath(path), _Files(entities), None)
+
+
+_HINT = ", such as files that are parts of it: entities=True (--entities) reads those in its folder"
 
 
 def _read(path: str, files: _Files, first: Reading | None) -> Geometry:
-    root = read_xml(path, doctype=True)
+    parts = (lambda name: folder_file(path, name.removeprefix("./"))) if files.entities else None
+    root = read_xml(path, doctype=True, parts=parts, hint="" if files.entities else _HINT)
     reading = Reading(path)
     if first is not None:
         reading.counter = first.counter

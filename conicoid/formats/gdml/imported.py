@@ -14,10 +14,10 @@ from .materials import THIN
 
 def imported(path: str | os.PathLike[str], options: Options) -> Imported:
     """Each volume at each of its places is a body, less the volumes in it, named by the path to it."""
-    options.refuse_others("a GDML file", "void", "strict", "only", "depth")
-    geometry = read_geometry(path)
+    options.refuse_others("a GDML file", "void", "strict", "only", "depth", "entities")
+    geometry = read_geometry(path, options.entities)
     levels = DEEPEST + 1 if options.depth is None else options.depth
-    expansion = Expansion(geometry, options.void, levels, options.max_bodies, options.progress)
+    expansion = Expansion(geometry, options.void, levels, options.most, options.progress)
     expansion.run()
     facts, remarks = tuple(_facts(geometry, expansion)), tuple(_remarks(geometry))
     names = {

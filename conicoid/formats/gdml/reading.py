@@ -18,8 +18,9 @@ from .evaluator import ExpressionError, evaluate
 
 MOST_TURNS = 200_000
 """Turns of all loops of a file together."""
-MOST_FACES, MOST_EFFORT = 300, 1_000_000
-"""Faces of a solid that may be concave, whose convex parts are found in time; the sum of their squares in a file."""
+MOST_FACES, MOST_OF_CONVEX, MOST_EFFORT = 400, 3_000, 4_000_000
+"""Faces of a concave solid and of a convex one whose parts are found in time; the sum of their squares in a file, of
+which those of convex ones count a tenth."""
 
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]")
 _POINTER = re.compile(r"(?<=.)0x[0-9a-fA-F]{4,}$")
@@ -65,11 +66,12 @@ class Reading:
         text = f"{file}:{element.line}: {printable(shortened(where))}: {printable(message)}"
         self.remarks.setdefault(element.tag, []).append(text)
 
-    def spend(self, faces: int) -> None:
+    def spend(self, faces: int, is_convex: bool) -> None:
         """Raises LeftOut where to cut what has so many faces into convex parts would take too long."""
-        if faces > MOST_FACES:
-            raise LeftOut(f"it has {faces:,} faces, more than the {MOST_FACES} that are cut into convex parts in time")
-        self.effort += faces * faces
+        most, kind = (MOST_OF_CONVEX, "") if is_convex else (MOST_FACES, "concave ")
+        if faces > most:
+            raise LeftOut(f"it has {faces:,} faces, more than the {most:,} of a {kind}solid that are read in time")
+        self.effort += faces * faces // (10 if is_convex else 1)
         if self.effort > MOST_EFFORT:
             raise LeftOut("the file has too many solids of many faces before it")
 

@@ -1,8 +1,7 @@
-"""Volumes that stand in their mother many times by a rule: replicas, divisions, parameterised volumes."""
+"""Volumes that stand in their mother many times by a rule: replicas, parameterised volumes; and what divisions need."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -12,14 +11,13 @@ from .placement import ORIGIN, STRAIGHT, Point, Rotation, placed, turned
 from .reading import LeftOut, Mistake, local, shown_name
 from .solids import template_of
 from .structure import Daughter, Volume
-from .units import PI, in_degrees
+from .units import in_degrees
 from .values import Values, motion_of
 
 if TYPE_CHECKING:
     from .structure import Structure
 
 MOST = 1_000_000
-_AXES = {"kXAxis": "x", "kYAxis": "y", "kZAxis": "z", "kRho": "rho", "kPhi": "phi"}
 
 
 def along(axis: str, amount: Fraction) -> Point:
@@ -51,7 +49,7 @@ def replicas(structure: Structure, volume: Volume, element: Element) -> None:
             rotation = about_z(offset + (k + Fraction(1, 2)) * width)
         elif axis == "rho":
             changes = {"rmin": offset + k * width, "rmax": offset + (k + 1) * width}
-            part = _resized(structure, element, inner, inner.source, ("tube",), changes)
+            part = resized(structure, element, inner, inner.source, changes, ("tube",))
         else:
             shift = along(axis, (k - Fraction(count - 1, 2)) * width)
         structure.add(volume, Daughter(base, part, shift, rotation, k))
@@ -84,81 +82,40 @@ def _measure(structure: Structure, rule: Element, tag: str) -> Fraction:
     return Fraction(0)
 
 
-def divisions(structure: Structure, volume: Volume, element: Element) -> None:
-    """<divisionvol axis number width offset unit>: slices of the mother, a box or a tube; they replace the solid."""
-    reading, inner = structure.reading, structure.volume_in(element)
-    axis = _AXES.get(element.attributes.get("axis", ""))
-    if axis is None:
-        raise Mistake(element, f"axis must be one of {', '.join(_AXES)}")
-    source = volume.source
-    if source is None or local(source) not in ("box", "tube"):
-        raise LeftOut("divides what is no box and no tube, which is not built yet")
-    given = Values(reading, element)
-    unit = reading.value(element.attributes.get("unit") or "mm", element, "unit")
-    width, offset = given.number("width", 0) * unit, given.number("offset", 0) * unit
-    count = given.integer("number", 0, MOST)
-    whole = _extent(structure, source, axis)
-    if not count:
-        if width <= 0:
-            raise Mistake(element, "number or width must be given")
-        count = int((whole - offset) / width + Fraction(1, 10**9))
-    width = width or (whole - offset) / count
-    if width <= 0 or not 0 < count <= MOST or offset + count * width > whole * (1 + Fraction(1, 10**9)):
-        raise Mistake(element, "number, width and offset must fit into the mother")
-    base = shown_name(element.attributes.get("name", "") or inner.name)
-    for k, (changes, shift, rotation) in enumerate(_slices(structure, source, axis, width, offset, count)):
-        part = _resized(structure, element, inner, source, ("box", "tube"), changes)
-        structure.add(volume, Daughter(base, part, shift, rotation, k))
-    volume.is_filled = offset == 0 and count * width == whole
-
-
-def _extent(structure: Structure, source: Element, axis: str) -> Fraction:
-    values = Values(structure.reading, source)
-    if axis == "phi" and local(source) == "tube":
-        return values.angle("deltaphi", 360) * PI / 180
-    if axis == "rho" and local(source) == "tube":
-        return values.length("rmax") - values.length("rmin", 0)
-    if axis in ("x", "y", "z") and (local(source) == "box" or axis == "z"):
-        return values.length(axis)
-    raise LeftOut(f"divides a {local(source)} along {axis}, which is not built yet")
-
-
-def _slices(
-    structure: Structure, source: Element, axis: str, width: Fraction, offset: Fraction, count: int
-) -> Iterator[tuple[dict[str, Fraction], Point, Rotation]]:
-    """What is changed of the mother's solid, in mm and radians, and where each slice stands."""
-    values = Values(structure.reading, source)
-    for k in range(count):
-        low = offset + k * width
-        if axis == "phi":
-            start = values.angle("startphi", 0) * PI / 180
-            yield {"startphi": start, "deltaphi": width}, ORIGIN, about_z(low)
-        elif axis == "rho":
-            inner = values.length("rmin", 0)
-            yield {"rmin": inner + low, "rmax": inner + low + width}, ORIGIN, STRAIGHT
-        else:
-            yield {axis: width}, along(axis, low + width / 2 - values.length(axis) / 2), STRAIGHT
-
-
-def _resized(
+def resized(
     structure: Structure,
     element: Element,
     inner: Volume,
     source: Element | None,
-    kinds: tuple[str, ...],
     changes: dict[str, Fraction],
+    kinds: tuple[str, ...],
+    sections: tuple[Point, ...] | None = None,
+    kind: str | None = None,
 ) -> Volume:
-    """A volume with a solid whose attributes are other numbers, in mm and radians."""
+    """A volume with a solid whose attributes, or sections (z, rmin, rmax), are other numbers, in mm and radians.
+
+    kind: of which the solid becomes, of the changes alone.
+    """
     if source is None or local(source) not in kinds:
         raise LeftOut(f"is of what is no {' and no '.join(kinds)}, which is not built yet")
     reading = structure.reading
     if inner.source is not None and _is_same(structure, inner.source, source, changes):
         return inner
     units = {name: reading.value(source.attributes.get(name, unit), source, name) for name, unit in _UNITS.items()}
-    given = dict(source.attributes)
+    given = dict(source.attributes) if kind is None else {"name": inner.name}
+    if kind is not None:
+        units = {"lunit": Fraction(1), "aunit": Fraction(1)}
     for name, value in changes.items():
-        given[name] = _spelled(value / units["aunit" if name.endswith("phi") else "lunit"])
-    made = replace_attributes(source, given)
+        unit = units["aunit" if name.endswith("phi") else "lunit"] if name != "numsides" else Fraction(1)
+        given[name] = _spelled(value / unit)
+    children = source.children
+    if sections is not None:
+        rows = [[_spelled(value / units["lunit"]) for value in section] for section in sections]
+        children = [
+            Element("zplane", source.line, source.column, dict(zip(("z", "rmin", "rmax"), row, strict=True)))
+            for row in rows
+        ]
+    made = Element(kind or source.tag, source.line, source.column, given, children)
     template = template_of(reading, made, {})
     return replace(inner, template=template, source=made, is_filled=False)
 
@@ -179,18 +136,17 @@ def _spelled(value: Fraction) -> str:
     return f"{value.numerator}/{value.denominator}"
 
 
-def replace_attributes(element: Element, attributes: dict[str, str]) -> Element:
-    """The element with others, at its place in the file."""
-    return Element(element.tag, element.line, element.column, attributes, element.children)
-
-
+_SAME = {
+    "trd": "x1 x2 y1 y2 z", "sphere": "rmin rmax startphi deltaphi starttheta deltatheta",
+    "cone": "rmin1 rmax1 rmin2 rmax2 z startphi deltaphi", "box": "x y z", "orb": "r",
+    "trap": "z theta phi y1 x1 x2 alpha1 y2 x3 x4 alpha2", "para": "x y z alpha theta phi",
+    "ellipsoid": "ax by cz zcut1 zcut2", "hype": "rmin rmax inst outst z",
+}  # fmt: skip
 _DIMENSIONS: dict[str, dict[str, str]] = {
-    "box": {"x": "x", "y": "y", "z": "z"},
+    **{kind: {name: name for name in names.split()} for kind, names in _SAME.items()},
     "tube": {"InR": "rmin", "OutR": "rmax", "hz": "z", "StartPhi": "startphi", "DeltaPhi": "deltaphi"},
-    "orb": {"r": "r"},
-    "trd": {name: name for name in ("x1", "x2", "y1", "y2", "z")},
-    "sphere": {name: name for name in ("rmin", "rmax", "startphi", "deltaphi", "starttheta", "deltatheta")},
-    "cone": {name: name for name in ("rmin1", "rmax1", "rmin2", "rmax2", "z", "startphi", "deltaphi")},
+    "polycone": {"startPhi": "startphi", "openPhi": "deltaphi"},
+    "polyhedra": {"startPhi": "startphi", "openPhi": "deltaphi", "numSide": "numsides"},
 }
 """How the attributes of <box_dimensions> and others are called in <box>."""
 
@@ -220,10 +176,10 @@ def parameterised(structure: Structure, volume: Volume, element: Element) -> Non
 def _dimensioned(structure: Structure, inner: Volume, dimensions: Element) -> Volume:
     kind = dimensions.tag.removesuffix("_dimensions")
     if kind not in _DIMENSIONS:
-        raise LeftOut(f"has {dimensions.tag}, which is not built yet")
+        raise LeftOut(f"has {dimensions.tag}, which is no solid that is read")
     given = {new: dimensions.attributes[old] for old, new in _DIMENSIONS[kind].items() if old in dimensions.attributes}
     given |= {name: dimensions.attributes[name] for name in _UNITS if name in dimensions.attributes}
-    made = Element(kind, dimensions.line, dimensions.column, given)
+    made = Element(kind, dimensions.line, dimensions.column, given, dimensions.children)
     try:
         template = template_of(structure.reading, made, {})
     except ValueError as error:

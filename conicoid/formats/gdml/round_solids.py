@@ -145,10 +145,10 @@ def ellipsoid(values: Values) -> Make:
     if low <= -c and high >= c:
         return lambda shift: Ellipsoid(radii, _floats(shift))
     beyond = 2 * max(a, b, c)
-    return lambda shift: Intersection((Ellipsoid(radii, _floats(shift)), _slab(low, high, c, beyond, shift)))
+    return lambda shift: Intersection((Ellipsoid(radii, _floats(shift)), slab(low, high, c, beyond, shift)))
 
 
-def _slab(low: Fraction, high: Fraction, end: Fraction, beyond: Fraction, shift: Point) -> Box:
+def slab(low: Fraction, high: Fraction, end: Fraction, beyond: Fraction, shift: Point) -> Box:
     """What is between two heights; a height that is no cut, beyond the ends, is moved out."""
     x, y, z = shift
     bottom, top = (low if low > -end else -2 * end), (high if high < end else 2 * end)
@@ -193,13 +193,14 @@ def _conic(square: Fraction, slope: Fraction, bend: Fraction, half: Fraction, be
     """x² + y² <= square + slope z + bend z² for |z| <= half."""
 
     def make(shift: Point) -> Solid:
-        slab = _slab(-half, half, 2 * half, beyond, shift)
-        return Intersection((_about_z(square, slope, bend, shift), slab))
+        within = slab(-half, half, 2 * half, beyond, shift)
+        return Intersection((about_z(square, slope, bend, shift), within))
 
     return make
 
 
-def _about_z(square: Fraction, slope: Fraction, bend: Fraction, shift: Point) -> Solid:
+def about_z(square: Fraction, slope: Fraction, bend: Fraction, shift: Point) -> Solid:
+    """x² + y² <= square + slope z + bend z², z within some range of 0."""
     x, y, z = shift
     if not slope and not bend:
         beyond = 2 * Fraction(math.sqrt(square))
@@ -226,9 +227,8 @@ def hyperboloid(values: Values) -> Make:
     beyond = 2 * Fraction(math.sqrt(reach))
 
     def make(shift: Point) -> Solid:
-        slab = _slab(-half, half, 2 * half, beyond, shift)
-        parts = [_round(outer, bends[1], half, shift)]
-        whole = Intersection((slab, *parts))
+        within = slab(-half, half, 2 * half, beyond, shift)
+        whole = Intersection((within, _round(outer, bends[1], half, shift)))
         return Difference((whole, _round(inner, bends[0], half, shift))) if inner or bends[0] else whole
 
     return make
@@ -237,7 +237,7 @@ def hyperboloid(values: Values) -> Make:
 def _round(radius: Fraction, bend: Fraction, half: Fraction, shift: Point) -> Solid:
     """A hyperboloid or cylinder, longer than a slab."""
     if bend:
-        return _about_z(radius * radius, _NONE, bend, shift)
+        return about_z(radius * radius, _NONE, bend, shift)
     return turned_profile(
         [(_NONE, -2 * half), (radius, -2 * half), (radius, 2 * half), (_NONE, 2 * half)], _WHOLE, shift
     )

@@ -141,7 +141,7 @@ def xtru(values: Values) -> Make:
         outline.pop()
     if len(outline) < 3:
         raise Mistake(values.element, "must have three or more twoDimVertex elements")
-    values.reading.spend(len(outline))
+    values.reading.spend(len(outline), _is_convex(outline))
     sections: list[tuple[Fraction, Fraction, Fraction, Fraction, Fraction]] = []
     for element in values.element.all("section"):
         part = Values(values.reading, element, values.element)
@@ -163,6 +163,14 @@ def xtru(values: Values) -> Make:
         return made[0] if len(made) == 1 else Union(made)
 
     return make
+
+
+def _is_convex(outline: Sequence[tuple[Fraction, Fraction]]) -> bool:
+    """Does it bend to one side only?"""
+    points = [(float(x), float(y)) for x, y in outline]
+    ways = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    bends = [a[0] * b[1] - a[1] * b[0] for a, b in zip(ways, [*ways[1:], ways[0]], strict=True)]
+    return min(bends) >= 0 or max(bends) <= 0
 
 
 _Section = tuple[Fraction, Fraction, Fraction, Fraction]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import cast
 
 from ..openmc.xml_tree import Element
-from . import flat_solids, round_solids, sections
+from . import flat_solids, round_solids, sections, twisted
 from .placement import ORIGIN, STRAIGHT, Placement, after, scaled, turned
 from .reading import LeftOut, Mistake, Reading, known, local, reference
 from .templates import Kind, Make, Operand, Primitive, Template, combined
@@ -20,7 +20,7 @@ PRIMITIVES: dict[str, Callable[[Values], Make]] = {
     "trap": flat_solids.trap, "para": flat_solids.para, "tet": flat_solids.tet, "arb8": flat_solids.arb8,
     "polycone": round_solids.polycone, "genericPolycone": round_solids.generic_polycone,
     "polyhedra": sections.polyhedra, "genericPolyhedra": sections.generic_polyhedra, "xtru": sections.xtru,
-    "tessellated": flat_solids.tessellated,
+    "tessellated": flat_solids.tessellated, "twistedtubs": twisted.twisted_tubs,
 }  # fmt: skip
 _NOT_QUADRIC = ("torus", "twistedbox", "twistedtrd", "twistedtrap")
 _BOOLEANS = ("union", "subtraction", "intersection")
@@ -62,8 +62,6 @@ def template_of(reading: Reading, element: Element, solids: Solids) -> Template:
         return combined("union", [_changed(reading, element, solids)])
     elif tag in _NOT_QUADRIC:
         raise LeftOut("is no quadric")
-    elif tag == "twistedtubs":
-        raise LeftOut("is not built yet")
     else:
         raise LeftOut("is no solid that is known")
     if isinstance(made, Primitive):

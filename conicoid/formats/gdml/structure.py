@@ -109,12 +109,12 @@ class Structure:
                 self._attempt(child, lambda child=child, read=read: read(volume, child))  # type: ignore[misc]
 
     def _readers(self) -> dict[str, Callable[[Volume, Element], None]]:
-        from . import repeats
+        from . import divisions, repeats
 
         return {
             "physvol": self._physvol,
             "replicavol": lambda volume, child: repeats.replicas(self, volume, child),
-            "divisionvol": lambda volume, child: repeats.divisions(self, volume, child),
+            "divisionvol": lambda volume, child: divisions.divisions(self, volume, child),
             "paramvol": lambda volume, child: repeats.parameterised(self, volume, child),
         }
 
@@ -152,7 +152,7 @@ class Structure:
             rotation = after(rotation, scaled(scale))
         name = self.reading.solved(element.attributes.get("name", ""), element) or inner.name
         copy = (
-            Values(self.reading, element).integer("copynumber", most=2**31)
+            Values(self.reading, element).integer("copynumber", most=2**31, least=-(2**31))
             if "copynumber" in element.attributes
             else None
         )

@@ -60,11 +60,12 @@ class Values:
             return Fraction(default)
         return in_degrees(self.number(name) * self.angle_unit)
 
-    def integer(self, name: str, default: int | None = None, most: int = 10**6) -> int:
-        """A whole number, from 0 on."""
+    def integer(self, name: str, default: int | None = None, most: int = 10**6, least: int = 0) -> int:
+        """A whole number between two."""
         found = self.number(name, default)
-        if found.denominator != 1 or not 0 <= found <= most:
-            raise Mistake(self.element, f"{name} must be a whole number from 0 to {most:,}, got {float(found):g}")
+        if found.denominator != 1 or not least <= found <= most:
+            told = f"{name} must be a whole number from {least:,} to {most:,}, got {float(found):g}"
+            raise Mistake(self.element, told)
         return int(found)
 
 

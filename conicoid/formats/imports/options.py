@@ -17,31 +17,40 @@ class Options:
     """How a file of another program is read.
 
     void: are parts without material invisible bodies, so that `scene.body_at` finds every one of them?
-    max_bodies: what expands into more is refused, before they are made.
+    max_bodies: what expands into more is refused, before they are made; None for 500,000, and for molecules, whose
+    balls are cheap, no limit.
     strict: is whatever is not read as the file says an error, in place of a remark?
     only: only volumes on whose path of names this text or pattern ("detector/*") is; None for all.
     depth: how many levels of nested volumes are opened; what lies deeper is part of the volume around it. None for all.
     smooth: are circles round where a file asks for prisms of so many sides (OpenSCAD's $fn)?
+    entities: are files in its folder read that an XML file takes in by entities, as parts of GDML files?
     progress: progress(done, count) is called with numbers of bodies.
     """
 
     void: bool = True
-    max_bodies: int = MAX_BODIES
+    max_bodies: int | None = None
     strict: bool = False
     only: str | None = None
     depth: int | None = None
     smooth: bool = False
+    entities: bool = False
     progress: Callable[[int, int], Any] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("void", "strict", "smooth"):
+        for name in ("void", "strict", "smooth", "entities"):
             flag("load", name, getattr(self, name))
-        integer("load", "max_bodies", self.max_bodies, 1)
+        if self.max_bodies is not None:
+            integer("load", "max_bodies", self.max_bodies, 1)
         if self.depth is not None:
             integer("load", "depth", self.depth, 0)
         if self.only is not None and (not isinstance(self.only, str) or not self.only):
             raise ValueError(f"load: only must be a pattern of names or None, got {shown(self.only)}")
         callback("load", "progress", self.progress)
+
+    @property
+    def most(self) -> int:
+        """How many bodies there may be, of formats whose bodies are not cheap."""
+        return MAX_BODIES if self.max_bodies is None else self.max_bodies
 
     @classmethod
     def of(cls, **options: Any) -> Options:

@@ -25,7 +25,7 @@ def imported(path: str | os.PathLike[str], options: Options) -> Imported:
     """
     options.refuse_others("an MCNP deck", "void", "strict", "only")
     deck = read_deck(path)
-    expansion = Expansion(path, deck.geometry, options.max_bodies, options.void, options.progress)
+    expansion = Expansion(path, deck.geometry, options.most, options.void, options.progress)
     expansion.run()
     remarks = (*deck.remarks, *_remarks(expansion))
     notes = (*_facts(deck, expansion), *deck.notes, *remarks)

@@ -23,7 +23,7 @@ def imported(path: str | os.PathLike[str], options: Options) -> Imported:
     look = Look("ball and stick" if len(atoms) <= MANY else "space filling", {}, {})
     bodies = bodies_of(atoms, look, True)
     made = len(atoms) + (0 if look.style == "space filling" else 2 * len(atoms.bonds))
-    if made > options.max_bodies != Options().max_bodies:  # balls are cheap: there is no limit of its own
+    if options.max_bodies is not None and made > options.max_bodies:
         raise ValueError(f"{os.fspath(path)}: {counted(made, 'body')}, more than max_bodies = {options.max_bodies:,}")
     legend = []
     for number, count in zip(*np.unique(atoms.numbers, return_counts=True), strict=True):

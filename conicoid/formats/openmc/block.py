@@ -1,8 +1,8 @@
-"""What an element of a lattice becomes, worked out once and placed wherever it is the same.
+"""What stands at many places, worked out once: a block of bodies, and of blocks within, each with its shift.
 
-An element from which the cells around it cut what they cut from another is that other one, moved. Its block has the
-bodies as they are about its centre, and blocks within it with their shifts. Shifts are fractions, so that a body
-has the numbers that it would have if it had been worked out at its place.
+An element of a lattice from which the cells around it cut what they cut from another is that other one, moved; and so
+is a volume of GDML. A block has the bodies as they are about its centre. Shifts are fractions, so that a body has the
+numbers that it would have if it had been worked out at its place.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -28,22 +28,31 @@ Path: TypeAlias = tuple[str, ...]
 
 @dataclass(eq=False)
 class Piece:
-    """A cell in its surroundings, as it is about the centre of its block."""
+    """A body at each place of its block, with the way to it in the block."""
 
-    cell: int
     title: str
     path: Path
-    context: Context
     material: Material
 
     count: ClassVar[int] = 1
 
 
 @dataclass(eq=False)
-class Placed:
+class CellPiece(Piece):
+    """A cell in its surroundings, as it is about the centre of its block."""
+
+    cell: int
+    context: Context
+
+
+P = TypeVar("P", bound=Piece)
+
+
+@dataclass(eq=False, slots=True)
+class Placed(Generic[P]):
     """A block within another."""
 
-    block: Block
+    block: Block[P]
     shift: Point
     path: Path
 
@@ -54,21 +63,21 @@ class Placed:
 
 
 @dataclass(eq=False)
-class Block:
+class Block(Generic[P]):
     """Pieces, and blocks within, in the order of their bodies; and what was counted on the way."""
 
-    items: list[Piece | Placed] = field(default_factory=list)
+    items: list[P | Placed[P]] = field(default_factory=list)
     count: int = 0
-    materials: Counter[int | None] = field(default_factory=Counter)
+    materials: Counter[Any] = field(default_factory=Counter)
     left_out: LeftOut = field(default_factory=LeftOut)
 
-    def add(self, piece: Piece, material: int | None) -> None:
+    def add(self, piece: P, material: Any) -> None:
         """A body of a material."""
         self.items.append(piece)
         self.count += 1
         self.materials[material] += 1
 
-    def place(self, block: Block, shift: Point, path: Path) -> None:
+    def place(self, block: Block[P], shift: Point, path: Path) -> None:
         """All bodies of another block, moved."""
         if block.count:
             self.items.append(Placed(block, shift, path))
@@ -76,19 +85,26 @@ class Block:
         self.materials.update(block.materials)
         self.left_out.add(block.left_out)
 
+    def take(self, other: Block[P]) -> None:
+        """All items of another block, which is none of its own."""
+        self.items += other.items
+        self.count += other.count
+        self.materials.update(other.materials)
+        self.left_out.add(other.left_out)
+
     @cached_property
     def _ends(self) -> list[int]:
         """The number after the last body of each item. To be asked for when all are there."""
         return list(accumulate(item.count for item in self.items))
 
-    def at(self, number: int) -> tuple[Piece, Path]:
+    def at(self, number: int) -> tuple[P, Path]:
         """The piece that a body is, and the way to it."""
-        block: Block = self
+        block: Block[P] = self
         way: Path = ()
         while True:
             which = bisect_right(block._ends, number)
             item = block.items[which]
-            if isinstance(item, Piece):
+            if not isinstance(item, Placed):
                 return item, (*way, *item.path)
             number -= block._ends[which] - item.count
             block, way = item.block, (*way, *item.path)
@@ -97,14 +113,24 @@ class Block:
         """The number of the body of a name, if there is one; `way` leads to this block."""
         for end, item in zip(self._ends, self.items, strict=True):
             path = (*way, *item.path)
-            if isinstance(item, Piece):
-                if placed_name(item.title, path) == name:
+            if not isinstance(item, Placed):
+                if self.called(item.title, path) == name:
                     return end - 1
-            elif f" @ {', '.join(path)}" in name:
+            elif self.may_lead(path, name):
                 found = item.block.find(name, path)
                 if found is not None:
                     return end - item.count + found
         return None
+
+    @staticmethod
+    def called(title: str, path: Path) -> str:
+        """The name of a piece at the end of a way."""
+        return placed_name(title, path)
+
+    @staticmethod
+    def may_lead(path: Path, name: str) -> bool:
+        """May the body of a name be in the block at the end of a way?"""
+        return f" @ {', '.join(path)}" in name
 
 
 def placed_name(title: str, path: Path) -> str:
@@ -120,39 +146,46 @@ class Flat:
     shifts: Shifts
 
 
-def flattened(block: Block) -> tuple[list[Piece], Flat]:
+def flattened(block: Block[P]) -> tuple[list[P], Flat]:
     """All pieces that there are, and the bodies of a block."""
-    pieces: list[Piece] = []
+    pieces: list[P] = []
     known: dict[int, Flat] = {}
     pending = [block]
     while pending:  # no recursion: universes may be many levels deep
         last = pending[-1]
-        inner = [item.block for item in last.items if isinstance(item, Placed) and id(item.block) not in known]
-        if inner:
-            pending.append(inner[0])
+        inner = (item.block for item in last.items if isinstance(item, Placed) and id(item.block) not in known)
+        first = next(inner, None)
+        if first is not None:
+            pending.append(first)
             continue
         known[id(pending.pop())] = _flat(last, pieces, known)
     return pieces, known[id(block)]
 
 
-def _flat(block: Block, pieces: list[Piece], known: dict[int, Flat]) -> Flat:
+def _flat(block: Block[P], pieces: list[P], known: dict[int, Flat]) -> Flat:
     """One block, those within being known."""
     tables: list[dict[Fraction, int]] = [{}, {}, {}]
-    numbers: list[Ints] = [np.zeros(0, np.int32)]
-    index: list[Ints] = [np.zeros((3, 0), np.int32)]
+    numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
+    begin = 0
     for item in block.items:
-        if isinstance(item, Piece):
+        end = begin + item.count
+        if isinstance(item, Placed):
+            flat, shift = known[id(item.block)], item.shift
+            numbers[begin:end] = flat.pieces
+            shifts = flat.shifts.values, flat.shifts.index
+        else:
+            numbers[begin] = len(pieces)
             pieces.append(item)
-            numbers.append(np.array([len(pieces) - 1], np.int32))
-            at = [table.setdefault(shift, len(table)) for table, shift in zip(tables, ORIGIN, strict=True)]
-            index.append(np.array(at, np.int32)[:, None])
-            continue
-        flat = known[id(item.block)]
-        numbers.append(flat.pieces)
-        rows = []
-        for table, values, row, shift in zip(tables, flat.shifts.values, flat.shifts.index, item.shift, strict=True):
-            moved = np.array([table.setdefault(value + shift, len(table)) for value in values], np.int32)
-            rows.append(moved[row])
-        index.append(np.array(rows))
+            shift, shifts = ORIGIN, _UNMOVED
+        for axis, (table, values, row) in enumerate(zip(tables, *shifts, strict=True)):
+            if len(values) == 1:
+                index[axis, begin:end] = table.setdefault(values[0] + shift[axis], len(table))
+            else:
+                moved = [table.setdefault(value + shift[axis], len(table)) for value in values]
+                index[axis, begin:end] = np.array(moved, np.int32)[row]
+        begin = end
     x, y, z = (tuple(table) for table in tables)
-    return Flat(np.concatenate(numbers), Shifts((x, y, z), np.concatenate(index, axis=1)))
+    return Flat(numbers, Shifts((x, y, z), index))
+
+
+_UNMOVED = ((Fraction(0),),) * 3, np.zeros((3, 1), np.int32)

@@ -14,7 +14,7 @@ from ...shapes.material import Material
 from ...shapes.region import Union
 from ..errors import MOST, Problem, SceneFileError
 from . import limits
-from .block import Block, Path, Piece, flattened, placed_name
+from .block import Block, CellPiece, Path, flattened, placed_name
 from .context import Context
 from .enclosure import enclosed, ends_with
 from .extent import EVERYWHERE, Extent
@@ -46,8 +46,8 @@ class Expansion:
     max_bodies: int
     void: bool
     progress: Progress | None = None
-    whole: Block = field(default_factory=Block)
-    blocks: dict[tuple[int, Turn, Context], Block] = field(default_factory=dict)
+    whole: Block[CellPiece] = field(default_factory=Block)
+    blocks: dict[tuple[int, Turn, Context], Block[CellPiece]] = field(default_factory=dict)
     open_lattices: set[int] = field(default_factory=set)  # without an outer universe, in cells that reach beyond
     problems: dict[int, Problem] = field(default_factory=dict)  # the first of each cell
     outside: int = 0  # places in elements outside of lattices
@@ -57,7 +57,7 @@ class Expansion:
     filled: list[Solid] = field(default_factory=list)  # the root's cells that universes fill
     repeating: dict[int, bool] = field(default_factory=dict)
     turning: dict[int, bool] = field(default_factory=dict)
-    block: Block = field(init=False)  # that is being filled
+    block: Block[CellPiece] = field(init=False)  # that is being filled
     bodies: ImportedBodies = field(init=False)
     way: Path = ()  # to it
     made: int = 0
@@ -221,7 +221,7 @@ class Expansion:
             known = self.geometry.material(material)
             name = self.geometry.material_names[material]
             self.looks[material] = matte(color_of(material), name=name, properties=known.properties)
-        self.block.add(Piece(cell.id, str(cell), path, context, self.looks[material]), material)
+        self.block.add(CellPiece(str(cell), path, self.looks[material], cell.id, context), material)
 
     def _count(self, count: int, cell: Cell) -> None:
         """So many bodies more, through a cell. Raises SceneFileError where they are too many."""

@@ -41,7 +41,7 @@ def read(
 def imported(path: str | os.PathLike[str], options: Options) -> Imported:
     """`read` by the options of all imports."""
     options.refuse_others("an OpenMC geometry", "void", "strict", "only")
-    found = read(path, void=options.void, max_bodies=options.max_bodies, progress=options.progress)
+    found = read(path, void=options.void, max_bodies=options.most, progress=options.progress)
     return found if options.only is None else only_named(found, options.only)
 
 

@@ -2,42 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
+from typing import Generic
 
 import numpy as np
+import numpy.typing as npt
 
 from ...shapes.base import Solid
 from ...shapes.repeated import Repeated, Shift
-from .block import Block, Flat, Piece, placed_name
+from .block import Block, CellPiece, Flat, P
 from .narrowing import Part, Side
 from .placement import ORIGIN
 from .solids import SolidMaker
 from .surfaces import FlatSurface, RoundSurface
 
-_RIGID = Fraction(1, 1 << 30)
+RIGID = Fraction(1, 1 << 30)
 """The least thickness of what rounding cannot turn inside out, as a share of its distance from the origin."""
 
 
-class ImportedBodies(Repeated):
-    """Made from fractions when they are asked for, so that every number is rounded once."""
+class PlacedBodies(Repeated, Generic[P]):
+    """The bodies of a block, which are made from fractions when they are asked for, every number rounded once."""
 
-    def __init__(self, whole: Block, pieces: list[Piece], flat: Flat) -> None:
+    def __init__(self, whole: Block[P], pieces: list[P], flat: Flat) -> None:
         super().__init__(flat.pieces, flat.shifts, [piece.material for piece in pieces])
-        self._whole, self._pieces, self._maker = whole, pieces, SolidMaker()
-
-    def made(self, kind: int, shift: Shift) -> Solid:
-        """A piece moved by a shift."""
-        context, maker = self._pieces[kind].context, self._maker
-        if shift != ORIGIN:
-            context, maker = context.moved(shift), SolidMaker()
-        return maker.solid((motion, group.parts) for motion, group in context.groups)
+        self._whole, self._pieces = whole, pieces
 
     def name(self, number: int) -> str:
-        """The cell and the way to it."""
+        """What the piece is called, and the way to it."""
         piece, path = self._whole.at(number)
-        return placed_name(piece.title, path)
+        return self._whole.called(piece.title, path)
 
     def number(self, name: str) -> int | None:
         """The body of a name."""
@@ -45,14 +41,41 @@ class ImportedBodies(Repeated):
 
     def outermost(self) -> Iterator[int]:
         """Of each piece the first body, and those that are moved the farthest along the axes."""
+        ranks = [_ranks(values) for values in self.shifts.values]
         for numbers in self.members:
-            index = self.shifts.index[:, numbers]
             found = {0}
-            for axis, values in enumerate(self.shifts.values):
-                order = np.argsort(np.argsort(np.array(values, object))) if len(values) > 1 else np.zeros(1, int)
-                ranks = order[index[axis]]
-                found |= {int(ranks.argmin()), int(ranks.argmax())}
+            if len(numbers) > 1:
+                for axis, order in enumerate(ranks):
+                    here = order[self.shifts.index[axis, numbers]]
+                    found |= {int(here.argmin()), int(here.argmax())}
             yield from sorted(int(numbers[at]) for at in found)
+
+    @cached_property
+    def farthest(self) -> Fraction:
+        """The largest shift along an axis."""
+        return max((abs(value) for values in self.shifts.values for value in values), default=Fraction(0))
+
+
+def _ranks(values: Sequence[Fraction]) -> npt.NDArray[np.int64]:
+    """The place of each of some values in their order."""
+    found = np.empty(len(values), np.int64)
+    found[sorted(range(len(values)), key=values.__getitem__)] = np.arange(len(values))
+    return found
+
+
+class ImportedBodies(PlacedBodies[CellPiece]):
+    """Cells in their surroundings."""
+
+    def __init__(self, whole: Block[CellPiece], pieces: list[CellPiece], flat: Flat) -> None:
+        super().__init__(whole, pieces, flat)
+        self._maker = SolidMaker()
+
+    def made(self, kind: int, shift: Shift) -> Solid:
+        """A piece moved by a shift."""
+        context, maker = self._pieces[kind].context, self._maker
+        if shift != ORIGIN:
+            context, maker = context.moved(shift), SolidMaker()
+        return maker.solid((motion, group.parts) for motion, group in context.groups)
 
     def is_rigid(self, kind: int) -> bool:
         """Is no part of a piece so thin that rounding may close it, at any of its places?
@@ -62,7 +85,7 @@ class ImportedBodies(Repeated):
         context = self._pieces[kind].context
         if not context.is_unmoved:
             return False
-        far = max((abs(value) for values in self.shifts.values for value in values), default=Fraction(0))
+        far = self.farthest
         planes: dict[tuple[Fraction, ...], set[Fraction]] = {}
         least: list[Fraction] = []
         for _, group in context.groups:
@@ -81,7 +104,7 @@ class ImportedBodies(Repeated):
                     far = max(far, *map(abs, surface.center))
         for offsets in planes.values():
             least += [high - low for low, high in pairwise(sorted(offsets))]
-        return min(least, default=Fraction(1)) > _RIGID * far
+        return min(least, default=Fraction(1)) > RIGID * far
 
 
 def _sides(parts: tuple[Part, ...]) -> Iterator[Side]:

@@ -27,6 +27,8 @@ class LeftOut:
 
     def add(self, other: LeftOut) -> None:
         """All places of another part of the model."""
+        if not other.cells and not other.elements:
+            return
         for mine, more in zip(vars(self).values(), vars(other).values(), strict=True):
             mine.update(more)
 

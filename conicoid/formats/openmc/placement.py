@@ -135,12 +135,15 @@ class Placement:
         whole = self.point(shift)
         if rotation.motion.is_identity:
             return Placement(self.turn.after(rotation.turn), whole, self.outer)
-        motion = rotation.motion
-        if self.turn != UNTURNED:
-            motion = motion.transform(_matrix(self.turn.rows))
+        motion = turned_by(rotation.motion, self.turn)
         if any(whole):
             motion = motion.translate(floats(whole))
         return Placement(outer=motion.then(self.outer))
+
+
+def turned_by(motion: Motion, turn: Turn) -> Motion:
+    """A motion, and then quarter turns."""
+    return motion if turn == UNTURNED else motion.transform(_matrix(turn.rows))
 
 
 def floats(point: Point) -> Vector:

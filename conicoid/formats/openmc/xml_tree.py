@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 from xml.sax import SAXParseException
@@ -43,22 +44,28 @@ class Element:
         return [child for child in self.children if child.tag == tag]
 
 
-def read_xml(path: str | os.PathLike[str], doctype: bool = False) -> Element:
+def read_xml(
+    path: str | os.PathLike[str], doctype: bool = False, parts: Callable[[str], str] | None = None, hint: str = ""
+) -> Element:
     """The root element of a file. Raises SceneFileError for anything that is no harmless XML of bearable size.
 
     doctype: is a document type allowed, if it declares no entity? What it may refer to is not read.
+    parts: gives the path of a file that an entity stands for, or raises ValueError; None where entities are refused,
+    with a `hint` at what may be done.
     """
     from defusedxml.common import DefusedXmlException, DTDForbidden
     from defusedxml.expatreader import create_parser
 
     builder = _Builder()
+    raw = checked_bytes(path, 0)
     # All at once: an attribute of many megabytes that comes in small pieces is scanned anew with each
-    parser = create_parser(bufsize=MAX_BYTES + 1, forbid_dtd=not doctype)
+    if parts is None:
+        parser = create_parser(bufsize=MAX_BYTES + 1, forbid_dtd=not doctype)
+    else:
+        from .xml_parts import parser_of_parts
+
+        parser = parser_of_parts(parts, len(raw), bufsize=MAX_BYTES + 1)
     parser.setContentHandler(builder)
-    raw = _bytes(path)
-    if raw.count(b"=") > MAX_ATTRIBUTES:
-        found = f"has more than {MAX_ATTRIBUTES:,} attributes (or '=' signs)"
-        raise SceneFileError(path, [Problem(0, 0, "", found)])
     source = InputSource(os.fspath(path))
     source.setByteStream(io.BytesIO(raw))
     try:
@@ -68,7 +75,8 @@ def read_xml(path: str | os.PathLike[str], doctype: bool = False) -> Element:
         raise SceneFileError(path, [Problem(line, column, "", f"is not XML: {error.getMessage()}")]) from None
     except DefusedXmlException as error:
         what = "a document type (DOCTYPE)" if isinstance(error, DTDForbidden) else "an entity or an external reference"
-        raise SceneFileError(path, [Problem(*builder.place, "", f"is refused: it declares {what}")]) from None
+        told = "" if isinstance(error, DTDForbidden) else hint
+        raise SceneFileError(path, [Problem(*builder.place, "", f"is refused: it declares {what}{told}")]) from None
     except _TooMuch as error:
         raise SceneFileError(path, [Problem(*builder.place, "", str(error))]) from None
     except (LookupError, ValueError) as error:
@@ -116,6 +124,17 @@ class _Builder(ContentHandler):
 
     def characters(self, content: str) -> None:
         self.open[-1].pieces.append(content)
+
+
+def checked_bytes(path: str | os.PathLike[str], before: int) -> bytes:
+    """The contents of a file, where what was read before and it are bearable."""
+    raw = _bytes(path)
+    if raw.count(b"=") > MAX_ATTRIBUTES:
+        raise SceneFileError(path, [Problem(0, 0, "", f"has more than {MAX_ATTRIBUTES:,} attributes (or '=' signs)")])
+    if before + len(raw) > MAX_BYTES:
+        found = f"is too large with all its parts: at most {MAX_BYTES >> 20} MB are read"
+        raise SceneFileError(path, [Problem(0, 0, "", found)])
+    return raw
 
 
 def _bytes(path: str | os.PathLike[str]) -> bytes:

@@ -12,7 +12,11 @@ import conicoid as co
 from conicoid.formats.errors import SceneFileError
 
 from .files import placed, text_of, volume
-from .test_solids import DEFINE, SOLIDS
+from .test_solids import DEFINE
+from .test_solids import SOLIDS as PLAIN
+from .test_twisted import SOLIDS as TWISTED
+
+SOLIDS = {**PLAIN, **{f"twisted {name}": each for name, each in TWISTED.items()}}
 
 WORDS = (
     "-1", "0", "1", "2", "1e300", "-1e-300", "1e999", "nan", "0.5", "x", "world", "pi", "deg", "(", ")", "^", "[1]", "m[9]", "&amp;", "",
@@ -26,7 +30,10 @@ def whole_text(chance):
     solids, inside, structure = '<box name="w" x="200" y="200" z="200"/>', "", ""
     for k, name in enumerate(chance.sample(sorted(SOLIDS), 4)):
         solids += re.sub(r'(name|ref|solid)="([abs])"', rf'\g<1>="\g<2>{k}"', SOLIDS[name][0])
-        structure += volume(f"v{k}", f"s{k}")
+        slices = (
+            '<divisionvol axis="kZAxis" number="3" width="0" offset="0" unit="mm"><volumeref ref="v0"/></divisionvol>'
+        )
+        structure += volume(f"v{k}", f"s{k}", slices if k == 3 else "")
         turn = '<rotation x="90" z="30" unit="deg"/>' if k % 2 else '<scale x="1" y="-1" z="1"/>'
         inside += placed(f"v{k}", f'<position x="{25 * k}" y="0" z="0"/>{turn}')
     inside += '<loop for="i" from="1" to="2">' + placed("v0", '<position x="0" y="25*i" z="m[i]"/>') + "</loop>"

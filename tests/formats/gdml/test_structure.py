@@ -288,3 +288,9 @@ def test_it_can_be_saved_and_loaded(tmp_path):
     co.save(scene, tmp_path / "a.yaml")
     p = np.random.default_rng(1).uniform(-21, 21, (2000, 3))
     assert np.array_equal(co.load(tmp_path / "a.yaml").body_at(p), scene.body_at(p))
+
+
+def test_copy_numbers_may_be_negative(tmp_path):
+    structure = volume("v", "bar") + volume("world", "w", placed("v", attributes='name="a" copynumber="-1"'))
+    scene = scene_of(tmp_path, text_of(WORLD + BAR, structure))
+    assert [body.name for body in scene.bodies] == ["world", "world/a[-1]"]

@@ -199,6 +199,15 @@ def test_mutated_files(tmp_path):
     check_mutated(tmp_path, 200)
 
 
+def test_a_limit_counts_if_it_is_that_of_other_formats(tmp_path, monkeypatch):
+    monkeypatch.setattr("conicoid.formats.imports.options.MAX_BODIES", 3)
+    path = tmp_path / "a.xyz"
+    path.write_text("5\n\n" + "".join(f"He {9 * k} 0 0\n" for k in range(5)))
+    assert co.load(path).body_count == 5
+    with pytest.raises(ValueError, match="5 bodies, more than max_bodies = 3"):
+        co.load(path, max_bodies=3)
+
+
 @pytest.mark.deep
 def test_many_mutated_files(tmp_path):
     check_mutated(tmp_path, 8000)

@@ -1,0 +1,165 @@
+"""Divisions of each kind along each axis: every point of the mother is in the slice that its coordinate says."""
+
+import numpy as np
+import pytest
+
+from .files import placed, scene_of, text_of, volume
+from .test_solids import (
+    DEG,
+    STEPS,
+    in_box,
+    in_cone,
+    in_para,
+    in_phi,
+    in_polyhedra,
+    in_stack,
+    in_trd,
+    planes,
+    radius,
+)
+
+CONE = '<cone name="m" rmin1="1" rmax1="4" rmin2="3" rmax2="8" z="12" startphi="30" deltaphi="240" aunit="deg"/>'
+TRD = '<trd name="m" x1="4" x2="12" y1="10" y2="5" z="14"/>'
+PARA = '<para name="m" x="6" y="8" z="12" alpha="15" theta="20" phi="30" aunit="deg"/>'
+POLYCONE = f'<polycone name="m" startphi="0" deltaphi="360" aunit="deg">{planes(STEPS)}</polycone>'
+POLYHEDRA = f'<polyhedra name="m" startphi="20" deltaphi="250" numsides="4" aunit="deg">{planes(STEPS)}</polyhedra>'
+
+
+def in_cone_of_240(p):
+    return in_cone(p, 1, 4, 3, 8, 6) & in_phi(p, 30, 240)
+
+
+def phi(p, start):
+    return (np.arctan2(p[:, 1], p[:, 0]) / DEG - start) % 360
+
+
+def across_cone(p):
+    """From the inner wall to the outer."""
+    t = (p[:, 2] + 6) / 12
+    return (radius(p) - (1 + 2 * t)) / (3 + 2 * t)
+
+
+def across_stack(p):
+    z, inner, outer = (np.array(column, float) for column in zip(*STEPS, strict=True))
+    a, b = np.interp(p[:, 2], z, inner), np.interp(p[:, 2], z, outer)
+    return (radius(p) - a) / (b - a)
+
+
+def across_trd(p, axis):
+    t = (p[:, 2] + 7) / 14
+    size = 4 + 8 * t if axis == 0 else 10 - 5 * t
+    return p[:, axis] / size + 0.5
+
+
+def across_para(p):
+    z = p[:, 2]
+    y = p[:, 1] - z * np.tan(20 * DEG) * np.sin(30 * DEG)
+    return p[:, 0] - z * np.tan(20 * DEG) * np.cos(30 * DEG) - y * np.tan(15 * DEG), y
+
+
+CASES = {
+    "cone, z": (CONE, "kZAxis", 'number="4"', in_cone_of_240, lambda p: (p[:, 2] + 6) / 3, 4),
+    "cone, phi": (CONE, "kPhi", 'number="3"', in_cone_of_240, lambda p: phi(p, 30) / 80, 3),
+    "cone, rho": (CONE, "kRho", 'number="3"', in_cone_of_240, lambda p: across_cone(p) * 3, 3),
+    "cone, by width": (CONE, "kRho", 'width="0.75"', in_cone_of_240, lambda p: across_cone(p) * 4, 4),
+    "trd, z": (TRD, "kZAxis", 'width="2"', lambda p: in_trd(p, 4, 12, 10, 5, 7), lambda p: (p[:, 2] + 7) / 2, 7),
+    "trd, x": (TRD, "kXAxis", 'number="4"', lambda p: in_trd(p, 4, 12, 10, 5, 7), lambda p: across_trd(p, 0) * 4, 4),
+    "trd, y": (TRD, "kYAxis", 'number="5"', lambda p: in_trd(p, 4, 12, 10, 5, 7), lambda p: across_trd(p, 1) * 5, 5),
+    "para, x": (PARA, "kXAxis", 'number="3"', in_para, lambda p: across_para(p)[0] / 2 + 1.5, 3),
+    "para, y": (PARA, "kYAxis", 'number="4"', in_para, lambda p: across_para(p)[1] / 2 + 2, 4),
+    "para, z": (PARA, "kZAxis", 'number="4"', in_para, lambda p: (p[:, 2] + 6) / 3, 4),
+    "polycone, phi": (
+        POLYCONE, "kPhi", 'number="6"', lambda p: in_stack(p, STEPS), lambda p: phi(p, 0) / 60, 6,
+    ),
+    "polycone, rho": (
+        POLYCONE, "kRho", 'number="2"', lambda p: in_stack(p, STEPS), lambda p: across_stack(p) * 2, 2,
+    ),
+    "polycone, z": (
+        POLYCONE, "kZAxis", 'number="3"', lambda p: in_stack(p, STEPS),
+        lambda p: np.searchsorted([-2, 3], p[:, 2]), 3,
+    ),
+    "polyhedra, phi": (
+        POLYHEDRA, "kPhi", 'number="4"', lambda p: in_polyhedra(p, 4, 20, 250, STEPS), lambda p: phi(p, 20) / 62.5, 4,
+    ),
+    "a box within": (
+        '<box name="m" x="10" y="8" z="6"/>', "kXAxis", 'number="2" width="3" offset="1"',
+        lambda p: in_box(p, 10, 8, 6), lambda p: np.where((p[:, 0] >= -4) & (p[:, 0] <= 2), (p[:, 0] + 4) / 3, -1), 2,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_points_are_in_their_slices(tmp_path, name):
+    solid, axis, rule, inside, coordinate, count = CASES[name]
+    unit = 'unit="deg"' if axis == "kPhi" else 'unit="mm"'
+    division = f'<divisionvol axis="{axis}" {rule} {unit}><volumeref ref="part"/></divisionvol>'
+    solids = f'{solid}<box name="any" x="1" y="1" z="1"/><box name="w" x="40" y="40" z="40"/>'
+    structure = volume("part", "any") + volume("m", "m", division) + volume("world", "w", placed("m"))
+    scene = scene_of(tmp_path, text_of(solids, structure))
+    names = [body.name for body in scene.bodies]
+    slices = [names.index(f"world/m/part[{k}]") for k in range(count)]
+    p = np.random.default_rng(8).uniform(-9, 9, (20_000, 3))
+    held = inside(p)
+    at = np.floor(coordinate(p)).astype(int)
+    other = names.index("world/m") if "world/m" in names else -1
+    expected = np.where(held, np.where(at >= 0, np.array(slices)[np.clip(at, 0, count - 1)], other), 0)
+    assert held.sum() > 300
+    assert np.array_equal(np.asarray(scene.body_at(p)), expected)
+
+
+@pytest.mark.parametrize(
+    ("solid", "axis", "rule", "told"),
+    [
+        (CONE, "kXAxis", 'number="2"', "divides a cone along x, which Geant4 does not either"),
+        (POLYHEDRA, "kPhi", 'number="3"', "across its sides"),
+        (POLYCONE, "kZAxis", 'number="2"', "has 2 slices of 3 sections"),
+        ('<orb name="m" r="3"/>', "kZAxis", 'number="2"', "divides what is no box, tube, cone"),
+    ],
+)
+def test_what_is_not_divided_is_told(tmp_path, solid, axis, rule, told):
+    division = f'<divisionvol axis="{axis}" {rule} unit="mm"><volumeref ref="part"/></divisionvol>'
+    solids = f'{solid}<box name="any" x="1" y="1" z="1"/>'
+    structure = volume("part", "any") + volume("m", "m", division)
+    scene = scene_of(tmp_path, text_of(solids, structure, world="m"))
+    assert any(told in note for note in scene.notes)
+
+
+DIMENSIONS = {
+    "trap": (
+        '<trap_dimensions z="12" theta="10" phi="40" y1="8" x1="4" x2="6" alpha1="10" y2="10" x3="5" x4="7.5" alpha2="10"'
+        ' aunit="deg" lunit="mm"/>',
+        None,
+    ),
+    "para": ('<para_dimensions x="6" y="8" z="12" alpha="15" theta="20" phi="30" aunit="deg" lunit="mm"/>', in_para),
+    "ellipsoid": (
+        '<ellipsoid_dimensions ax="4" by="6" cz="9" zcut1="-3" zcut2="7" lunit="mm"/>',
+        lambda p: (((p / [4, 6, 9]) ** 2).sum(axis=1) <= 1) & (p[:, 2] >= -3) & (p[:, 2] <= 7),
+    ),
+    "hype": ('<hype_dimensions rmin="2" rmax="4" inst="20" outst="40" z="12" aunit="deg" lunit="mm"/>', None),
+    "polycone": (
+        f'<polycone_dimensions numRZ="4" startPhi="10" openPhi="200" aunit="deg" lunit="mm">{planes(STEPS)}'
+        "</polycone_dimensions>",
+        lambda p: in_stack(p, STEPS) & in_phi(p, 10, 200),
+    ),
+    "polyhedra": (
+        f'<polyhedra_dimensions numRZ="4" numSide="4" startPhi="20" openPhi="250" aunit="deg" lunit="mm">{planes(STEPS)}'
+        "</polyhedra_dimensions>",
+        lambda p: in_polyhedra(p, 4, 20, 250, STEPS),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DIMENSIONS)
+def test_parameters_of_other_solids(tmp_path, name):
+    from .test_solids import hyperbolic, in_trap
+
+    dimensions, inside = DIMENSIONS[name]
+    inside = inside or {"trap": in_trap, "hype": hyperbolic}[name]
+    rule = (
+        '<paramvol ncopies="1"><volumeref ref="part"/><parameterised_position_size><parameters number="1">'
+        f'<position x="0" y="0" z="0"/>{dimensions}</parameters></parameterised_position_size></paramvol>'
+    )
+    solids = '<box name="any" x="1" y="1" z="1"/><box name="w" x="40" y="40" z="40"/>'
+    scene = scene_of(tmp_path, text_of(solids, volume("part", "any") + volume("world", "w", rule)))
+    p = np.random.default_rng(9).uniform(-9, 9, (10_000, 3))
+    assert np.array_equal(np.asarray(scene.body_at(p)), np.where(inside(p), 1, 0))
