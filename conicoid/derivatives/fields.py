@@ -17,6 +17,7 @@ from ..shapes.base import Shape
 from ..shapes.bulk import Bulk
 from ..shapes.ellipsoid import Ellipsoid
 from ..shapes.motion import STILL, Motion, Step
+from ..shapes.revolution import Revolution
 from ..shapes.spheres import Spheres
 from ..shapes.steps import Rotate, Scale, Transform, Translate
 
@@ -45,9 +46,11 @@ def retold(shape: Any, take: Take, make: Make, path: str = "") -> Any:
 
 
 def is_derived(shape: Any, name: str) -> bool:
-    """Does a field say nothing of its own: radii besides coefficients, angles without a reference?"""
+    """Does a field say nothing of its own: radii besides coefficients, angles of a whole turn?"""
     if name == "radii" and getattr(shape, "coefficients", None) is not None:
         return True
+    if isinstance(shape, Revolution) and name in _ANGLES:
+        return bool(shape.end_angle - shape.start_angle >= 360)
     return name in _ANGLES and getattr(shape, "reference", 0) is None
 
 

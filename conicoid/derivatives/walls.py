@@ -19,15 +19,13 @@ from ..shapes.bulk import Bulk
 from ..shapes.cells import UV, Cell, Face, Not, PolygonSheet, Tree, moved_uv
 from ..shapes.motion import STILL, Motion
 from ..shapes.region import Boolean, ClippedSheet
+from ..shapes.revolution import Revolution
 from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
 from ..shapes.vector import FloatArray
 from . import fields
 from .forms import FORM, MAP, form_of
-from .own import faces_of_quadric, prepared, undecided, without
+from .own import of_level_edge, prepared, special_faces, undecided, without
 from .slope import Slope, slopes_of, value_of
-
-_WALL = 3
-"""The face of a wedge at its start angle."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -127,22 +125,26 @@ def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surfac
         return
     if not isinstance(made, PrimitiveSolid):
         raise TypeError(f"{type(shape).__name__} has no derivatives: it is no primitive")
-    special = faces_of_quadric(shape, made, motion)
+    special = special_faces(shape, made, motion)
     if special is not None:
         yield from special
         return
     for face in _flat(made.tree()):
-        surface = _half_turned(made, face)
+        if isinstance(made, Revolution) and face.number < len(made.profile):
+            surface = of_level_edge(made, face)
+        else:
+            surface = _half_turned(made, face)
         yield face.number, _moved(surface, motion), moved_uv(without(face.uv, jumping), motion)
 
 
 def _half_turned(made: Any, face: Face) -> Surface:
     """The surface of a face; where one plane is both walls of a wedge of half a turn, no angle says how it moves."""
     angles = getattr(made, "start_angle", None), getattr(made, "end_angle", None)
-    if face.number != _WALL or not all(isinstance(angle, Slope) for angle in angles):
+    first = len(made.profile) if isinstance(made, Revolution) else 3
+    if face.number != first or not all(isinstance(angle, Slope) for angle in angles):
         return face.surface
-    first, last = (value_of(angle) for angle in angles)
-    if float(last - first) != 180 or not isinstance(face.surface, PlaneSurface):
+    begin, end = (value_of(angle) for angle in angles)
+    if float(end - begin) != 180 or not isinstance(face.surface, PlaneSurface):
         return face.surface
     keys = [key for angle in angles for key in slopes_of(angle)]
     x, y, z = face.surface.normal

@@ -110,11 +110,33 @@ def _undone(step: Any, x: Any) -> Any:
         s, c = mp.sin(angle), mp.cos(angle)
         along, aside = dot(k, x), cross(k, x)
         return [a * c + b * s + n * along * (1 - c) for a, b, n in zip(x, aside, k, strict=True)]
+    if step.kind == "Back":
+        return [dot(row[:3], x) + row[3] for row in step.rows]
     rows = step.matrix
-    solved = mp.lu_solve(
-        mp.matrix([row[:3] for row in rows[:3]]), mp.matrix([a - row[3] for a, row in zip(x, rows, strict=False)])
-    )
-    return list(solved)
+    return solved([row[:3] for row in rows[:3]], [a - row[3] for a, row in zip(x, rows, strict=False)])
+
+
+def solved(rows: Any, right: Any) -> Any:
+    """x with rows x = right, by Cramer's rule."""
+    a, b, c = rows
+    columns = cross(b, c), cross(c, a), cross(a, b)
+    size = dot(a, columns[0])
+    return [sum(column[i] * value for column, value in zip(columns, right, strict=True)) / size for i in range(3)]
+
+
+def undone(thing: Any) -> Any:
+    """A shape whose motions are worked out backward, each as one affine map, so that points need no more than that."""
+    if isinstance(thing, list):
+        return [undone(each) for each in thing]
+    if not isinstance(thing, SimpleNamespace):
+        return thing
+    made = SimpleNamespace(**{name: undone(value) for name, value in vars(thing).items() if name != "motion"})
+    if hasattr(thing, "motion"):
+        corners = [[mp.mpf(int(i == k)) for i in range(3)] for k in range(4)]
+        *ends, origin = [back(thing.motion, corner) for corner in corners]
+        rows = [[*(end[i] - origin[i] for end in ends), origin[i]] for i in range(3)]
+        made.motion = [SimpleNamespace(kind="Back", rows=rows)] if thing.motion else []
+    return made
 
 
 # Frames
@@ -273,25 +295,24 @@ def cone(s: Any, face: int, x: Any) -> tuple[Any, Any]:
 
 
 def quadric(s: Any, _: int, x: Any) -> tuple[Any, Any]:
-    q = mp.matrix(4, 4)
+    q = [[mp.mpf(0)] * 4 for _ in range(4)]
     if s.matrix is not None:
-        given = mp.matrix(s.matrix)
-        q = (given + given.T) / 2
+        q = [[(s.matrix[i][j] + s.matrix[j][i]) / 2 for j in range(4)] for i in range(4)]
     else:
         places = dict(xx=(0, 0), yy=(1, 1), zz=(2, 2), xy=(0, 1), yz=(1, 2), xz=(0, 2), x=(0, 3), y=(1, 3), z=(2, 3))
         for name, value in s.coefficients.items():
             i, j = places.get(name, (3, 3))
-            q[i, j] += value / 2
-            q[j, i] += value / 2
-    p = mp.matrix([*x, 1])
-    second = q[:3, :3]
-    if not any(second):
-        return plane_uv([q[0, 3], q[1, 3], q[2, 3]], -q[3, 3] / 2, x)
+            q[i][j] += value / 2
+            q[j][i] += value / 2
+    p = [*x, mp.mpf(1)]
+    second, first = [row[:3] for row in q[:3]], [row[3] for row in q[:3]]
+    if not any(c for row in second for c in row):
+        return plane_uv(first, -q[3][3] / 2, x)
     uv = None
-    if abs(mp.det(second)) > mp.mpf(10) ** -6:
-        center = mp.lu_solve(second, -q[:3, 3])
+    if abs(dot(second[0], cross(second[1], second[2]))) > mp.mpf(10) ** -6:
+        center = solved(second, [-c for c in first])
         uv = (turns(x[0] - center[0], x[1] - center[1]), x[2] - center[2])
-    return (p.T * q * p)[0], uv
+    return dot(p, [dot(row, p) for row in q]), uv
 
 
 def plane_uv(normal: Any, offset: Any, x: Any) -> tuple[Any, Any]:
@@ -333,7 +354,98 @@ def polygon(s: Any, _: int, x: Any) -> tuple[Any, Any]:
     return dot(n, minus(x, middle)), (dot(edge, away) / square, dot(across, away) / square)
 
 
+# Conics of optics, about the vertex
+
+
+def sag(radius: Any, conic: Any, r: Any) -> Any:
+    """c r² / (1 + sqrt(1 - (1 + k) c² r²)); beyond the equator something real, which nobody asks for."""
+    if not mp.isfinite(radius):
+        return mp.mpf(0)
+    return r * r / (radius * (1 + mp.sqrt(abs(1 - (1 + conic) * r * r / radius**2))))
+
+
+def bent(radius: Any, conic: Any, semi: Any, edge: Any, y: Any) -> tuple[Any, Any]:
+    """The curved part out to `semi`, or the plane where it is flat."""
+    if not mp.isfinite(radius):
+        return y[2], (y[0] / edge, y[1] / edge)
+    f = y[0] ** 2 + y[1] ** 2 + (1 + conic) * y[2] ** 2 - 2 * radius * y[2]
+    return f, (turns(y[0], y[1]), y[2] / sag(radius, conic, semi))
+
+
+def conic(s: Any, face: int, y: Any) -> tuple[Any, Any]:
+    r = s.aperture / 2
+    if face == 0:
+        return bent(s.radius_of_curvature, s.conic_constant, r, r, y)
+    return y[2] - sag(s.radius_of_curvature, s.conic_constant, r), (y[0] / r, y[1] / r)
+
+
+def around(radius: Any, ends: Any, y: Any) -> tuple[Any, Any]:
+    """A cylinder between two heights."""
+    low, high = sorted(ends)
+    return y[0] ** 2 + y[1] ** 2 - radius**2, (turns(y[0], y[1]), (y[2] - low) / (high - low) if low < high else y[2])
+
+
+def lens(s: Any, face: int, y: Any) -> tuple[Any, Any]:
+    edge = s.diameter / 2
+    semis = [(aperture or s.diameter) / 2 for aperture in (s.front_aperture, s.back_aperture)]
+    walls = (s.front_radius, s.front_conic, semis[0]), (s.back_radius, s.back_conic, semis[1])
+    heights = mp.mpf(0), s.thickness
+    if face < 2:
+        return bent(*walls[face], edge, [y[0], y[1], y[2] - heights[face]])
+    rims = [height + sag(*one) for height, one in zip(heights, walls, strict=True)]
+    if face > 2:
+        return y[2] - rims[face - 3], (y[0] / edge, y[1] / edge)
+    f, (u, v) = around(edge, rims, y)
+    return f, (u, v if rims[0] < rims[1] else y[2])
+
+
+def mirror(s: Any, face: int, y: Any) -> tuple[Any, Any]:
+    r = s.diameter / 2
+    if face == 0:
+        return bent(s.radius_of_curvature, s.conic_constant, r, r, y)
+    if face == 1:
+        return y[2] - s.thickness, (y[0] / r, y[1] / r)
+    return around(r if face == 2 else s.hole / 2, (sag(s.radius_of_curvature, s.conic_constant, r), s.thickness), y)
+
+
+# Outlines
+
+
+def through(corners: Any, x: Any) -> tuple[Any, Any]:
+    a, b, c = corners[:3]
+    return dot(cross(minus(b, a), minus(c, a)), minus(x, a)), None
+
+
+def mesh(s: Any, face: int, x: Any) -> tuple[Any, Any]:
+    return through([s.vertices[int(k)] for k in s.faces[face]], x)
+
+
+def extrusion(s: Any, face: int, y: Any) -> tuple[Any, Any]:
+    low, high = s.z_range
+    if face >= len(s.outline):
+        return y[2] - (low if face == len(s.outline) else high), None
+    (a, b), (c, d) = s.outline[face], s.outline[(face + 1) % len(s.outline)]
+    return through([[a, b, low], [c, d, low], [(a + c) * s.scale_at_top / 2, (b + d) * s.scale_at_top / 2, high]], y)
+
+
+def revolution(s: Any, face: int, y: Any) -> tuple[Any, Any]:
+    if face >= len(s.profile):
+        angle = (s.start_angle if face == len(s.profile) else s.end_angle) * mp.pi / 180
+        c, sine = mp.cos(angle), mp.sin(angle)
+        widest, highest = max(r for r, _ in s.profile), max(abs(z) for _, z in s.profile)
+        return sine * y[0] - c * y[1], ((c * y[0] + sine * y[1]) / widest, y[2] / highest)
+    (r, z), (end, top) = s.profile[face], s.profile[(face + 1) % len(s.profile)]
+    if abs(z - top) < mp.mpf(10) ** -9:
+        widest = max(r, end)
+        return y[2] - z, (y[0] / widest, y[1] / widest)
+    radius = r + (end - r) * (y[2] - z) / (top - z)
+    low, high = sorted((z, top))
+    return y[0] ** 2 + y[1] ** 2 - radius**2, (turns(y[0], y[1]), (y[2] - low) / (high - low))
+
+
 KINDS: dict[str, Any] = {
+    "Conic": conic, "ConicSheet": conic, "Lens": lens, "Mirror": mirror, "Mesh": mesh, "Extrusion": extrusion,
+    "Revolution": revolution,
     "Sphere": sphere, "Ellipsoid": ellipsoid, "Box": box, "Cylinder": cylinder, "CylinderPatch": cylinder, "Cone": cone,
     "Quadric": quadric, "HalfSpace": plane, "Plane": plane, "Polyhedron": polyhedron, "Disc": disc,
     "Triangle": triangle, "Polygon": polygon,
@@ -348,24 +460,34 @@ KINDS: dict[str, Any] = {
 
 
 def crossing(shape: Any, face: int, o: Any, d: Any, t: Any) -> Any:
-    """t of the crossing near a t, by Newton's method."""
+    """t of the crossing near a t, by Newton's method with one slope: an error e becomes of the order of e 1e-16."""
+
+    def value(t: Any) -> Any:
+        return wall(shape, face, [a + t * b for a, b in zip(o, d, strict=True)])[0]
+
     step = mp.mpf(10) ** -25
-    for _ in range(8):
-        f, ahead = (wall(shape, face, [a + s * b for a, b in zip(o, d, strict=True)])[0] for s in (t, t + step))
-        change = f * step / (ahead - f)
+    f = value(t)
+    rate = (value(t + step) - f) / step
+    for _ in range(9):
+        change = f / rate
         t -= change
         if abs(change) < mp.mpf(10) ** -40 * (1 + abs(t)):
             break
+        f = value(t)
+    else:
+        raise AssertionError("no crossing nearby")
     return t
 
 
 def fields(shape: Any, face: int, o: Any, d: Any, t: Any) -> tuple[Any, Any, Any, Any]:
-    """(t, point, unit gradient, uv) of the crossing near a t."""
+    """(t, point, unit gradient, uv) of the crossing near a t.
+
+    The gradient by differences forward: what they are off by, half a step times second derivatives, hardly changes.
+    """
+    shape = undone(shape)
     t = crossing(shape, face, o, d, t)
     x = [a + t * b for a, b in zip(o, d, strict=True)]
-    step = mp.mpf(10) ** -20
-    slopes = []
-    for i in range(3):
-        ends = [wall(shape, face, [c + s * step * (i == k) for k, c in enumerate(x)])[0] for s in (1, -1)]
-        slopes.append((ends[0] - ends[1]) / (2 * step))
-    return t, x, unit(slopes), wall(shape, face, x)[1]
+    step = mp.mpf(10) ** -16
+    f, uv = wall(shape, face, x)
+    ahead = (wall(shape, face, [c + step * (i == k) for k, c in enumerate(x)])[0] for i in range(3))
+    return t, x, unit([(value - f) / step for value in ahead]), uv

@@ -15,9 +15,9 @@ from conicoid.shapes.bulk import Bulk
 from ..contract.examples import MOTIONS, every_example
 from . import outlines
 from .outlines import mp
-from .test_by_differences import BY_DIFFERENCES, NONE_YET
 
-ELSEWHERE = re.compile(rf"({'|'.join((*BY_DIFFERENCES, *NONE_YET))})-")
+ELSEWHERE = re.compile(r"(Wall|Prism|PentaPrism|CornerCube|Stop)-")
+"""By `test_by_differences`."""
 EXAMPLES = {name: shape for name, shape in every_example() if not ELSEWHERE.match(name)}
 CLOSE, STEEP = 1e-10, 0.05
 STEP = mp.mpf(10) ** -18
@@ -101,6 +101,13 @@ def is_open(shape: Any, hit: Any, name: str, own: Any) -> bool:
         shape = shape.single(int(hit.body))
     if isinstance(shape, co.Cylinder) and shape.end_angle - shape.start_angle == 180 and "angle" in name:
         return int(hit.face) == 3
+    if isinstance(shape, co.Revolution) and hit.face < len(shape.profile) and re.search(r"profile\[\d\]\[1\]", name):
+        ends = shape.profile[int(hit.face)], shape.profile[(int(hit.face) + 1) % len(shape.profile)]
+        return ends[0][1] == ends[1][1]  # a plane, which becomes a cone
+    if isinstance(shape, co.Lens) and shape.thickness == shape.diameter:
+        return True  # a whole ball: its two faces are one sphere, and tie
+    if ends_at_an_equator(shape):
+        return hit.face > 0 or np.shape(own) == (2,)  # the rim moves without bound
     if np.shape(own) != (2,):
         return False
     tilts = {co.Cylinder: ("start", "end"), co.Cone: ("start", "end"), co.Disc: ("normal",), co.HalfSpace: ("normal",),
@@ -111,6 +118,12 @@ def is_open(shape: Any, hit: Any, name: str, own: Any) -> bool:
         shape = operands[place]
     shape = getattr(shape, "base", shape)
     return any(part in name for part in tilts.get(type(shape), ())) and least_twice(shape)
+
+
+def ends_at_an_equator(shape: Any) -> bool:
+    """Is the rim of a conic as wide as its ellipsoid is?"""
+    walls = [getattr(shape, name) for name in ("wall", "front", "back") if hasattr(shape, name)]
+    return any(wall.semi**2 * (1 + wall.conic) == wall.radius**2 for wall in walls)
 
 
 def least_twice(shape: Any) -> bool:
