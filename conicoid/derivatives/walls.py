@@ -63,7 +63,7 @@ def _take(counter: Iterator[int]) -> fields.Take:
 
 def told(shape: Shape, counter: Iterator[int]) -> Any:
     """The shape with numbers that know how they move."""
-    return fields.retold(shape, _take(counter), fields.unchecked)
+    return fields.retold(shape, _take(counter), fields.unchecked, None)
 
 
 def _told_of_many(shape: Bulk, index: int, single: Any) -> Any:
@@ -72,7 +72,7 @@ def _told_of_many(shape: Bulk, index: int, single: Any) -> Any:
     for name in shape.columns:
         width = getattr(shape, name).size // len(shape)
         firsts[name], at = at + width * index, at + width * len(shape)
-    moves = fields.retold_motion(shape.motion, _take(itertools.count(at)), fields.unchecked, "")
+    moves = fields.retold_motion(shape.motion, _take(itertools.count(at)), fields.unchecked, None)
     leaves = single.operands if isinstance(single, Boolean) else (single,)
     made = []
     for leaf, primitive in enumerate(leaves):
@@ -81,7 +81,7 @@ def _told_of_many(shape: Bulk, index: int, single: Any) -> Any:
         for name, part in zip(names, fields.columns_of_leaf(shape, leaf), strict=False):
             if isinstance(part, str):
                 take = _take(itertools.count(firsts[part]))
-                changes[name] = fields._value(getattr(primitive, name), take, fields.unchecked, "")
+                changes[name] = fields.value_retold(getattr(primitive, name), take, fields.unchecked)
         if primitive is single:
             changes["motion"] = moves
         made.append(fields.unchecked(primitive, changes))
@@ -104,14 +104,16 @@ def _walls(shape: Shape, slopes: Any) -> dict[int, Wall]:
 
 def _leaves(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[Any, Any, Motion]]:
     """The primitives from left to right, as said and with slopes, and what moves each after its own motion."""
-    if isinstance(shape, ClippedSheet):
-        yield from _leaves(shape.base, slopes.base, slopes.motion.then(outer))
-    elif isinstance(shape, Boolean):
-        inner = slopes.motion.then(outer)
-        for operand, own in zip(shape.operands, slopes.operands, strict=True):
-            yield from _leaves(operand, own, inner)
-    else:
-        yield shape, slopes, outer
+    waiting = [(shape, slopes, outer)]
+    while waiting:
+        one, own, after = waiting.pop()
+        if isinstance(one, ClippedSheet):
+            waiting.append((one.base, own.base, own.motion.then(after)))
+        elif isinstance(one, Boolean):
+            inner = own.motion.then(after)
+            waiting += [(a, b, inner) for a, b in zip(one.operands[::-1], own.operands[::-1], strict=True)]
+        else:
+            yield one, own, after
 
 
 def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surface, UV]]:
