@@ -13,8 +13,8 @@ import conicoid as co
 from conicoid.shapes.bulk import Bulk
 
 from ..contract.examples import MOTIONS, every_example
-from . import outlines
-from .outlines import mp
+from . import outlines, plain
+from .plain import mp
 
 ELSEWHERE = re.compile(r"(Wall|Prism|PentaPrism|CornerCube|Stop)-")
 """By `test_by_differences`."""
@@ -34,15 +34,15 @@ def rays_at(shape: Any, count: int, seed: int) -> tuple[Any, Any]:
 
 def told(shape: Any, names: list[str], values: Any) -> Any:
     """The shape read anew with other numbers; a body of many is told by its own."""
-    read = outlines.read(shape)
+    read = plain.read(shape)
     for name, value in zip(names, values, strict=True):
-        outlines.put(read, name, value)
+        plain.put(read, name, value)
     return read
 
 
 def of_one(shape: Bulk, body: int, name: str) -> Any:
     """The field of a single body that a number of many is, or None; motions are of all."""
-    way = outlines.parts(name)
+    way = plain.parts(name)
     if way[0] == "motion":
         return name
     if way[1] != body:
@@ -143,13 +143,13 @@ def differences(shape: Any, hit: Any, name: str, ray: Any) -> Any:
     if isinstance(shape, Bulk):
         name = of_one(shape, int(hit.body), name) or ""
         shape = shape.single(int(hit.body))
-    read = outlines.read(shape)
-    value = outlines.get(read, name) if name else None
+    read = plain.read(shape)
+    value = plain.get(read, name) if name else None
     o, d, do, dd = ([mp.mpf(x) for x in part.tolist()] for part in ray)
     ends = []
     for sign in (1, -1):
         if name:
-            outlines.put(read, name, value + sign * STEP)
+            plain.put(read, name, value + sign * STEP)
         origin, direction = ([a + sign * STEP * b for a, b in zip(*pair, strict=True)] for pair in ((o, do), (d, dd)))
         ends.append(outlines.fields(read, int(hit.face), origin, direction, mp.mpf(float(hit.t))))
     (t, x, n, uv), (t2, x2, n2, uv2) = ends
