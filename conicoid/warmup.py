@@ -42,6 +42,9 @@ def _answers() -> None:
         getattr(scene, name)([(0.0, 0.0, 0.0)])
     scene.voxels(shape=1, fractions="body", samples=1)
     scene.distance([(0.0, 0.0, 0.0)], exact=True).detached()
+    for answer in (scene.first_hit([certain], (0.0, 0.0, -1.0)), scene.spans([certain], (0.0, 0.0, -1.0))):
+        answer.jvp(d_origins=(0.0, 0.0, 1.0))
+        answer.vjp()
 
 
 def _pictures() -> None:

@@ -11,8 +11,7 @@ from ..engine.answers.answer import NO_SCENE
 from ..shapes.arrays import real_array
 from ..shapes.validate import what
 from ..shapes.vector import FloatArray
-from .forms import FORM, MAP
-from .forward import Table, table_of
+from .backward import unpacked
 from .met import Met, Moving, combined, gathered, met, moving
 from .parameters import Parameters
 
@@ -85,8 +84,8 @@ def vector_of(owner: str, name: str, given: Any, parameters: Parameters) -> Floa
 
 def change_of(
     owner: str, prepared: Prepared, answer: Any, walls: Met, parameters: Any, d_parameters: Any
-) -> Table | None:
-    """22 columns of walls: how they change, their forms and maps; None where no parameter changes."""
+) -> FloatArray | None:
+    """How walls change (w, 22), their forms and maps; None where no parameter changes."""
     if d_parameters is None:
         if parameters is not None:
             checked_parameters(owner, parameters, prepared)
@@ -95,18 +94,18 @@ def change_of(
         raise ValueError(f"{owner}: d_parameters need parameters, those of co.parameters(scene)")
     checked = checked_parameters(owner, parameters, prepared)
     tangent = vector_of(owner, "d_parameters", d_parameters, checked)
-    return table_of(*combined(_moving(prepared, answer, walls, checked), tangent))
+    return np.concatenate(combined(_moving(prepared, answer, walls, checked), tangent), axis=1)
 
 
 def handed_back(
-    owner: str, prepared: Prepared, answer: Any, walls: Met, parameters: Any, forms: FloatArray, maps: FloatArray
+    owner: str, prepared: Prepared, answer: Any, walls: Met, parameters: Any, asked: FloatArray
 ) -> FloatArray | None:
-    """What is asked of walls as what is asked of parameters (parameters,)."""
+    """What is asked of walls (w, 22) as what is asked of parameters (parameters,)."""
     if parameters is None:
         return None
     checked = checked_parameters(owner, parameters, prepared)
-    asked = gathered(_moving(prepared, answer, walls, checked), forms, maps, len(checked._full))
-    result: FloatArray = asked[checked._chosen]
+    every = gathered(_moving(prepared, answer, walls, checked), *unpacked(asked), len(checked._full))
+    result: FloatArray = every[checked._chosen]
     return result
 
 
@@ -118,4 +117,4 @@ def _moving(prepared: Prepared, answer: Any, walls: Met, parameters: Parameters)
     return known
 
 
-__all__ = ["FORM", "MAP", "Cotangents", "Met", "Tangents", "met"]
+__all__ = ["Cotangents", "Met", "Tangents", "met"]

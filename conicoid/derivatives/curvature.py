@@ -7,16 +7,18 @@ curvatures, its eigenvectors their directions (Goldman, Curvature formulas for i
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from ..shapes.vector import FloatArray
 from .forms import forms_of
-from .forward import Columns, dot, gradient, times, unit
 
 if TYPE_CHECKING:
     from ..engine.answers.hits import Hits
+
+Columns: TypeAlias = list[Any]
+"""The x, y and z of many vectors, or the numbers of their walls."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,8 @@ def curvature(hits: Hits) -> Curvature:
     form = list(np.ascontiguousarray(forms.T))
     with np.errstate(all="ignore"):
         r = list(np.ascontiguousarray((hits._points[rows] - anchors).T))
-        k, directions = _principal(form, gradient(form, r), side.astype(np.float64))
+        g = [a + b for a, b in zip(_times(form, r), form[6:9], strict=True)]
+        k, directions = _principal(form, g, side.astype(np.float64))
     found[:, rows] = [*k, *directions[0], *directions[1]]
     k1, k2 = (row.reshape(shape)[()] for row in found[:2])
     one, two = (np.ascontiguousarray(part.T).reshape((*shape, 3)) for part in (found[2:5], found[5:]))
@@ -61,11 +64,12 @@ def curvature(hits: Hits) -> Curvature:
 
 def _principal(form: Columns, g: Columns, side: FloatArray) -> tuple[Columns, tuple[Columns, Columns]]:
     """(k1, k2), and their directions, from half gradients and the matrices of forms."""
-    n, size = unit(g)
+    size = np.sqrt(_dot(g, g))
+    n = [component / size for component in g]
     u, v = _across(n)
-    au, av = times(form, u), times(form, v)
+    au, av = _times(form, u), _times(form, v)
     scale = side / size
-    a, b, c = scale * dot(u, au), scale * dot(u, av), scale * dot(v, av)
+    a, b, c = scale * _dot(u, au), scale * _dot(u, av), scale * _dot(v, av)
     middle, half = (a + c) / 2, (a - c) / 2
     radius = np.hypot(half, b)
     # The eigenvector of the larger: (half + radius, b) or (b, radius - half), whichever does not cancel
@@ -86,3 +90,14 @@ def _across(n: Columns) -> tuple[Columns, Columns]:
     a = -1.0 / (sign + z)
     b = x * y * a
     return [1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y]
+
+
+def _times(form: Columns, v: Columns) -> Columns:
+    """A v."""
+    xx, yy, zz, xy, xz, yz = form[:6]
+    x, y, z = v
+    return [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
+
+
+def _dot(a: Columns, b: Columns) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

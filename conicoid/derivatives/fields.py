@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,6 +17,7 @@ from ..shapes.base import Shape
 from ..shapes.bulk import Bulk
 from ..shapes.ellipsoid import Ellipsoid
 from ..shapes.motion import STILL, Motion, Step
+from ..shapes.revolution import Revolution
 from ..shapes.spheres import Spheres
 from ..shapes.steps import Rotate, Scale, Transform, Translate
 
@@ -25,75 +26,114 @@ Take: TypeAlias = Callable[[str, float], Any]
 Make: TypeAlias = Callable[[Any, dict[str, Any]], Any]
 """A shape or a step with other values of some fields."""
 
+Task: TypeAlias = Generator["Task", Any, Any]
+"""What yields the tasks that it needs the results of."""
+
 _ANGLES = ("start_angle", "end_angle")
 
 
-def retold(shape: Any, take: Take, make: Make, path: str = "") -> Any:
-    """The shape with every number replaced by what `take` gives for it."""
+def retold(shape: Any, take: Take, make: Make, path: str | None = "") -> Any:
+    """The shape with every number replaced by what `take` gives for it. path: before the names; None for no names."""
+    return _run(_retold(shape, take, make, path))
+
+
+def value_retold(value: Any, take: Take, make: Make) -> Any:
+    """The value of a field with every number replaced."""
+    return _run(_value(value, take, make, None))
+
+
+def _run(task: Task) -> Any:
+    """What a task returns, which yields the tasks that it needs done before: nothing calls itself level by level."""
+    waiting, result = [task], None
+    while waiting:
+        try:
+            before = waiting[-1].send(result)
+        except StopIteration as done:
+            waiting.pop()
+            result = done.value
+        else:
+            waiting.append(before)
+            result = None
+    return result
+
+
+def _on(path: str | None, more: str) -> str | None:
+    return None if path is None else path + more
+
+
+def _retold(shape: Any, take: Take, make: Make, path: str | None) -> Task:
     changes: dict[str, Any] = {}
     for field in dataclasses.fields(shape):
         if not field.init or field.name == "motion" or is_derived(shape, field.name):
             continue
         old = getattr(shape, field.name)
-        new = _value(old, take, make, path + field.name)
+        new = yield _value(old, take, make, _on(path, field.name))
         if new is not old:
             changes[field.name] = new
-    motion = retold_motion(shape.motion, take, make, path + "motion")
+    motion = retold_motion(shape.motion, take, make, _on(path, "motion"))
     if motion is not shape.motion:
         changes["motion"] = motion
     return make(shape, changes) if changes else shape
 
 
 def is_derived(shape: Any, name: str) -> bool:
-    """Does a field say nothing of its own: radii besides coefficients, angles without a reference?"""
+    """Does a field say nothing of its own: radii besides coefficients, angles of a whole turn?"""
     if name == "radii" and getattr(shape, "coefficients", None) is not None:
         return True
+    if isinstance(shape, Revolution) and name in _ANGLES:
+        return bool(shape.end_angle - shape.start_angle >= 360)
     return name in _ANGLES and getattr(shape, "reference", 0) is None
 
 
-def retold_motion(motion: Motion, take: Take, make: Make, path: str) -> Motion:
+def retold_motion(motion: Motion, take: Take, make: Make, path: str | None) -> Motion:
     """The motion with every number of its steps replaced."""
-    steps = tuple(_step(step, take, make, f"{path}[{k}].") for k, step in enumerate(motion.steps))
+    steps = tuple(_run(_step(step, take, make, _on(path, f"[{k}]."))) for k, step in enumerate(motion.steps))
     return motion if all(new is old for new, old in zip(steps, motion.steps, strict=True)) else Motion(steps)
 
 
-def _step(step: Any, take: Take, make: Make, path: str) -> Any:
+def _step(step: Any, take: Take, make: Make, path: str | None) -> Task:
     changes: dict[str, Any] = {}
     for field in dataclasses.fields(step):
         old = getattr(step, field.name)
         if isinstance(step, Transform):
-            new: Any = (*(_value(row, take, make, f"{path}matrix[{i}]") for i, row in enumerate(old[:3])), old[3])
-            new = old if all(a is b for a, b in zip(new, old, strict=True)) else new
+            rows = yield _value(old[:3], take, make, _on(path, "matrix"))
+            new: Any = (
+                old if rows is old[:3] or all(a is b for a, b in zip(rows, old, strict=False)) else (*rows, old[3])
+            )
         else:
-            new = _value(old, take, make, path + field.name)
+            new = yield _value(old, take, make, _on(path, field.name))
         if new is not old:
             changes[field.name] = new
     return make(step, changes) if changes else step
 
 
-def _value(value: Any, take: Take, make: Make, path: str) -> Any:
+def _value(value: Any, take: Take, make: Make, path: str | None) -> Task:
     if isinstance(value, float):
-        return take(path, value) if math.isfinite(value) else value
+        return take(path or "", value) if math.isfinite(value) else value
     if isinstance(value, np.ndarray):
         return _array(value, take, path)
     if isinstance(value, Shape):
-        return retold(value, take, make, path + ".")
+        made = yield _retold(value, take, make, _on(path, "."))
+        return made
     if isinstance(value, Mapping):
-        new = {name: take(f"{path}.{name}", number) for name, number in value.items()}
+        new = {name: take(_on(path, f".{name}") or "", number) for name, number in value.items()}
         return value if all(new[name] is number for name, number in value.items()) else new
     if isinstance(value, tuple):
-        parts = tuple(_value(part, take, make, f"{path}[{k}]") for k, part in enumerate(value))
-        return value if all(new is old for new, old in zip(parts, value, strict=True)) else parts
+        parts = []
+        for k, part in enumerate(value):
+            made = yield _value(part, take, make, _on(path, f"[{k}]"))
+            parts.append(made)
+        return value if all(new is old for new, old in zip(parts, value, strict=True)) else tuple(parts)
     return value
 
 
-def _array(values: Any, take: Take, path: str) -> Any:
+def _array(values: Any, take: Take, path: str | None) -> Any:
     """The numbers of many bodies."""
     old = values.tolist()
     if values.ndim == 1:
-        new = [take(f"{path}[{i}]", x) for i, x in enumerate(old)]
+        new = [take(_on(path, f"[{i}]") or "", x) for i, x in enumerate(old)]
     else:
-        new = [[take(f"{path}[{i}][{k}]", x) for k, x in enumerate(row)] for i, row in enumerate(old)]
+        new = [[take(_on(path, f"[{i}][{k}]") or "", x) for k, x in enumerate(row)] for i, row in enumerate(old)]
     return values if new == old else np.array(new)
 
 
@@ -140,7 +180,7 @@ def _then(motion: Motion, step: Step) -> Motion:
     return motion.transform(step.matrix) if isinstance(step, Transform) else motion.then(Motion((step,)))
 
 
-def numbers_of(shape: Shape, path: str = "") -> tuple[list[str], list[float]]:
+def numbers_of(shape: Shape, path: str | None = "") -> tuple[list[str], list[float]]:
     """The names and the values of all numbers of a shape."""
     names: list[str] = []
     values: list[float] = []
@@ -157,7 +197,7 @@ def numbers_of(shape: Shape, path: str = "") -> tuple[list[str], list[float]]:
 def values_of(shape: Shape) -> Any:
     """`numbers_of`, the values alone: quickly also of many bodies."""
     if not isinstance(shape, Bulk):
-        return np.array(numbers_of(shape)[1])
+        return np.array(numbers_of(shape, None)[1])
     parts = [np.ravel(getattr(shape, name)) for name in shape.columns]
     steps: list[float] = []
 
@@ -165,7 +205,7 @@ def values_of(shape: Shape) -> Any:
         steps.append(value)
         return value
 
-    retold_motion(shape.motion, take, unchecked, "")
+    retold_motion(shape.motion, take, unchecked, None)
     return np.concatenate([*parts, np.array(steps)])
 
 

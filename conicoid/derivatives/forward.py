@@ -1,148 +1,146 @@
-"""How crossings move: the implicit function at the wall, in columns of many crossings.
-
-On the wall f(x; p) = 0 with x = o + t d. So dt = -(f_p + ∇f·(do + t dd)) / (∇f·d), dx = do + t dd + d dt; the normal
-n = ∇f / |∇f| turns by (d∇f - n (n·d∇f)) / |∇f| with d∇f = H dx + ∇f_p; and uv by the chain rule through its map.
-
-A number is a column of many crossings, or one float for all of them, as the numbers of a wall are that all are on.
-"""
+"""How crossings move where rays and walls change: a kernel over the crossings (`crossing` has the formulas)."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..compiler.jit import inline, kernel
+from ..compiler.shapes import shaped
+from ..engine.numbers.vectors import Vector
+from ..engine.tables import Floats
+from ..engine.threads import run_chunks
 from ..shapes.vector import FloatArray
+from .crossing import (
+    MAP_AT,
+    At,
+    Crossings,
+    WallRows,
+    at_wall,
+    form_at,
+    half_gradient,
+    mapped,
+    normal_moved,
+    plus,
+    row_of,
+    scaled,
+    time_moved,
+    uv_moved,
+)
+from .forms import FORM
 
-Columns: TypeAlias = list[Any]
-"""The x, y and z of many vectors, or the numbers of their walls."""
-Table: TypeAlias = list[Any]
-"""Numbers of walls by columns, each an array (walls,) or one float for all."""
-
-
-@dataclass
-class At:
-    """Crossings (n,) on walls, in columns. Half of ∇f is g, and half of ∇f·d is rate."""
-
-    wall: Any
-    rows: Columns  # 25: form, anchor and map of each one's wall
-    x: Columns
-    d: Columns
-    t: Any
-    r: Columns
-    g: Columns
-    rate: Any
-
-
-def at_walls(table: Table, wall: Any, x: Columns, d: Columns, t: Any) -> At:
-    """Crossings at points x with walls whose numbers are in 25 columns of a table; on one wall, or each on its own."""
-    rows = numbers_of(table, wall)
-    r = [x[k] - rows[10 + k] for k in range(3)]
-    g = gradient(rows, r)
-    return At(wall, rows, x, d, t, r, g, dot(g, d))
+CHUNK = 8192
 
 
-def table_of(*parts: FloatArray) -> Table:
-    """Numbers of walls, (walls, n) each, as columns; one float in place of a column of equal ones."""
-    rows = np.ascontiguousarray(np.concatenate(parts, axis=1).T)
-    same = (rows == rows[:, :1]).all(axis=1) if rows.shape[1] else np.zeros(len(rows), np.bool_)
-    return [float(row[0]) if one else row for row, one in zip(rows, same, strict=True)]
+@shaped(walls="w|0 22", origins="n|0 3", directions="n|0 3")
+class Changes(NamedTuple):
+    """How walls, origins and directions change; no rows where they stay."""
+
+    walls: Floats
+    origins: Floats
+    directions: Floats
 
 
-def numbers_of(table: Table, wall: Any) -> Columns:
-    """The numbers of walls from a table: floats of one, or of what all share, columns of many."""
-    if isinstance(wall, int):
-        return [row if isinstance(row, float) else float(row[wall]) for row in table]
-    return [row if isinstance(row, float) else row.take(wall) for row in table]
+@shaped(t="n", points="n|0 3", normals="n|0 3", uv="n|0 2")
+class Moved(NamedTuple):
+    """How crossings change; no rows for what is not asked for. NaN where there is no derivative, and of misses."""
+
+    t: Floats
+    points: Floats
+    normals: Floats
+    uv: Floats
 
 
-def total(*terms: tuple[Any, Any]) -> Any:
-    """Σ a b, without what is zero for all."""
-    found = None
-    for a, b in terms:
-        if (isinstance(a, float) and a == 0.0) or (isinstance(b, float) and b == 0.0):
+@inline
+def _put(rows: Floats, i: int, v: Vector) -> None:
+    rows[i, 0], rows[i, 1], rows[i, 2] = v[0] + 0.0, v[1] + 0.0, v[2] + 0.0
+
+
+@inline
+def _put_unknown(moved: Moved, i: int) -> None:
+    nan = math.nan
+    moved.t[i] = nan
+    if len(moved.points) > 0:
+        _put(moved.points, i, (nan, nan, nan))
+    if len(moved.normals) > 0:
+        _put(moved.normals, i, (nan, nan, nan))
+    if len(moved.uv) > 0:
+        moved.uv[i, 0], moved.uv[i, 1] = nan, nan
+
+
+@inline
+def _put_fields(
+    walls: WallRows, changes: Changes, moved: Moved, i: int, k: int, at: At, dx: Vector, of_gradient: Vector,
+    side: float,
+) -> None:  # fmt: skip
+    """What of a crossing changes besides t, where its point moves by dx."""
+    if len(moved.points) > 0:
+        _put(moved.points, i, dx)
+    if len(moved.normals) > 0:
+        _put(moved.normals, i, normal_moved(walls, k, at, dx, of_gradient, side))
+    if len(moved.uv) > 0:
+        own, change = mapped(walls.numbers, k, MAP_AT, at.x, 1.0), mapped(walls.numbers, k, MAP_AT, dx, 0.0)
+        if len(changes.walls) > 0:
+            change = plus(change, mapped(changes.walls, k, FORM, at.x, 1.0))
+        du, dv = uv_moved(walls.angular[k] != 0, own, change)
+        moved.uv[i, 0], moved.uv[i, 1] = du + 0.0, dv + 0.0
+
+
+@kernel(moved="out", begin="0..end", end="0..n")
+def move_crossings(
+    walls: WallRows, crossings: Crossings, changes: Changes, begin: int, end: int, moved: Moved
+) -> None:  # fmt: skip
+    """How crossings begin to end change."""
+    for i in range(begin, end):
+        k = crossings.place[i]
+        if k < 0 or k >= len(walls.numbers) or crossings.lost[i] != 0:
+            _put_unknown(moved, i)
             continue
-        part = b if isinstance(a, float) and a == 1.0 else a * b
-        found = part if found is None else found + part
-    return 0.0 if found is None else found
+        at = at_wall(walls, crossings, i, k)
+        by_ray, by_wall, of_gradient = (0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0)
+        if len(changes.origins) > 0:
+            by_ray = row_of(changes.origins, i)
+        if len(changes.directions) > 0:
+            by_ray = plus(by_ray, scaled(at.t, row_of(changes.directions, i)))
+        if len(changes.walls) > 0:
+            of_gradient = half_gradient(changes.walls, k, at.r)
+            by_wall = form_at(changes.walls, k, at.r, of_gradient)
+        dt = time_moved(at, by_ray, by_wall)
+        moved.t[i] = dt
+        _put_fields(walls, changes, moved, i, k, at, plus(by_ray, scaled(dt, at.d)), of_gradient, crossings.side[i])
 
 
-def times(form: Columns, v: Columns) -> Columns:
-    """A v."""
-    xx, yy, zz, xy, xz, yz = form[:6]
-    x, y, z = v
-    return [total((xx, x), (xy, y), (xz, z)), total((xy, x), (yy, y), (yz, z)), total((xz, x), (yz, y), (zz, z))]
+def moved_by(walls: WallRows, crossings: Crossings, changes: Any, fields: bool) -> Moved:
+    """How crossings (n,) change; t alone, or the other `fields` too.
+
+    changes: of the walls (w, 22), origins and directions (n, 3), each None where nothing changes.
+    """
+    count = len(crossings.t)
+    changed = Changes(*(rows(part, width) for part, width in zip(changes, (22, 3, 3), strict=True)))
+    more = count if fields else 0
+    moved = Moved(np.empty(count), *(np.empty((more, width)) for width in (3, 3, 2)))
+    run_chunks(lambda begin, end: move_crossings(walls, crossings, changed, begin, end, moved), count, CHUNK)
+    return moved
 
 
-def gradient(form: Columns, r: Columns) -> Columns:
-    """Half of ∇f, A r + B."""
-    return [plain_sum(a, form[6 + k]) for k, a in enumerate(times(form, r))]
-
-
-def value(form: Columns, r: Columns, g: Columns) -> Any:
-    """f at r, whose half gradient is g."""
-    return plain_sum(plain_sum(dot(r, g), dot(r, form[6:9])), form[9])
-
-
-def plain_sum(a: Any, b: Any) -> Any:
-    """a + b, without what is zero for all."""
-    if isinstance(b, float) and b == 0.0:
-        return a
-    return b if isinstance(a, float) and a == 0.0 else a + b
-
-
-def dot(a: Columns, b: Columns) -> Any:
-    return total((a[0], b[0]), (a[1], b[1]), (a[2], b[2]))
-
-
-def unit(g: Columns) -> tuple[Columns, Any]:
-    """(g / |g|, |g|)"""
-    size = np.sqrt(dot(g, g))
-    inverse = 1.0 / size
-    return [total((component, inverse)) for component in g], size
-
-
-def moved(at: At, do: Columns, dd: Columns, form: Columns | None) -> tuple[Any, Columns]:
-    """(dt, dx) where rays change by do and dd, and walls by forms, if they do."""
-    by_ray = [plain_sum(a, total((at.t, b))) for a, b in zip(do, dd, strict=True)]
-    change = dot(at.g, by_ray)
-    if form is not None:
-        change = plain_sum(change, total((0.5, value(form, at.r, gradient(form, at.r)))))
-    dt = -change / at.rate
-    return dt, [plain_sum(a, total((dt, b))) for a, b in zip(by_ray, at.d, strict=True)]
-
-
-def normals_moved(at: At, dx: Columns, form: Columns | None, side: Any) -> Columns:
-    """dn of unit normals that look outward: `side` +1 where that is along ∇f, else -1."""
-    n, size = unit(at.g)
-    dg = times(at.rows, dx)
-    if form is not None:
-        dg = [plain_sum(a, b) for a, b in zip(dg, gradient(form, at.r), strict=True)]
-    along, scale = dot(n, dg), side / size
-    return [(a - total((b, along))) * scale for a, b in zip(dg, n, strict=True)]
-
-
-def affine(rows: Columns, v: Columns, constant: bool) -> Columns:
-    """Maps, 12 numbers, of columns: with their constant terms, or of changes alone."""
-    found = []
-    for k in range(3):
-        a, b, c, d = rows[4 * k : 4 * k + 4]
-        along = total((a, v[0]), (b, v[1]), (c, v[2]))
-        found.append(plain_sum(along, d) if constant else along)
+def rows(array: FloatArray | None, width: int) -> FloatArray:
+    """An array of numbers as kernels take it; no rows for None."""
+    found: FloatArray = given(np.empty((0, width)) if array is None else np.asarray(array, np.float64))
     return found
 
 
-def uv_moved(at: At, dx: Columns, maps: Columns | None, angular: Any) -> Columns:
-    """(du, dv): u is the angle of (a, b) in turns and v is c, or u is a and v is b."""
-    own, change = affine(at.rows[13:], at.x, True), affine(at.rows[13:], dx, False)
-    if maps is not None:
-        change = [plain_sum(a, b) for a, b in zip(change, affine(maps, at.x, True), strict=True)]
-    (a, b, _), (da, db, dc) = own, change
-    if isinstance(angular, bool) and not angular:
-        return [da, db]
-    turn = (total((a, db)) - total((b, da))) / (2 * math.pi * (total((a, a)) + total((b, b))))
-    if isinstance(angular, bool):
-        return [turn, dc]
-    return [np.where(angular, turn, da), np.where(angular, dc, db)]
+def given(array: Any) -> Any:
+    """An array as kernels of this folder take it: contiguous, and read-only, as fields of answers may be.
+
+    Compilers make a kernel anew for arrays that may be written.
+    """
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view
+
+
+def crossings_at(*columns: Any) -> Crossings:
+    """Crossings from the columns of `Crossings`."""
+    return Crossings(*map(given, columns))

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..compiler.jit import kernel
+from ..engine.tables import Ints, Longs
 from ..shapes.bulk import Bulk
 from ..shapes.spheres import Spheres
 from ..shapes.vector import FloatArray
+from .crossing import WallRows
 from .forms import FORM, MAP, forms_of, scale_between, shifted
-from .forward import Table, table_of
+from .forward import given
 from .walls import Wall, walls_of, walls_of_one
 
 if TYPE_CHECKING:
     from ..engine.prepared import Prepared
     from .parameters import Parameters
 
-BLOCK = 4096
-"""Crossings at a time: their columns stay in the cache."""
-_LEAST = 256
-"""Of a wall, so many crossings are worth blocks of their own."""
 _MOST_KEYS = 1 << 22
 """Of bodies times faces, beyond which those that are there are found by sorting."""
 
@@ -41,33 +39,10 @@ class Met:
     angular: Any  # (w,) is u an angle?
 
     @cached_property
-    def table(self) -> Table:
-        """25 columns of the walls: form, anchor and map of each."""
-        return table_of(self.forms, self.anchors, self.maps)
-
-    def blocks(self, rows: Any) -> list[tuple[Any, Any]]:
-        """(a wall, or the wall of each; places among the rows), so that few blocks hold all rows.
-
-        rows: numbers of crossings with walls. Where walls have many each, a block is of one wall.
-        """
-        walls = self.place[rows]
-        if len(self.body) * _LEAST > len(rows):
-            ends = range(0, len(rows), BLOCK)
-            return [(walls[at : at + BLOCK], np.arange(at, min(at + BLOCK, len(rows)))) for at in ends]
-        order = np.arange(len(rows))
-        if len(self.body) > 1:
-            order = np.argsort(walls.astype(np.uint16), kind="stable")
-        counts = np.bincount(walls, minlength=len(self.body))
-        first = [0, *np.cumsum(counts).tolist()]
-        return [
-            (wall, order[at : min(at + BLOCK, end)])
-            for wall, (begin, end) in enumerate(itertools.pairwise(first))
-            for at in range(begin, end, BLOCK)
-        ]
-
-    def angles(self, wall: Any) -> Any:
-        """Whether u is an angle: of one wall, or of each."""
-        return bool(self.angular[wall]) if isinstance(wall, int) else self.angular[wall]
+    def rows(self) -> WallRows:
+        """The walls as kernels take them: form, anchor and map of each."""
+        numbers = np.concatenate([self.forms, self.anchors, self.maps], axis=1)
+        return WallRows(given(numbers), given(self.angular.astype(np.int8)))
 
 
 @dataclass
@@ -101,13 +76,29 @@ def _distinct(body: Any, face: Any) -> tuple[Any, Any]:
         _, first, place = np.unique(keys, return_index=True, return_inverse=True)
         missed = int(len(keys) > 0 and not hit.all())
         return place.reshape(keys.shape) - missed, first[missed:]
-    last = np.full(most + 1, -1, np.int64)
-    last[keys] = np.arange(len(keys))
-    last[most] = -1  # that of misses, which are -1
-    there = np.flatnonzero(last >= 0)
-    number = np.full(most + 1, -1, np.int64)
-    number[there] = np.arange(len(there))
-    return number[keys], last[there]
+    known, place, first = np.zeros(most, np.int32), np.empty(keys.shape, np.int64), np.empty(most, np.int64)
+    count = number_walls(given(keys), known, place, first)
+    return place, first[:count]
+
+
+@kernel(keys="n", known="out m", place="out n", first="out m")
+def number_walls(keys: Longs, known: Ints, place: Longs, first: Longs) -> int:
+    """Number walls by their keys as they come: place[i] for each, -1 for keys below 0, and first[k] of each number.
+
+    known: zeros, one for each key. Returns how many numbers there are.
+    """
+    count = 0
+    for i in range(len(keys)):
+        key = keys[i]
+        place[i] = -1
+        if key < 0 or key >= len(known):
+            continue
+        if known[key] == 0:
+            first[count] = i
+            count += 1
+            known[key] = count
+        place[i] = known[key] - 1
+    return count
 
 
 def _maps(prepared: Prepared, body: Any, face: Any, anchors: FloatArray, forms: FloatArray) -> tuple[FloatArray, Any]:

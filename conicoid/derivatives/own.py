@@ -13,15 +13,18 @@ from typing import Any
 import numpy as np
 
 from ..shapes import exact as ex
-from ..shapes.cells import UV, moved_uv
+from ..shapes.cells import UV, Face, moved_uv
 from ..shapes.coefficients import _PLACES as PLACES
+from ..shapes.convex_parts import newell
 from ..shapes.ellipsoid import Ellipsoid
+from ..shapes.mesh import Extrusion, Mesh
 from ..shapes.motion import Motion, Translate
 from ..shapes.planar import plane_through, plane_uv
 from ..shapes.polyhedron import Polyhedron
 from ..shapes.quadric import Quadric
+from ..shapes.revolution import Revolution
 from ..shapes.steps import Frame
-from ..shapes.surface import PlaneSurface
+from ..shapes.surface import PlaneSurface, Surface
 from .forms import PAIRS
 from .slope import Slope, slopes_of, value_of
 
@@ -43,10 +46,12 @@ def prepared(shape: Any, slopes: Any) -> Any:
     return slopes
 
 
-def faces_of_quadric(shape: Any, slopes: Any, motion: Motion) -> Iterator[tuple[int, Any, UV]] | None:
-    """The one face of a general quadric, with slopes, where a motion takes it; None for other shapes."""
+def special_faces(shape: Any, slopes: Any, motion: Motion) -> Iterator[tuple[int, Any, UV]] | None:
+    """The faces of a primitive with formulas here, with slopes, where a motion takes it; None for other shapes."""
     if isinstance(shape, Polyhedron):
         return _faces_of_polyhedron(shape, slopes, motion)
+    if isinstance(shape, Mesh | Extrusion):
+        return _faces_of_mesh(shape, slopes, motion)
     if not isinstance(shape, Quadric):
         return None
     q, surface = _symmetric(slopes), shape.surface
@@ -106,6 +111,36 @@ def _faces_of_polyhedron(shape: Polyhedron, slopes: Any, motion: Motion) -> Iter
     for number, (own, moving) in enumerate(zip(shape.surfaces, slopes.surfaces, strict=True)):
         keys = every.union(*map(slopes_of, slopes.normals[number]))
         yield number, moving.moved(motion), moved_uv(without(plane_uv(own), keys), motion)
+
+
+def _faces_of_mesh(shape: Mesh | Extrusion, slopes: Any, motion: Motion) -> Iterator[tuple[int, Any, UV]]:
+    """The faces of a mesh or an extrusion: planes through their corners, whatever parts they bound.
+
+    Not known is how a plane moves with a corner that bends it: of a mesh's face of more than three corners, and of
+    faces that lie in one plane.
+    """
+    _, _, corners, faces = slopes._said()
+    for number, members in shape.planes():
+        bends = len(members) > 1 or (isinstance(shape, Mesh) and len(faces[members[0]]) > 3)
+        own = [corners[k] for k in faces[members[0]]]
+        normal, every = newell(own), [c for face in members for k in faces[face] for c in corners[k]]
+        offset = sum((a * b for a, b in zip(normal, own[0], strict=True)), ex.ZERO)
+        keys = {key for c in every for key in slopes_of(c)} if bends else set()
+        lost = dict.fromkeys(keys, math.nan)
+        plane = plane_through(normal, Slope(value_of(offset), {**slopes_of(offset), **lost}), corners[0])
+        uv = without(plane_uv(plane), _jumping(normal) | keys)
+        yield number, plane.moved(motion), moved_uv(uv, motion)
+
+
+def of_level_edge(shape: Revolution, face: Face) -> Surface:
+    """The plane that an edge of a profile sweeps which is level: a cone, as soon as one of its ends moves alone."""
+    ends = shape.profile[face.number], shape.profile[(face.number + 1) % len(shape.profile)]
+    if not isinstance(face.surface, PlaneSurface):
+        return face.surface
+    x, y, sense = face.surface.normal
+    lost = {key: math.nan for _, z in ends for key in slopes_of(z)}
+    height = value_of(ends[0][1])
+    return PlaneSurface((x, y, sense), Slope(height * ex.exact(sense), lost), (0.0, 0.0, height))
 
 
 def without(uv: UV, keys: Iterable[int]) -> UV:

@@ -201,7 +201,7 @@ def _with_numbers(body: Body, numbers: FloatArray) -> Body:
         new = float(next(rest))
         return old if new == old else new
 
-    return dataclasses.replace(body, shape=fields.retold(body.shape, take, fields.checked))
+    return dataclasses.replace(body, shape=fields.retold(body.shape, take, fields.checked, None))
 
 
 def _edited(scene: Scene, bodies: Sequence[Body]) -> Scene:

@@ -15,13 +15,12 @@ import numpy as np
 from ..engine.answers.rays import lines_of
 from ..engine.answers.weights import weights_of
 from ..engine.arrays.owners import owners
-from ..engine.threads import run_chunks
 from ..shapes.vector import FloatArray
-from .asked import FORM, Cotangents, array_of, change_of, handed_back, met, scene_of
-from .backward import Asked, form_asked, of_crossings, walls_asked
-from .faces import faces_on
-from .forward import At, Columns, at_walls, moved, numbers_of
-from .ties import sizes, tied_within
+from .asked import Cotangents, array_of, change_of, handed_back, met, scene_of
+from .backward import asked_by
+from .crossing import Crossings
+from .forward import crossings_at, moved_by
+from .ties import entries_of, faces_of_ends, tied_within
 
 if TYPE_CHECKING:
     from ..engine.answers.spans import Spans
@@ -76,16 +75,8 @@ class _Ends:
 
     which: Any  # rows: span, or count of spans + span
     ray: Any
-    x: FloatArray
-    t: FloatArray
     walls: Met
-    lost: Any  # bool
-
-    def at(self, directions: FloatArray, wall: Any, some: Any) -> At:
-        """Some of them on their walls."""
-        ray = self.ray[some]
-        x, d = ([values[rows, k] for k in range(3)] for values, rows in ((self.x, some), (directions, ray)))
-        return at_walls(self.walls.table, wall, x, d, self.t[some])
+    crossings: Crossings
 
 
 def _ends(spans: Spans) -> _Ends:
@@ -97,14 +88,14 @@ def _ends(spans: Spans) -> _Ends:
     clipped = np.concatenate([spans.enter_clipped, spans.exit_clipped])
     which = np.flatnonzero(~clipped)
     t = np.concatenate([spans.t_enter, spans.t_exit])[which]
-    body, surface = np.tile(spans.body, 2)[which], spans._ends.reshape(-1)[which]
+    body, surface = np.tile(spans.body, 2)[which], spans._ends.reshape(-1)[which].astype(np.int32)
     ray = np.tile(owners(spans.offsets), 2)[which]
-    o, d = lines_of(spans.rays)
-    x = o[ray] + t[:, None] * d[ray]
-    size = sizes(o[ray], x)
-    face = faces_on(prepared, body, surface, x, size)
-    walls, lost = met(prepared, body, face, surface), tied_within(prepared, body, face, x, size)
-    known = vars(spans)["_met"] = _Ends(which, ray, x, t, walls, lost)
+    o, d = (part[ray] for part in lines_of(spans.rays))
+    x, entry = o + t[:, None] * d, entries_of(prepared.lowered.tables, body)
+    face = faces_of_ends(prepared, entry, surface, o, x)
+    walls, lost = met(prepared, body, face, surface), tied_within(prepared, entry, face, o, x)
+    crossings = crossings_at(walls.place, np.ones(len(t), np.int32), lost, x, d, t)
+    known = vars(spans)["_met"] = _Ends(which, ray, walls, crossings)
     return known
 
 
@@ -116,17 +107,8 @@ def jvp(spans: Spans, parameters: Any, d_parameters: Any, d_origins: Any, d_dire
     ends, count = _ends(spans), len(spans.body)
     change = change_of("jvp", prepared, spans, ends.walls, parameters, d_parameters)
     found, d = np.zeros(2 * count), lines_of(spans.rays)[1]
-    blocks = ends.walls.blocks(np.arange(len(ends.which)))
-
-    def work(begin: int, end: int) -> None:
-        for wall, some in blocks[begin:end]:
-            with np.errstate(all="ignore"):
-                form = None if change is None else numbers_of(change[:FORM], wall)
-                ray = ends.ray[some]
-                found[ends.which[some]] = moved(ends.at(d, wall, some), _rows(do, ray), _rows(dd, ray), form)[0]
-
-    run_chunks(work, len(blocks), 1)
-    found[ends.which[ends.lost]] = np.nan
+    changes = change, *(None if part is None else part[ends.ray] for part in (do, dd))
+    found[ends.which] = moved_by(ends.walls.rows, ends.crossings, changes, False).t
     stretch = np.zeros(len(d)) if dd is None else (d * dd).sum(axis=1) / (d * d).sum(axis=1)
     return SpanTangents(found[:count], found[count:], spans, stretch)
 
@@ -143,21 +125,12 @@ def vjp(
             asked_t[row] += part
     if line_integral is not None:
         _ask_of_integral(spans, line_integral, values, otherwise, asked_t, of_rays)
-    ends, d = _ends(spans), lines_of(spans.rays)[1]
-    flat = np.where(ends.lost & (asked_t.reshape(-1)[ends.which] != 0), np.nan, asked_t.reshape(-1)[ends.which])
-    forms, maps = walls_asked(len(ends.walls.body))
-    active = np.flatnonzero(flat)
-    for wall, places in ends.walls.blocks(active):
-        some = active[places]
-        asked = Asked(wall, len(some))
-        with np.errstate(all="ignore"):
-            at = ends.at(d, wall, some)
-            of_value, of_o, of_d = of_crossings(at, flat[some], [0.0, 0.0, 0.0])
-            asked.forms = form_asked(at, of_value, None)
-        asked.put(forms, maps)
-        for k, column in enumerate((*of_o, *of_d)):
-            of_rays[k] += np.bincount(ends.ray[some], np.broadcast_to(column, some.shape), of_rays.shape[1])
-    found = handed_back("vjp", prepared, spans, ends.walls, parameters, forms, maps)
+    ends = _ends(spans)
+    asked = asked_t.reshape(-1)[ends.which], None, None, None
+    given, _ = asked_by(ends.walls.rows, ends.crossings, asked, parameters is not None)
+    for k, column in enumerate((*given.origins.T, *given.directions.T)):
+        of_rays[k] += np.bincount(ends.ray, column, of_rays.shape[1])
+    found = handed_back("vjp", prepared, spans, ends.walls, parameters, given.walls)
     origins, of_d2 = (np.ascontiguousarray(part.T).reshape((*shape, 3)) for part in (of_rays[:3], of_rays[3:]))
     return Cotangents(found, origins, of_d2)
 
@@ -182,7 +155,3 @@ def _ask_of_integral(
     stretch = np.where(weight == 0, 0.0, weight * np.where(weight == 0, 0.0, chord)) / size[ray] ** 2
     for k in range(3):
         of_rays[3 + k] += np.bincount(ray, stretch, of_rays.shape[1]) * d[:, k]
-
-
-def _rows(values: FloatArray | None, ray: Any) -> Columns:
-    return [0.0, 0.0, 0.0] if values is None else [values[ray, k] for k in range(3)]

@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..engine.answers.spans import Crossings
+from ..engine.answers import spans
 from ..engine.arrays.owners import owners
 from ..shapes.bulk import Bulk
 from ..shapes.calm import calm
 from ..shapes.validate import integer, shown, what
 from ..shapes.vector import Box, FloatArray
-from .backward import Asked, form_asked, walls_asked
-from .forward import at_walls, dot
+from .backward import asked_by, unpacked
+from .forward import crossings_at
 from .met import gathered, met, moving
 from .parameters import Parameters
-from .ties import sizes, tied_within
+from .ties import entries_of, tied_within
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -105,22 +105,20 @@ def _rounds(alone: Scene, index: int, box: Box, side: int, seed: int) -> Iterato
 
 
 def _integral(alone: Scene, own: Parameters, index: int, origins: FloatArray, axis: int) -> FloatArray:
-    """Σ |n·a| v over the crossings of some rays along an axis a, by every number of the shape."""
+    """Σ |n·a| v over the crossings of some rays along an axis a, by every number of the shape.
+
+    v = |n·a| dt where the body is left and -|n·a| dt where it is entered: so what is asked of t is ±(n·a)².
+    """
     direction = np.eye(3)[axis]
-    found: Crossings = alone.crossings(origins, direction, t_min=-np.inf)
+    found: spans.Crossings = alone.crossings(origins, direction, t_min=-np.inf)
     mine = np.flatnonzero(found.body == index)
-    prepared, points = alone.prepared, origins[owners(found.offsets)[mine]]
-    points[:, axis] += found.t[mine]
-    body, face = found.body[mine], found.face[mine]
-    walls = met(prepared, body, face, found.surface[mine])
-    lost = tied_within(prepared, body, face, points, sizes(points, points))
-    forms, maps = walls_asked(len(walls.body))
-    for wall, some in walls.blocks(np.arange(len(mine))):
-        x, d = [points[:, k].take(some) for k in range(3)], [np.full(len(some), c) for c in direction]
-        at = at_walls(walls.table, wall, x, d, found.t[mine[some]])
-        with np.errstate(all="ignore"):
-            side = np.where((at.rate < 0) == found.entering[mine[some]], 1.0, -1.0)
-            share = -0.5 * side * np.abs(at.rate) / dot(at.g, at.g)
-        asked = Asked(wall, len(some), form_asked(at, np.where(lost[some], np.nan, share), None))
-        asked.put(forms, maps)
-    return gathered(moving(prepared, walls, own), forms, maps, len(own._full))
+    prepared, origins = alone.prepared, origins[owners(found.offsets)[mine]]
+    t, directions = found.t[mine], np.tile(direction, (len(mine), 1))
+    points = origins + t[:, None] * directions
+    body, face = found.body[mine], found.face[mine].astype(np.int32)
+    entry = entries_of(prepared.lowered.tables, body)
+    walls, lost = met(prepared, body, face, found.surface[mine]), tied_within(prepared, entry, face, points, points)
+    crossings = crossings_at(walls.place, np.ones(len(mine), np.int32), lost, points, directions, t)
+    sense = np.where(found.entering[mine], -1.0, 1.0)
+    asked, _ = asked_by(walls.rows, crossings, (sense * found.normal[mine, axis] ** 2, None, None, None), True)
+    return gathered(moving(prepared, walls, own), *unpacked(asked.walls), len(own._full))

@@ -19,12 +19,13 @@ from ..shapes.bulk import Bulk
 from ..shapes.cells import UV, Cell, Face, Not, PolygonSheet, Tree, moved_uv
 from ..shapes.motion import STILL, Motion
 from ..shapes.region import Boolean, ClippedSheet
+from ..shapes.revolution import Revolution
 from ..shapes.sphere_section import SphereSection
 from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
 from ..shapes.vector import FloatArray
 from . import fields
 from .forms import FORM, MAP, form_of
-from .own import faces_of_quadric, prepared, undecided, without
+from .own import of_level_edge, prepared, special_faces, undecided, without
 from .slope import Slope, slopes_of, value_of
 
 
@@ -63,7 +64,7 @@ def _take(counter: Iterator[int]) -> fields.Take:
 
 def told(shape: Shape, counter: Iterator[int]) -> Any:
     """The shape with numbers that know how they move."""
-    return fields.retold(shape, _take(counter), fields.unchecked)
+    return fields.retold(shape, _take(counter), fields.unchecked, None)
 
 
 def _told_of_many(shape: Bulk, index: int, single: Any) -> Any:
@@ -72,7 +73,7 @@ def _told_of_many(shape: Bulk, index: int, single: Any) -> Any:
     for name in shape.columns:
         width = getattr(shape, name).size // len(shape)
         firsts[name], at = at + width * index, at + width * len(shape)
-    moves = fields.retold_motion(shape.motion, _take(itertools.count(at)), fields.unchecked, "")
+    moves = fields.retold_motion(shape.motion, _take(itertools.count(at)), fields.unchecked, None)
     leaves = single.operands if isinstance(single, Boolean) else (single,)
     made = []
     for leaf, primitive in enumerate(leaves):
@@ -81,7 +82,7 @@ def _told_of_many(shape: Bulk, index: int, single: Any) -> Any:
         for name, part in zip(names, fields.columns_of_leaf(shape, leaf), strict=False):
             if isinstance(part, str):
                 take = _take(itertools.count(firsts[part]))
-                changes[name] = fields._value(getattr(primitive, name), take, fields.unchecked, "")
+                changes[name] = fields.value_retold(getattr(primitive, name), take, fields.unchecked)
         if primitive is single:
             changes["motion"] = moves
         made.append(fields.unchecked(primitive, changes))
@@ -104,14 +105,16 @@ def _walls(shape: Shape, slopes: Any) -> dict[int, Wall]:
 
 def _leaves(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[Any, Any, Motion]]:
     """The primitives from left to right, as said and with slopes, and what moves each after its own motion."""
-    if isinstance(shape, ClippedSheet):
-        yield from _leaves(shape.base, slopes.base, slopes.motion.then(outer))
-    elif isinstance(shape, Boolean):
-        inner = slopes.motion.then(outer)
-        for operand, own in zip(shape.operands, slopes.operands, strict=True):
-            yield from _leaves(operand, own, inner)
-    else:
-        yield shape, slopes, outer
+    waiting = [(shape, slopes, outer)]
+    while waiting:
+        one, own, after = waiting.pop()
+        if isinstance(one, ClippedSheet):
+            waiting.append((one.base, own.base, own.motion.then(after)))
+        elif isinstance(one, Boolean):
+            inner = own.motion.then(after)
+            waiting += [(a, b, inner) for a, b in zip(one.operands[::-1], own.operands[::-1], strict=True)]
+        else:
+            yield one, own, after
 
 
 def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surface, UV]]:
@@ -125,12 +128,13 @@ def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surfac
         return
     if not isinstance(made, PrimitiveSolid):
         raise TypeError(f"{type(shape).__name__} has no derivatives: it is no primitive")
-    special = faces_of_quadric(shape, made, motion)
+    special = special_faces(shape, made, motion)
     if special is not None:
         yield from special
         return
     for face in _flat(made.tree()):
-        surface = _turned(made, face)
+        level = isinstance(made, Revolution) and face.number < len(made.profile)
+        surface = of_level_edge(made, face) if level else _turned(made, face)
         yield face.number, _moved(surface, motion), moved_uv(without(face.uv, jumping), motion)
 
 

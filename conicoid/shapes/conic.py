@@ -88,7 +88,7 @@ class ConicSheet(PrimitiveSheet):
             sense = 1 if self.radius_of_curvature > 0 else -1
             side = sense  # the gradient at the vertex points against the centre
             planes = [plane(sense, wall.rim), *(face.surface for face in wall.bowl().faces[1:])]
-            if self.hole:
+            if self.hole > 0:
                 planes.append(plane(-sense, wall.sag(self.hole / 2)))
             clip = Cell(tuple(Face(surface.moved(motion), 0) for surface in planes))
         return SurfaceSheet(wall.surface.moved(motion), clip, side, uv=moved_uv(wall.uv, motion))
@@ -118,4 +118,4 @@ def wall_of(shape: Conic | ConicSheet) -> ConicWall:
 def ring_between(inner: float, outer: float, motion: Motion) -> Tree:
     """Within `outer` of the axis and not within `inner`."""
     around = Cell((Face(tube(outer).moved(motion), 0),))
-    return All((around, Not(Cell((Face(tube(inner).moved(motion), 0),))))) if inner else around
+    return All((around, Not(Cell((Face(tube(inner).moved(motion), 0),))))) if inner > 0 else around

@@ -16,7 +16,7 @@ from typing import Any
 from . import exact as ex
 from .cells import PLAIN_UV, UV, Any_, Cell, Face, Not, Tree, around_z, flat
 from .planar import rounded_up
-from .rounded import hypot
+from .rounded import hypot, is_finite
 from .support import elliptic_support, sum_up
 from .surface import PlaneSurface, QuadricSurface, Surface
 from .validate import number, shown
@@ -33,7 +33,7 @@ def radius_of(owner: str, field: str, value: Any) -> float:
 
 def reaches(radius: float, conic: float, semi: float) -> bool:
     """Whether the part through the vertex has points at the distance `semi` from the axis: (1 + k) r² <= R²."""
-    return math.isinf(radius) or (1 + Fraction(conic)) * Fraction(semi) ** 2 <= Fraction(radius) ** 2
+    return not is_finite(radius) or (1 + ex.rational(conic)) * ex.rational(semi) ** 2 <= ex.rational(radius) ** 2
 
 
 def check_reach(owner: str, field: str, radius: float, conic: float, diameter: float, names: str) -> None:
@@ -60,7 +60,7 @@ class ConicWall:
 
     @property
     def is_plane(self) -> bool:
-        return math.isinf(self.radius)
+        return not is_finite(self.radius)
 
     @property
     def has_ring(self) -> bool:
@@ -70,9 +70,9 @@ class ConicWall:
         """z - vertex at a distance from the axis, which is not over `semi`."""
         if self.is_plane:
             return ex.ZERO
-        square, radius = ex.exact(Fraction(distance) ** 2), ex.exact(self.radius)
-        under = 1 - (1 + Fraction(self.conic)) * Fraction(distance) ** 2 / Fraction(self.radius) ** 2
-        return square / (radius * (ex.ONE + ex.sqrt(ex.exact(under))))
+        square, radius = ex.rational(distance) ** 2, ex.rational(self.radius)
+        under = ex.exact(1 - (1 + ex.rational(self.conic)) * square / radius**2)
+        return ex.exact(square) / (ex.exact(radius) * (ex.ONE + ex.sqrt(under)))
 
     @property
     def rim(self) -> ex.Exact:
@@ -82,7 +82,7 @@ class ConicWall:
     @property
     def center(self) -> ex.Exact:
         """The height of the centre of an ellipsoid or a hyperboloid."""
-        return ex.exact(self.vertex) + ex.exact(Fraction(self.radius) / (1 + Fraction(self.conic)))
+        return ex.exact(self.vertex) + ex.exact(ex.rational(self.radius) / (1 + ex.rational(self.conic)))
 
     @property
     def surface(self) -> Surface:
@@ -90,12 +90,12 @@ class ConicWall:
         if self.is_plane:
             return plane(1, self.vertex)
         anchor = (0.0, 0.0, self.vertex)
-        return QuadricSurface((1.0, 1.0, 1 + Fraction(self.conic)), (0.0, 0.0, -self.radius), 0.0, anchor=anchor)
+        return QuadricSurface((1.0, 1.0, 1 + ex.rational(self.conic)), (0.0, 0.0, -self.radius), 0.0, anchor=anchor)
 
     @property
     def uv(self) -> UV:
         """(angle / 360, share of the height of the rim); on a plane (x, y) / edge."""
-        vertex = float(self.vertex)
+        vertex = ex.rounded(self.vertex)
         height = ex.rounded(self.sag(self.semi))
         if self.is_plane or not height:
             return flat((self.edge, 0, 0), (0, self.edge, 0))

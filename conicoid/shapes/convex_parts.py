@@ -35,7 +35,7 @@ class Facet(NamedTuple):
 
     def outward(self, plane: FlatPlane) -> int:
         """Which side of its plane is inside at it: +1 for n·x <= d, -1 for the other."""
-        normal = _newell([_minus(corner, self.corners[0]) for corner in self.corners])
+        normal = newell(self.corners)
         return 1 if _dot(normal, plane.normal) > 0 else -1
 
 
@@ -54,7 +54,7 @@ Side = tuple[int, int]
 def plane_of(corners: Sequence[Point]) -> FlatPlane | None:
     """The plane of a face by Newell's normal, outward where the corners are counter-clockwise; None for no area."""
     origin = corners[0]
-    normal = _newell([_minus(corner, origin) for corner in corners])
+    normal = newell(corners)
     if not any(normal):
         return None
     scale = max(abs(c) for c in normal)
@@ -63,7 +63,9 @@ def plane_of(corners: Sequence[Point]) -> FlatPlane | None:
     return FlatPlane(normal, offset, (float(normal[0]), float(normal[1]), float(normal[2]), float(offset)))
 
 
-def _newell(spokes: Sequence[Point]) -> Point:
+def newell(corners: Sequence[Point]) -> Point:
+    """The normal of a polygon, twice its area long, towards where the corners are counter-clockwise; by any numbers."""
+    spokes = [_minus(corner, corners[0]) for corner in corners]
     total: Point = (Fraction(0),) * 3
     for a, b in itertools.pairwise(spokes):
         total = (

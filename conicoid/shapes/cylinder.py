@@ -103,14 +103,14 @@ def side_and_caps(radius: float, start: Vector, end: Vector) -> tuple[Face, Face
 def wedge_walls(start_angle: float, end_angle: float, radius: float, length: float) -> tuple[Face, ...]:
     """The half-spaces of a wedge, faces 3 and 4; none for a full turn, one for half a turn."""
     turn = end_angle - start_angle
-    if turn == 360:
+    if turn >= 360:
         return ()
     walls = []
     for number_, angle, sense in ((3, start_angle, 1), (4, end_angle, -1)):
         s, c = ex.sin_cos_degrees(angle)
         uv = flat((radius * ex.rounded(c), radius * ex.rounded(s), 0), (0, 0, length))
         walls.append(Face(PlaneSurface((sense * s, -sense * c, ex.ZERO), ex.ZERO), number_, uv))
-    return tuple(walls[:1] if turn == 180 else walls)
+    return tuple(walls[:1] if 180 <= turn <= 180 else walls)  # by its value, which may be one that moves
 
 
 def cut_open(faces: tuple[Face, ...], walls: tuple[Face, ...], turn: float, *more: Tree) -> Tree:

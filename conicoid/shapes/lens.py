@@ -125,7 +125,7 @@ def turned(low: ConicWall, high: ConicWall, hole: float) -> Tree:
     bottom, top = ex.rounded(low.rim), ex.rounded(high.rim)
     heights = around_z(bottom, top) if bottom < top else around_z(0.0, 1.0)
     edge = Cell((Face(tube(low.edge), 2, heights), *sorted((*low_planes, *high_planes), key=lambda face: face.number)))
-    holes = [Not(Cell((Face(tube(hole), 3, heights),)))] if hole else []
+    holes = [Not(Cell((Face(tube(hole), 3, heights),)))] if hole > 0 else []
     return All((*lows, *highs, edge, *holes))
 
 

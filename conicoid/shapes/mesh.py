@@ -11,6 +11,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from . import exact as ex
 from .base import PrimitiveSolid
 from .cells import Any_, Cell, Face, Tree
 from .convex_parts import Facet, FlatPlane, Side, convex_parts, height, plane_of
@@ -49,12 +50,15 @@ class Mesh(PrimitiveSolid):
 
     def _said(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
         """What `_parts_of` takes."""
-        corners = [tuple(map(Fraction, vertex)) for vertex in self.vertices]
+        corners = [tuple(map(ex.rational, vertex)) for vertex in self.vertices]
         return "Mesh", "vertices and faces", corners, self.faces
 
+    def planes(self) -> list[tuple[int, tuple[int, ...]]]:
+        """(the number of its face, the faces that lie in it) of every plane."""
+        return _known(self).named()
+
     def tree(self) -> Tree:
-        parts: _Parts = vars(self).get("_parts") or _parts_of(*self._said())
-        return parts.tree(self.vertices)
+        return _known(self).tree(self.vertices)
 
     def support(self, direction: Vector) -> float:
         return points_support(self.vertices, direction)
@@ -91,18 +95,21 @@ class Extrusion(PrimitiveSolid):
 
     def _said(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
         """What `_parts_of` takes: corners in fractions, and faces, the sides, bottom and top."""
-        flat = [(Fraction(x), Fraction(y)) for x, y in self.outline]
-        low, high = map(Fraction, self.z_range)
-        count, s = len(flat), Fraction(self.scale_at_top)
+        flat = [(ex.rational(x), ex.rational(y)) for x, y in self.outline]
+        low, high = map(ex.rational, self.z_range)
+        count, s = len(flat), ex.rational(self.scale_at_top)
         corners = [(x, y, low) for x, y in flat] + [(s * x, s * y, high) for x, y in flat]
         around = list(range(count))
         sides = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in around]
         faces = [*sides, tuple(reversed(around)), tuple(count + k for k in around)]
         return "Extrusion", "outline", corners, faces
 
+    def planes(self) -> list[tuple[int, tuple[int, ...]]]:
+        """(the number of its face, the faces that lie in it) of every plane."""
+        return _known(self).named()
+
     def tree(self) -> Tree:
-        parts: _Parts = vars(self).get("_parts") or _parts_of(*self._said())
-        return parts.tree(self._ends)
+        return _known(self).tree(self._ends)
 
     @cached_property
     def _ends(self) -> tuple[Vector, ...]:
@@ -130,11 +137,16 @@ def _above(value: Fraction) -> float:
 
 @dataclass(frozen=True)
 class _Parts:
-    """Planes of faces, the face that each is numbered by, and convex parts of them."""
+    """Planes of faces, the face that each is numbered by, those that lie in it, and convex parts of them."""
 
     planes: tuple[FlatPlane, ...]
     numbers: tuple[int, ...]
+    members: tuple[tuple[int, ...], ...]
     parts: tuple[tuple[Side, ...], ...]
+
+    def named(self) -> list[tuple[int, tuple[int, ...]]]:
+        """(the number of its face, the faces that lie in it) of every plane."""
+        return list(zip(self.numbers, self.members, strict=True))
 
     def tree(self, near: Sequence[Vector]) -> Tree:
         """A convex part, or any of them."""
@@ -149,10 +161,16 @@ class _Parts:
         return made[0] if len(made) == 1 else Any_(tuple(made))
 
 
+def _known(shape: Mesh | Extrusion) -> _Parts:
+    """The parts of a shape, which its constructor found."""
+    return vars(shape).get("_parts") or _parts_of(*shape._said())
+
+
 def _parts_of(owner: str, what: str, corners: Sequence[Any], faces: Sequence[tuple[int, ...]]) -> _Parts:
     """The convex parts of what faces enclose."""
     planes: list[FlatPlane] = []
     numbers: list[int] = []
+    members: list[list[int]] = []
     named: dict[Any, int] = {}
     facets = []
     for index, face in enumerate(faces):
@@ -165,6 +183,8 @@ def _parts_of(owner: str, what: str, corners: Sequence[Any], faces: Sequence[tup
                 named[key] = len(planes)
                 planes.append(plane)
                 numbers.append(index)
+                members.append([])
+            members[named[key]].append(index)
             facets.append(Facet(named[key], tuple(piece)))
     volume = sum((_wedge(facet.corners) for facet in facets), Fraction(0))
     if not volume:
@@ -175,7 +195,7 @@ def _parts_of(owner: str, what: str, corners: Sequence[Any], faces: Sequence[tup
         parts = convex_parts(planes, facets, MOST_PARTS)
     except ValueError as error:
         raise ValueError(f"{owner}: {error}") from None
-    return _Parts(tuple(planes), tuple(numbers), tuple(parts))
+    return _Parts(tuple(planes), tuple(numbers), tuple(map(tuple, members)), tuple(parts))
 
 
 def _flat_pieces(corners: list[Any]) -> list[list[Any]]:

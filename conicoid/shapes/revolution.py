@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from . import exact as ex
 from .base import PrimitiveSolid
 from .cells import All, Any_, Cell, Face, Tree, around_z, flat
 from .cylinder import arc_support, either, wedge_walls
@@ -76,8 +77,8 @@ class Revolution(PrimitiveSolid):
     def tree(self) -> Tree:
         corners, ends = _corners_and_ends(self.profile)
         rising = _rising(ends)
-        level = [(*sorted((a[0], b[0])), a[1], k) for k, (a, b) in enumerate(ends) if a[1] == b[1]]
-        walls = {edge.number: _wall(edge) for edge in rising if edge.low[0] or edge.high[0]}
+        level = [(*sorted((a[0], b[0])), a[1], k) for k, (a, b) in enumerate(ends) if _equal(a[1], b[1])]
+        walls = {edge.number: _wall(edge) for edge in rising if edge.low[0] > 0 or edge.high[0] > 0}
         parts = [_tree_of(ring, walls, level, len(corners)) for ring in rings(rising)]
         whole: Tree = parts[0] if len(parts) == 1 else Any_(tuple(parts))
         ends_of_turn = self._walls(len(corners))
@@ -115,21 +116,29 @@ def rings_of(profile: Profile) -> Iterator[tuple[float, float, tuple[float, floa
 
 def _corners_and_ends(profile: Profile) -> tuple[list[Any], list[tuple[Any, Any]]]:
     """The corners in fractions, and the two of each edge."""
-    corners = [(Fraction(r), Fraction(z)) for r, z in profile]
+    corners = [(ex.rational(r), ex.rational(z)) for r, z in profile]
     return corners, list(zip(corners, [*corners[1:], corners[0]], strict=True))
 
 
 def _rising(ends: Sequence[tuple[Any, Any]]) -> list[_Edge]:
-    return [_Edge(min(a, b, key=_z), max(a, b, key=_z), k) for k, (a, b) in enumerate(ends) if a[1] != b[1]]
+    return [_Edge(min(a, b, key=_z), max(a, b, key=_z), k) for k, (a, b) in enumerate(ends) if not _equal(a[1], b[1])]
 
 
 def _z(corner: Any) -> Any:
     return corner[1]
 
 
+def _equal(a: Any, b: Any) -> bool:
+    """By their values, whatever numbers they are: of two that are equal now and move apart `==` is false."""
+    return bool(a <= b <= a)
+
+
 def rings(edges: Sequence[_Edge]) -> list[_Ring]:
     """The polygon as rings between edges that rise: cut at the heights of corners, and put together again."""
-    heights = sorted({end[1] for edge in edges for end in (edge.low, edge.high)})
+    heights: list[Any] = []
+    for z in sorted(end[1] for edge in edges for end in (edge.low, edge.high)):
+        if not heights or heights[-1] < z:
+            heights.append(z)
     open_: dict[tuple[int, int], _Ring] = {}
     found: list[_Ring] = []
     for low, high in itertools.pairwise(heights):
@@ -150,7 +159,7 @@ def _wall(edge: _Edge) -> Face:
     The cylinder is the unit cylinder scaled, as those of OpenMC and MCNP are, so that all give the same bits.
     """
     (r0, z0), (r1, z1) = edge.low, edge.high
-    uv = around_z(float(z0), float(z1))
+    uv = around_z(ex.rounded(z0), ex.rounded(z1))
     if r0 == r1:
         rows = ((1 / r0, 0.0, 0.0), (0.0, 1 / r0, 0.0), (0.0, 0.0, 1.0))
         return Face(QuadricSurface((1.0, 1.0, 0.0), rows=rows), edge.number, uv)
@@ -162,8 +171,8 @@ def _tree_of(ring: _Ring, walls: dict[int, Face], level: Sequence[Any], inner_nu
     ends = []
     for z, sense in ((ring.low, -1.0), (ring.high, 1.0)):
         inner, outer = (edge.radius(z) if edge else Fraction(0) for edge in (ring.inner, ring.outer))
-        number = next((k for a, b, at, k in level if at == z and a < outer and inner < b), inner_number)
-        radius = float(max((b for _, b, at, k in level if k == number), default=Fraction(1)))
+        number = next((k for a, b, at, k in level if _equal(at, z) and a < outer and inner < b), inner_number)
+        radius = ex.rounded(max((b for _, b, at, k in level if k == number), default=Fraction(1)))
         uv = flat((radius, 0, 0), (0, radius, 0))
         ends.append(Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), number, uv))
     outside = walls[ring.outer.number]

@@ -1,145 +1,11 @@
-"""The walls of every shape by the formulas that docs/shapes.md and the docstrings state, in 50 digits of mpmath.
-
-Nothing here is Conicoid's: a shape is read into plain values, of which some are changed by the names of parameters.
-"""
+"""The walls of every shape by the formulas that docs/shapes.md and the docstrings state, in 50 digits of mpmath."""
 
 from __future__ import annotations
 
-import dataclasses
-import re
-from types import SimpleNamespace
 from typing import Any
 
-import mpmath
-import numpy as np
-
-mp = mpmath.MPContext()
-mp.dps = 50
-
-_GONE = ("motion",)
-
-
-def read(thing: Any) -> Any:
-    """A shape, a step of a motion or a value, as plain values with numbers of mpmath."""
-    if isinstance(thing, float):
-        return mp.mpf(thing)
-    if isinstance(thing, np.ndarray):
-        return read(thing.tolist())
-    if isinstance(thing, tuple | list):
-        return [read(each) for each in thing]
-    if isinstance(thing, dict):
-        return {name: read(value) for name, value in thing.items()}
-    if dataclasses.is_dataclass(thing):
-        values = {field.name: read(getattr(thing, field.name)) for field in dataclasses.fields(thing)}
-        made = SimpleNamespace(kind=type(thing).__name__, **values)
-        if hasattr(made, "motion"):
-            made.motion = made.motion.steps
-        return made
-    return thing
-
-
-def parts(name: str) -> list[Any]:
-    """The way to a number: "motion[0].offset[1]" is motion, 0, offset, 1."""
-    return [int(part) if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", name)]
-
-
-def holder(shape: Any, name: str) -> tuple[Any, Any]:
-    """What holds a number, and under which key."""
-    *way, last = parts(name)
-    for part in way:
-        if isinstance(shape, SimpleNamespace) and part == "operands" and not hasattr(shape, "operands"):
-            shape = [shape.operand]
-        else:
-            shape = shape[part] if isinstance(shape, list | dict) else getattr(shape, part)
-    return shape, last
-
-
-def get(shape: Any, name: str) -> Any:
-    owner, key = holder(shape, name)
-    return getattr(owner, key) if isinstance(owner, SimpleNamespace) else owner[key]
-
-
-def put(shape: Any, name: str, value: Any) -> None:
-    owner, key = holder(shape, name)
-    if isinstance(owner, SimpleNamespace):
-        setattr(owner, key, value)
-    else:
-        owner[key] = value
-
-
-# Vectors
-
-
-def dot(a: Any, b: Any) -> Any:
-    return sum((x * y for x, y in zip(a, b, strict=True)), mp.mpf(0))
-
-
-def minus(a: Any, b: Any) -> Any:
-    return [x - y for x, y in zip(a, b, strict=True)]
-
-
-def cross(a: Any, b: Any) -> Any:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def unit(a: Any) -> Any:
-    size = mp.sqrt(dot(a, a))
-    return [x / size for x in a]
-
-
-def turns(x: Any, y: Any) -> Any:
-    return mp.atan2(y, x) / (2 * mp.pi) % 1
-
-
-# Motions, backward
-
-
-def back(steps: list[Any], x: Any) -> Any:
-    for step in reversed(steps):
-        x = _undone(step, x)
-    return x
-
-
-def _undone(step: Any, x: Any) -> Any:
-    if step.kind == "Translate":
-        return minus(x, step.offset)
-    if step.kind == "Scale":
-        return [a / k for a, k in zip(x, step.factors, strict=True)]
-    if step.kind == "Rotate":
-        k, angle = unit(step.axis), -step.degrees * mp.pi / 180
-        s, c = mp.sin(angle), mp.cos(angle)
-        along, aside = dot(k, x), cross(k, x)
-        return [a * c + b * s + n * along * (1 - c) for a, b, n in zip(x, aside, k, strict=True)]
-    rows = step.matrix
-    solved = mp.lu_solve(
-        mp.matrix([row[:3] for row in rows[:3]]), mp.matrix([a - row[3] for a, row in zip(x, rows, strict=False)])
-    )
-    return list(solved)
-
-
-# Frames
-
-
-def least_of(axis: Any) -> int:
-    """Where an axis is least; the first of those that are equal, but for a change that is to be a derivative."""
-    return min(range(3), key=lambda i: round(float(abs(axis[i])), 12))
-
-
-def axes(start: Any, axis: Any, reference: Any) -> Any:
-    """x, y, z of the frame: z along the axis, x towards the reference, or the axis least along it."""
-    z = unit(axis)
-    if reference is None:
-        least = least_of(axis)
-        towards = [mp.mpf(int(i == least)) for i in range(3)]
-    else:
-        towards = minus(reference, start)
-    x = unit(minus(towards, [dot(towards, z) * c for c in z]))
-    return [x, cross(z, x), z]
-
-
-def framed(start: Any, axis: Any, reference: Any, x: Any) -> Any:
-    return [dot(row, minus(x, start)) for row in axes(start, axis, reference)]
-
+from .plain import back, cross, dot, framed, least_of, minus, mp, solved, turns, undone, unit
+from .turned import conic, extrusion, lens, mesh, mirror, revolution
 
 # Shapes: (f, uv) at a point in the coordinates of the shape, uv None where that is not compared
 
@@ -279,25 +145,24 @@ def cone(s: Any, face: int, x: Any) -> tuple[Any, Any]:
 
 
 def quadric(s: Any, _: int, x: Any) -> tuple[Any, Any]:
-    q = mp.matrix(4, 4)
+    q = [[mp.mpf(0)] * 4 for _ in range(4)]
     if s.matrix is not None:
-        given = mp.matrix(s.matrix)
-        q = (given + given.T) / 2
+        q = [[(s.matrix[i][j] + s.matrix[j][i]) / 2 for j in range(4)] for i in range(4)]
     else:
         places = dict(xx=(0, 0), yy=(1, 1), zz=(2, 2), xy=(0, 1), yz=(1, 2), xz=(0, 2), x=(0, 3), y=(1, 3), z=(2, 3))
         for name, value in s.coefficients.items():
             i, j = places.get(name, (3, 3))
-            q[i, j] += value / 2
-            q[j, i] += value / 2
-    p = mp.matrix([*x, 1])
-    second = q[:3, :3]
-    if not any(second):
-        return plane_uv([q[0, 3], q[1, 3], q[2, 3]], -q[3, 3] / 2, x)
+            q[i][j] += value / 2
+            q[j][i] += value / 2
+    p = [*x, mp.mpf(1)]
+    second, first = [row[:3] for row in q[:3]], [row[3] for row in q[:3]]
+    if not any(c for row in second for c in row):
+        return plane_uv(first, -q[3][3] / 2, x)
     uv = None
-    if abs(mp.det(second)) > mp.mpf(10) ** -6:
-        center = mp.lu_solve(second, -q[:3, 3])
+    if abs(dot(second[0], cross(second[1], second[2]))) > mp.mpf(10) ** -6:
+        center = solved(second, [-c for c in first])
         uv = (turns(x[0] - center[0], x[1] - center[1]), x[2] - center[2])
-    return (p.T * q * p)[0], uv
+    return dot(p, [dot(row, p) for row in q]), uv
 
 
 def plane_uv(normal: Any, offset: Any, x: Any) -> tuple[Any, Any]:
@@ -340,6 +205,8 @@ def polygon(s: Any, _: int, x: Any) -> tuple[Any, Any]:
 
 
 KINDS: dict[str, Any] = {
+    "Conic": conic, "ConicSheet": conic, "Lens": lens, "Mirror": mirror, "Mesh": mesh, "Extrusion": extrusion,
+    "Revolution": revolution,
     "Sphere": sphere, "Ellipsoid": ellipsoid, "Box": box, "Cylinder": cylinder, "CylinderPatch": cylinder, "Cone": cone,
     "Quadric": quadric, "HalfSpace": plane, "Plane": plane, "Polyhedron": polyhedron, "Disc": disc,
     "Triangle": triangle, "Polygon": polygon,
@@ -354,24 +221,34 @@ KINDS: dict[str, Any] = {
 
 
 def crossing(shape: Any, face: int, o: Any, d: Any, t: Any) -> Any:
-    """t of the crossing near a t, by Newton's method."""
+    """t of the crossing near a t, by Newton's method with one slope: an error e becomes of the order of e 1e-16."""
+
+    def value(t: Any) -> Any:
+        return wall(shape, face, [a + t * b for a, b in zip(o, d, strict=True)])[0]
+
     step = mp.mpf(10) ** -25
-    for _ in range(8):
-        f, ahead = (wall(shape, face, [a + s * b for a, b in zip(o, d, strict=True)])[0] for s in (t, t + step))
-        change = f * step / (ahead - f)
+    f = value(t)
+    rate = (value(t + step) - f) / step
+    for _ in range(9):
+        change = f / rate
         t -= change
         if abs(change) < mp.mpf(10) ** -40 * (1 + abs(t)):
             break
+        f = value(t)
+    else:
+        raise AssertionError("no crossing nearby")
     return t
 
 
 def fields(shape: Any, face: int, o: Any, d: Any, t: Any) -> tuple[Any, Any, Any, Any]:
-    """(t, point, unit gradient, uv) of the crossing near a t."""
+    """(t, point, unit gradient, uv) of the crossing near a t.
+
+    The gradient by differences forward: what they are off by, half a step times second derivatives, hardly changes.
+    """
+    shape = undone(shape)
     t = crossing(shape, face, o, d, t)
     x = [a + t * b for a, b in zip(o, d, strict=True)]
-    step = mp.mpf(10) ** -20
-    slopes = []
-    for i in range(3):
-        ends = [wall(shape, face, [c + s * step * (i == k) for k, c in enumerate(x)])[0] for s in (1, -1)]
-        slopes.append((ends[0] - ends[1]) / (2 * step))
-    return t, x, unit(slopes), wall(shape, face, x)[1]
+    step = mp.mpf(10) ** -16
+    f, uv = wall(shape, face, x)
+    ahead = (wall(shape, face, [c + step * (i == k) for k, c in enumerate(x)])[0] for i in range(3))
+    return t, x, unit([(value - f) / step for value in ahead]), uv

@@ -1,4 +1,4 @@
-"""Shapes without formulas of their own in `outlines`: by differences of first hits; and shapes that say they have none."""
+"""Shapes without formulas of their own in `outlines`: by differences of first hits."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import conicoid as co
 
 from ..contract.examples import examples_of
 
-BY_DIFFERENCES = (
+BY_NUMBERS = (
     "Wall", "Prism", "PentaPrism", "CornerCube", "Stop", "Tube", "SphereSection", "Polycone", "Trapezoid", "Wedge",
     "RegularPrism", "Pyramid", "Parallelepiped",
 )  # fmt: skip
-NONE_YET = ("Conic", "ConicSheet", "Lens", "Mirror", "Mesh", "Extrusion", "Revolution")
+BY_RAYS = ("Conic", "ConicSheet", "Lens", "Mirror", "Mesh", "Extrusion", "Revolution")
 STEP = 1e-6
 
 
@@ -26,12 +26,10 @@ def hits_of(shape):
     return co.parameters(scene), hits[hits.hit]
 
 
-@pytest.mark.parametrize("name", BY_DIFFERENCES)
+@pytest.mark.parametrize("name", BY_NUMBERS)
 def test_by_differences_of_hits(name):
     compared = 0
     for shape in examples_of(name):
-        if type(getattr(shape, "solid", None)).__name__ in NONE_YET:
-            continue  # the wall of one that has none
         parameters, hits = hits_of(shape)
         values = np.array(parameters.values)
         for k in range(len(values)):
@@ -49,19 +47,8 @@ def test_by_differences_of_hits(name):
     assert compared > 20
 
 
-@pytest.mark.parametrize("name", NONE_YET)
-def test_what_has_none_says_so(name):
-    for shape in examples_of(name):
-        parameters, hits = hits_of(shape)
-        if np.isfinite(getattr(shape, "radius_of_curvature", 1.0)):  # else it is a plane, which has them
-            with pytest.raises(
-                TypeError, match="has no derivatives, as its formulas look at the digits of their numbers"
-            ):
-                hits.jvp(parameters, np.ones(len(parameters.values)))
-
-
-@pytest.mark.parametrize("name", NONE_YET)
-def test_by_the_ray_all_have_them(name):
+@pytest.mark.parametrize("name", BY_RAYS)
+def test_by_differences_of_rays(name):
     """Rays that are shifted meet walls as differences say."""
     for shape in examples_of(name):
         _, hits = hits_of(shape)

@@ -13,11 +13,11 @@ import conicoid as co
 from conicoid.shapes.bulk import Bulk
 
 from ..contract.examples import MOTIONS, every_example
-from . import outlines
-from .outlines import mp
-from .test_by_differences import BY_DIFFERENCES, NONE_YET
+from . import outlines, plain
+from .plain import mp
 
-ELSEWHERE = re.compile(rf"({'|'.join((*BY_DIFFERENCES, *NONE_YET))})-")
+ELSEWHERE = re.compile(r"(Wall|Prism|PentaPrism|CornerCube|Stop)-")
+"""By `test_by_differences`."""
 EXAMPLES = {name: shape for name, shape in every_example() if not ELSEWHERE.match(name)}
 CLOSE, STEEP = 1e-10, 0.05
 STEP = mp.mpf(10) ** -18
@@ -34,15 +34,15 @@ def rays_at(shape: Any, count: int, seed: int) -> tuple[Any, Any]:
 
 def told(shape: Any, names: list[str], values: Any) -> Any:
     """The shape read anew with other numbers; a body of many is told by its own."""
-    read = outlines.read(shape)
+    read = plain.read(shape)
     for name, value in zip(names, values, strict=True):
-        outlines.put(read, name, value)
+        plain.put(read, name, value)
     return read
 
 
 def of_one(shape: Bulk, body: int, name: str) -> Any:
     """The field of a single body that a number of many is, or None; motions are of all."""
-    way = outlines.parts(name)
+    way = plain.parts(name)
     if way[0] == "motion":
         return name
     if way[1] != body:
@@ -101,6 +101,13 @@ def is_open(shape: Any, hit: Any, name: str, own: Any) -> bool:
         shape = shape.single(int(hit.body))
     if isinstance(shape, co.Cylinder) and shape.end_angle - shape.start_angle == 180 and "angle" in name:
         return int(hit.face) == 3
+    if isinstance(shape, co.Revolution) and hit.face < len(shape.profile) and re.search(r"profile\[\d\]\[1\]", name):
+        ends = shape.profile[int(hit.face)], shape.profile[(int(hit.face) + 1) % len(shape.profile)]
+        return ends[0][1] == ends[1][1]  # a plane, which becomes a cone
+    if isinstance(shape, co.Lens) and shape.thickness == shape.diameter:
+        return True  # a whole ball: its two faces are one sphere, and tie
+    if ends_at_an_equator(shape):
+        return hit.face > 0 or np.shape(own) == (2,)  # the rim moves without bound
     if np.shape(own) != (2,):
         return False
     tilts = {co.Cylinder: ("start", "end"), co.Cone: ("start", "end"), co.Disc: ("normal",), co.HalfSpace: ("normal",),
@@ -111,6 +118,12 @@ def is_open(shape: Any, hit: Any, name: str, own: Any) -> bool:
         shape = operands[place]
     shape = getattr(shape, "base", shape)
     return any(part in name for part in tilts.get(type(shape), ())) and least_twice(shape)
+
+
+def ends_at_an_equator(shape: Any) -> bool:
+    """Is the rim of a conic as wide as its ellipsoid is?"""
+    walls = [getattr(shape, name) for name in ("wall", "front", "back") if hasattr(shape, name)]
+    return any(wall.semi**2 * (1 + wall.conic) == wall.radius**2 for wall in walls)
 
 
 def least_twice(shape: Any) -> bool:
@@ -130,13 +143,13 @@ def differences(shape: Any, hit: Any, name: str, ray: Any) -> Any:
     if isinstance(shape, Bulk):
         name = of_one(shape, int(hit.body), name) or ""
         shape = shape.single(int(hit.body))
-    read = outlines.read(shape)
-    value = outlines.get(read, name) if name else None
+    read = plain.read(shape)
+    value = plain.get(read, name) if name else None
     o, d, do, dd = ([mp.mpf(x) for x in part.tolist()] for part in ray)
     ends = []
     for sign in (1, -1):
         if name:
-            outlines.put(read, name, value + sign * STEP)
+            plain.put(read, name, value + sign * STEP)
         origin, direction = ([a + sign * STEP * b for a, b in zip(*pair, strict=True)] for pair in ((o, do), (d, dd)))
         ends.append(outlines.fields(read, int(hit.face), origin, direction, mp.mpf(float(hit.t))))
     (t, x, n, uv), (t2, x2, n2, uv2) = ends

@@ -92,3 +92,21 @@ def test_an_infinite_end_and_the_angles_of_a_whole_turn_are_none():
     shapes = [co.Ellipsoid((1, 1, 1), z_range=(0, np.inf)), co.Cylinder((0, 0, 0), (0, 0, 1), 1)]
     names = co.parameters(co.Scene(shapes)).names
     assert [name for name in names if "z_range" in name or "angle" in name] == ["bodies[0].z_range[0]"]
+
+
+def test_a_boolean_of_thousands_of_levels():
+    # A chain of 1200 differences: a ball of radius 1 with 1200 others taken out of it, each by a step of its own.
+    shape = co.Sphere(1)
+    for k in range(1200):
+        shape = co.Difference((shape, co.Sphere(0.001, (0, 5 + k, 0))))
+    scene = co.Scene([co.Body(shape, name="it")])
+    found = co.parameters(scene)
+    assert len(found) == 4 * 1201
+    assert found.scene(found.values) is scene
+    values = found.values.copy()
+    values[0] = 2
+    other = found.scene(values)
+    assert other.first_hit((0, 0, 5), (0, 0, -1)).t == 3
+    gradient = scene.first_hit((0, 0, 5), (0, 0, -1)).vjp(found, t=1).parameters
+    assert np.flatnonzero(gradient).tolist() == [0, 3]  # the radius, and z of the center
+    assert gradient[[0, 3]].tolist() == [-1, -1]

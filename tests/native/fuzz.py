@@ -91,6 +91,7 @@ def work() -> None:
             for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
                 answer.detached()
         hits.uv, hits.local_point, hits.point_error  # noqa: B018
+        _moved(scene, hits)
     edge = (-3.5, 0.5, 5.0), (0.0, 0.0, -1.0)
     two = co.Scene([co.Sphere(1.0), co.Sphere(1.0, (1.0, 0.0, 0.0))])
     for query in (two.first_hit, two.spans, two.crossings):
@@ -109,6 +110,16 @@ def work() -> None:
     for body in (0, "sheet"):
         sheet = co.Body(co.Polygon([(-1, -1, 0), (1, -1, 0), (0, 1, 0)]) & co.Sphere(1.0), name="sheet")
         co.Scene([co.Sphere(1.0) - co.Box(), sheet]).explain((0.1, 0.2, 5.0), (0.0, 0.0, -1.0), body=body)
+
+
+def _moved(scene: Any, hits: Any) -> None:
+    """How hits and spans move with their rays and with one number."""
+    import conicoid as co
+
+    parameters = co.parameters(scene, "bodies[0].operands[0].radius")
+    for answer in (hits, scene.spans(hits.rays)):
+        answer.jvp(parameters, [1.0], d_origins=(0.0, 0.0, 1.0))
+    hits.vjp(parameters, t=hits.hit * 1.0)
 
 
 def _as_pages_ask(scene: Any) -> None:

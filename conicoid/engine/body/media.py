@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from ...compiler.jit import helper
+from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..ray import Ray, scaled_ray, with_limits
 from ..tables import Geometry, Signs, integer
 from .entry import collect, entry_sides
 from .scratch import Scratch
+
+
+@inline
+def first_listed(found: int, body: int, is_there: bool) -> int:
+    """The body that counts of those that are somewhere, asked in the order of the list: the first of them."""
+    return body if is_there and found < 0 else found
 
 
 @helper
@@ -27,6 +33,5 @@ def media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: S
         if is_medium[body] == 0 or (before >= 0 and after >= 0):
             continue
         was_inside, is_inside = entry_sides(geometry, scratch, entry, here, t)
-        before = body if was_inside and before < 0 else before
-        after = body if is_inside and after < 0 else after
+        before, after = first_listed(before, body, was_inside), first_listed(after, body, is_inside)
     return before, after

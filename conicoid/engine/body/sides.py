@@ -17,6 +17,7 @@ from ..ray import Ray, with_limits
 from ..tables import Geometry, Signs, integer, whole
 from .boolean import crossing
 from .entry import collect, crossed_face, entry_crossings, entry_nearness, is_solid
+from .media import first_listed
 from .scratch import Scratch
 
 BEFORE, AFTER, BLOCKER = 0, 1, 2
@@ -48,12 +49,10 @@ def with_body(sides: Sides, body: int, kind: int, crossed: bool, was: bool, now:
     """The sides with one body more, in the order of bodies: was the ray inside of it, is it now, is it crossed?"""
     first, last, solid_first, solid_last, blocker = sides
     if kind == CLEAR:
-        first = body if was and first < 0 else first
-        last = body if now and last < 0 else last
+        first, last = first_listed(first, body, was), first_listed(last, body, now)
     elif kind == OPAQUE:
-        solid_first = body if was and solid_first < 0 else solid_first
-        solid_last = body if now and solid_last < 0 else solid_last
-        blocker = body if crossed and blocker < 0 else blocker
+        solid_first, solid_last = first_listed(solid_first, body, was), first_listed(solid_last, body, now)
+        blocker = first_listed(blocker, body, crossed)
     return Sides(first, last, solid_first, solid_last, blocker)
 
 

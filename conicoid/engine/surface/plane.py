@@ -12,7 +12,10 @@ from .doubt import OBLIQUE
 
 
 class Plane(NamedTuple):
-    """The record of a plane: its unit normal, the height of the anchor over it, the anchor."""
+    """The record of a plane: its normal n, what n·x - offset is at the anchor, the anchor.
+
+    n and the offset are as said, times a power of two that brings the largest component of n to [1/2, 1).
+    """
 
     nx: float
     ny: float
