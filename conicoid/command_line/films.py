@@ -11,6 +11,7 @@ from .parts import SceneFile, Threads, check_folder, in_rays, load, prepare, sai
 from .picture_options import Axes, Depth, Integrator, Labels, Normals, Outside, Pixels, Samples, Seed
 from .pictures import check_light
 from .terminal import Bar, compile_notes, say, user_mistakes
+from .workers import ClusterOption, SlurmOption, WorkersOption, executor_of
 
 ANIMATE_EXAMPLES = (
     "Examples:\n\n  conicoid animate scene.yaml -o film.gif\n\n"
@@ -47,6 +48,9 @@ def animate(
     ] = None,
     keep: Annotated[bool, typer.Option(help="Keep the frames in the end.")] = True,
     outside: Outside = False,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    slurm: SlurmOption = None,
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Make a film of a scene that moves by keyframes."""
@@ -59,12 +63,13 @@ def animate(
         loaded = load(scene, threads, outside)
         count = frame_count(loaded, frames, seconds, start)
         prepare(loaded)
-        with compile_notes(), said_warnings(), Bar("filming", "ray") as bar:
+        where = executor_of("animate", workers, cluster, slurm)
+        with compile_notes(), said_warnings(), Bar("filming", "ray") as bar, where as executor:
             rendered = film(
                 loaded, output, frames=frames, seconds=seconds, start=start, shutter=shutter, times=times,
                 width=width, height=height, samples=samples, integrator=integrator, seed=seed, depth=depth,
                 axes=axes, labels=labels, normals=normals, folder=folder, keep=keep,
-                progress=in_rays(bar, width * height * samples * count),
+                progress=in_rays(bar, width * height * samples * count), executor=executor,
             )  # fmt: skip
         taken = f", {count - rendered} of them were there" if rendered < count else ""
         say(f"{output}: {count} frames of {width} x {height} pixels{taken}")

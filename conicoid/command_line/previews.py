@@ -6,16 +6,24 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .parts import STDOUT
 from .terminal import Bar
 
 
 def previews(bar: Bar, path: Path | None, developed: Callable[[Any], Any]) -> Callable[[Any], None]:
-    """What is done with a picture as it becomes better: its noise is told, and it is written, whole, at `path`."""
+    """What is done with a picture as it becomes better: its noise is told, and it is written, whole, at `path`.
+
+    path: STDOUT for a picture above the line of progress, in the terminal.
+    """
+    from ..render.blocks import half_blocks
 
     def shown(image: Any) -> None:
         if image.noise < float("inf"):
             bar.note = f", noise {image.noise:.2g}"
-        if path is not None:
+        if path == STDOUT:
+            if bar.console.is_terminal:
+                bar.picture = half_blocks(developed(image), bar.console.width, max(1, bar.console.height - 3))
+        elif path is not None:
             developed(image).save(path)
 
     return shown
