@@ -73,7 +73,7 @@ def _shown(preview: Any) -> Callable[[Any, Any], None] | None:
 
         preview = in_notebook()
     elif isinstance(preview, str):
-        from .render.live import in_terminal
+        from .formats.blocks import in_terminal
 
         one_of("render", "preview", preview, ("terminal",))
         preview = in_terminal()

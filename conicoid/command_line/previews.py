@@ -15,14 +15,14 @@ def previews(bar: Bar, path: Path | None, developed: Callable[[Any], Any]) -> Ca
 
     path: STDOUT for a picture above the line of progress, in the terminal.
     """
-    from ..render.blocks import half_blocks
+    from ..formats.blocks import half_blocks
 
     def shown(image: Any) -> None:
         if image.noise < float("inf"):
             bar.note = f", noise {image.noise:.2g}"
         if path == STDOUT:
             if bar.console.is_terminal:
-                bar.picture = half_blocks(developed(image), bar.console.width, max(1, bar.console.height - 3))
+                bar.picture = half_blocks(developed(image)._shown, bar.console.width, max(1, bar.console.height - 3))
         elif path is not None:
             developed(image).save(path)
 

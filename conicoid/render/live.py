@@ -1,4 +1,4 @@
-"""A picture in a notebook, or in a terminal, that becomes better while it is made."""
+"""A picture in a notebook that becomes better while it is made."""
 
 from __future__ import annotations
 
@@ -25,27 +25,5 @@ def in_notebook() -> Callable[[Any], None]:
             handle[0].update(image)
         else:
             handle.append(shows.display(image, display_id=True))
-
-    return preview
-
-
-def in_terminal() -> Callable[[Any], None]:
-    """What draws pictures in the terminal that stderr is, each over the one before; nothing where it is none."""
-    from rich.console import Console
-    from rich.control import Control
-    from rich.segment import ControlType
-
-    from .blocks import half_blocks
-
-    console, above = Console(stderr=True), [0]
-
-    def preview(image: Any) -> None:
-        if not console.is_terminal:
-            return
-        drawn = half_blocks(image, console.width, max(1, console.height - 2))
-        if above[0]:
-            console.control(Control((ControlType.CURSOR_UP, above[0])))
-        console.print(drawn, end="\n")
-        above[0] = drawn.plain.count("\n") + 1
 
     return preview

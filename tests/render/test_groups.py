@@ -90,11 +90,11 @@ def test_previews_in_a_terminal(monkeypatch):
     """Half blocks: the upper pixel is the colour of the character, the lower one what is behind it."""
     from rich.console import Console
 
-    from conicoid.render.blocks import half_blocks, shrunk
+    from conicoid.formats.blocks import half_blocks, shrunk
 
     pixels = np.zeros((3, 2, 3), np.float32)
     pixels[0, 0], pixels[1, 0], pixels[2, 1] = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-    text = half_blocks(co.Image._of_light(pixels), 10, 10)
+    text = half_blocks(pixels, 10, 10)
     assert text.plain == "\u2580\u2580\n\u2580\u2580"
     assert [str(span.style) for span in text.spans] == [
         "#ff0000 on #00ff00", "#000000 on #000000", "#000000", "#0000ff",

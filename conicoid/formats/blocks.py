@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..image import Image
 from ..shapes.vector import FloatArray
+from .srgb import srgb_bytes
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -26,12 +27,11 @@ def shrunk(pixels: FloatArray, columns: int, rows: int) -> FloatArray:
     return np.asarray(total / sizes[..., None])
 
 
-def half_blocks(image: Image, columns: int, rows: int) -> Text:
-    """The picture in at most so many columns and rows of characters."""
+def half_blocks(pixels: Any, columns: int, rows: int) -> Text:
+    """A picture (height, width, 3) of linear light in at most so many columns and rows of characters."""
     from rich.text import Text
 
-    small = shrunk(image.pixels, columns, 2 * rows)
-    shown = np.asarray(Image._of_light(small.astype(np.float32)))
+    shown = np.asarray(srgb_bytes(shrunk(pixels, columns, 2 * rows).astype(np.float32)))
     text = Text(end="", no_wrap=True)
     for top in range(0, len(shown), 2):
         if top:
@@ -45,3 +45,23 @@ def _style(pair: Any) -> str:
     """The colours of one character."""
     over, under = ("#" + bytes(pixel.tolist()).hex() for pixel in (pair[0], pair[-1]))
     return f"{over} on {under}" if len(pair) == 2 else over
+
+
+def in_terminal() -> Callable[[Any], None]:
+    """What draws pictures in the terminal that stderr is, each over the one before; nothing where it is none."""
+    from rich.console import Console
+    from rich.control import Control
+    from rich.segment import ControlType
+
+    console, above = Console(stderr=True), [0]
+
+    def preview(image: Any) -> None:
+        if not console.is_terminal:
+            return
+        drawn = half_blocks(image._shown, console.width, max(1, console.height - 2))
+        if above[0]:
+            console.control(Control((ControlType.CURSOR_UP, above[0])))
+        console.print(drawn, end="\n")
+        above[0] = drawn.plain.count("\n") + 1
+
+    return preview
