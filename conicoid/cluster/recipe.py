@@ -58,7 +58,7 @@ class Recipe:
     @property
     def labels(self) -> Any:
         """Of a scene, what its bodies are called and made of."""
-        scene = self.thing.scene() if isinstance(self.thing, _Bare) else self.thing
+        scene: Any = self.thing.scene() if isinstance(self.thing, _Bare) else self.thing
         return scene.prepared.labels
 
     def reference(self, whole: bool = False) -> Reference:
