@@ -175,7 +175,7 @@ class LightTrack:
 
     def __post_init__(self) -> None:
         owner, light = "LightTrack", whole(self.light)
-        if light is None or light < 0:
+        if light is None or not 0 <= light <= _MOST_LIGHTS:
             raise ValueError(f"{owner}: light must be the number of a light, from 0, got {shown(self.light)}")
         object.__setattr__(self, "light", light)
         object.__setattr__(self, "times", _times(owner, self.times))
@@ -199,6 +199,7 @@ class LightTrack:
         return dataclasses.replace(light, **{field: _between(getattr(self, field), k, s) for field in self._moving})
 
 
+_MOST_LIGHTS = 1_000_000
 _OF_LIGHTS = ("position", "direction", "intensity")
 _OF_CAMERAS = ("position", "look_at", "field_of_view", "focus_distance")
 Track: TypeAlias = BodyTrack | CameraTrack | LightTrack
