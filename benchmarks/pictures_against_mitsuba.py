@@ -6,7 +6,8 @@
 Mitsuba runs in a process of its own, by PYTHON, which has it installed; its LLVM variants need DRJIT_LIBLLVM_PATH.
 For each scene it prints the mean of both pictures and the difference in percent, with the standard error that the noise
 of the difference leaves it, the root mean square of the difference, and the part of that which neighbouring pixels
-share (about 0 for noise), and writes both pictures and the difference.
+share, with its standard error: about 0 for noise, but where a few pixels carry most of it that says little, and the
+error is large. Both pictures and the difference are written.
 """
 
 from __future__ import annotations
@@ -77,11 +78,12 @@ def compared(name: str, case: Case, options: argparse.Namespace) -> str:
     for label, picture in (("ours", ours), ("mitsuba", theirs), ("difference", 0.5 + 2 * (ours - theirs))):
         co.Image(np.clip(picture, 0, None).astype(np.float32)).save(str(options.out / f"{name}-{label}.png"))
     difference = (ours - theirs).mean(axis=2)
-    shared = (difference[:, 1:] * difference[:, :-1]).mean() / max((difference**2).mean(), 1e-300)
+    pairs, own = difference[:, 1:] * difference[:, :-1], max((difference**2).sum(), 1e-300)
+    shared, doubt = pairs.sum() / own, np.sqrt((pairs**2).sum()) / own
     error = difference.std() / difference.size**0.5 / theirs.mean()
     return (
         f"| {name} | {ours.mean():.5f} | {theirs.mean():.5f} | {100 * (ours.mean() / theirs.mean() - 1):+.3f} % "
-        f"| {100 * error:.3f} % | {np.sqrt((difference**2).mean()):.5f} | {shared:+.3f} |"
+        f"| {100 * error:.3f} % | {np.sqrt((difference**2).mean()):.5f} | {shared:+.3f} ± {doubt:.3f} |"
     )
 
 

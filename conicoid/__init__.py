@@ -42,7 +42,7 @@ _SHAPES = {
     "ImageTexture": "texture", "Gradient": "texture", "Noise": "texture", "Wood": "texture", "Brick": "texture",
     "AmbientLight": "light", "DirectionalLight": "light", "PointLight": "light", "SpotLight": "light",
     "Environment": "background", "Sky": "background", "clear_sky": "clear_sky",
-    "BodyTrack": "animation", "CameraTrack": "animation",
+    "BodyTrack": "animation", "CameraTrack": "animation", "LightTrack": "animation",
 }  # fmt: skip
 _HOMES = {name: f".shapes.{module}" for name, module in _SHAPES.items()} | {
     "Scene": ".scene", "Image": ".image", "Camera": ".render.camera", "OrthographicCamera": ".render.camera",
@@ -107,6 +107,7 @@ if TYPE_CHECKING:
     from .shading.optics import refract as refract
     from .shapes.animation import BodyTrack as BodyTrack
     from .shapes.animation import CameraTrack as CameraTrack
+    from .shapes.animation import LightTrack as LightTrack
     from .shapes.background import Environment as Environment
     from .shapes.background import Sky as Sky
     from .shapes.base import Shape as Shape

@@ -48,7 +48,7 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
     camera: a `Camera`, an `OrthographicCamera` or another one; None for one that fits.
     background: a colour, a `Sky` or an `Environment`; None for a pale sky, which lights the scene in light transport.
     domain: a solid that the bodies are to fill: `check` tells where they do not, and nothing else asks for it.
-    animation: a list of `BodyTrack` and `CameraTrack`, by which `at`, films and shutters go.
+    animation: a list of `BodyTrack`, `CameraTrack` and `LightTrack`, by which `at`, films and shutters go.
 
     The scene is immutable; its arrays are built when first asked for.
     Every query takes origins and directions (..., 3), or a `Rays` alone, and keeps the leading shape.
@@ -224,7 +224,7 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
         labels: bool = False,
         normals: bool = False,
         progress: Callable[[int, int], Any] | None = None,
-        preview: Callable[[Image], Any] | bool | None = None,
+        preview: Callable[[Image], Any] | Literal["terminal"] | bool | None = None,
         executor: Any = None,
         resume: str | os.PathLike[str] | None = None,
     ) -> Image:
@@ -249,7 +249,7 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
         axes, labels, normals: drawn over it: the world's axes, names of bodies or numbers, arrows along normals.
         progress: progress(done, count) is called now and then.
         preview: preview(image) is called with a progressive picture as it becomes better, with its error as
-            `image.noise`; True shows it in a notebook.
+            `image.noise`; True shows it in a notebook, "terminal" draws it in one.
         executor: where its tiles are made, as for `first_hit`; the picture is the same to the bit.
         resume: a file of finished tiles, kept up to date: where there are some of this picture, it goes on from them,
             also to more samples where the integrator is progressive.

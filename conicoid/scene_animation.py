@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .scene_parts import named
-from .shapes.animation import BodyTrack, CameraTrack
+from .shapes.animation import BodyTrack, CameraTrack, LightTrack
 from .shapes.calls import explained_methods
+from .shapes.labels import counted
 from .shapes.validate import number
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ class Moving:
 
     @property
     def animation(self) -> tuple[Any, ...]:
-        """The tracks by which bodies and the camera move; queries and pictures see all where the scene has it."""
+        """By which tracks bodies, the camera and lights move; queries and pictures see all where the scene has it."""
         return self._animation
 
     def at(self, time: float) -> Scene:
@@ -30,8 +31,8 @@ class Moving:
 
         time: in seconds, as the keys of the tracks say.
 
-        Raises KeyError where a track moves a body that there is not, ValueError where it moves a camera that the scene
-        has not.
+        Raises KeyError where a track moves a body that there is not, ValueError where it moves a camera or a light
+        that the scene has not.
         """
         time, made = number("at", "time", time), self._still()
         for track in self._animation:
@@ -43,7 +44,17 @@ class Moving:
                 if made.camera is None:
                     raise ValueError("at: the scene must have a camera for a CameraTrack to move")
                 made = made.replace(camera=track.moved(made.camera, time))
+            elif isinstance(track, LightTrack):
+                made = made.replace(lights=_lights(made.lights, track, time))
         return made
 
     def _still(self) -> Scene:
         raise NotImplementedError
+
+
+def _lights(lights: Any, track: LightTrack, time: float) -> list[Any]:
+    """The lights of a scene, one of them where a track has it."""
+    if track.light >= len(lights):
+        there = counted(len(lights), "light", "lights")
+        raise ValueError(f"at: the scene has {there}, from 0 on; a LightTrack moves light {track.light}")
+    return [track.moved(light, time) if k == track.light else light for k, light in enumerate(lights)]

@@ -10,7 +10,8 @@ from .film.passes import error_of_all
 from .image import Image
 from .render.layers import layers_of
 from .render.picture import Exposed, Job, job_of, render
-from .shapes.validate import callback, flag, refuse_with
+from .shapes.suggestion import one_of
+from .shapes.validate import callback, flag
 
 
 def picture_of(
@@ -25,7 +26,6 @@ def picture_of(
     fixed, seen = asked[6] is not None, scene
     keeps = any(name in names for name in OF_SUMS)
     if job.shutter is not None:
-        refuse_with("render", "shutter", executor=executor, resume=resume)
         seen = scene.at((job.shutter[0] + job.shutter[1]) / 2)
     lit_by = _groups(scene, groups)
     exposed = _exposed(scene, job, fixed, keeps, progress, shows, executor, resume)
@@ -45,14 +45,14 @@ def _exposed(
     scene: Any, job: Job, fixed: bool, keeps: bool, progress: Any, shows: Any, executor: Any, resume: Any
 ) -> Exposed:
     """A film: by these threads or an executor, at once or while the shutter is open."""
+    if executor is not None or resume is not None:
+        from .cluster.pictures import rendered
+
+        return rendered(scene, job, keeps, executor, resume, progress, shows, fixed)
     if job.shutter is not None:
         from .render.shutter import render_open
 
         return render_open(scene, job, fixed, progress, shows)
-    if executor is not None or resume is not None:
-        from .cluster.pictures import rendered
-
-        return rendered(scene, job, keeps, executor, resume, progress, shows)
     return render(scene, job, keeps, progress, shows)
 
 
@@ -73,6 +73,11 @@ def _shown(preview: Any) -> Callable[[Any, Any], None] | None:
         from .render.live import in_notebook
 
         preview = in_notebook()
+    elif isinstance(preview, str):
+        from .formats.blocks import in_terminal
+
+        one_of("render", "preview", preview, ("terminal",))
+        preview = in_terminal()
     callback("render", "preview", preview, "image")
 
     def shown(film: Any, sums: Any) -> None:

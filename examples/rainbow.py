@@ -18,13 +18,8 @@ COLORS = [
     (0.46, (0.04, 0.16, 1.0)), (0.44, (0.16, 0.05, 1.0)), (0.42, (0.34, 0.02, 0.85)),
 ]  # fmt: skip
 """Wavelengths in μm, and what they look like."""
-THICK = 0.011
+THICK = 0.008
 WHITE = co.glow((1.6, 1.6, 1.55))
-
-
-def index(of_yellow: float, dispersion: float, wavelength: float) -> float:
-    """Cauchy's index, about that of the yellow line of sodium."""
-    return of_yellow + dispersion * (wavelength**-2 - 0.5876**-2)
 
 
 def way(solid: co.Solid, n: float, origin: np.ndarray, direction: np.ndarray, mirrors: int) -> list[np.ndarray]:
@@ -47,13 +42,12 @@ def threads(corners: list[np.ndarray], material: co.Material) -> list[co.Body]:
     return [co.Body(co.Cylinder(tuple(a), tuple(b), THICK), material) for a, b in itertools.pairwise(corners)]
 
 
-def fan(
-    solid: co.Solid, of_yellow: float, dispersion: float, start: np.ndarray, along: np.ndarray, mirrors: int
-) -> list[co.Body]:
+def fan(solid: co.Solid, glass: str, start: np.ndarray, along: np.ndarray, mirrors: int) -> list[co.Body]:
     """What one white ray becomes: a white thread up to the glass, one of each colour beyond."""
     bodies: list[co.Body] = []
+    index = co.optics.glass(glass)
     for wavelength, color in COLORS:
-        corners = way(solid, index(of_yellow, dispersion, wavelength), start, along, mirrors)
+        corners = way(solid, index(wavelength), start, along, mirrors)
         bodies += threads(corners[1:], co.glow(tuple(1.3 * part for part in color)))
         if wavelength == COLORS[0][0]:
             bodies = threads(corners[:2], WHITE) + bodies
@@ -61,7 +55,7 @@ def fan(
 
 
 def scene() -> co.Scene:
-    """The prism on the left, the drop on the right; the dispersion is that of flint and of water, times five."""
+    """The prism on the left, the drop on the right, each ray by the index that was measured of flint and of water."""
     corners = [(np.sin(a), np.cos(a)) for a in np.radians((0, 120, 240))]
     sides = [(-x, 0.0, -z) for x, z in corners]
     prism = co.Polyhedron([*sides, (0, 1, 0), (0, -1, 0)], [0.5, 0.5, 0.5, 0.45, 0.45]).scale(0.95)
@@ -70,8 +64,8 @@ def scene() -> co.Scene:
     beam = np.array((np.cos(np.radians(24)), 0.0, np.sin(np.radians(24))))
     ray = np.array((-2.1 - 0.36, 0, 0.12)) - 2.4 * beam
     high = np.array((-1.4, 0.0, 0.45 + 0.86 * 0.95))
-    rays = fan(prism, 1.62, 5 * 0.0045, ray, beam, 0)
-    rays += fan(drop, 1.333, 5 * 0.0031, high, np.array((1.0, 0.0, 0.0)), 1)
+    rays = fan(prism, "F2", ray, beam, 0)
+    rays += fan(drop, "water", high, np.array((1.0, 0.0, 0.0)), 1)
     clear = co.glass(1.333, specular=0.4), co.glass(1.5, specular=0.4)
     sky = co.Sky((0.10, 0.13, 0.2), (0.006, 0.008, 0.014), (0.05, 0.05, 0.07))
     camera = co.Camera((0, -9, 0.0), (0, 0, 0.0), field_of_view=22)

@@ -13,6 +13,7 @@ from ..film.sums import COUNT, SUMS, pixels_of
 from ..integrators import INTEGRATORS
 from ..render.passes import Exposure
 from ..render.picture import Exposed, Job, light_of
+from ..render.shutter import render_open, stills
 from ..render.tiles import SIDE, tile_corner, tile_total
 from .checkpoint import Checkpoint
 from .course import Course, Piece, closing
@@ -37,7 +38,8 @@ def tiles_part(scene: Scene, job: Job, keeps: bool, begin: int, end: int, before
 
     keeps: their sums instead, (pixels, SUMS). before: those that there were.
     """
-    exposure = Exposure(scene, job, keeps or job.keeps_sums, begin, end, _look(scene, job))
+    keeps = keeps or job.keeps_sums
+    exposure = Exposure(scene, job, keeps, begin, end, _look(scene, job), job.shutter is not None)
     if before is not None:
         put(exposure.sums, begin, end, before)
     exposure.go_on()
@@ -72,15 +74,18 @@ def put(film: Any, begin: int, end: int, pixels: Any) -> None:
 
 def rendered(
     scene: Scene, job: Job, keeps: bool, executor: Any, resume: str | os.PathLike[str] | None,
-    progress: Progress | None, preview: Preview | None,
+    progress: Progress | None, preview: Preview | None, fixed: bool = False,
 ) -> Exposed:  # fmt: skip
     """A picture whose tiles are made on workers, or that goes on where it was stopped.
 
     keeps: are the sums of its samples wanted?
     resume: a file of the sums of tiles. Those in it are taken, and new ones added as they come.
+    fixed: with a shutter, is the camera that of the job throughout?
     """
     if executor is not None and preview is not None:
         raise TypeError("render: preview goes with pictures of this process, not with an executor")
+    if job.shutter is not None:
+        return _open(scene, job, fixed, executor, resume, progress, preview)
     recipes = recipe_of(scene), Recipe(job)
     if resume is None:
         return _on_workers(scene, job, keeps, executor, recipes, progress, None)
@@ -95,7 +100,32 @@ def rendered(
 
 def _what(job: Job) -> Job:
     """The job as far as its samples depend on it: of a progressive picture there may be more, or less noise."""
-    return replace(job, samples=1, noise=None) if job.is_progressive else job
+    return replace(job, samples=1, noise=None) if job.is_progressive and job.shutter is None else job
+
+
+def _open(
+    scene: Scene, job: Job, fixed: bool, executor: Any, resume: str | os.PathLike[str] | None,
+    progress: Progress | None, preview: Preview | None,
+) -> Exposed:  # fmt: skip
+    """A picture with a shutter: one moment after the other, whose samples share the sums."""
+    key = recipe_of(scene).key + Recipe((_what(job), fixed)).key
+    kept = None if resume is None else Kept(resume, key, job)
+    try:
+        if executor is None:
+            return render_open(scene, job, fixed, progress, preview, kept)
+        held, exposed = kept or Held(), None
+        for k, (still, part) in enumerate(stills(scene, job, fixed)):
+            told = progress and _of_moments(progress, k, job.times)
+            exposed = _on_workers(still, part, True, executor, (recipe_of(still), Recipe(part)), told, held)
+        assert exposed is not None
+        return exposed
+    finally:
+        if kept is not None:
+            kept.close()
+
+
+def _of_moments(progress: Progress, moment: int, times: int) -> Progress:
+    return lambda done, count: progress(moment * count + done, times * count)
 
 
 def _here(scene: Scene, job: Job, progress: Progress | None, preview: Preview | None, kept: Kept) -> Exposed:
@@ -108,7 +138,7 @@ def _here(scene: Scene, job: Job, progress: Progress | None, preview: Preview | 
 
 def _on_workers(
     scene: Scene, job: Job, keeps: bool, executor: Any, recipes: tuple[Recipe, Recipe], progress: Progress | None,
-    kept: Kept | None,
+    kept: Kept | Held | None,
 ) -> Exposed:  # fmt: skip
     """By workers, each tile from its first sample to its last."""
     workers = workers_of("render", executor, progress)
@@ -130,7 +160,7 @@ def _on_workers(
     return Exposed(pixels_of(film), film) if keeps else Exposed(film, None)
 
 
-def _before(kept: Kept | None, sums: Any, begin: int, end: int) -> Any:
+def _before(kept: Kept | Held | None, sums: Any, begin: int, end: int) -> Any:
     """The sums of tiles that have samples already."""
     if kept is None:
         return None
@@ -150,6 +180,23 @@ def _gaps(sums: Any, total: int, job: Job) -> list[tuple[int, int]]:
     steps = np.diff(np.concatenate([[True], done]).astype(np.int8))
     begins, ends = np.flatnonzero(steps < 0).tolist(), np.flatnonzero(steps > 0).tolist()
     return list(zip(begins, ends, strict=True))
+
+
+class Held:
+    """The same sums from one moment to the next, where no file keeps them."""
+
+    def __init__(self) -> None:
+        self._sums: Any = None
+
+    def read(self, sums: Any) -> None:
+        """Fill in what there is."""
+        if self._sums is not None:
+            sums[:] = self._sums
+
+    def add(self, sums: Any, tiles: list[tuple[int, int]]) -> None:
+        """Hold them."""
+        del tiles
+        self._sums = sums
 
 
 class Kept:

@@ -58,7 +58,8 @@ class Recipe:
     @property
     def labels(self) -> Any:
         """Of a scene, what its bodies are called and made of."""
-        return self.thing.scene().prepared.labels
+        scene: Any = self.thing.scene() if isinstance(self.thing, _Bare) else self.thing
+        return scene.prepared.labels
 
     def reference(self, whole: bool = False) -> Reference:
         """What a task carries; `whole` for a worker that has nothing but the task."""

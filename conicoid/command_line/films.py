@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from .parts import SceneFile, Threads
+from .parts import ClusterOption, SceneFile, SlurmOption, Threads, WorkersOption
 from .picture_options import Axes, Depth, Integrator, Labels, Normals, Outside, Pixels, Samples, Seed
 from .pictures import check_light
 from .terminal import Bar, compile_notes, say, user_mistakes
+from .workers import executor_of
 from .working import check_folder, in_rays, load, prepare, said_warnings
 
 ANIMATE_EXAMPLES = (
@@ -48,6 +49,9 @@ def animate(
     ] = None,
     keep: Annotated[bool, typer.Option(help="Keep the frames in the end.")] = True,
     outside: Outside = False,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    slurm: SlurmOption = None,
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Make a film of a scene that moves by keyframes."""
@@ -60,12 +64,13 @@ def animate(
         loaded = load(scene, threads, outside)
         count = frame_count(loaded, frames, seconds, start)
         prepare(loaded)
-        with compile_notes(), said_warnings(), Bar("filming", "ray") as bar:
+        where = executor_of("animate", workers, cluster, slurm)
+        with compile_notes(), said_warnings(), Bar("filming", "ray") as bar, where as executor:
             rendered = film(
                 loaded, output, frames=frames, seconds=seconds, start=start, shutter=shutter, times=times,
                 width=width, height=height, samples=samples, integrator=integrator, seed=seed, depth=depth,
                 axes=axes, labels=labels, normals=normals, folder=folder, keep=keep,
-                progress=in_rays(bar, width * height * samples * count),
+                progress=in_rays(bar, width * height * samples * count), executor=executor,
             )  # fmt: skip
         taken = f", {count - rendered} of them were there" if rendered < count else ""
         say(f"{output}: {count} frames of {width} x {height} pixels{taken}")

@@ -72,7 +72,7 @@ Time = Annotated[
 ]
 Preview = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="A picture that is written again and again as it becomes better.",
+    typer.Option(metavar="FILE", help="A picture that is written again and again as it gets better; - draws it here.",
                  show_default=False),
 ]  # fmt: skip
 Fit = Annotated[bool, typer.Option("--fit", help="The camera that fits, not the scene's.")]

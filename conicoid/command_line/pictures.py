@@ -126,7 +126,6 @@ def render(
         plane = None if section is None else _plane(context, section)
         during = None if shutter is None else _interval(context, "--shutter", shutter)
         only_with(context, "a moment, not with --shutter", during is None, "time")
-        only_with(context, "these threads, not with --shutter", during is None, "resume", "workers", "cluster", "slurm")
         if preview is not None:
             only_with(context, f"--integrator {' or '.join(PROGRESSIVE)}", integrator in PROGRESSIVE, "preview")
             check_folder(preview)

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 from .exit_codes import CLOSED, FAILED, INTERRUPTED, MISTAKE, code_of
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import Console, RenderableType
     from rich.progress import Progress
     from rich.table import Table
+    from rich.text import Text
 
 PATIENCE = 1.0
 """Seconds before a progress bar appears."""
@@ -99,6 +100,8 @@ class Bar:
         self.started = time.perf_counter()
         self.note = ""
         """What else the line says."""
+        self.picture: Text | None = None
+        """What is drawn above the line."""
         self.progress: Progress | None = None
 
     @cached_property
@@ -118,7 +121,7 @@ class Bar:
         if time.perf_counter() - self.started < PATIENCE or not self.console.is_terminal:
             return
         if self.progress is None:
-            self.progress = _bar(self.console)
+            self.progress = _bar(self)
             self.progress.add_task(self.what, total=count, unit=self.unit, scale=self.scale, rate="")
             self.progress.start()
         rate = done * self.scale / (time.perf_counter() - self.started)
@@ -126,16 +129,24 @@ class Bar:
         self.progress.update(task, completed=done, total=count, rate=f"{with_prefix(rate)}{self.unit}/s{self.note}")
 
 
-def _bar(console: Console) -> Progress:
+def _bar(bar: Bar) -> Progress:
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    return Progress(
+    class UnderPicture(Progress):
+        """The line, and above it what the bar has to show."""
+
+        def get_renderables(self) -> Iterator[RenderableType]:
+            if bar.picture is not None:
+                yield bar.picture
+            yield from super().get_renderables()
+
+    return UnderPicture(
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
         TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
-        console=console,
+        console=bar.console,
         transient=True,
     )
 

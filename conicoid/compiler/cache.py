@@ -35,8 +35,8 @@ def _parts(function: Any) -> list[Any]:
 
 
 def _is_ours(function: Any) -> bool:
-    """Is it a function of this package, so that the sources say all about it? Or true or false, which says itself."""
-    if isinstance(function, bool):
+    """Is it a function of this package, so that the sources say all about it? Or a number, which says itself."""
+    if isinstance(function, int):
         return True
     code = getattr(function, "__code__", None)
     return code is not None and Path(code.co_filename).resolve().is_relative_to(place.PACKAGE)
@@ -44,7 +44,7 @@ def _is_ours(function: Any) -> bool:
 
 def _place_of(function: Any) -> str:
     """Module, name and line of a function; or what it says."""
-    if isinstance(function, bool):
+    if isinstance(function, int):
         return str(function)
     return f"{function.__module__}.{function.__qualname__}:{function.__code__.co_firstlineno}"
 

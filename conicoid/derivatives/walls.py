@@ -133,8 +133,10 @@ def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surfac
         yield from special
         return
     for face in _flat(made.tree()):
-        level = isinstance(made, Revolution) and face.number < len(made.profile)
-        surface = of_level_edge(made, face) if level else _turned(made, face)
+        if isinstance(made, Revolution) and face.number < len(made.profile):
+            surface = of_level_edge(made, face)
+        else:
+            surface = _turned(made, face)
         yield face.number, _moved(surface, motion), moved_uv(without(face.uv, jumping), motion)
 
 

@@ -72,12 +72,18 @@ def chance(look: Look, sources: Sources, k: int, x: float, y: float, z: float) -
     return _weight(look, sources.records[k], x, y, z) / total if total > 0.0 else 0.0
 
 
-@helper
+@inline
 def chosen(look: Look, sources: Sources, x: float, y: float, z: float, u: float) -> tuple[int, float]:
     """(the source that a point asks, how likely it was); u in [0, 1)."""
-    count = len(sources.records)
-    if count == 1:
+    if len(sources.records) == 1:
         return 0, 1.0
+    return _chosen_of_several(look, sources, x, y, z, u)
+
+
+@helper
+def _chosen_of_several(look: Look, sources: Sources, x: float, y: float, z: float, u: float) -> tuple[int, float]:
+    """`chosen` where there is a choice."""
+    count = len(sources.records)
     if count > _WEIGHED:
         low, high = 0, count - 1
         while low < high:
@@ -97,6 +103,13 @@ def chosen(look: Look, sources: Sources, x: float, y: float, z: float, u: float)
             return k, weight / total
         left -= weight
     return count - 1, _weight(look, sources.records[count - 1], x, y, z) / total
+
+
+@inline
+def is_placed(sources: Sources) -> bool:
+    """Has any source an extent, so that places on it are drawn? Lamps come first, surroundings last."""
+    last = len(sources.records) - 1
+    return bool(sources.records[0].kind != LIGHT or sources.records[last].kind == SURROUNDINGS)
 
 
 # ---- Lamps ----
@@ -219,7 +232,7 @@ def lamp_density(sources: Sources, source: Any, x: float, y: float, z: float, p:
     return 1.0 / (seen * source.area) if seen > 0.0 else math.inf
 
 
-@helper
+@inline
 def draw_lit(
     look: Look, sources: Sources, around_all: Environment, x: float, y: float, z: float, choice: float, u: float,
     v: float,
@@ -240,13 +253,19 @@ def draw_lit(
             (lx, ly, lz), end, -1, part * light.intensity[0], part * light.intensity[1], part * light.intensity[2], 0.0
         )
     if source.kind == SURROUNDINGS:
-        d, density = environment_direction(around_all, u, v)
-        density *= likely
-        if not density > 0.0:
-            return Lit(d, 0.0, -1, 0.0, 0.0, 0.0, 0.0)
-        r, g, b = environment_radiance(around_all, d[0], d[1], d[2])
-        return Lit(d, math.inf, -1, r / density, g / density, b / density, density)
+        return _surroundings_lit(around_all, likely, u, v)
     return lamp_lit(sources, k, likely, x, y, z, u, v)
+
+
+@helper
+def _surroundings_lit(around_all: Environment, likely: float, u: float, v: float) -> Lit:
+    """Light of an image of the surroundings, which was as likely to be asked."""
+    d, density = environment_direction(around_all, u, v)
+    density *= likely
+    if not density > 0.0:
+        return Lit(d, 0.0, -1, 0.0, 0.0, 0.0, 0.0)
+    r, g, b = environment_radiance(around_all, d[0], d[1], d[2])
+    return Lit(d, math.inf, -1, r / density, g / density, b / density, density)
 
 
 @helper

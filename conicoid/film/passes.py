@@ -15,14 +15,14 @@ from .sums import COUNT, errors_of
 
 FEWEST = 32
 """Samples before any error is believed."""
-_STEP = 64
+STEP = 64
 """Samples of a pass, at most: so a tile takes some seconds even where a ray takes tens of microseconds."""
 _FIRST = (1, 2, 4, 8, 16, 24, 32, 48, 64, 96, 128)
 
 
 def is_end(samples: int) -> bool:
     """Does a pass end with so many samples?"""
-    return samples in _FIRST or (samples > _FIRST[-1] and samples % _STEP == 0)
+    return samples in _FIRST or (samples > _FIRST[-1] and samples % STEP == 0)
 
 
 def next_end(samples: int) -> int:
@@ -30,7 +30,7 @@ def next_end(samples: int) -> int:
     for end in _FIRST:
         if samples < end:
             return end
-    return samples // _STEP * _STEP + _STEP
+    return samples // STEP * STEP + STEP
 
 
 def in_squares(values: FloatArray, side: int) -> FloatArray:

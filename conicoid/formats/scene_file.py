@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 from ..shapes import REGISTRY
-from ..shapes.animation import BodyTrack
+from ..shapes.animation import BodyTrack, LightTrack
 from ..shapes.base import Shape, Solid
 from ..shapes.body import Body
 from ..shapes.material import Material, renamed
@@ -149,16 +149,19 @@ class _SceneReader:
         domain = shapes.read(given["domain"], "domain", Solid) if "domain" in given else None
         if isinstance(domain, Solid):
             shapes.charge_body(given["domain"], "domain", domain)
-        animation = self._animation(given["animation"], bodies) if "animation" in given else ()
+        animation = self._animation(given["animation"], bodies, lights) if "animation" in given else ()
         return Parts(bodies, () if lights is BAD else lights, camera, background, domain, animation)
 
-    def _animation(self, node: Node, bodies: tuple[Body, ...]) -> Any:
-        """Tracks, of bodies that there are."""
+    def _animation(self, node: Node, bodies: tuple[Body, ...], lights: Any) -> Any:
+        """Tracks, of bodies and lights that there are."""
         tracks = animation_kind().read(node, self.reader, "animation")
         for i, track in enumerate(() if tracks is BAD else tracks):
             if isinstance(track, BodyTrack) and all(body.name != track.body for body in bodies):
                 names = sorted(body.name for body in bodies if body.name)
                 told = f"unknown body {shortened(track.body)!r}; {known_names(track.body, 'named bodies', names)}"
+                self.reader.report(node, f"animation[{i}]", told)
+            if isinstance(track, LightTrack) and lights is not BAD and track.light >= len(lights):
+                told = f"unknown light {track.light}; there are {len(lights)}, from 0 on"
                 self.reader.report(node, f"animation[{i}]", told)
         return () if tracks is BAD else tracks
 

@@ -2,10 +2,9 @@
 
 At each point one source is asked for light (next-event estimation), and a direction is drawn from the surface; where
 both could have found the same light they share it by the power heuristic (Veach, Robust Monte Carlo methods for light
-transport simulation, 1997, section 9.2.3). Russian roulette ends paths that carry little. The 64 paths of a packet go
-on side by side, a scattering at a time: camera rays, and theirs to sources, are traced together, those that scattered
-one by one, which is four times as fast (1,000 balls). Rays start on surfaces by identity, so none needs a distance to
-keep from them.
+transport simulation, 1997, section 9.2.3). Russian roulette ends paths that carry little. Camera rays, and theirs to
+sources, are traced in packets; what was scattered waits in a pool, from which all paths of many samples go on together,
+a scattering at a time. Rays start on surfaces by identity, so none needs a distance to keep from them.
 
 After Pharr, Jakob and Humphreys, Physically Based Rendering, 4th edition, chapters 13 and 14.
 """
@@ -14,8 +13,6 @@ from __future__ import annotations
 
 import math
 from typing import NamedTuple
-
-import numpy as np
 
 from ..compiler.jit import allocator, helper, inline
 from ..emitters.transport import Transport
@@ -32,104 +29,98 @@ from ..engine.packets.lanes import (
     put_ray,
 )
 from ..engine.packets.packet import Packet, new_lanes, with_lanes
-from ..engine.ray import Ray
-from ..engine.single.first import first_crossing
+from ..engine.ray import with_limits
 from ..engine.tables import Floats, Geometry, halted, whole
 from ..shading.media import OUTSIDE
+from .pool import (
+    ASKS,
+    BATCH,
+    PATHS,
+    ROUND,
+    Pool,
+    ask_in,
+    hit_in,
+    new_pool,
+    path_in,
+    put_ask,
+    put_hit,
+    put_path,
+    ray_in,
+    trace_rows,
+)
 from .samples import Samples, Settings
 from .sobol import sobol_pair
-from .vertex import NONE, Asked, Path, arrives, at_ray, weighed
+from .straight import arrives
+from .vertex import NONE, Path, at_ray, weighed
 from .whitted import medium_at, sight_of
+
+__all__ = ["BATCH", "finish", "gather", "new_memory"]
 
 _ROULETTE = 3  # so many scatterings are followed in any case
 _FIRST_PAIR, _PAIRS = 4, 4
 """Numbers of pairs of dimensions: the first, and how many a scattering takes."""
-_STATE = 14
-_ASKS = 7
 
 
 class Walk(NamedTuple):
-    """Memory of 64 paths. Rows go with lanes; the first so many are in use."""
+    """Memory of one thread."""
 
     shadow: Floats  # the lanes of rays to sources
-    paths: Floats  # (64, _STATE) see `Path`; then the row of `Samples` that a path belongs to
-    asks: Floats  # (64, _ASKS) what a ray to a source brings: row, rgb, the body that it is to meet, its medium, end
+    pool: Pool
 
 
 @allocator
-def new_memory(settings: Settings) -> Walk:
+def new_memory(geometry: Geometry, settings: Settings) -> Walk:
     """Memory for one thread."""
-    return Walk(new_lanes(), np.empty((LANES, _STATE)), np.empty((LANES, _ASKS)))
+    return Walk(new_lanes(), new_pool(geometry))
 
 
 @inline
-def _keep(row: Floats, path: Path, place: int) -> None:
-    row[0], row[1], row[2], row[3], row[4], row[5], row[6] = (
-        path.r, path.g, path.b, path.density, path.x, path.y, path.z,
-    )  # fmt: skip
-    row[7], row[8], row[9], row[10], row[11] = path.scale, path.medium, path.turns, path.wave, path.passed
-    row[12] = place
-
-
-@inline
-def _kept(row: Floats) -> Path:
-    return Path(
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], whole(row[8]), whole(row[9]), row[10],
-        whole(row[11]),
-    )  # fmt: skip
-
-
-@helper
-def _begin(geometry: Geometry, scratch: Scratch, walk: Walk, transport: Transport, samples: Samples) -> None:
-    """Paths of camera rays."""
-    materials = transport.look.materials
+def _begin(
+    geometry: Geometry, scratch: Scratch, pool: Pool, transport: Transport, samples: Samples, first: int
+) -> None:
+    """Paths of camera rays, and what these meet, into rows from `first` on."""
+    materials, place = transport.look.materials, LANES * pool.counts[ROUND]
     for i in range(samples.size):
-        x, y, z, _, _, _, _, _, _ = lane_ray(samples.packet.lanes, i, 0.0)
+        ray = lane_ray(samples.packet.lanes, i, math.inf)
         medium = whole(OUTSIDE)
         if materials.any_transparent:
-            medium = medium_at(geometry, scratch, materials, x, y, z)
-        _keep(walk.paths[i], Path(1.0, 1.0, 1.0, NONE, x, y, z, 1.0, medium, whole(0), 0.0, whole(0)), i)
+            medium = medium_at(geometry, scratch, materials, ray.ox, ray.oy, ray.oz)
+        path = Path(1.0, 1.0, 1.0, NONE, ray.ox, ray.oy, ray.oz, 1.0, medium, whole(0), 0.0, whole(0))
+        put_path(pool.paths[first + i], path, ray, place + i)
+        put_hit(pool.hits[first + i], lane_hit(samples.packet.lanes, i))
 
 
 @helper
 def _round(
-    geometry: Geometry, scratch: Scratch, walk: Walk, settings: Settings, samples: Samples, count: int, first: bool
-) -> tuple[int, int]:
-    """One scattering of `count` paths: (how many go on, how many rays to sources there are)."""
-    transport, lanes, colors = settings.look, samples.packet.lanes, samples.colors
-    left, asks = 0, 0
-    for k in range(count):
-        path, place = _kept(walk.paths[k]), int(walk.paths[k, 12])
-        ray = lane_ray(lanes, k, math.inf)
-        if first:
-            hit = lane_hit(lanes, k)
-        else:
-            hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-        sight = sight_of(geometry, scratch, transport.look.materials, ray, hit)
+    geometry: Geometry, scratch: Scratch, pool: Pool, settings: Settings, samples: Samples, first: int, shift: int
+) -> None:
+    """One scattering of the paths from row `first` on, which have met something; those that go on close up.
+
+    samples: whose first is the sample of places 0 to 63, where the light of place `shift` is its first row.
+    """
+    transport, colors = settings.look, samples.colors
+    left, asks = first, pool.counts[ASKS]
+    for k in range(first, pool.counts[PATHS]):
+        path, place = path_in(pool.paths[k])
+        ray = ray_in(pool.paths[k])
+        sight = sight_of(geometry, scratch, transport.look.materials, ray, hit_in(pool.hits[k]))
+        pixel, sample = samples.pixels[place & (LANES - 1)], samples.sample + ((place - shift) >> 6)
         pair = _FIRST_PAIR + _PAIRS * (path.turns + path.passed)
-        random = settings.seed, samples.pixels[place], samples.sample, pair
+        random = settings.seed, pixel, sample, pair
         found, path, ray, asked = at_ray(geometry, transport, settings.depth, random, path, ray, sight)
-        colors[place, 0] += found[0]
-        colors[place, 1] += found[1]
-        colors[place, 2] += found[2]
+        at = place - shift
+        colors[at, 0] += found[0]
+        colors[at, 1] += found[1]
+        colors[at, 2] += found[2]
         if asked.end > 0.0:
-            put_ray(walk.shadow, asks, _shadow_ray(asked, sight.surface if asked.on_surface else whole(-1)))
-            row = walk.asks[asks]
-            row[0], row[1], row[2], row[3], row[4], row[5] = place, asked.r, asked.g, asked.b, asked.body, asked.medium
-            row[6] = asked.end
+            put_ask(pool.asks[asks], asked, sight.surface if asked.on_surface else whole(-1), place)
             asks += 1
         if max(path.r, max(path.g, path.b)) > 0.0:
-            path = _roulette(settings.seed, samples.pixels[place], samples.sample, pair + 3, path)
+            path = _roulette(settings.seed, pixel, sample, pair + 3, path)
             if max(path.r, max(path.g, path.b)) > 0.0:
-                put_ray(lanes, left, ray)
-                _keep(walk.paths[left], path, place)
+                put_path(pool.paths[left], path, ray, place)
                 left += 1
-    return left, asks
-
-
-@inline
-def _shadow_ray(asked: Asked, start: int) -> Ray:
-    return Ray(asked.x, asked.y, asked.z, asked.d[0], asked.d[1], asked.d[2], 0.0, asked.end, start)
+    pool.counts[PATHS], pool.counts[ASKS] = left, asks
 
 
 @inline
@@ -146,61 +137,83 @@ def _roulette(seed: int, pixel: int, sample: int, pair: int, path: Path) -> Path
     return weighed(path, keep, keep, keep)
 
 
+@inline
+def _is_lamp_asked(pool: Pool, first: int) -> bool:
+    """Is any ray to a source, from row `first` on, to meet a body?"""
+    found = False
+    for k in range(first, pool.counts[ASKS]):
+        found = found or pool.asks[k, 12] >= 0.0
+    return found
+
+
 @helper
 def _trace_asked(
-    geometry: Geometry, scratch: Scratch, walk: Walk, transport: Transport, packet: Packet, asks: int
+    geometry: Geometry, scratch: Scratch, walk: Walk, transport: Transport, packet: Packet, first: int
 ) -> None:
-    """What the rays to sources meet, together: those of a camera's rays go to a lamp side by side."""
-    lanes, materials, some = walk.shadow, transport.look.materials, False
-    for k in range(asks):
-        some = some or walk.asks[k, 4] >= 0.0
-    for k in range(asks, LANES):
+    """What rays to sources meet, of one packet together: those of camera rays go to a lamp side by side."""
+    lanes, materials, pool = walk.shadow, transport.look.materials, walk.pool
+    count = pool.counts[ASKS] - first
+    for k in range(count):
+        put_ray(lanes, k, ray_in(pool.asks[first + k]))
+    for k in range(count, LANES):
         put_idle(lanes, k, 0)
     prepare_lanes(lanes)
     put_lane_beam(lanes, False)
     blocks = materials.opaque if materials.any_transparent else scratch.nothing
-    trace_packet(geometry, scratch, with_lanes(packet, lanes), blocks, not some)
+    trace_packet(geometry, scratch, with_lanes(packet, lanes), blocks, not _is_lamp_asked(pool, first))
+    for k in range(count):
+        put_hit(pool.hits[first + k], lane_hit(lanes, k))
 
 
 @helper
-def _ask(
-    geometry: Geometry, scratch: Scratch, walk: Walk, transport: Transport, samples: Samples, asks: int, together: bool
+def _add_asked(
+    geometry: Geometry, scratch: Scratch, pool: Pool, transport: Transport, samples: Samples, first: int, shift: int
 ) -> None:
-    """Trace the rays to sources, and add what arrives. Rays that go anywhere are fastest one by one (measured)."""
-    lanes, materials, colors = walk.shadow, transport.look.materials, samples.colors
-    blocks = materials.opaque if materials.any_transparent else scratch.nothing
-    if together:
-        _trace_asked(geometry, scratch, walk, transport, samples.packet, asks)
-    for k in range(asks):
-        row = walk.asks[k]
-        body = whole(row[4])
-        if together:
-            hit = lane_hit(lanes, k)
-        else:
-            hit = first_crossing(geometry, scratch, lane_ray(lanes, k, row[6]), blocks, body < 0)
+    """Add what arrives along rays to sources, from row `first` on, and forget them."""
+    materials, colors = transport.look.materials, samples.colors
+    for k in range(first, pool.counts[ASKS]):
+        place, r, g, b, body, medium = ask_in(pool.asks[k])
+        hit = hit_in(pool.hits[k])
         if hit.body != body:
             continue
-        r, g, b, place = row[1], row[2], row[3], int(row[0])
         if materials.any_transparent:
-            end = min(row[6], hit.t)
-            tr, tg, tb = arrives(geometry, scratch, materials, lane_ray(lanes, k, end), whole(row[5]))
+            ray = ray_in(pool.asks[k])
+            ray = with_limits(ray, ray.t_min, min(ray.t_max, hit.t))
+            tr, tg, tb = arrives(geometry, scratch, materials, ray, medium)
             r, g, b = r * tr, g * tg, b * tb
-        colors[place, 0] += r
-        colors[place, 1] += g
-        colors[place, 2] += b
+        at = place - shift
+        colors[at, 0] += r
+        colors[at, 1] += g
+        colors[at, 2] += b
+    pool.counts[ASKS] = first
 
 
 @helper
 def gather(geometry: Geometry, scratch: Scratch, walk: Walk, settings: Settings, samples: Samples) -> None:
-    """Add what comes back along the rays after at most `settings.depth` scatterings."""
-    transport = settings.look
-    _begin(geometry, scratch, walk, transport, samples)
+    """Add what camera rays find and are sent from sources straight; `finish` adds the rest."""
+    transport, pool = settings.look, walk.pool
     close_lanes(samples.packet.lanes, samples.size)
     trace_packet(geometry, scratch, samples.packet, scratch.nothing, False)
-    count, first = samples.size, True
-    while count > 0 and not halted(geometry):
-        count, asks = _round(geometry, scratch, walk, settings, samples, count, first)
-        if asks > 0:
-            together = first and transport.surroundings.width == 0
-            _ask(geometry, scratch, walk, transport, samples, asks, together)
-        first = False
+    paths, asks, shift = pool.counts[PATHS], pool.counts[ASKS], LANES * pool.counts[ROUND]
+    _begin(geometry, scratch, pool, transport, samples, paths)
+    pool.counts[PATHS] = paths + samples.size
+    _round(geometry, scratch, pool, settings, samples, paths, shift)
+    if pool.counts[ASKS] > asks and transport.surroundings.width == 0:
+        _trace_asked(geometry, scratch, walk, transport, samples.packet, asks)
+        _add_asked(geometry, scratch, pool, transport, samples, asks, shift)
+    pool.counts[ROUND] += 1
+
+
+@helper
+def finish(geometry: Geometry, scratch: Scratch, walk: Walk, settings: Settings, samples: Samples) -> None:
+    """Add what comes back along the paths of all samples since the last time, after at most `depth` scatterings."""
+    transport, pool = settings.look, walk.pool
+    materials = transport.look.materials
+    blocks = materials.opaque if materials.any_transparent else scratch.nothing
+    while pool.counts[PATHS] + pool.counts[ASKS] > 0 and not halted(geometry):
+        if pool.counts[ASKS] > 0:
+            trace_rows(geometry, scratch, pool, pool.asks, pool.counts[ASKS], blocks, not _is_lamp_asked(pool, 0))
+            _add_asked(geometry, scratch, pool, transport, samples, 0, 0)
+        trace_rows(geometry, scratch, pool, pool.paths, pool.counts[PATHS], scratch.nothing, False)
+        _round(geometry, scratch, pool, settings, samples, 0, 0)
+    pool.counts[PATHS], pool.counts[ASKS], pool.counts[ROUND] = 0, 0, 0

@@ -29,10 +29,10 @@ class Samples(NamedTuple):
     """One camera ray through each of up to 64 pixels, in the first lanes of a packet."""
 
     packet: Packet
-    colors: Floats  # (64, channels of the film) sums, to which the integrator adds
+    colors: Floats  # (64, channels of the film) sums, to which the integrator adds; of `finish` 64 for each sample
     size: int  # how many rays there are
     pixels: Longs  # (64,) the number of each one's pixel
-    sample: int  # which of the samples of their pixels they are
+    sample: int  # which of the samples of their pixels they are; of `finish` the first
 
 
 class Seen(NamedTuple):
@@ -66,5 +66,10 @@ def seen(geometry: Geometry, samples: Samples, i: int) -> Seen:
 
 
 @allocator
-def no_memory(settings: Settings) -> None:
+def no_memory(geometry: Geometry, settings: Settings) -> None:
     """For integrators that keep nothing from one packet to the next."""
+
+
+@inline
+def nothing_left(geometry: Geometry, scratch: Scratch, memory: Any, settings: Settings, samples: Samples) -> None:
+    """For integrators that are done with a packet when they return."""

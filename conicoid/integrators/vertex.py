@@ -6,19 +6,14 @@ import math
 from typing import Any, NamedTuple
 
 from ..compiler.jit import helper, inline
-from ..emitters.draw import draw_lit, escaped_density, found_density
+from ..emitters.draw import draw_lit, escaped_density, found_density, is_placed
 from ..emitters.environment import environment_radiance
 from ..emitters.transport import Transport
-from ..engine.body.media import media
-from ..engine.body.scratch import Scratch
 from ..engine.numbers.vectors import dot
-from ..engine.ray import Ray, with_limits
-from ..engine.single.first import resolved_first_crossing
-from ..engine.surface.normal import normal_at
+from ..engine.ray import Ray
 from ..engine.tables import Geometry, whole
 from ..scattering.bent import FLAT, draw_over, evaluate_over
 from ..scattering.dispersion import color_of, index_by, wavelength
-from ..scattering.layers import pane_share
 from ..scattering.medium import free_way, phase, phase_direction, transmitted
 from ..scattering.record import LOST, SHARP, STRAIGHT, Touched
 from ..scattering.surface import has_extent
@@ -26,7 +21,6 @@ from ..scattering.warps import to_frame, to_world
 from ..shading.background import background_color
 from ..shading.local import surface_color
 from ..shading.materials import ROUGH_STEPS, Materials, material_row
-from ..shading.media import medium_of
 from ..shading.relief import bent_point, has_relief, place_of
 from ..shading.sight import Sight, facing
 from ..textures.patterns import texture_color
@@ -128,7 +122,7 @@ def _share(own: float, other: float) -> float:
     return 1.0 / (1.0 + ratio * ratio)
 
 
-@helper
+@inline
 def at_ray(
     geometry: Geometry, transport: Transport, depth: int, random: tuple[int, int, int, int], path: Path, ray: Ray,
     sight: Sight,
@@ -215,6 +209,13 @@ def _touched(
     return Touched(number, min(1.0, kd * r), min(1.0, kd * g), min(1.0, kd * b), refracts, not from_inside, eta)
 
 
+@inline
+def _lets_through(materials: Materials, at: Touched) -> bool:
+    """May light go straight through the surface?"""
+    row = materials.rows[at.row]
+    return row.transparency[0] + row.transparency[1] + row.transparency[2] > 0.0
+
+
 @helper
 def _as_rough(geometry: Geometry, materials: Materials, sight: Sight, at: Touched, u: float) -> Touched:
     """The surface with the roughness that a texture has there: one of two steps, by chance u as near as it is."""
@@ -242,7 +243,6 @@ def _at_surface(
     if path.turns >= depth:
         return found, _ended(path), ray, asked
     seed, pixel, sample, pair = random
-    light, lobe = sobol_pair(seed, pixel, sample, pair)
     if path.wave == 0.0 and (_disperses(materials, sight.before) or _disperses(materials, sight.after)):
         path = _colored(path, wavelength(sobol_pair(seed, pixel, sample, 3)[1]))
     point, _, from_inside = facing(sight, ray.dx, ray.dy, ray.dz)
@@ -256,8 +256,14 @@ def _at_surface(
         n = point.nx, point.ny, point.nz
     o = to_frame((point.ex, point.ey, point.ez), n)
     beyond = sight.after if at.refracts else sight.before
+    goes_on = path.turns + 1 < depth or transport.shines or _lets_through(materials, at)
+    light, lobe = 0.0, 0.0
+    if goes_on or len(transport.sources.records) > 1:
+        light, lobe = sobol_pair(seed, pixel, sample, pair)
     if len(transport.sources.records) > 0 and has_extent(materials, at):
-        u, v = sobol_pair(seed, pixel, sample, pair + 1)
+        u, v = 0.0, 0.0
+        if is_placed(transport.sources):
+            u, v = sobol_pair(seed, pixel, sample, pair + 1)
         lit = draw_lit(
             transport.look, transport.sources, transport.surroundings, sight.x, sight.y, sight.z, light, u, v
         )
@@ -272,6 +278,8 @@ def _at_surface(
                     path.g * green * lit.g * part, path.b * b * lit.b * part,
                     sight.before if dot(i[0], i[1], i[2], g[0], g[1], g[2]) > 0.0 else beyond, True,
                 )  # fmt: skip
+    if not goes_on:
+        return found, _ended(path), ray, asked
     u, v = sobol_pair(seed, pixel, sample, pair + 2)
     drawn = draw_over(materials, transport.albedos, at, o, g, lobe, u, v)
     if drawn.how == LOST or (drawn.how != STRAIGHT and path.turns + 1 >= depth and not transport.shines):
@@ -319,39 +327,3 @@ def _in_medium(
     d, density = phase_direction(g, d, u, v)
     path = _turned(path, density, x, y, z, whole(medium), path.scale)
     return dark, path, Ray(x, y, z, d[0], d[1], d[2], 0.0, math.inf, whole(-1)), asked
-
-
-@helper
-def arrives(
-    geometry: Geometry, scratch: Scratch, materials: Materials, ray: Ray, inside: int
-) -> tuple[float, float, float]:
-    """Share (rgb) of light from the end of a ray that comes straight to its origin, in medium `inside`.
-
-    Nothing opaque is in the way. Panes and walls between equal indices let light through; what refracts sends it
-    elsewhere, and paths find it there.
-    """
-    x, y, z, lx, ly, lz, _, end, _ = ray
-    r, g, b, done = 1.0, 1.0, 1.0, 0.0
-    length = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
-    while True:
-        t, body, surface, face, side = resolved_first_crossing(geometry, scratch, ray)
-        if body < 0:
-            break
-        before, after = media(geometry, scratch, ray, t, materials.medium)
-        before, after = medium_of(materials, before), medium_of(materials, after)
-        tr, tg, tb = transmitted(materials, before, (t - done) * length)
-        r, g, b, inside, done = r * tr, g * tg, b * tb, after, t
-        row = materials.rows[material_row(geometry, materials, body, face)]
-        if materials.medium[body] == 0:
-            nx, ny, nz = normal_at(geometry, surface, side, x + t * lx, y + t * ly, z + t * lz)
-            tr, tg, tb = pane_share(row, abs(dot(lx, ly, lz, nx, ny, nz)) / length)
-            r, g, b = r * tr, g * tg, b * tb
-        elif before != after:
-            if _index(materials, before, 0.0) != _index(materials, after, 0.0):
-                return 0.0, 0.0, 0.0
-            r, g, b = r * row.transparency[0], g * row.transparency[1], b * row.transparency[2]
-        if r + g + b == 0.0:
-            return 0.0, 0.0, 0.0
-        ray = with_limits(ray, t, end)
-    tr, tg, tb = transmitted(materials, inside, (end - done) * length)
-    return r * tr, g * tg, b * tb

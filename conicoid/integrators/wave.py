@@ -64,7 +64,7 @@ class Wave(NamedTuple):
 
 
 @allocator
-def new_memory(settings: Settings) -> Wave:
+def new_memory(geometry: Geometry, settings: Settings) -> Wave:
     """Memory for one thread."""
     numbers = 3 * max(1, len(settings.look.look.lights) + lamp_count(settings.look.lamps))
     return Wave(

@@ -15,7 +15,9 @@ def in_notebook() -> Callable[[Any], None]:
     try:
         shows: Any = importlib.import_module("IPython.display")
     except ImportError:
-        raise ImportError("render: preview=True shows pictures in notebooks; elsewhere it is a function") from None
+        raise ImportError(
+            'render: preview=True shows pictures in notebooks; elsewhere it is "terminal" or a function'
+        ) from None
     handle: list[Any] = []
 
     def preview(image: Any) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from ..engine.threads import run_on
-from ..film.passes import next_end, wanted
+from ..film.passes import STEP, next_end, wanted
 from ..film.sums import COUNT, SUMS, pixels_of
 from ..integrators.samples import Settings
 from ..shapes.vector import FloatArray
@@ -64,7 +64,7 @@ class Exposure:
         if self.keeps:
             self.film[:] = pixels_of(self.sums)
         begun = int(self.sums[..., COUNT].min(initial=self.job.samples)) if self.keeps else 0
-        for last, squares in self._passes():
+        for last, squares in self._passes(preview is not None or keep is not None):
             self._run(last, squares, begun, progress, keep)
             begun = last
             if keep is not None and time.monotonic() - self._saved > SAVED_EVERY / 4:
@@ -74,14 +74,15 @@ class Exposure:
         if keep is not None:
             self._hand_over(keep, True)
 
-    def _passes(self) -> Iterator[tuple[int, Any]]:
-        """(samples at its end, the squares that are wanted) of each pass."""
+    def _passes(self, is_watched: bool) -> Iterator[tuple[int, Any]]:
+        """(samples at its end, the squares that are wanted) of each pass: short ones first, where somebody looks."""
         job, at = self.job, 0
         if not self.keeps:
             yield job.samples, np.zeros(0, np.int8)
             return
         while at < job.samples:
-            at = min(job.samples, next_end(at)) if job.is_progressive else job.samples
+            after = next_end(at) if is_watched or job.noise is not None else at + STEP
+            at = min(job.samples, after) if job.is_progressive else job.samples
             squares = self._wanted(at)
             if squares.any():
                 yield at, squares

@@ -17,7 +17,7 @@ from .picture import Exposed, Job
 
 if TYPE_CHECKING:
     from ..engine.threads import Progress
-    from .passes import Preview
+    from .passes import Keep, Preview
 
 
 def moments(shutter: tuple[float, float], times: int) -> list[float]:
@@ -26,7 +26,7 @@ def moments(shutter: tuple[float, float], times: int) -> list[float]:
     return [opens + (k + 0.5) / times * (closes - opens) for k in range(times)]
 
 
-def _stills(scene: Any, job: Job, fixed: bool) -> Iterator[tuple[Any, Job]]:
+def stills(scene: Any, job: Job, fixed: bool) -> Iterator[tuple[Any, Job]]:
     """The scene at each moment, and the picture up to the end of that moment's samples."""
     assert job.shutter is not None
     for k, time in enumerate(moments(job.shutter, job.times)):
@@ -36,18 +36,29 @@ def _stills(scene: Any, job: Job, fixed: bool) -> Iterator[tuple[Any, Job]]:
 
 
 def render_open(
-    scene: Any, job: Job, fixed: bool, progress: Progress | None = None, preview: Preview | None = None
-) -> Exposed:
-    """The picture of a scene that moves while the shutter is open. fixed: is the camera that of the job throughout?"""
+    scene: Any, job: Job, fixed: bool, progress: Progress | None = None, preview: Preview | None = None,
+    kept: Any = None,
+) -> Exposed:  # fmt: skip
+    """The picture of a scene that moves while the shutter is open.
+
+    fixed: is the camera that of the job throughout?
+    kept: where sums are read from first, `kept.read(sums)`, and written to, `kept.add(sums, tiles)`, or None.
+    """
     film, sums = None, None
-    for still, part in _stills(scene, job, fixed):
+    for still, part in stills(scene, job, fixed):
         exposure = Exposure(still, part, True, goes_on=True)
         if sums is not None:
             exposure.sums = sums
-        exposure.go_on(_as_part(progress, part.samples, job.samples), preview)
+        elif kept is not None:
+            kept.read(exposure.sums)
         film, sums = exposure.film, exposure.sums
+        exposure.go_on(_as_part(progress, part.samples, job.samples), preview, kept and _adding(kept, sums))
     assert film is not None
     return Exposed(film, sums)
+
+
+def _adding(kept: Any, sums: Any) -> Keep:
+    return lambda tiles: kept.add(sums, tiles)
 
 
 def _as_part(progress: Progress | None, samples: int, of: int) -> Progress | None:

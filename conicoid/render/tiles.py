@@ -27,7 +27,7 @@ from ..engine.ray import Ray
 from ..engine.tables import Floats, Geometry, Longs, Signs, halted, whole
 from ..film.sums import COUNT, SQUARES, SUMS, luminance
 from ..integrators import INTEGRATORS
-from ..integrators.samples import Samples, Settings, no_memory
+from ..integrators.samples import Samples, Settings, no_memory, nothing_left
 from ..integrators.stack import NO_SURFACE
 from .camera import LINEAR, THIN_LENS
 from .sampler import sample_in_pixel, sobol_pair
@@ -46,8 +46,9 @@ class Frame(NamedTuple):
     """What the tile loop keeps of the pixels of a square."""
 
     pixels: Longs  # (64,) their numbers
-    weights: Floats  # (64,) what a sample of each counts
-    colors: Floats  # (64, 3) of one sample
+    places: Floats  # (2 · 64) where in the picture a sample of each lies: x, then y
+    weights: Floats  # (64 a sample,) what samples count
+    colors: Floats  # (64 a sample, 3) of some samples
     sums: Floats  # (64, SUMS) of all, see `film.sums`
 
 
@@ -73,67 +74,89 @@ def _in_pixel(progressive: bool, seed: int, pixel: int, sample: int, samples: in
 
 
 @helper
-def plain_rays(
-    lens: Floats, pixels: Longs, lanes: Floats, film: Film, left: int, top: int, sample: int, settings: Settings,
-    progressive: bool,
-) -> int:  # fmt: skip
-    """`camera_rays` of a pinhole or an orthographic camera, without a filter: a loop of its own, which is short."""
+def number_pixels(frame: Frame, film: Film, left: int, top: int) -> int:
+    """The numbers of a square's pixels, row by row, and their corners; returns how many there are."""
     height, width, count = film.shape[0], film.shape[1], 0
-    seed, samples = settings.seed, settings.samples
     for row in range(top, min(height, top + SQUARE)):
         for column in range(left, min(width, left + SQUARE)):
-            pixel = row * width + column
-            x, y = _in_pixel(progressive, seed, pixel, sample, samples)
-            pixels[count] = pixel
-            ox, oy, oz, dx, dy, dz = camera_ray(lens, column + x, row + y, width, height)
-            put_ray(lanes, count, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
+            frame.pixels[count] = row * width + column
+            frame.places[count], frame.places[LANES + count] = column, row
             count += 1
     return count
 
 
 @helper
-def special_rays(
-    view: View, frame: Frame, lanes: Floats, film: Film, left: int, top: int, sample: int, settings: Settings,
+def plain_rays(
+    frame: Frame, lens: Floats, lanes: Floats, film: Film, count: int, sample: int, settings: Settings,
     progressive: bool,
-) -> int:  # fmt: skip
-    """`camera_rays` of any camera and filter."""
-    height, width, count, seed = film.shape[0], film.shape[1], 0, settings.seed
-    for row in range(top, min(height, top + SQUARE)):
-        for column in range(left, min(width, left + SQUARE)):
-            pixel = row * width + column
-            x, y = _in_pixel(progressive, seed, pixel, sample, settings.samples)
-            frame.pixels[count] = pixel
-            weight = view.scale
-            if view.filtered == 1:
-                x, one = filtered_offset(view, x)
-                y, other = filtered_offset(view, y)
-                x, y, weight = x + 0.5, y + 0.5, weight * one * other
-            a, b = sobol_pair(seed, pixel, sample, 1) if view.kind == THIN_LENS else (0.5, 0.5)
-            ox, oy, oz, dx, dy, dz, is_seen = special_ray(view, column + x, row + y, a, b, width, height)
-            frame.weights[count] = weight if is_seen else 0.0
-            put_ray(lanes, count, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
-            count += 1
-    return count
+) -> None:  # fmt: skip
+    """`camera_rays` of a pinhole or an orthographic camera, without a filter: short loops, for lanes of a processor."""
+    height, width, seed, samples, pixels = film.shape[0], film.shape[1], settings.seed, settings.samples, frame.pixels
+    x, y = frame.places[:LANES], frame.places[LANES:]
+    if progressive:
+        for i in range(count):
+            u, v = sobol_pair(seed, pixels[i], sample, 0)
+            put_plain_ray(lens, lanes, i, x[i] + u, y[i] + v, width, height)
+    elif samples == 1:
+        for i in range(count):
+            put_plain_ray(lens, lanes, i, x[i] + 0.5, y[i] + 0.5, width, height)
+    else:
+        for i in range(count):
+            u, v = sample_in_pixel(seed, pixels[i], sample, samples)
+            put_plain_ray(lens, lanes, i, x[i] + u, y[i] + v, width, height)
+
+
+@inline
+def put_plain_ray(lens: Floats, lanes: Floats, i: int, x: float, y: float, width: int, height: int) -> None:
+    """The ray through a point of the picture into a lane."""
+    ox, oy, oz, dx, dy, dz = camera_ray(lens, x, y, width, height)
+    put_ray(lanes, i, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
+
+
+@helper
+def special_rays(
+    view: View, frame: Frame, lanes: Floats, film: Film, count: int, sample: int, settings: Settings,
+    progressive: bool, first: int,
+) -> None:  # fmt: skip
+    """`camera_rays` of any camera and filter; what they count goes into the frame, from `first` on."""
+    height, width, seed = film.shape[0], film.shape[1], settings.seed
+    for i in range(count):
+        pixel = frame.pixels[i]
+        x, y = _in_pixel(progressive, seed, pixel, sample, settings.samples)
+        weight = view.scale
+        if view.filtered == 1:
+            x, one = filtered_offset(view, x)
+            y, other = filtered_offset(view, y)
+            x, y, weight = x + 0.5, y + 0.5, weight * one * other
+        a, b = sobol_pair(seed, pixel, sample, 1) if view.kind == THIN_LENS else (0.5, 0.5)
+        x, y = frame.places[i] + x, frame.places[LANES + i] + y
+        ox, oy, oz, dx, dy, dz, is_seen = special_ray(view, x, y, a, b, width, height)
+        frame.weights[first + i] = weight if is_seen else 0.0
+        put_ray(lanes, i, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
 
 
 @inline
 def camera_rays(
-    view: View, frame: Frame, lanes: Floats, film: Film, left: int, top: int, sample: int, settings: Settings,
-    progressive: bool,
-) -> int:  # fmt: skip
-    """One ray through each pixel of the square at (left, top), row by row; returns how many pixels that are.
+    view: View, frame: Frame, lanes: Floats, film: Film, count: int, sample: int, settings: Settings,
+    progressive: bool, first: int,
+) -> None:  # fmt: skip
+    """One ray through each pixel of a square whose pixels are numbered, into the first `count` lanes.
 
-    Their numbers go into the frame, and what each ray counts, where they do not count the same.
+    What each ray counts, where they do not count the same, goes into the frame, from row `first` on.
     """
     if view.kind == LINEAR and view.filtered == 0:
-        return plain_rays(view.lens, frame.pixels, lanes, film, left, top, sample, settings, progressive)
-    return special_rays(view, frame, lanes, film, left, top, sample, settings, progressive)
+        plain_rays(frame, view.lens, lanes, film, count, sample, settings, progressive)
+    else:
+        special_rays(view, frame, lanes, film, count, sample, settings, progressive, first)
 
 
 @allocator
-def new_frame() -> Frame:
-    """For one thread."""
-    return Frame(np.zeros(LANES, np.int64), np.ones(LANES), np.empty((LANES, 3)), np.empty((LANES, SUMS)))
+def new_frame(batch: int) -> Frame:
+    """For one thread, and so many samples at a time."""
+    rows = LANES * batch
+    return Frame(
+        np.zeros(LANES, np.int64), np.empty(2 * LANES), np.ones(rows), np.empty((rows, 3)), np.empty((LANES, SUMS))
+    )
 
 
 @helper
@@ -152,11 +175,11 @@ def begin_square(frame: Frame, film: Film, sums: Floats, left: int, top: int) ->
 
 
 @inline
-def add_samples(frame: Frame, count: int) -> None:
-    """One sample more of each pixel of a square: its light, times what it counts."""
+def add_samples(frame: Frame, count: int, first: int) -> None:
+    """One sample more of each pixel of a square: its light, from row `first` on, times what it counts."""
     for i in range(count):
-        weight = frame.weights[i]
-        r, g, b = weight * frame.colors[i, 0], weight * frame.colors[i, 1], weight * frame.colors[i, 2]
+        weight, color = frame.weights[first + i], frame.colors[first + i]
+        r, g, b = weight * color[0], weight * color[1], weight * color[2]
         light = luminance(r, g, b)
         row = frame.sums[i]
         row[0], row[1], row[2], row[SQUARES] = row[0] + r, row[1] + g, row[2] + b, row[SQUARES] + light * light
@@ -197,6 +220,7 @@ def _tile_kernel(integrator: str) -> Callable[..., None]:
     chosen = INTEGRATORS[integrator]
     module = importlib.import_module(f"{integrators.__name__}.{chosen.module}")
     gather, new_memory, progressive = module.gather, getattr(module, "new_memory", no_memory), chosen.progressive
+    batch, finish = getattr(module, "BATCH", 1), getattr(module, "finish", nothing_left)
 
     def tiles(
         geometry: Geometry, view: View, film: Film, sums: Floats, squares: Signs, settings: Settings, last: int,
@@ -206,31 +230,41 @@ def _tile_kernel(integrator: str) -> Callable[..., None]:
 
         A square that is halted keeps its sums, if there are any.
         """
-        scratch, packet, memory, frame = new_scratch(geometry), new_packet(), new_memory(settings), new_frame()
+        scratch, packet, frame = new_scratch(geometry), new_packet(), new_frame(batch)
+        memory = new_memory(geometry, settings)
         height, width = film.shape[0], film.shape[1]
-        is_plain = len(sums) == 0 and view.kind <= THIN_LENS and view.filtered == 0
+        is_plain = batch == 1 and len(sums) == 0 and view.kind <= THIN_LENS and view.filtered == 0
+        by_sobol = progressive or settings.sobol == 1
+        colors = frame.sums if is_plain else frame.colors
         for tile in range(begin, min(end, tile_total(width, height))):
             corner = tile_corner(tile, width)
             for top in range(corner[1], min(height, corner[1] + SIDE), SQUARE):
                 for left in range(corner[0], min(width, corner[0] + SIDE), SQUARE):
                     if not is_wanted(squares, left, top, width):
                         continue
-                    first = begin_square(frame, film, sums, left, top)
-                    colors = frame.sums if is_plain else frame.colors
-                    for sample in range(first, last):
+                    first, count = begin_square(frame, film, sums, left, top), number_pixels(frame, film, left, top)
+                    for sample in range(first, last, batch):
                         if halted(geometry):
                             break
-                        count = camera_rays(
-                            view, frame, packet.lanes, film, left, top, sample, settings,
-                            progressive or settings.sobol == 1,
+                        several = min(batch, last - sample)
+                        if not is_plain:
+                            colors[: LANES * several] = 0.0
+                        for k in range(several):
+                            camera_rays(
+                                view, frame, packet.lanes, film, count, sample + k, settings, by_sobol, LANES * k
+                            )
+                            mine = colors[LANES * k : LANES * k + LANES]
+                            gather(
+                                geometry, scratch, memory, settings,
+                                Samples(packet, mine, count, frame.pixels, sample + k),
+                            )  # fmt: skip
+                        finish(
+                            geometry, scratch, memory, settings,
+                            Samples(packet, colors, count, frame.pixels, sample),
                         )  # fmt: skip
                         if not is_plain:
-                            colors[:] = 0.0
-                        gather(
-                            geometry, scratch, memory, settings, Samples(packet, colors, count, frame.pixels, sample)
-                        )
-                        if not is_plain:
-                            add_samples(frame, count)
+                            for k in range(several):
+                                add_samples(frame, count, LANES * k)
                     if len(sums) == 0 or (first < last and not halted(geometry)):
                         end_square(frame, film, sums, left, top, last)
 

@@ -25,13 +25,21 @@ def _mirrored(i: Direction, g: Direction) -> Direction:
     return i[0] - twice * g[0], i[1] - twice * g[1], i[2] - twice * g[2]
 
 
-@helper
+@inline
 def evaluate_over(
     materials: Materials, tables: Albedos, at: Touched, o: Direction, i: Direction, g: Direction
 ) -> tuple[float, float, float, float]:
     """`evaluate`, of what comes from i itself and of what is mirrored into it."""
     if g[2] == 1.0:
         return evaluate(materials, tables, at, o, i)
+    return _evaluate_bent(materials, tables, at, o, i, g)
+
+
+@helper
+def _evaluate_bent(
+    materials: Materials, tables: Albedos, at: Touched, o: Direction, i: Direction, g: Direction
+) -> tuple[float, float, float, float]:
+    """`evaluate_over` where something is bent."""
     above, other = dot(i[0], i[1], i[2], g[0], g[1], g[2]) > 0.0, _mirrored(i, g)
     r, g_, b, density = 0.0, 0.0, 0.0, 0.0
     if (i[2] > 0.0) == above:
@@ -42,7 +50,7 @@ def evaluate_over(
     return r, g_, b, density
 
 
-@helper
+@inline
 def draw_over(
     materials: Materials, tables: Albedos, at: Touched, o: Direction, g: Direction, choice: float, u: float, v: float
 ) -> Drawn:
@@ -50,6 +58,12 @@ def draw_over(
     drawn = draw(materials, tables, at, o, choice, u, v)
     if g[2] == 1.0 or drawn.how == LOST or drawn.how == STRAIGHT:
         return drawn
+    return _draw_bent(materials, tables, at, o, g, drawn)
+
+
+@helper
+def _draw_bent(materials: Materials, tables: Albedos, at: Touched, o: Direction, g: Direction, drawn: Drawn) -> Drawn:
+    """`draw_over` where something is bent and a direction was drawn."""
     i = drawn.i
     if (i[2] > 0.0) != (dot(i[0], i[1], i[2], g[0], g[1], g[2]) > 0.0):
         i = _mirrored(i, g)

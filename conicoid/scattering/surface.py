@@ -55,11 +55,29 @@ def _lobes(materials: Materials, tables: Albedos, at: Touched, cosine: float) ->
     return Lobes(0.0, 1.0, 0.0, 0.0)
 
 
-@helper
+@inline
+def _is_lambert(materials: Materials, at: Touched) -> bool:
+    """Has a surface Lambert's law alone? Then nothing is called: a call costs more than that."""
+    row = materials.rows[at.row]
+    return bool(row.kind == MATTE and not at.refracts and row.roughness == 0.0)
+
+
+@inline
 def evaluate(
     materials: Materials, tables: Albedos, at: Touched, o: Direction, i: Direction
 ) -> tuple[float, float, float, float]:
     """(r, g, b, density): f |cos| of light from i that goes to o, and how densely `draw` takes i; 0 of sharp lobes."""
+    if _is_lambert(materials, at):
+        lambert = _PER_PI * i[2] if o[2] > 0.0 and i[2] > 0.0 else 0.0
+        return at.r * lambert, at.g * lambert, at.b * lambert, lambert
+    return _evaluate_others(materials, tables, at, o, i)
+
+
+@helper
+def _evaluate_others(
+    materials: Materials, tables: Albedos, at: Touched, o: Direction, i: Direction
+) -> tuple[float, float, float, float]:
+    """`evaluate`, of all but Lambert's law."""
     row = materials.rows[at.row]
     if o[2] <= 0.0 or i[2] == 0.0:
         return 0.0, 0.0, 0.0, 0.0
@@ -69,8 +87,6 @@ def evaluate(
         return 0.0, 0.0, 0.0, 0.0
     lambert = _PER_PI * i[2]
     if row.kind == MATTE and not at.refracts:
-        if row.roughness == 0.0:
-            return at.r * lambert, at.g * lambert, at.b * lambert, lambert
         once, again, mean = rough_matte(o, i, row.roughness)
         r = (at.r * once + scattered_again(at.r, mean) * again) * i[2]
         g = (at.g * once + scattered_again(at.g, mean) * again) * i[2]
@@ -112,15 +128,23 @@ def evaluate(
     return r, g, b, density
 
 
-@helper
+@inline
 def draw(materials: Materials, tables: Albedos, at: Touched, o: Direction, choice: float, u: float, v: float) -> Drawn:
     """A direction for light that goes to o; all three numbers are in [0, 1)."""
-    row = materials.rows[at.row]
     if o[2] <= 0.0:
         return nothing()
-    if row.kind == MATTE and not at.refracts and row.roughness == 0.0:
+    if _is_lambert(materials, at):
         i = cosine_direction(u, v)
         return Drawn(SPREAD, i, at.r, at.g, at.b, _PER_PI * i[2]) if i[2] > 0.0 else nothing()
+    return _draw_others(materials, tables, at, o, choice, u, v)
+
+
+@helper
+def _draw_others(
+    materials: Materials, tables: Albedos, at: Touched, o: Direction, choice: float, u: float, v: float
+) -> Drawn:
+    """`draw`, of all but Lambert's law."""
+    row = materials.rows[at.row]
     lobes = _lobes(materials, tables, at, o[2])
     if choice < lobes.mirror:
         if at.refracts and is_rough(row) and at.eta != 1.0:
@@ -172,7 +196,7 @@ def _through(row: Any, at: Touched, o: Direction, share: float) -> Drawn:
 @inline
 def _weighed(materials: Materials, tables: Albedos, at: Touched, o: Direction, i: Direction) -> Drawn:
     """A direction with the weight that all lobes give it."""
-    r, g, b, density = evaluate(materials, tables, at, o, i)
+    r, g, b, density = _evaluate_others(materials, tables, at, o, i)
     if not density > 0.0:
         return nothing()
     return Drawn(SPREAD, i, r / density, g / density, b / density, density)

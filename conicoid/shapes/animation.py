@@ -1,4 +1,4 @@
-"""Motion by keyframes: where a body, or the camera, is at given times, and in between.
+"""Motion by keyframes: where a body, the camera or a light is at given times, and in between.
 
 Between two keys all numbers go evenly from one to the other ("linear"), or slowly at first and at last ("smooth", with
 3s² - 2s³ of the share s of the time). Before the first key and after the last nothing moves.
@@ -16,7 +16,7 @@ import numpy as np
 from .arrays import real_array
 from .base import Shape
 from .suggestion import one_of
-from .validate import number, numbers, shown, vector, what
+from .validate import number, numbers, shown, vector, what, whole
 from .vector import Vector
 
 Ease: TypeAlias = Literal["linear", "smooth"]
@@ -155,8 +155,54 @@ class CameraTrack:
         return dataclasses.replace(camera, **{field: _between(getattr(self, field), k, s) for field in self._moving})
 
 
+@dataclass(frozen=True)
+class LightTrack:
+    """How one of the scene's lights moves, or grows brighter; lamps are bodies, and move by a `BodyTrack`.
+
+    light: which of the scene's lights, from 0.
+    times: of the keys, in seconds, growing.
+    position, direction: for each key, three numbers.
+    intensity: for each key one number.
+    ease: "linear", or "smooth": slow at each key.
+    """
+
+    light: int
+    times: tuple[float, ...]
+    position: tuple[Vector, ...] | None = None
+    direction: tuple[Vector, ...] | None = None
+    intensity: tuple[float, ...] | None = None
+    ease: Ease = "linear"
+
+    def __post_init__(self) -> None:
+        owner, light = "LightTrack", whole(self.light)
+        if light is None or not 0 <= light <= _MOST_LIGHTS:
+            raise ValueError(f"{owner}: light must be the number of a light, from 0, got {shown(self.light)}")
+        object.__setattr__(self, "light", light)
+        object.__setattr__(self, "times", _times(owner, self.times))
+        for field in self._moving:
+            size = 1 if field == "intensity" else 3
+            object.__setattr__(self, field, _keys(owner, field, getattr(self, field), len(self.times), size))
+        if not self._moving:
+            raise ValueError(f"{owner}: {', '.join(_OF_LIGHTS[:-1])} or {_OF_LIGHTS[-1]} must say how it moves")
+        object.__setattr__(self, "ease", one_of(owner, "ease", self.ease, get_args(Ease)))
+
+    @property
+    def _moving(self) -> list[str]:
+        return [field for field in _OF_LIGHTS if getattr(self, field) is not None]
+
+    def moved(self, light: Any, time: float) -> Any:
+        """A light where the track has it at a time."""
+        k, s = _share(self.times, time, self.ease)
+        for field in self._moving:
+            if not hasattr(light, field):
+                raise ValueError(f"LightTrack: {field} is nothing that a {type(light).__name__} has")
+        return dataclasses.replace(light, **{field: _between(getattr(self, field), k, s) for field in self._moving})
+
+
+_MOST_LIGHTS = 1_000_000
+_OF_LIGHTS = ("position", "direction", "intensity")
 _OF_CAMERAS = ("position", "look_at", "field_of_view", "focus_distance")
-Track: TypeAlias = BodyTrack | CameraTrack
+Track: TypeAlias = BodyTrack | CameraTrack | LightTrack
 TRACKS: dict[str, type[Track]] = {kind.__name__: kind for kind in get_args(Track)}
 """Scene-file name -> class."""
 

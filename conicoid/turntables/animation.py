@@ -7,6 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ..cluster.course import Course
+from ..cluster.recipe import Recipe
+from ..cluster.task import prepared_first
+from ..cluster.workers import Workers, as_workers
 from ..formats.atomic import checked_place
 from ..formats.movie import check_movie, write_movie
 from ..render.camera import AnyCamera, as_camera, checked_size
@@ -40,13 +44,25 @@ class FilmFrames(Frames):
         return self.folder / f"{digest_of(self._film, time).hex()}.png"
 
     def render_at(self, path: Path, time: float, progress: Any) -> None:
-        """Make the frame of a time: with the shutter open from then on, or of the scene as it stands then."""
-        given = dict(camera=self.camera, progress=progress, **self.options)
-        if self.aperture == 0:
-            self._keep(path, self.scene.at(time).render(**given)._repr_png_())
-            return
-        during = (time, time + self.aperture)
-        self._keep(path, self.scene.render(shutter=during, times=self.times, **given)._repr_png_())
+        """Make the frame of a time."""
+        self._keep(path, moment(self.scene, self._how, time, progress))
+
+    def _course(self, workers: Workers) -> Course:
+        return Course("animate", workers, moment, (Recipe(self.scene), Recipe(self._how)))
+
+    @property
+    def _how(self) -> dict[str, Any]:
+        """All that makes a frame but the scene and the time."""
+        return dict(camera=self.camera, aperture=self.aperture, times=self.times, options=self.options)
+
+
+@prepared_first
+def moment(scene: Scene, how: dict[str, Any], time: float, progress: Any = None) -> bytes:
+    """The frame of a time as the bytes of its file: with the shutter open from then on, or as the scene stands then."""
+    given = dict(camera=how["camera"], progress=progress, **how["options"])
+    if how["aperture"] == 0:
+        return scene.at(time).render(**given)._repr_png_()
+    return scene.render(shutter=(time, time + how["aperture"]), times=how["times"], **given)._repr_png_()
 
 
 @calm
@@ -72,6 +88,7 @@ def animate(
     folder: str | os.PathLike[str] | None = None,
     keep: bool = True,
     progress: Callable[[int, int], Any] | None = None,
+    executor: Any = None,
 ) -> int:
     """A film of a `scene` with an animation, a .gif, .webp or .mp4 at `path`; returns how many frames were rendered.
 
@@ -82,7 +99,8 @@ def animate(
 
     Frames are .png files in `folder` (by default `film-frames` beside film.gif), named by all that they are made from.
     Those that are there already are taken. `keep=False` removes them in the end. `progress(done, count)` is called now
-    and then. Raises ValueError for what cannot be written, before the first frame.
+    and then. `executor` is where frames are made, a task each, as for `scene.first_hit`. Raises ValueError for what
+    cannot be written, before the first frame.
     """
     scene, target = as_scene("animate", scene), Path(checked_path("animate", path))
     width, height = checked_size(width, height)
@@ -95,13 +113,15 @@ def animate(
     }
     callback("animate", "progress", progress)
     view = as_camera("animate", camera)
+    workers = None if executor is None else as_workers("animate", executor)
     check_movie(target, width, height, count, length)
     checked_place(target)
     beside = target.with_name(f"{target.stem}-frames")
     place = beside if folder is None else Path(checked_path("animate", folder, "folder"))
     step = length / count
     made = FilmFrames(scene, place, dict(width=width, height=height, **options), view, open_for * step, _moments(times))
-    files = _made(made, [start + k * step for k in range(count)], progress)
+    moments = [start + k * step for k in range(count)]
+    files = _made(made, moments, progress) if workers is None else _made_on(made, moments, workers, progress)
     write_movie(target, [file for file, _ in files], length)
     if not flag("animate", "keep", keep):
         remove_frames([file for file, _ in files], place)
@@ -155,6 +175,25 @@ def _made(made: FilmFrames, times: list[float], progress: Any) -> list[tuple[Pat
         if progress is not None:
             progress(k + 1, len(times))
     return files
+
+
+def _made_on(made: FilmFrames, times: list[float], workers: Workers, progress: Any) -> list[tuple[Path, bool]]:
+    """The same on workers: a task for each file that is missing."""
+    files = [made.path_at(time) for time in times]
+    missing = {file: time for file, time in zip(files, times, strict=True) if not made.is_there(file)}
+    there = len(files) - len(missing)
+
+    def told(done: int) -> None:
+        if progress is not None:
+            progress(there + done, len(times))
+
+    made.render_on(workers, list(missing.items()), told)
+    new = set(missing)
+    found = []
+    for file in files:
+        found.append((file, file in new))
+        new.discard(file)
+    return found
 
 
 def _share(progress: Callable[[int, int], Any], frame: int, frames: int) -> Callable[[int, int], None]:

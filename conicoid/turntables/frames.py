@@ -61,16 +61,20 @@ class Frames:
         """Make a frame."""
         self._keep(path, self.scene.render(camera=camera, progress=progress, **self.options)._repr_png_())
 
-    def render_on(
-        self, workers: Workers, missing: Sequence[tuple[Path, AnyCamera]], told: Callable[[int], Any]
-    ) -> None:
-        """Make several on workers, a frame a task; each is kept as it comes back, and told(done) is called."""
-        pieces = (Piece(k, k + 1, (camera,)) for k, (_, camera) in enumerate(missing))
-        course = Course("turntable", workers, frame, (recipe_of(self.scene), Recipe(self.options)))
-        with closing(course.results(pieces, lambda *_: None, len(missing))) as results:
+    def render_on(self, workers: Workers, missing: Sequence[tuple[Path, Any]], told: Callable[[int], Any]) -> None:
+        """Make several on workers, a frame a task; each is kept as it comes back, and told(done) is called.
+
+        missing: the files, and what each frame is of: its camera (its time, where the scene moves).
+        """
+        pieces = (Piece(k, k + 1, (each,)) for k, (_, each) in enumerate(missing))
+        with closing(self._course(workers).results(pieces, lambda *_: None, len(missing))) as results:
             for piece, content in results:
                 self._keep(missing[piece.begin][0], content)
                 told(piece.end)
+
+    def _course(self, workers: Workers) -> Course:
+        """Tasks that make a frame each."""
+        return Course("turntable", workers, frame, (recipe_of(self.scene), Recipe(self.options)))
 
     def _keep(self, path: Path, content: bytes) -> None:
         self.folder.mkdir(exist_ok=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
 import OpenEXR
 import PIL.Image
@@ -81,6 +83,23 @@ def test_a_preview_is_written_again_and_again(scene, tmp_path, monkeypatch):
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "p.png").read_bytes()
     told = refused("render", scene, "-o", tmp_path / "a.png", "--preview", tmp_path / "p.png")
     assert "--preview goes with --integrator" in told
+
+
+def test_a_preview_in_the_terminal(scene, tmp_path, monkeypatch):
+    """Above the line of progress, which is made to be a terminal's and to appear at once."""
+    from rich.console import Console
+
+    from conicoid.command_line import terminal
+
+    shown = io.StringIO()
+    made = Console(file=shown, force_terminal=True, color_system="truecolor", width=40, height=12, legacy_windows=False)
+    monkeypatch.setattr(terminal, "console", lambda: made)
+    monkeypatch.setattr(terminal, "PATIENCE", 0.0)
+    options = ("--integrator", "path", "--width", "64", "--height", "48", "--samples", "64", "--preview", "-")
+    result = run("render", scene, "-o", tmp_path / "a.png", *options)
+    assert result.exit_code == 0, result.output
+    assert "\N{UPPER HALF BLOCK}" in shown.getvalue()
+    assert not (tmp_path / "-").exists()
 
 
 def test_pictures_outside_of_the_folder_are_taken_when_that_is_said(tmp_path):

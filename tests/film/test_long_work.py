@@ -233,46 +233,57 @@ from tests.film import progressive
 from tests.film.test_long_work import scene
 progressive.register()
 passes.SAVED_EVERY = 0.05
-image = scene().render(160, 120, 200, progressive.NAME, resume=sys.argv[1])
-image.save(sys.argv[2])
+image = scene().render(160, 120, int(sys.argv[1]), sys.argv[2], int(sys.argv[3]), resume=sys.argv[4])
+image.save(sys.argv[5])
 """
 
 
-def _kill(times, tmp_path, samples):
-    """A picture whose process is killed at random, until it is there."""
-    file, picture = tmp_path / "file", tmp_path / "picture.exr"
-    rng, killed = np.random.default_rng(times), 0
-    code = DRIVER.replace("200", str(samples))
-    while True:
-        driver = subprocess.Popen([sys.executable, "-c", code, file, picture])
-        if killed < times:
-            before = file.stat().st_size if file.exists() else 0
-            wait = time.monotonic() + 120
-            while driver.poll() is None and time.monotonic() < wait:
-                if file.exists() and file.stat().st_size > before + 100:
-                    break
-                time.sleep(0.01)
-            time.sleep(float(rng.uniform(0, 0.3)))
-            if driver.poll() is None:
-                driver.send_signal(signal.SIGKILL)
-                killed += 1
-            driver.wait()
-        else:
+def _until_it_is_there(asked, most, folder):
+    """A picture whose process is killed at random up to `most` times; how often it was, and the picture's file.
+
+    asked: samples, integrator and seed. Each process lives until it has kept something, and a little longer.
+    """
+    file, picture = folder / "file", folder / "picture.exr"
+    rng, killed = np.random.default_rng(asked[2]), 0
+    while not picture.exists():
+        driver = subprocess.Popen([sys.executable, "-c", DRIVER, *map(str, asked), file, picture])
+        if killed == most:
             assert driver.wait() == 0
-        if picture.exists():
-            break
-    local = scene().render(160, 120, samples, NAME)
-    local.save(tmp_path / "local.exr")
-    assert picture.read_bytes() == (tmp_path / "local.exr").read_bytes()
-    return killed
+            continue
+        before = file.stat().st_size if file.exists() else 0
+        wait = time.monotonic() + 600
+        while driver.poll() is None and time.monotonic() < wait:
+            if file.exists() and file.stat().st_size > before + 100:
+                break
+            time.sleep(0.01)
+        time.sleep(float(rng.uniform(0, 0.3)))
+        if driver.poll() is None:
+            driver.send_signal(signal.SIGKILL)
+            killed += 1
+        driver.wait()
+    return killed, picture
+
+
+def _kill(times, tmp_path, samples, integrator):
+    """Pictures one after the other, each to its last bit, until processes were killed so many times."""
+    killed, seed = 0, 0
+    while killed < times:
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        more, picture = _until_it_is_there((samples, integrator, seed), times - killed, folder)
+        scene().render(160, 120, samples, integrator, seed).save(folder / "local.exr")
+        assert picture.read_bytes() == (folder / "local.exr").read_bytes()
+        assert more > 0, "the picture was there before its process could be killed"
+        killed, seed = killed + more, seed + 1
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
 def test_a_process_killed_three_times(tmp_path):
-    assert _kill(3, tmp_path, 64) >= 1
+    _kill(3, tmp_path, 64, NAME)
 
 
 @pytest.mark.deep
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
-def test_a_process_killed_twenty_times(tmp_path):
-    assert _kill(20, tmp_path, 400) >= 10
+@pytest.mark.parametrize("integrator", [NAME, "path"])
+def test_a_process_killed_twenty_times(tmp_path, integrator):
+    _kill(20, tmp_path, 400, integrator)

@@ -237,6 +237,11 @@ SCENES: dict[str, Call] = {
         dict(times=(0, 1), position=((0, 0, 0), (1, 0, 0)), look_at=((0, 0, 0), (1, 0, 0)), field_of_view=(40, 30))
         | dict(focus_distance=(1, 2), ease="smooth"),
     ),
+    "LightTrack": (
+        co.LightTrack,
+        dict(light=0, times=(0, 1), position=((0, 0, 0), (1, 0, 0)), direction=((0, 0, -1), (1, 0, 0)))
+        | dict(intensity=(1, 2), ease="smooth"),
+    ),
     "at": (MOVING.at, dict(time=0.5)),
     "Rays": (co.Rays, RAYS),
     **{name: (_query(name), RAYS | dict(t_min=0, t_max=9)) for name in ("first_hit", "occluded", "spans", "crossings")},

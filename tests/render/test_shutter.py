@@ -105,7 +105,7 @@ def test_scene_files_and_pickles_keep_animations(tmp_path):
 
     scene = moving_ball().replace(animation=[
         co.BodyTrack("ball", (0, 1, 3.5), translate=((0, 0, 0), (1, 0, 0), (0, 0.1, 0)), degrees=(0, 45, 90), axis=(1, 2, 3)),
-        co.CameraTrack((0, 1), look_at=((0, 0, 0), (1, 0, 0))),
+        co.CameraTrack((0, 1), look_at=((0, 0, 0), (1, 0, 0))), co.LightTrack(0, (0, 1), intensity=(0, 2)),
     ])  # fmt: skip
     for name in ("scene.yaml", "scene.json"):
         co.save(scene, tmp_path / name)
@@ -149,9 +149,88 @@ def test_a_file_that_moves_what_is_not_there(tmp_path):
         (lambda: moving_ball().render(4, 4, shutter=(1, 0)), ValueError, "shutter must close after it opens"),
         (lambda: moving_ball().render(4, 4, times=3), ValueError, "times goes with shutter"),
         (lambda: moving_ball().render(4, 4, 8, "path", shutter=(0, 1), noise=0.1), ValueError, "noise must be None"),
-        (lambda: moving_ball().render(4, 4, shutter=(0, 1), resume="x.part"), ValueError, "resume does not go with"),
     ],
 )  # fmt: skip
 def test_refusals(make, error, told):
     with pytest.raises(error, match=told):
+        make()
+
+
+# ---- Resumed, and on workers ----
+
+
+@pytest.mark.parametrize("integrator", ["whitted", "path"])
+@pytest.mark.parametrize("at", [3, 9, 40])
+def test_a_shutter_that_was_interrupted_goes_on(tmp_path, integrator, at):
+    """Also in the middle of a moment; what is done is not done again."""
+    scene, told = moving_ball(), []
+    asked = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
+
+    def stop(done, count):
+        told.append(done)
+        if len(told) == at:
+            raise KeyboardInterrupt
+
+    whole = scene.render(**asked).pixels
+    try:
+        scene.render(**asked, resume=tmp_path / "file", progress=stop)
+    except KeyboardInterrupt:
+        assert len(told) == at
+    assert (scene.render(**asked, resume=tmp_path / "file").pixels == whole).all()
+    done = []
+    assert (scene.render(**asked, resume=tmp_path / "file", progress=lambda *s: done.append(s)).pixels == whole).all()
+    assert done == []
+    for other in (dict(samples=13), dict(times=4), dict(shutter=(0, 0.9)), dict(camera=VIEW)):
+        with pytest.raises(ValueError, match="holds parts of other work"):
+            scene.render(**asked | other, resume=tmp_path / "file")
+
+
+@pytest.mark.parametrize("integrator", ["whitted", "path"])
+def test_a_shutter_on_workers(tmp_path, integrator):
+    from conicoid.cluster.here import here
+
+    asked = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
+    workers, told = here(), []
+    workers.chunk = 1
+    near = moving_ball().render(**asked).pixels
+    far = moving_ball().render(**asked, executor=workers, progress=lambda *step: told.append(step))
+    assert (far.pixels == near).all()
+    assert told[-1][0] == told[-1][1]
+    assert (moving_ball().render(**asked, executor=workers, resume=tmp_path / "file").pixels == near).all()
+    assert (moving_ball().render(**asked, resume=tmp_path / "file").pixels == near).all()
+
+
+# ---- Lights ----
+
+
+def test_a_light_that_moves_away():
+    """The floor under a light of intensity I at height h is I / h² bright; the mean of 1 / h² from 1 to 2 is 1 / 2."""
+    light = co.PointLight((0, 0, 1), 1, falloff="inverse_square")
+    floor = co.Body(co.Box((-9, -9, -1), (9, 9, 0)), co.matte(WHITE))
+    above = co.OrthographicCamera((0, 0, 0.5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
+    track = co.LightTrack(0, (0, 1), position=((0, 0, 1), (0, 0, 2)))
+    scene = co.Scene(floor, [light], above, BLACK, animation=track)
+    for time, height in ((-1, 1), (0.5, 1.5), (3, 2)):
+        assert scene.at(time).lights[0].position == pytest.approx((0, 0, height))
+        assert scene.at(time).render(1, 1, 1).pixels[0, 0] == pytest.approx([1 / height**2] * 3, rel=1e-6)
+    seen = scene.render(1, 1, 512, shutter=(0, 1), times=512).pixels[0, 0]
+    assert seen == pytest.approx([0.5] * 3, rel=1e-5)
+    brighter = scene.replace(animation=co.LightTrack(0, (0, 1), intensity=(1, 3)))
+    assert brighter.at(0.5).render(1, 1, 1).pixels[0, 0] == pytest.approx([2] * 3, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "message"),
+    [
+        (lambda: co.LightTrack(0, (0, 1)), ValueError, "LightTrack: position, direction or intensity must say"),
+        (lambda: co.LightTrack(-1, (0,), intensity=(1,)), ValueError, "LightTrack: light must be the number of a light"),
+        (lambda: co.LightTrack(0, (0, 1), intensity=(1,)), ValueError, "intensity must be a list of 2"),
+        (lambda: moving_ball().replace(animation=co.LightTrack(1, (0,), intensity=(1,))).at(0),
+         ValueError, "the scene has 1 light, from 0 on; a LightTrack moves light 1"),
+        (lambda: moving_ball().replace(animation=co.LightTrack(0, (0,), position=((0, 0, 1),))).at(0),
+         ValueError, "position is nothing that a AmbientLight has"),
+    ],
+)  # fmt: skip
+def test_refused_lights(make, kind, message):
+    with pytest.raises(kind, match=message):
         make()

@@ -37,6 +37,32 @@ def test_frames_of_workers_are_the_same(tmp_path):
     assert contents(tmp_path / "far-frames") == contents(tmp_path / "near-frames")
 
 
+def test_frames_of_films_too(tmp_path):
+    """With the shutter open, and without."""
+    scene = co.Scene(
+        [co.Body(co.Sphere(0.5), "red", "ball"), co.Box((-3, -3, -2), (3, 3, -1))],
+        [co.AmbientLight(0.5), co.PointLight((1, -2, 3))],
+        co.Camera((0, -6, 2), (0, 0, 0)),
+        animation=[
+            co.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0))),
+            co.LightTrack(1, (0, 1), intensity=(0, 1)),
+        ],
+    )
+    with co.cluster.Processes(2) as pool:
+        for shutter in (0, 0.5):
+            told: list[tuple[int, int]] = []
+            names = [tmp_path / f"{where}-{shutter}.gif" for where in ("near", "far")]
+            asked = dict(frames=4, shutter=shutter, **SMALL)
+            assert co.animate(scene, names[0], **asked) == 4
+            assert (
+                co.animate(scene, names[1], **asked, executor=pool, progress=lambda *step, told=told: told.append(step))
+                == 4
+            )
+            assert names[0].read_bytes() == names[1].read_bytes()
+            assert told == [(k + 1, 4) for k in range(4)]
+            assert co.animate(scene, names[1], **asked, executor=pool) == 0
+
+
 class Dying(co.cluster.Processes):
     """Kills a process with its task, as soon as it has one, the first two times."""
 
