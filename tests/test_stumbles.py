@@ -78,10 +78,10 @@ def test_what_is_neither_material_nor_colour_is_told(written):
         parsed(f"bodies: [{{shape: {{Sphere: {{}}}}, material: {written}}}]", "scene.yaml")
 
 
-def test_export_takes_a_shape_and_writes_pages_only(tmp_path):
+def test_export_takes_a_shape_and_knows_suffixes(tmp_path):
     export(co.Sphere(), tmp_path / "ball.html")
     assert "<html" in (tmp_path / "ball.html").read_text(encoding="utf-8")
-    with pytest.raises(ValueError, match=r"ball.txt: pages are saved as \.html"):
+    with pytest.raises(ValueError, match=r"ball.txt: scenes are exported as a page, \.html, or as models"):
         export(co.Sphere(), tmp_path / "ball.txt")
     with pytest.raises(TypeError, match="export: scene must be"):
         export(5, tmp_path / "ball.html")

@@ -15,10 +15,9 @@ from conicoid.shapes.bulk import Bulk
 from ..contract.examples import MOTIONS, every_example
 from . import outlines, plain
 from .plain import mp
+from .test_by_differences import BY_NUMBERS
 
-ELSEWHERE = re.compile(r"(Wall|Prism|PentaPrism|CornerCube|Stop)-")
-"""By `test_by_differences`."""
-EXAMPLES = {name: shape for name, shape in every_example() if not ELSEWHERE.match(name)}
+EXAMPLES = {name: shape for name, shape in every_example() if name.split("-")[0] not in BY_NUMBERS}
 CLOSE, STEEP = 1e-10, 0.05
 STEP = mp.mpf(10) ** -18
 

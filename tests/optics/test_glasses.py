@@ -112,8 +112,8 @@ def test_pictures_take_n_d_and_the_slope_between_blue_and_red():
 def test_what_is_no_formula():
     for make, told in (
         (lambda: co.optics.Sellmeier((1, 2), (1,)), "b and c must be as many, got 2 and 1"),
-        (lambda: co.optics.Schott((1, 2)), "coefficients must be 6 numbers, got 2"),
-        (lambda: co.optics.Cauchy(()), "coefficients must be one number or more"),
+        (lambda: co.optics.Schott((1, 2)), "coefficients must be a list of 6 numbers, got 2"),
+        (lambda: co.optics.Cauchy(()), "coefficients must be a list of one number or more"),
         (lambda: co.optics.Tabulated((2, 1), (1, 1)), "wavelengths must be > 0 and rising"),
         (lambda: co.optics.Tabulated((1, 2), (1, -1)), "n must be > 0, got -1"),
         (lambda: co.optics.Tabulated((1, 2), (1, 1), (0,)), "k must be as many as wavelengths, 2, got 1"),

@@ -141,12 +141,7 @@ def _ellipsoid(solid: Ellipsoid, room: Room) -> Node | None:
 
 def _cylinder(solid: Cylinder, room: Room) -> Node:
     del room
-    radius, length = solid.radius, solid.length
-    if solid.end_angle - solid.start_angle != 360:
-        profile = ((0.0, 0.0), (radius, 0.0), (radius, length), (0.0, length))
-        wedge = Turned(profile, solid.start_angle, solid.end_angle)
-        return Leaf(wedge, solid.placement.steps, _is_rounded(solid))
-    return _frustum(solid, radius, radius)
+    return _frustum(solid, solid.radius, solid.radius)
 
 
 def _cone(solid: Cone, room: Room) -> Node:
@@ -155,12 +150,17 @@ def _cone(solid: Cone, room: Room) -> Node:
 
 
 def _frustum(solid: Cylinder | Cone, first: float, second: float) -> Node:
-    """Along an axis of coordinates exactly, else of a length that is rounded."""
+    """Along an axis of coordinates exactly, else of a length that is rounded; a part of a turn always so."""
+    length = solid.length
+    if solid.end_angle - solid.start_angle != 360:
+        profile = dict.fromkeys(((0.0, 0.0), (first, 0.0), (second, length), (0.0, length)))
+        wedge = Turned(tuple(profile), solid.start_angle, solid.end_angle)
+        return Leaf(wedge, solid.placement.steps, _is_rounded(solid))
     found = along_axis(solid.start, solid.end)
     if found is not None:
         (low, high), steps = found
         return Leaf(Frustum(first, second, low, high), steps)
-    return Leaf(Frustum(first, second, 0.0, solid.length), solid.placement.steps, _is_rounded(solid))
+    return Leaf(Frustum(first, second, 0.0, length), solid.placement.steps, _is_rounded(solid))
 
 
 def _is_rounded(solid: Cylinder | Cone) -> bool:

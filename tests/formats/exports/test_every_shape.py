@@ -34,7 +34,11 @@ def said_or_refused(scene: co.Scene, path: Path) -> None:
     except ValueError as error:
         assert "\nthing: " in str(error)
         return
-    back = co.load(path)
+    try:
+        back = co.load(path)
+    except ValueError:  # of numbers that are out of bounds once they are written in the format's own way
+        assert not _is_moderate(scene)
+        return
     is_empty = any(note.startswith("with nothing in it") for note in notes)
     if _is_moderate(scene) and not is_empty:
         assert len(back) == 1
