@@ -44,6 +44,7 @@ def load(
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
     what was expected and what was found; where there is no such file it is a FileNotFoundError as well.
     """
+    from .formats.collector import without_collector
     from .formats.imports import Options, format_of
 
     found = format_of(checked_path("load", path))
@@ -52,7 +53,8 @@ def load(
             raise TypeError(f"load: {', '.join(options)} are for files of other programs, which {path} is not")
         return Scene.load(path, progress=progress, outside=outside)
     flag("load", "outside", outside)
-    return _scene_of(path, found.read(path, Options.of(progress=progress, **options)))
+    with without_collector():
+        return _scene_of(path, found.read(path, Options.of(progress=progress, **options)))
 
 
 def _scene_of(path: str | os.PathLike[str], parts: Imported) -> Scene:

@@ -17,7 +17,7 @@ from ...shapes.revolution import Revolution
 from ...shapes.sphere import Sphere
 from ..openmc.block import Block, Path, Piece
 from ..openmc.imported_bodies import RIGID, PlacedBodies
-from ..openmc.placement import UNTURNED, Turn, floats, turned_by
+from ..openmc.placement import UNTURNED, Turn, floats, plus, turned_by
 from .placement import ORIGIN, Placement, Point, Rotation
 from .reading import LeftOut
 from .structure import Volume
@@ -57,8 +57,8 @@ class Place:
         if not any(by):
             return self
         if self.is_straight:
-            return replace(self, shift=_sum(self.shift, by))
-        return replace(self, lift=_sum(self.lift, by))
+            return replace(self, shift=plus(self.shift, by))
+        return replace(self, lift=plus(self.lift, by))
 
     def inner(self, shift: Point, rotation: Rotation) -> Place:
         """The place of what is rotated and then shifted within this."""
@@ -74,14 +74,10 @@ class Place:
     def moved(self, by: Shift) -> Placement:
         """In the world, the block being moved."""
         if self.is_straight:
-            return Placement(self.turn, _sum(self.shift, by))
-        whole = _sum(self.lift, by)
+            return Placement(self.turn, plus(self.shift, by))
+        whole = plus(self.lift, by)
         outer = self.outer.translate(floats(whole)) if any(whole) else self.outer
         return Placement(self.turn, self.shift, outer)
-
-
-def _sum(a: Point, b: Point) -> Point:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 Standing = tuple[Template, Place]

@@ -84,7 +84,7 @@ def vector(reading: Reading, element: Element, kind: str) -> Point:
         return x, y, z
     unit = reading.value(element.attributes.get("unit") or ("mm" if kind == "position" else "rad"), element, "unit")
     if kind == "position":
-        return x * unit, y * unit, z * unit
+        return (x, y, z) if unit == 1 else (x * unit, y * unit, z * unit)
     return in_degrees(x * unit), in_degrees(y * unit), in_degrees(z * unit)
 
 

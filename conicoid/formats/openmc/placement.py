@@ -28,17 +28,27 @@ class Turn:
     signs: tuple[int, int, int] = (1, 1, 1)
 
     def apply(self, point: Point) -> Point:
-        x, y, z = (sign * point[source] for source, sign in zip(self.sources, self.signs, strict=True))
-        return x, y, z
+        if self is UNTURNED or self == UNTURNED:
+            return point
+        (a, b, c), (p, q, r) = self.sources, self.signs
+        return (
+            point[a] if p > 0 else -point[a],
+            point[b] if q > 0 else -point[b],
+            point[c] if r > 0 else -point[c],
+        )
 
     def after(self, first: Turn) -> Turn:
         """`first`, then this."""
+        if self is UNTURNED or first is UNTURNED:
+            return first if self is UNTURNED else self
         a, b, c = (first.sources[source] for source in self.sources)
         p, q, r = (sign * first.signs[source] for source, sign in zip(self.sources, self.signs, strict=True))
         return Turn((a, b, c), (p, q, r))
 
     @property
     def inverse(self) -> Turn:
+        if self is UNTURNED:
+            return self
         a, b, c = (self.sources.index(i) for i in range(3))
         return Turn((a, b, c), (self.signs[a], self.signs[b], self.signs[c]))
 
@@ -56,6 +66,11 @@ class Turn:
 
 
 UNTURNED = Turn()
+
+
+def plus(a: Point, b: Point) -> Point:
+    """The sum; most numbers of most shifts are 0, and fractions are slow."""
+    return a[0] + b[0] if b[0] else a[0], a[1] + b[1] if b[1] else a[1], a[2] + b[2] if b[2] else a[2]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,8 +135,7 @@ class Placement:
 
     def point(self, own: Point) -> Point:
         """A point before the outer motion."""
-        a, b, c = self.turn.apply(own)
-        return a + self.shift[0], b + self.shift[1], c + self.shift[2]
+        return plus(self.turn.apply(own), self.shift)
 
     @property
     def back(self) -> Placement:
