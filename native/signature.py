@@ -10,6 +10,7 @@ import re
 import typing
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -201,18 +202,29 @@ def is_geometry(leaf: Leaf) -> bool:
     return leaf.kind == "(" and leaf.record is Geometry
 
 
+def modules_with_kernels() -> list[str]:
+    """Those of the package that declare entry points, found by their text: some others need packages of extras."""
+    import conicoid
+
+    package = Path(conicoid.__file__).parent
+    found = []
+    for path in sorted(package.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        if "compiler.jit import" in text and re.search(r"\bkernel\(", text):
+            found.append(".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__"))
+    return found
+
+
 def declared() -> list[Signature]:
     """The signatures of all kernels, in order of their names."""
     import importlib
-    import pkgutil
 
-    import conicoid.engine
     from conicoid.compiler.jit import DECLARED
     from conicoid.integrators import INTEGRATORS
     from conicoid.render.tiles import tile_kernel
 
-    for module in pkgutil.walk_packages(conicoid.engine.__path__, "conicoid.engine."):
-        importlib.import_module(module.name)
+    for name in modules_with_kernels():
+        importlib.import_module(name)
     for name in INTEGRATORS:
         tile_kernel(name)
     return [signature(*DECLARED[name]) for name in sorted(DECLARED)]

@@ -44,7 +44,7 @@ OF_ANY_LENGTH = {
         ("code", "numbers", "constants", "series", "inputs", "given", "wide_out"),
         "of a tape: what its code looks up in them is tested before it is played (`tapes.tape._fits`, `_is_number`)",
     ),
-    "quadrics": "what rounding took from quadrics: looked up by the table QUADRIC_REST, made with it",
+    "quadrics": "what rounding took from quadrics: of those beyond its end, nothing",
     "textures": "rows of textures: looked up by materials and other textures, made with them",
     "texels": "of pictures: looked up by the textures that they belong to, made with them",
     "squares": "which squares of a film are wanted: read only within its length",

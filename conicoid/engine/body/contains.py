@@ -8,7 +8,7 @@ from ..numbers.errorfree import two_difference
 from ..numbers.sure import sign
 from ..numbers.vectors import dot
 from ..ray import Ray
-from ..surface.decide import OPEN, Rest, curved_terms, plane_terms, rest_of_quadric
+from ..surface.decide import OPEN, Rest, curved_terms, plane_terms, rest_number, rest_of_quadric
 from ..surface.doubt import POINT, POINT_AT_BALL
 from ..surface.plane import Plane, PlaneLimits
 from ..surface.quadric import Sphere, quadric_rounding, quadric_value
@@ -57,9 +57,11 @@ def side(geometry: Geometry, rest: Rest, surface: int, x: float, y: float, z: fl
         value, off = sphere_value(load_sphere(geometry, row), x, y, z)
     else:
         quadric = load_quadric(geometry, row)
-        rests, at = rest.quadrics, rest_of_quadric(geometry, row)
+        at = rest_of_quadric(geometry, row)
         value = quadric_value(quadric, x, y, z)
-        off = quadric_rounding(quadric, x, y, z, rests[at], rests[at + 1], rests[at + 2])
+        off = quadric_rounding(
+            quadric, x, y, z, rest_number(rest, at), rest_number(rest, at + 1), rest_number(rest, at + 2)
+        )
     if abs(value) > off:
         return 1 if value > 0.0 else -1
     if kind == PLANE:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
-from ..surface.decide import Rest, rest_of_quadric
+from ..surface.decide import Rest, rest_number, rest_of_quadric
 from ..surface.doubt import POINT_AT_BALL
 from ..surface.quadric import own_coordinates, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
@@ -93,7 +93,7 @@ def _quadric_along(geometry: Geometry, rest: Rest, row: int, prism: Prism) -> Al
     r1, r2, r = _bent(prism, w10, w11, w12, s1, y1, b1)
     t1, t2, t = _bent(prism, w20, w21, w22, s2, y2, b2)
     rounding = quadric_rounding(
-        quadric, prism.x, prism.y, prism.z, rest.quadrics[at], rest.quadrics[at + 1], rest.quadrics[at + 2]
+        quadric, prism.x, prism.y, prism.z, rest_number(rest, at), rest_number(rest, at + 1), rest_number(rest, at + 2)
     )
     return Along(
         quadric_value(quadric, prism.x, prism.y, prism.z), p1 + r1 + t1, p2 + r2 + t2, p + r + t + _LOOSE * rounding

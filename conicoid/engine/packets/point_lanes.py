@@ -11,7 +11,7 @@ import numpy as np
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
 from ..body.contains import plane_value, sphere_value
-from ..surface.decide import Rest, rest_of_quadric
+from ..surface.decide import Rest, rest_number, rest_of_quadric
 from ..surface.quadric import Quadric, own_coordinates, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
 from ..tables import PLANE, SPHERE, Floats, Geometry, integer
@@ -80,7 +80,9 @@ def _spread(w0: float, w1: float, w2: float, room: Floats) -> float:
 def _rounding(geometry: Geometry, rest: Rest, quadric: Quadric, row: int, x: float, y: float, z: float) -> float:
     """`quadric_rounding` of a quadric of the table."""
     at = rest_of_quadric(geometry, row)
-    return quadric_rounding(quadric, x, y, z, rest.quadrics[at], rest.quadrics[at + 1], rest.quadrics[at + 2])
+    return quadric_rounding(
+        quadric, x, y, z, rest_number(rest, at), rest_number(rest, at + 1), rest_number(rest, at + 2)
+    )
 
 
 @inline
@@ -140,7 +142,7 @@ def sides_of_lanes(geometry: Geometry, rest: Rest, surface: int, side: int, room
             left += 1 if _put_sides(room, i, value * inner, off) else 0
     else:
         quadric, at = load_quadric(geometry, row), rest_of_quadric(geometry, row)
-        r0, r1, r2 = rest.quadrics[at], rest.quadrics[at + 1], rest.quadrics[at + 2]
+        r0, r1, r2 = rest_number(rest, at), rest_number(rest, at + 1), rest_number(rest, at + 2)
         for i in range(EVERY):
             x, y, z = room[X + i], room[Y + i], room[Z + i]
             off = quadric_rounding(quadric, x, y, z, r0, r1, r2)

@@ -47,7 +47,7 @@ Terms: TypeAlias = tuple[Sure, Sure, Sure, Sure]
 
 @shaped(planes="planes", spheres="*", quadrics="*", vertices="vertices")
 class Rest(NamedTuple):
-    """What rounding took from records and corners of polygons, flat; from spheres beyond the end: nothing.
+    """What rounding took from records and corners of polygons, flat; from spheres and quadrics beyond the end: nothing.
 
     Quadrics from which it took the same may share a row: see `rest_of_quadric`.
     """
@@ -62,6 +62,12 @@ class Rest(NamedTuple):
 def rest_of_quadric(geometry: Geometry, row: int) -> int:
     """Where in `Rest.quadrics` that of a quadric begins."""
     return QUADRIC_SIZE * integer(geometry, table.QUADRIC_REST, row)
+
+
+@inline
+def rest_number(rest: Rest, k: int) -> float:
+    """A number of `Rest.quadrics`; beyond the end, nothing: no other argument says how many rows there are."""
+    return rest.quadrics[k] if k < len(rest.quadrics) else 0.0
 
 
 @inline
@@ -133,14 +139,38 @@ def _quadric_terms(geometry: Geometry, rest: Rest, row: int, ray: Ray, t: float)
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, q0, q1, q2, l0, l1, l2, constant = load_quadric(
         geometry, row
     )
-    at, r = rest_of_quadric(geometry, row), rest.quadrics
-    p0, p1, p2 = _from(ox, ax, r[at], t, dx), _from(oy, ay, r[at + 1], t, dy), _from(oz, az, r[at + 2], t, dz)
-    u0, u1, u2 = sure(w00, r[at + 3]), sure(w01, r[at + 4]), sure(w02, r[at + 5])
-    v0, v1, v2 = sure(w10, r[at + 6]), sure(w11, r[at + 7]), sure(w12, r[at + 8])
-    z0, z1, z2 = sure(w20, r[at + 9]), sure(w21, r[at + 10]), sure(w22, r[at + 11])
-    s0, s1, s2 = sure(q0, r[at + 12]), sure(q1, r[at + 13]), sure(q2, r[at + 14])
-    b0, b1, b2 = sure(l0, r[at + 15]), sure(l1, r[at + 16]), sure(l2, r[at + 17])
-    k = sure(constant, r[at + 18])
+    at = rest_of_quadric(geometry, row)
+    p0, p1, p2 = (
+        _from(ox, ax, rest_number(rest, at), t, dx),
+        _from(oy, ay, rest_number(rest, at + 1), t, dy),
+        _from(oz, az, rest_number(rest, at + 2), t, dz),
+    )
+    u0, u1, u2 = (
+        sure(w00, rest_number(rest, at + 3)),
+        sure(w01, rest_number(rest, at + 4)),
+        sure(w02, rest_number(rest, at + 5)),
+    )
+    v0, v1, v2 = (
+        sure(w10, rest_number(rest, at + 6)),
+        sure(w11, rest_number(rest, at + 7)),
+        sure(w12, rest_number(rest, at + 8)),
+    )
+    z0, z1, z2 = (
+        sure(w20, rest_number(rest, at + 9)),
+        sure(w21, rest_number(rest, at + 10)),
+        sure(w22, rest_number(rest, at + 11)),
+    )
+    s0, s1, s2 = (
+        sure(q0, rest_number(rest, at + 12)),
+        sure(q1, rest_number(rest, at + 13)),
+        sure(q2, rest_number(rest, at + 14)),
+    )
+    b0, b1, b2 = (
+        sure(l0, rest_number(rest, at + 15)),
+        sure(l1, rest_number(rest, at + 16)),
+        sure(l2, rest_number(rest, at + 17)),
+    )
+    k = sure(constant, rest_number(rest, at + 18))
     e0, e1, e2 = dot3(dx, dy, dz, u0, u1, u2), dot3(dx, dy, dz, v0, v1, v2), dot3(dx, dy, dz, z0, z1, z2)
     y0, y1, y2 = inner(u0, u1, u2, p0, p1, p2), inner(v0, v1, v2, p0, p1, p2), inner(z0, z1, z2, p0, p1, p2)
     f0, f1, f2 = times(s0, e0), times(s1, e1), times(s2, e2)
