@@ -118,6 +118,14 @@ class Slope(Number, Symbol):
         value = number.sqrt(self.value)
         return _of(value, (self, 0.5 / float(value))) if value else Slope(value, _unknown(self.slopes))
 
+    def larger(self, other: Any, first: bool = True) -> Any:
+        """The larger of two; of two that are equal, what moves one of them alone makes either of them the larger."""
+        if self.value != value_of(other):
+            return max(self, other)
+        keys = self.slopes.keys() | slopes_of(other).keys()
+        apart = [key for key in keys if self.slopes.get(key, 0.0) != slopes_of(other).get(key, 0.0)]
+        return Slope(self.value, {**self.slopes, **dict.fromkeys(apart, math.nan)})
+
     def sine_cosine(self) -> tuple[Any, Any]:
         """Of an angle in degrees."""
         s, c = sines.sin_cos_degrees(float(self.value))

@@ -54,6 +54,10 @@ class Symbol:
         """Of an angle in degrees."""
         raise NotImplementedError
 
+    def larger(self, other: Any, first: bool = True) -> Any:
+        """`max(self, other)`, or `max(other, self)`."""
+        raise NotImplementedError
+
 
 class Number:
     """mantissa · 2^exponent ± off · 2^exponent, immutable. Its truth is whether it is certainly not zero."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -90,8 +91,8 @@ class Revolution(PrimitiveSolid):
 
     def _walls(self, first: int) -> tuple[Face, ...]:
         """The half-planes at the angles, as faces from a number on."""
-        radius, size = max(r for r, _ in self.profile), max(abs(z) for _, z in self.profile) or 1.0
-        made = wedge_walls(self.start_angle, self.end_angle, radius, size)
+        radius, size = (functools.reduce(larger, map(abs, numbers)) for numbers in zip(*self.profile, strict=True))
+        made = wedge_walls(self.start_angle, self.end_angle, radius, size or 1.0)
         return tuple(replace(face, number=first + k) for k, face in enumerate(made))
 
     def support(self, direction: Vector) -> float:

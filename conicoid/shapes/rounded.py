@@ -102,12 +102,12 @@ def above_if(x: Any, lost: Any) -> float:
 
 
 def larger(a: Any, b: Any) -> float:
-    """`max(a, b)`, which is no test where a formula is recorded."""
+    """`max(a, b)`, which is no test where a formula is recorded, and has no derivative where they are equal."""
     result: float
-    if isinstance(a, Plain):
+    if isinstance(a, Symbol):
         result = a.larger(b)
     else:
-        result = b.larger(a, first=False) if isinstance(b, Plain) else max(a, b)
+        result = b.larger(a, first=False) if isinstance(b, Symbol) else max(a, b)
     return result
 
 

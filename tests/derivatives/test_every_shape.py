@@ -94,12 +94,14 @@ def largest_error(shape: Any, hit: Any, name: str, found: Any, expected: Any) ->
 def is_open(shape: Any, hit: Any, name: str, own: Any) -> bool:
     """Is there no derivative, as docs/derivatives.md says: of uv by what tilts an axis along which two are least?
 
-    And of anything by an angle of a wedge of half a turn.
+    And of anything by an angle of a wedge of half a turn, and of uv by numbers that are the largest together.
     """
     if isinstance(shape, Bulk):
         shape = shape.single(int(hit.body))
-    if isinstance(shape, co.Cylinder) and shape.end_angle - shape.start_angle == 180 and "angle" in name:
-        return int(hit.face) == 3
+    if getattr(shape, "end_angle", 360) - getattr(shape, "start_angle", 0) == 180 and "angle" in name:
+        return int(hit.face) == (len(shape.profile) if isinstance(shape, co.Revolution) else 3)
+    if isinstance(shape, co.Revolution) and hit.face >= len(shape.profile) and "profile" in name:
+        return np.shape(own) == (2,) and largest_together(shape, *map(int, re.findall(r"\d+", name)))
     if isinstance(shape, co.Revolution) and hit.face < len(shape.profile) and re.search(r"profile\[\d\]\[1\]", name):
         ends = shape.profile[int(hit.face)], shape.profile[(int(hit.face) + 1) % len(shape.profile)]
         return ends[0][1] == ends[1][1]  # a plane, which becomes a cone
@@ -117,6 +119,12 @@ def is_open(shape: Any, hit: Any, name: str, own: Any) -> bool:
         shape = operands[place]
     shape = getattr(shape, "base", shape)
     return any(part in name for part in tilts.get(type(shape), ())) and least_twice(shape)
+
+
+def largest_together(shape: co.Revolution, corner: int, column: int) -> bool:
+    """Is the distance from the axis, or the height, of a corner the largest, and another as large?"""
+    sizes = [abs(numbers[column]) for numbers in shape.profile]
+    return sizes[corner] == max(sizes) and sizes.count(max(sizes)) > 1
 
 
 def ends_at_an_equator(shape: Any) -> bool:
