@@ -36,14 +36,14 @@ class Walls:
             a, b = np.where(inside, middle, a), np.where(inside, b, middle)
         return (a + b) / 2
 
-    def is_wall(self, points, sides=96):
+    def is_wall(self, points, sides=96, within=EPSILON):
         """Are there points inside and outside within 2^-30 of each? For the tips of needles in many directions."""
         away = self.rng.normal(size=(sides, 1, 3))
-        beside = points[None] + EPSILON * away / np.linalg.norm(away, axis=-1, keepdims=True)
+        beside = points[None] + within * away / np.linalg.norm(away, axis=-1, keepdims=True)
         value = self.field(beside.reshape(-1, 3)).reshape(sides, -1)
         found = (value <= 0).any(axis=0) & (value > 0).any(axis=0)
         for i in np.flatnonzero(~found) if sides < 30_000 else ():
-            found[i] = self.is_wall(points[i : i + 1], 30_000)[0]
+            found[i] = self.is_wall(points[i : i + 1], 30_000, within)[0]
         return found
 
     def nearest(self, x):

@@ -11,6 +11,8 @@ from .force import Walls
 
 ROUNDED = 4e-16
 """Of the oracle's own numbers and of the answers' last digits."""
+TOUCHING = np.longdouble(2) ** -26
+"""Where two walls touch, floats know the contact by the root of their last digit; near one a search may end, and say so."""
 
 
 def points_about(walls, rng, count):
@@ -67,11 +69,14 @@ def _told(name, x, away, found, walls, widest):
         yield f"{name}: no wall is told, and yet an error of {found.error[i]}, from {x[i].tolist()}"
     for i in np.flatnonzero(proved & ~(np.abs(apart - away) <= found.error + ROUNDED * np.abs(x).max(axis=1))):
         yield f"{name}: {away[i]} to a point at {apart[i]} from {x[i].tolist()}"
-    wide = np.flatnonzero(~(found.error <= 1e-11 * (1 + np.abs(x).max(axis=1))))
+    sharp = found.error <= 1e-11 * (1 + np.abs(x).max(axis=1))
+    wide = np.flatnonzero(~sharp)
     if len(wide) > widest * len(x):
         yield f"{name}: {len(wide)} of {len(x)} errors are wide, such as {found.error[wide[0]]} at {x[wide[0]].tolist()}"
     near = proved & (np.abs(x).max(axis=1) < 50)  # of farther ones a point is known less well than its distance
-    for i in np.flatnonzero(near & ~walls.is_wall(found.point.astype(np.longdouble))):
+    points = found.point.astype(np.longdouble)
+    of_wall = np.where(sharp, walls.is_wall(points), walls.is_wall(points, within=TOUCHING))
+    for i in np.flatnonzero(near & ~of_wall):
         yield f"{name}: no wall at {found.point[i].tolist()}, from {x[i].tolist()}"
     unit = np.linalg.norm(found.normal, axis=1)
     for i in np.flatnonzero(proved & ~(np.abs(unit - 1) < 1e-12)):
