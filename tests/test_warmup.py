@@ -4,10 +4,32 @@ from __future__ import annotations
 
 import inspect
 
+import pytest
+
 from conicoid.scene_queries import QUERIES, Queries
 
 from .children import child
-from .machine_code import needs_compiler
+from .machine_code import needs_compiler, needs_machine_code
+
+CALLED = """
+from conicoid.compiler import jit, machine_code
+shipped, called = machine_code.entry, set()
+
+def entry(name):
+    found = shipped(name)
+    def call(*arguments):
+        called.add(name)
+        return found(*arguments)
+    return found and call
+
+jit.entry = entry
+import conicoid as co
+from native.signature import declared
+every = {each.name for each in declared()}
+machine_code.SHIPPED = None  # otherwise there is nothing to warm up
+co.warmup()
+print(len(every), sorted(every - called), flush=True)
+"""
 
 PROGRAM = """
 import sys
@@ -59,6 +81,16 @@ def test_warmup_knows_every_query():
     assert {name: list(inspect.signature(query).parameters)[1] for name, query in methods.items()} == QUERIES
 
 
+@needs_machine_code
+def test_warmup_calls_every_kernel():
+    """Each has one signature, which machine code holds its callers to: what is called once is all that is compiled."""
+    with child(CALLED) as running:
+        count, left = running.line(300).split(" ", 1)
+        assert int(count) > 20
+        assert left == "[]"
+
+
+@pytest.mark.deep
 @needs_compiler
 def test_nothing_is_left_to_be_compiled(monkeypatch):
     monkeypatch.setenv("CONICOID_JIT", "own")
