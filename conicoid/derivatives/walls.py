@@ -23,6 +23,7 @@ from ..shapes.revolution import Revolution
 from ..shapes.sphere_section import SphereSection
 from ..shapes.surface import PlaneSurface, QuadricSurface, Surface
 from ..shapes.vector import FloatArray
+from ..shapes.wall import Wall as OpenWall
 from . import fields
 from .forms import FORM, MAP, form_of
 from .own import of_level_edge, prepared, special_faces, undecided, without
@@ -120,6 +121,11 @@ def _leaves(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[Any, Any, 
 def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surface, UV]]:
     """The faces of a primitive in the world: number, surface, uv."""
     made = prepared(shape, slopes)
+    if isinstance(made, OpenWall):  # what cuts it moves no point of it
+        for number, surface, uv in _faces(shape.solid, made.solid, made.motion.then(outer)):
+            if number == made.face:
+                yield 0, surface, uv
+        return
     motion, jumping = made.under(outer), undecided(made)
     if isinstance(made, PrimitiveSheet):
         sheet = made.sheet(motion)

@@ -80,7 +80,7 @@ class Revolution(PrimitiveSolid):
         rising = _rising(ends)
         level = [(*sorted((a[0], b[0])), a[1], k) for k, (a, b) in enumerate(ends) if _equal(a[1], b[1])]
         walls = {edge.number: _wall(edge) for edge in rising if edge.low[0] > 0 or edge.high[0] > 0}
-        parts = [_tree_of(ring, walls, level, len(corners)) for ring in rings(rising)]
+        parts = [_tree_of(ring, walls, level, len(corners) + 2) for ring in rings(rising)]
         whole: Tree = parts[0] if len(parts) == 1 else Any_(tuple(parts))
         ends_of_turn = self._walls(len(corners))
         if not ends_of_turn:
@@ -168,7 +168,7 @@ def _wall(edge: _Edge) -> Face:
 
 
 def _tree_of(ring: _Ring, walls: dict[int, Face], level: Sequence[Any], inner_number: int) -> Tree:
-    """A ring as a cell, or two where it has a bore."""
+    """A ring as a cell, or two where it has a bore. `inner_number`: of planes between rings, which are no wall."""
     ends = []
     for z, sense in ((ring.low, -1.0), (ring.high, 1.0)):
         inner, outer = (edge.radius(z) if edge else Fraction(0) for edge in (ring.inner, ring.outer))

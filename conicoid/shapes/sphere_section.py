@@ -18,6 +18,8 @@ from .validate import interval, nonnegative, positive, vector
 from .vector import Interval, Vector, VectorLike
 
 _AT_LOW, _AT_HIGH = 2, 3
+_HIDDEN = 6
+"""The plane between the nappes of a cone, which is no wall."""
 
 
 @dataclass(frozen=True)
@@ -108,8 +110,8 @@ class SphereSection(PrimitiveSolid):
         cone = QuadricSurface((c * c, c * c, -(s * s)), constant=0.0)
         above, uv = 1 if angle < 90 else -1, self._cone_uv(angle)  # where the nappe is; a number has one map
         if sense == above:
-            return Cell((Face(cone, number, uv), Face(_level(-above), number, uv)))
-        return Any_((Cell((Face(cone, number, uv, inside=-1),)), Cell((Face(_level(above), number, uv),))))
+            return Cell((Face(cone, number, uv), Face(_level(-above), _HIDDEN)))
+        return Any_((Cell((Face(cone, number, uv, inside=-1),)), Cell((Face(_level(above), _HIDDEN),))))
 
     def _cone_uv(self, angle: float) -> UV:
         _, c = sin_cos_degrees(angle)

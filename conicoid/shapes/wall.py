@@ -10,7 +10,7 @@ from .boxes import common
 from .cells import All, Any_, Cell, Face, Not, SurfaceSheet, Tree, moved_uv
 from .motion import STILL, Motion
 from .planar import half_space_bounds
-from .surface import PlaneSurface
+from .surface import PlaneSurface, Surface
 from .validate import integer, shown, what
 from .vector import Box, Vector
 
@@ -40,6 +40,9 @@ class Wall(PrimitiveSheet):
             raise ValueError(
                 f"Wall: face must be one of {type(self.solid).__name__}'s, {numbers}, got {shown(self.face)}"
             )
+        (first, *_), *others = self._cuts()
+        if not all(_is_same(first.surface, other.surface) for other, *_ in others):
+            raise ValueError(f"Wall: face {self.face} of {type(self.solid).__name__} is on more than one surface")
 
     @property
     def placement(self) -> Motion:
@@ -76,6 +79,14 @@ def _faces(tree: Tree) -> list[Face]:
     if isinstance(tree, Cell):
         return list(tree.faces)
     return [face for part in ((tree.part,) if isinstance(tree, Not) else tree.parts) for face in _faces(part)]
+
+
+def _is_same(a: Surface, b: Surface) -> bool:
+    """Are two surfaces one, whatever their sense?"""
+    if isinstance(a, PlaneSurface) and isinstance(b, PlaneSurface):
+        (x, y, z), (u, v, w) = a.normal, b.normal
+        return any((sign * u, sign * v, sign * w, sign * b.offset) == (x, y, z, a.offset) for sign in (1, -1))
+    return a == b
 
 
 def _bounding(tree: Tree, face: int, counts: bool, held: tuple[Tree, ...]) -> list[tuple[Face, bool, tuple[Tree, ...]]]:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.shapes.base import REGISTERED, PrimitiveSolid
+from conicoid.shapes.cells import Cell, Face
+from conicoid.shapes.surface import PlaneSurface
 
 
 def bent(scene, rays, steps):
@@ -97,6 +101,11 @@ SOLIDS = {
     "mirror": co.Mirror(-2, -1, 3, 0.5, 0.75),
     "bowls": co.TwoSheetHyperboloid(1, 1, 1, (-2, 3)),
     "moved cone": co.Cone((0, 0, 0), (0, 0, 2), 1, 0.5).rotate("x", 30).scale((1, 2, 0.5)),
+    "polar angles": co.SphereSection(1.5, 0.5, (100, 160), 20, 310),
+    "beyond a cone": co.SphereSection(1.5, 0.5, (35, 80)),
+    "one cone": co.SphereSection(1.5, polar_range=(40, 140)),
+    "rings": co.Revolution([(0.5, 0), (2, 0), (1, 1), (1.5, 2), (0.75, 2.5), (0.5, 1)], 30, 200),
+    "sections": co.Polycone([(0, 0.5, 1), (1, 0.5, 2), (1, 0.75, 1.5), (2, 0.75, 0.75)], -30, 240),
 }
 
 
@@ -131,6 +140,22 @@ def test_a_wall_cut_by_solids_is_a_thin_mirror():
     out = hits[hits.hit].spawn(co.reflect(rays.directions[hits.hit], hits.normal[hits.hit]))
     t = (f - out.origins[:, 2]) / out.directions[:, 2]
     assert np.abs((out.origins + t[:, None] * out.directions)[:, :2]).max() < 1e-12
+
+
+def test_a_face_on_several_surfaces_is_no_wall():
+    """A shape of a user's own may give its faces one number."""
+
+    @dataclass(frozen=True)
+    class Slab(PrimitiveSolid):
+        def tree(self):
+            return Cell(tuple(Face(PlaneSurface((0.0, 0.0, sense), 1.0), 0) for sense in (-1.0, 1.0)))
+
+        def support(self, direction):
+            return 99.0 * sum(map(abs, direction))
+
+    REGISTERED.pop("Slab")
+    with pytest.raises(ValueError, match=r"Wall: face 0 of Slab is on more than one surface"):
+        co.Wall(Slab(), 0)
 
 
 def test_what_has_no_such_wall_is_refused():
