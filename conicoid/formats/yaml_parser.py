@@ -46,9 +46,7 @@ def parse(text: str) -> tuple[Node | None, list[Problem]]:
     return found.root, found.problems
 
 
-def document(
-    text: str, progress: Callable[[int], Any] | None = None, lines: Sequence[int] | None = None
-) -> Document:
+def document(text: str, progress: Callable[[int], Any] | None = None, lines: Sequence[int] | None = None) -> Document:
     """The one document of `text`; progress(characters) is called now and then.
 
     lines: the numbers of its lines, where they are not 1, 2, 3 and so on.

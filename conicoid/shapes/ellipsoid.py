@@ -95,8 +95,8 @@ class Ellipsoid(EllipticSolid):
         """The same without fractions where radii are given: then g > 0 is |z| < c, exactly."""
         if self.coefficients is not None:
             return super()._reaches_into(low, high)
-        c = self.radii[2]
-        return low < c and high > -c
+        bottom, top = self.extent
+        return low < top and high > bottom
 
     def support(self, direction: Vector) -> float:
         a, b, c = self.radii
