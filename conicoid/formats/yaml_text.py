@@ -41,7 +41,7 @@ def check_directives(text: str) -> None:
 
 def joined_surrogates(text: str) -> str:
     """JSON writes a character beyond U+FFFF as two escapes; YAML as one character."""
-    if "\\u" not in text or not re.search(r"\\u[dD][89abAB]", text):
+    if "\\" not in text or not re.search(r"\\u[dD][89abAB]", text):
         return text
 
     def joined(match: re.Match[str]) -> str:

@@ -19,7 +19,7 @@ from . import exact as ex
 from .carried import said
 from .degrees import degrees as as_degrees
 from .steps import NOWHERE, STAYS, Affine, Frame, Reach, Rotate, Scale, Step, Transform, Translate
-from .validate import LARGEST, matrix4, numbers, shown, vector
+from .validate import LARGEST, matrix4, shown, vector
 from .vector import FloatArray, Vector
 
 FloatRows: TypeAlias = tuple[tuple[float, float, float, float], ...]
@@ -102,7 +102,7 @@ class Motion:
             factors = (factors, factors, factors)
         if isinstance(factors, str):
             raise ValueError(f"scale: factors must be one number or 3 numbers, got {shown(factors)}")
-        x, y, z = numbers("scale", "factors", factors, 3)
+        x, y, z = vector("scale", "factors", factors)
         if x == 0 or y == 0 or z == 0:
             raise ValueError(f"scale: factors must not be zero, got {(x, y, z)}")
         return self.then(Motion((Scale((x, y, z)),)))
