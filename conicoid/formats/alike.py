@@ -6,7 +6,7 @@ What the expression matches from its dash to the next is an item with the same t
 
 - A place takes what a parser reads as one word whatever the word is: of letters that end none, and parted by the same
   letters before and behind. What else decides of a parser's steps (indentation, brackets, quotes) is the same text.
-- No anchor, alias, tag or block of text is in it, so nothing outside depends on it.
+- No anchor is in it, so nothing outside depends on it; and no alias, tag or block of text, which are no plain words.
 - A parser comes to a dash of one list in one state, whatever items were before. So these items are cut out, and what
   is left is parsed; there the dash behind each cut must be that of an item of `bodies`, or all of this is not done.
 
@@ -181,9 +181,8 @@ class _Cut:
         )
         self.is_worth_it = False
         if head and breaks and joined_surrogates(text) is text:
-            self.key_line = text.count("\n", 0, key) + 1
             self.begin, self.indent = head.end(), head.group(1)
-            self.line = self.key_line + head.group().count("\n")
+            self.line = text.count("\n", 0, self.begin) + 1
             section = _SECTION.search(text, self.begin)
             self.end = section.end() if section else len(text)
             self.is_worth_it = text.count(f"\n{self.indent}- ", self.begin, self.end) >= _LEAST
@@ -230,12 +229,14 @@ class _Cut:
         return [*numbers, last, last + 1]
 
     def put_back(self, found: Document) -> list[Item] | None:
-        """All bodies; None where those that are left are not items of `bodies`, so that what was cut out is none."""
+        """All bodies; None where those that are left are not the items of `bodies`, so that what was cut out is none.
+
+        The first and the last are left, and the one behind each cut. No node of a list begins in the line of its dash
+        but in a place where a parser waits for the list's next item.
+        """
         root = found.root
         bodies = root.entries.get("bodies") if type(root) is Table else None
-        if type(root) is not Table or type(bodies) is not Listing or root.keys["bodies"].line != self.key_line:
-            return None
-        if (bodies.line, bodies.column) != (self.line, len(self.indent) + 1):
+        if type(root) is not Table or type(bodies) is not Listing:
             return None
         left = iter(bodies.items)
         put: list[Item] = []
@@ -283,7 +284,7 @@ class _Patterns:
 
 def _pattern(text: str, indent: str) -> Pattern | None:
     """A pattern of an item, from its dash to the next; None for one that is not plain enough."""
-    if any(letter in text for letter in "&*!|>%\t"):
+    if "&" in text:
         return None
     try:
         found = yaml_parser.document(text)

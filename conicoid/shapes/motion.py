@@ -192,7 +192,8 @@ class Motion:
 
     def check(self, owner: str) -> None:
         """Refuse a product that leaves the domain of numbers: by bounds, and exactly where they leave it open."""
-        if all(bound <= _CERTAIN for bound in self.reach):
+        stretch, back, shift = self.reach
+        if stretch <= _CERTAIN and back <= _CERTAIN and shift <= _CERTAIN:
             return
         try:
             inverse = self.inverse_matrix[:3, :3]

@@ -231,6 +231,22 @@ def test_anchors_among_bodies():
     assert check("bodies:\n" + "".join(named)) == 0
     again = [line.replace("radius: ", "radius: &r ") for line in many]
     assert check("bodies:\n" + "".join(again) + "  - {shape: {Sphere: {radius: *r}}}\n") == 0
+    again = [line.replace("Sphere: ", "Sphere: &s ") for line in many]
+    assert check("bodies:\n" + "".join(again) + "  - {shape: {Sphere: *s}}\n") == 0
+
+
+def test_keys_that_are_given_twice():
+    twice = "  - {{shape: {{Sphere: {{radius: {0}}}}}, material: {4}, material: {4}}}\n"
+    assert check(scene(twice, rows(40))) == 0
+    assert len(alike.document(scene(twice, rows(40))).problems) == 40
+
+
+def test_items_below_their_dashes():
+    many = [FLOW.format(*row) for row in rows(40)]
+    below = "  -\n    shape: {Sphere: {}}\n"
+    for place in (0, 1, 20, 39, 40):
+        check("bodies:\n" + "".join([*many[:place], below, *many[place:]]))
+    assert check("bodies:\n" + "".join(many) + below) == 0
 
 
 def test_mistakes_are_told_in_their_places(tmp_path):
