@@ -292,7 +292,7 @@ def _pattern(text: str, indent: str) -> Pattern | None:
         return None
     root = found.root
     item = root.items[0] if type(root) is Listing and len(root.items) == 1 else None
-    if found.problems or type(item) is not Table or (item.line, item.column) != (1, len(indent) + 3):
+    if found.problems or type(item) is not Table:
         return None
     rows = [0]
     for row in text.split("\n"):
@@ -302,11 +302,7 @@ def _pattern(text: str, indent: str) -> Pattern | None:
         begin = rows[node.line - 1] + node.column - 1
         opening = "" if node.plain else text[begin]
         written = opening + node.text + opening
-        if not text.startswith(written, begin):
-            return None
-        if opening and not re.fullmatch(_BETWEEN.get(opening, "(?!)"), node.text):
-            return None
-        if not opening and is_text(node) and not re.fullmatch(_WORD, node.text):
+        if opening not in ("", *_BETWEEN) or not text.startswith(written, begin):
             return None
         if opening or is_text(node) or _is_decimal(node.text):
             places.append(_Place(node, begin, len(written), node.column))

@@ -236,7 +236,7 @@ def test_anchors_among_bodies():
 
 
 def test_keys_that_are_given_twice():
-    twice = "  - {{shape: {{Sphere: {{radius: {0}}}}}, material: {4}, material: {4}}}\n"
+    twice = "  - {{shape: {{Sphere: {{radius: {0}}}}}, material: {4}, material: red}}\n"
     assert check(scene(twice, rows(40))) == 0
     assert len(alike.document(scene(twice, rows(40))).problems) == 40
 
