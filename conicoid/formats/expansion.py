@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
+from typing import Any
 
 from ..shapes import Shape
 from .fields import fields_of
@@ -46,11 +47,18 @@ class Sizes:
 
     def __init__(self) -> None:
         self.known: dict[int, tuple[Shape, int]] = {}  # by id: the shape, kept alive, and its parts
+        self.below: dict[int, tuple[Any, int]] = {}  # by id: operands, which shapes that are moved share, and theirs
 
     def __call__(self, shape: Shape) -> int:
         """Primitives, Booleans and, `STEP_PARTS` each, steps of motion. No recursion."""
-        if not shape_fields(type(shape)):
-            return 1 + STEP_PARTS * len(shape.motion.steps)
+        names = shape_fields(type(shape))
+        own = 1 + STEP_PARTS * len(shape.motion.steps)
+        if not names:
+            return own
+        operands = getattr(shape, names[0]) if len(names) == 1 else None
+        known = self.below.get(id(operands)) if operands is not None else None
+        if known is not None:
+            return own + known[1]
         pending = [shape]
         while pending:
             top = pending[-1]
@@ -62,7 +70,10 @@ class Sizes:
             below = sum(self.known[id(part)][1] for part in parts)
             self.known[id(top)] = top, 1 + STEP_PARTS * len(top.motion.steps) + below
             pending.pop()
-        return self.known[id(shape)][1]
+        size = self.known[id(shape)][1]
+        if operands is not None:
+            self.below[id(operands)] = operands, size - own
+        return size
 
 
 def expanded_parts(shapes: Iterable[Shape]) -> int:

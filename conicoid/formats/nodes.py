@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import ClassVar, TypeAlias
+from typing import ClassVar, Protocol, TypeAlias
 
 from .decimals import is_beyond_float64
 
@@ -53,6 +53,15 @@ class Table:
         return {key.text: key for key in self.heads}
 
 
+class Standing(Protocol):
+    """What has a place in the text."""
+
+    @property
+    def line(self) -> int: ...
+    @property
+    def column(self) -> int: ...
+
+
 Node: TypeAlias = Scalar | Listing | Table
 
 
@@ -63,6 +72,8 @@ _INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 _INFINITE = re.compile(r"([-+]?)\.(?:inf|Inf|INF)")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)")
+DECIMAL = r"-?(?:[0-9]{1,17}(?:\.[0-9]{0,20})?|0?\.[0-9]{1,20})(?:[eE][-+]?[0-9]{1,2})?"
+"""Decimals that float64 holds, none of them too large or too small: nearly all numbers of files."""
 _MEANING = re.compile(
     "|".join(f"(?:{one.pattern})" for one in (_NULL, _TRUE, _FALSE, _INTEGER, _FLOAT, _INFINITE, _NAN))
 )

@@ -18,16 +18,16 @@ from ..shapes.bulk import Bulk
 from ..shapes.makers import as_material
 from ..shapes.material import Material
 from ..shapes.motion import AXES, STILL, Motion
+from .alike import Alike
 from .fields import fields_of
 from .kinds import Fixed, Kind, Maybe, Number, Several
-from .nodes import Listing, Node, Scalar, Table, is_text
+from .nodes import DECIMAL, Listing, Node, Scalar, Table, is_text
 from .reading import Bad
 from .shape_nodes import MAX_STEPS, ShapeReader, moved_by, operand_field
 
 Quick: TypeAlias = Callable[[Node], Any]
 
-_NUMBER = re.compile(r"-?(?:[0-9]{1,17}(?:\.[0-9]{0,20})?|0?\.[0-9]{1,20})(?:[eE][-+]?[0-9]{1,2})?")
-"""Decimals that float64 holds, none of them too large or too small."""
+_NUMBER = re.compile(DECIMAL)
 _DEEPEST = 20
 
 
@@ -46,6 +46,16 @@ class PlainBodies:
     steps: int = 0
     """Of the motions of the body that is being read."""
     colors: dict[str, Material] = field(default_factory=dict)
+    lasting: bool = True
+    """Do the nodes that are being read stay as they are?"""
+
+    def read_alike(self, item: Alike) -> Body | None:
+        """The same of a body that is written as others are; nothing is kept of its nodes, for which no alias stands."""
+        self.lasting = False
+        try:
+            return self.read(item.read())
+        finally:
+            self.lasting = True
 
     def read(self, node: Node) -> Body | None:
         """The body at a node; None for one that is to be read word by word."""
@@ -94,7 +104,7 @@ class PlainBodies:
         return made
 
     def _shape(self, node: Node, depth: int) -> Shape:
-        known = self.shapes.read_nodes.get(id(node))
+        known = self.shapes.read_nodes.get(id(node)) if self.lasting else None
         if known is not None:
             if isinstance(known, Bad):
                 raise Unusual
@@ -115,7 +125,8 @@ class PlainBodies:
             shape = self._primitive(made_by, value) if made_by.fields else self._boolean(made_by, value, depth)
         if "move" in node.entries:
             shape = self._moved(shape, node.entries["move"])
-        self.shapes.read_nodes[id(node)] = shape
+        if self.lasting:
+            self.shapes.read_nodes[id(node)] = shape
         return shape
 
     def _named(self, node: Node) -> Shape:
@@ -147,12 +158,13 @@ class PlainBodies:
     def _moved(self, shape: Shape, node: Node) -> Shape:
         if type(node) is not Listing or len(node.items) > MAX_STEPS:
             raise Unusual
-        motion = self.shapes.motions.get(id(node))
+        motion = self.shapes.motions.get(id(node)) if self.lasting else None
         if motion is None:
             motion = STILL
             for step in node.items:
                 motion = _followed(motion, step)
-            self.shapes.motions[id(node)] = motion
+            if self.lasting:
+                self.shapes.motions[id(node)] = motion
         if isinstance(motion, Bad):
             raise Unusual
         self.steps += len(shape.motion.steps) + len(motion.steps)

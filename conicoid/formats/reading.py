@@ -9,7 +9,7 @@ from typing import Any, Final, TypeVar
 
 from ..shapes.synonyms import meant_by
 from .errors import MOST, Problem, Suggestions
-from .nodes import Node, Scalar, Table, is_null, shortened, shown
+from .nodes import Node, Scalar, Standing, Table, is_null, shortened, shown
 
 Value = TypeVar("Value")
 NOWHERE: Mapping[str, str] = {}
@@ -40,7 +40,7 @@ class Reader:
         self.shape: Callable[[Node, str, type], Any] = _no_shape
         """Reads a shape of at least the given class; set by whoever knows the scene's named shapes."""
 
-    def report(self, node: Node, where: str, message: str) -> Bad:
+    def report(self, node: Standing, where: str, message: str) -> Bad:
         self.problems.append(Problem(node.line, node.column, where, message))
         if len(self.problems) >= MOST:
             raise TooManyProblems

@@ -22,7 +22,7 @@ from .bulk_nodes import read_many
 from .expansion import MAX_PARTS, PARTS, Allowance, Sizes
 from .fields import Arguments, ShapeKind, fields_of
 from .kinds import Choice, Fixed, Kind, Number, OneOf, Several
-from .nodes import Listing, Node, Scalar, Table, is_text
+from .nodes import Listing, Node, Scalar, Standing, Table, is_text
 from .reading import BAD, Bad, Reader, TooManyProblems
 
 MAX_LEVELS = 100
@@ -100,11 +100,11 @@ class ShapeReader:
             return self.reader.report(node, where, f"has more than {MAX_PARTS:,} parts, references written out")
         return shape
 
-    def charge_body(self, node: Node, where: str, shape: Shape) -> None:
+    def charge_body(self, node: Standing, where: str, shape: Shape) -> None:
         """Count the parts of a body, and stop reading where the file has more than its length accounts for."""
         self._charge(node, where, self.allowance.take(parts=1 + self.size(shape)))
 
-    def _charge(self, node: Node, where: str, borne: bool) -> None:
+    def _charge(self, node: Standing, where: str, borne: bool) -> None:
         if not borne:
             grown = (
                 f"here the file has grown to more than {self.allowance.most:,} {PARTS} which is too much for its length"

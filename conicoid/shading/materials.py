@@ -101,7 +101,11 @@ def lower_materials(
     `item_of` is the entry of each body, `paints` the material of each row of a face that has its own.
     """
     known: dict[Material, int] = {}
-    row_of = np.array([known.setdefault(material, len(known)) for material in materials], dtype=np.int32)
+    row_by_id: dict[int, int] = {}  # thousands of bodies have one material, and to compare all its fields takes long
+    for material in materials:
+        if id(material) not in row_by_id:
+            row_by_id[id(material)] = known.setdefault(material, len(known))
+    row_of = np.array([row_by_id[id(material)] for material in materials], dtype=np.int32)
     face_row = np.full(max(paints, default=-1) + 1, -1, dtype=np.int32)
     for face, material in paints.items():
         face_row[face] = known.setdefault(material, len(known))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,16 @@ import numpy as np
 
 def said(thing: Any) -> dict[str, Any]:
     """The attributes of an object without what its cached properties hold."""
-    kind = type(thing)
-    return {
-        name: value for name, value in vars(thing).items() if not isinstance(getattr(kind, name, None), cached_property)
-    }
+    kind: type = type(thing)
+    worked_out = _worked_out(kind)
+    return {name: value for name, value in vars(thing).items() if name not in worked_out}
+
+
+@cache
+def _worked_out(kind: type) -> frozenset[str]:
+    """The names of a class's cached properties."""
+    found = {name: value for base in reversed(kind.__mro__) for name, value in vars(base).items()}
+    return frozenset(name for name, value in found.items() if isinstance(value, cached_property))
 
 
 def restore(thing: Any, state: dict[str, Any]) -> None:

@@ -91,6 +91,13 @@ class Ellipsoid(EllipticSolid):
     def extent(self) -> Interval:
         return -self.radii[2], self.radii[2]
 
+    def _reaches_into(self, low: float, high: float) -> bool:
+        """The same without fractions where radii are given: then g > 0 is |z| < c, exactly."""
+        if self.coefficients is not None:
+            return super()._reaches_into(low, high)
+        bottom, top = self.extent
+        return low < top and high > bottom
+
     def support(self, direction: Vector) -> float:
         a, b, c = self.radii
         if not self.caps:

@@ -19,7 +19,7 @@ from . import exact as ex
 from .carried import said
 from .degrees import degrees as as_degrees
 from .steps import NOWHERE, STAYS, Affine, Frame, Reach, Rotate, Scale, Step, Transform, Translate
-from .validate import LARGEST, matrix4, numbers, shown, vector
+from .validate import LARGEST, matrix4, shown, vector
 from .vector import FloatArray, Vector
 
 FloatRows: TypeAlias = tuple[tuple[float, float, float, float], ...]
@@ -102,7 +102,7 @@ class Motion:
             factors = (factors, factors, factors)
         if isinstance(factors, str):
             raise ValueError(f"scale: factors must be one number or 3 numbers, got {shown(factors)}")
-        x, y, z = numbers("scale", "factors", factors, 3)
+        x, y, z = vector("scale", "factors", factors)
         if x == 0 or y == 0 or z == 0:
             raise ValueError(f"scale: factors must not be zero, got {(x, y, z)}")
         return self.then(Motion((Scale((x, y, z)),)))
@@ -192,7 +192,8 @@ class Motion:
 
     def check(self, owner: str) -> None:
         """Refuse a product that leaves the domain of numbers: by bounds, and exactly where they leave it open."""
-        if all(bound <= _CERTAIN for bound in self.reach):
+        stretch, back, shift = self.reach
+        if stretch <= _CERTAIN and back <= _CERTAIN and shift <= _CERTAIN:
             return
         try:
             inverse = self.inverse_matrix[:3, :3]

@@ -207,7 +207,7 @@ def interval(owner: str, field: str, value: Any) -> tuple[float, float] | None:
     """None, or (low, high) with low < high; either end may be infinite."""
     if value is None:
         return None
-    ends = _items(value)
+    ends = value if type(value) is tuple else _items(value)
     if ends is None or len(ends) != 2:
         raise ValueError(f"{owner}: {field} must be (low, high), got {shown(value)}")
     low = number(owner, f"{field}[0]", ends[0], finite=False)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from conicoid.shapes import REGISTRY
 from conicoid.shapes.box import Box
+from conicoid.shapes.ellipsoid import Ellipsoid
 from conicoid.shapes.sphere import Sphere
 
 NAN, INF = math.nan, math.inf
@@ -139,3 +143,29 @@ def test_fields_become_plain_floats_and_tuples() -> None:
     assert shape == REGISTRY["Ellipsoid"]((1.0, 2.0, 3.0), (0.0, 0.0, 0.0), (-1.0, 1.0))
     assert all(type(x) is float for x in (*shape.radii, *shape.center, *shape.z_range))
     assert hash(shape) == hash(REGISTRY["Ellipsoid"](z_range=(-1, 1)))
+
+
+_near_one = st.builds(
+    lambda sign, ulps: sign * (1.0 + ulps * 2.0**-52), st.sampled_from((-1.0, 1.0)), st.integers(-2, 3)
+)
+
+
+@given(
+    st.one_of(st.just(1.0), st.floats(1e-3, 1e3)),
+    st.tuples(*[st.one_of(_near_one, st.sampled_from([0.0, -math.inf, math.inf]), st.floats(-2, 2))] * 2),
+    st.booleans(),
+)
+def test_cut_ellipsoids_keep_some_of_the_solid(size: float, ends: tuple[float, float], by_coefficients: bool) -> None:
+    """The open interval of the ends meets ]-c, c[: with c² = 1 / H of an ellipsoid by coefficients, in fractions."""
+    low, high = sorted(end * size if abs(end) > 1e-90 else 0.0 for end in ends)
+    if not low < high or low == math.inf or high == -math.inf:
+        return
+    made = {"coefficients": (1.0, 1.0, size)} if by_coefficients else {"radii": (1.0, 2.0, size)}
+    square = 1 / Fraction(size) if by_coefficients else Fraction(size) ** 2
+    below = low < 0 or Fraction(low) ** 2 < square
+    above = high > 0 or Fraction(high) ** 2 < square
+    if below and above:
+        assert Ellipsoid(z_range=(low, high), **made).z_range == (low, high)
+    else:
+        with pytest.raises(ValueError, match="z_range must leave a part of the solid"):
+            Ellipsoid(z_range=(low, high), **made)
