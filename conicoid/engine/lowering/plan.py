@@ -21,8 +21,11 @@ class Plan:
     painted: list[tuple[int, int, Material]]  # first and last leaf, from the innermost paint outward
 
 
-def plan_of(solid: Boolean) -> Plan | None:
-    """The plan of a solid; None where there is more in it than primitives and Boolean nodes."""
+def plan_of(solid: Boolean, still: bool = False) -> Plan | None:
+    """The plan of a solid; None where there is more in it than primitives and Boolean nodes.
+
+    still: without the solid's own motion, which comes last among the steps of every leaf.
+    """
     key: list[Hashable] = []
     leaves: list[tuple[Shape, tuple[Step, ...]]] = []
     painted: list[tuple[int, int, Material]] = []
@@ -32,7 +35,7 @@ def plan_of(solid: Boolean) -> Plan | None:
         if first >= 0:
             painted.append((first, len(leaves), node.material))
             continue
-        mine = node.motion.steps
+        mine = () if still and node is solid else node.motion.steps
         inner = mine + steps if mine else steps
         if isinstance(node, Boolean):
             operands = node.operands
