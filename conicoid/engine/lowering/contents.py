@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -127,7 +128,7 @@ class Collected:
             if number & 1023 == 0:
                 stages.reached(0.0, READ, number, len(bodies))
             before, shape = self.contents.body_count, body.shape
-            if not isinstance(shape, Bulk):
+            if not _is_bulk(type(shape)):
                 self.contents.body_count += 1
                 self._add_one(shape, before)
             elif isinstance(shape, Spheres):
@@ -135,7 +136,7 @@ class Collected:
                 done += 1
                 if not stages.many:
                     stages.bodies(done)
-            else:
+            elif isinstance(shape, Bulk):
                 self._together.add_many(shape, before)
                 self.contents.body_count += len(shape)
             items.append(self.contents.body_count - before)
@@ -188,6 +189,12 @@ class Collected:
         elif len(shape):
             pattern, rows, _ = stretched_balls(shape, centers, boxes, back)
             contents.groups.append(Group(pattern, bodies, rows, frame))
+
+
+@cache
+def _is_bulk(kind: type) -> bool:
+    """Does an entry of a kind have many bodies?"""
+    return issubclass(kind, Bulk)
 
 
 def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ...shapes import exact as ex
-from ...shapes.motion import Affine, Motion, Step
+from ...shapes.motion import Affine, Motion, Step, Translate
 from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Longs, Signs
 from ..tapes.play import wide_row
@@ -18,6 +19,7 @@ from . import recordings
 from .pattern import FRAME_NUMBERS
 from .said import again, places_by, said, said_of_all
 
+_TRANSLATE = {Translate}
 NO_NUMBERS = np.zeros((1, 0, WIDTH), np.int64)
 
 
@@ -35,42 +37,62 @@ class Known:
 
 @dataclass
 class _Form:
-    """Motions that are told in one form: their rows, numbers and steps."""
+    """Motions that are told in one form: their numbers and steps, and by these numbers their rows, in that order."""
 
-    rows: list[int] = field(default_factory=list)
+    rows: dict[bytes, int] = field(default_factory=dict)
     numbers: list[Floats] = field(default_factory=list)
     steps: list[tuple[Step, ...]] = field(default_factory=list)
+
+
+class Chains:
+    """The steps that many shapes are moved by, and what has been found out of them."""
+
+    def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
+        self.steps = steps
+
+    @cached_property
+    def translations(self) -> Ints:
+        """How many steps there are where all of them translate; else -1."""
+        return np.array(list(map(translations, self.steps)), np.int32)
+
+    @cached_property
+    def rows(self) -> dict[Motions, Ints]:
+        """The numbers of those that were asked for; -1 for others."""
+        return {}
 
 
 class Motions:
     """The motions of many shapes, each once: their products, inverses and factors in numbers of 253 bits and more."""
 
     def __init__(self) -> None:
-        self._known: dict[Hashable, int] = {}  # by what is said of the steps, or by the steps
         self._steps: list[tuple[Step, ...]] = []
         self._forms: dict[Hashable, _Form] = {}
+        self._alone: dict[tuple[Step, ...], int] = {}  # of more than numbers
         self._uses: list[tuple[Ints, int]] = []
 
     def row(self, steps: tuple[Step, ...], uses: int = 1) -> int:
         """The number of a motion, which so many more shapes have."""
-        return int(self.rows([steps], uses)[0])
+        self._uses.append((self._rows([steps]), uses))
+        return int(self._uses[-1][0][0])
 
-    def rows(self, chains: Sequence[tuple[Step, ...]], uses: int = 1) -> Ints:
-        """The numbers of motions, each of which so many more shapes have."""
-        index = {key: place for place, key in enumerate(dict.fromkeys(map(id, chains)))}
-        which = np.fromiter(map(index.__getitem__, map(id, chains)), np.int64, len(chains))
-        first = dict(zip(map(id, reversed(chains)), reversed(chains), strict=True))
-        distinct = [first[key] for key in index]
-        numbers = np.full(len(distinct), -1, np.int32)
-        for kinds, places in places_by(tuple(map(type, steps)) for steps in distinct).items():
-            some = [distinct[place] for place in places]
-            numbers[places] = self._rows_alike(some, len(kinds))
-        found: Ints = numbers[which]
-        self._uses.append((found, uses))
+    def rows(self, chains: Chains, which: Longs) -> Ints:
+        """The numbers of some motions, each of which one more shape has."""
+        known = chains.rows.setdefault(self, np.full(len(chains.steps), -1, np.int32))
+        fresh = which[known[which] < 0]
+        known[fresh] = self._rows([chains.steps[k] for k in fresh.tolist()])
+        found: Ints = known[which]
+        self._uses.append((found, 1))
         return found
 
-    def _rows_alike(self, chains: list[tuple[Step, ...]], length: int) -> list[int]:
-        """`rows` of motions whose steps are of the same kinds."""
+    def _rows(self, chains: Sequence[tuple[Step, ...]]) -> Ints:
+        numbers = np.full(len(chains), -1, np.int32)
+        for kinds, places in places_by([tuple(map(type, steps)) for steps in chains]).items():
+            some = [chains[place] for place in places] if len(places) < len(chains) else chains
+            numbers[places] = self._rows_alike(some, len(kinds))
+        return numbers
+
+    def _rows_alike(self, chains: Sequence[tuple[Step, ...]], length: int) -> list[int]:
+        """`_rows` of motions whose steps are of the same kinds."""
         forms: list[Hashable] = []
         columns = [np.zeros((len(chains), 0))]
         for step in range(length):
@@ -82,38 +104,30 @@ class Motions:
         return self._known_rows(tuple(forms), np.concatenate(columns, axis=1), chains)
 
     def _row_alone(self, steps: tuple[Step, ...]) -> int:
-        """`row` for one motion, whose steps may have more to them than numbers."""
+        """The number of one motion, whose steps may have more to them than numbers."""
         told = [said(step) for step in steps]
         if any(one is None for one in told):
-            return self._number(steps, steps)
+            row = self._alone.setdefault(steps, len(self._steps))
+            if row == len(self._steps):
+                self._steps.append(steps)
+            return row
         form = tuple(one.form for one in told if one is not None)
         numbers = [x for one in told if one is not None for x in one.numbers]
         return self._known_rows(form, np.array([numbers]), [steps])[0]
 
     def _known_rows(self, form: Hashable, numbers: Floats, chains: Sequence[tuple[Step, ...]]) -> list[int]:
         """The numbers of motions of one form; zeros of both signs are alike."""
-        before, width = len(self._steps), numbers.shape[1] * numbers.itemsize
-        told = (numbers + 0.0).tobytes()
-        keys = [(form, told[at : at + width]) for at in range(0, len(told), width)] if width else [(form, b"")]
-        rows = [self._number(key, steps) for key, steps in zip(keys, chains, strict=True)]
-        if len(self._steps) > before:
-            found, last = self._forms.setdefault(form, _Form()), before - 1
-            new = []
-            for place, row in enumerate(rows):
-                if row > last:
-                    new.append(place)
-                    last = row
-            found.rows += [rows[place] for place in new]
-            found.numbers.append(numbers[new])
-            found.steps += [chains[place] for place in new]
-        return rows
-
-    def _number(self, key: Hashable, steps: tuple[Step, ...]) -> int:
-        """The number of a motion by what is known of it."""
-        row = self._known.setdefault(key, len(self._known))
-        if row == len(self._steps):
-            self._steps.append(steps)
-        return row
+        known, told, width = self._forms.setdefault(form, _Form()), (numbers + 0.0).tobytes(), 8 * numbers.shape[1]
+        keys = [told[at : at + width] for at in range(0, len(told), width)] if width else [b""] * len(chains)
+        fresh = [key for key in dict.fromkeys(keys) if key not in known.rows]
+        if fresh:
+            first = dict(zip(reversed(keys), range(len(keys) - 1, -1, -1), strict=True))
+            new = list(map(first.__getitem__, fresh))
+            known.rows.update(zip(fresh, range(len(self._steps), len(self._steps) + len(fresh)), strict=True))
+            known.numbers.append(numbers[new])
+            known.steps += [chains[place] for place in new]
+            self._steps += known.steps[-len(new) :]
+        return list(map(known.rows.__getitem__, keys))
 
     def work_out(self) -> tuple[Longs, Signs, Floats]:
         """(motions, 25, WIDTH) wide numbers; of each, 1 if it is a similarity, 0 if not, -1 where it is not known.
@@ -124,7 +138,7 @@ class Motions:
         table, kinds = np.zeros((count, 25, WIDTH), np.int64), np.full(count, -1, np.int8)
         back, few = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool)
         for form, told in self._forms.items():
-            rows = np.array(told.rows)
+            rows = np.fromiter(told.rows.values(), np.int64, len(told.rows))
 
             def record(which: int, tape: Tape, steps: list[tuple[Step, ...]] = told.steps) -> bool:
                 return _recorded(steps[which], tape)
@@ -144,6 +158,11 @@ class Motions:
         for row in np.flatnonzero((kinds < 0) & (few | (uses >= recordings.FEWEST))).tolist():
             kinds[row], table[row], back[row] = _worked_out_motion(Motion(self._steps[row]))  # of a body, or of many
         return table, kinds, back
+
+
+def translations(steps: tuple[Step, ...]) -> int:
+    """How many steps there are, if all of them translate; else -1."""
+    return len(steps) if not steps or set(map(type, steps)) == _TRANSLATE else -1
 
 
 def _recorded(steps: tuple[Step, ...], tape: Tape) -> bool:

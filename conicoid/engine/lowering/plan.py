@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from ...shapes.base import PrimitiveSolid, Shape
@@ -19,6 +20,12 @@ class Plan:
     key: tuple[Hashable, ...]
     leaves: list[tuple[Shape, tuple[Step, ...]]]
     painted: list[tuple[int, int, Material]]  # first and last leaf, from the innermost paint outward
+
+
+@cache
+def is_a(kind: Any, of: Any) -> bool:
+    """`issubclass`, which is asked of every node, from a table."""
+    return issubclass(kind, of)
 
 
 def plan_of(solid: Boolean, still: bool = False) -> Plan | None:
@@ -37,14 +44,15 @@ def plan_of(solid: Boolean, still: bool = False) -> Plan | None:
             continue
         mine = () if still and node is solid else node.motion.steps
         inner = mine + steps if mine else steps
-        if isinstance(node, Boolean):
+        kind: Any = type(node)
+        if is_a(kind, Boolean):
             operands = node.operands
-            key.append((type(node), len(operands)))
-            if isinstance(node, Painted):
+            key.append((kind, len(operands)))
+            if kind is Painted:
                 pending.append((node, steps, len(leaves)))
             pending.extend((part, inner, -1) for part in reversed(operands))
-        elif isinstance(node, PrimitiveSolid):
-            key.append(type(node))
+        elif is_a(kind, PrimitiveSolid):
+            key.append(kind)
             leaves.append((node, inner))
         else:
             return None

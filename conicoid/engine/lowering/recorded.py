@@ -15,21 +15,19 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ...shapes.base import Primitive, Shape
+from ...shapes.base import Shape
 from ...shapes.bulk import Bulk
-from ...shapes.motion import STILL, Motion, Step, Translate
+from ...shapes.motion import STILL, Motion, Step
 from ...shapes.recorder import Tape
 from ...shapes.traced import Plain
 from ..tables import Floats, Ints, Longs, Signs
 from . import recordings
 from .composed import FORMS, Form
-from .motions import NO_NUMBERS, Motions, given_motion
+from .motions import NO_NUMBERS, Chains, Motions, given_motion, translations
 from .parts import Part, worked_out
 from .pattern import FRAME_NUMBERS
 from .plan import primitives
-from .said import again, places_by, said, said_of_all
-
-_TRANSLATE = {Translate}
+from .said import again, said, said_of_all
 
 
 class Like(Protocol):
@@ -58,6 +56,12 @@ class _Listed:
 
     def __len__(self) -> int:
         return len(self.shapes)
+
+    def add(self, shapes: Sequence[Shape], steps: list[tuple[Step, ...]], which: Longs, places: Ints) -> None:
+        """Take in some of these shapes, with the steps of each of them."""
+        self.shapes += [shapes[k] for k in which.tolist()]
+        self.steps += steps
+        self.places.append(places[which])
 
     def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
         """`Like.of`"""
@@ -125,43 +129,37 @@ class Primitives:
 
     def _motion(self, form: Hashable, steps: tuple[Step, ...], uses: int = 1) -> tuple[Hashable, list[float], int]:
         """(what is alike in shapes of a form under such steps, the steps' numbers where these count, their motion)."""
-        if _translations(steps) >= 0:
+        if translations(steps) >= 0:
             return (form, len(steps)), [x for step in steps for x in step.offset], 0  # type: ignore[union-attr]
         return (form, "moved"), [], self._motions.row(steps, uses)
 
-    def add(self, shapes: Sequence[Shape], steps: Sequence[tuple[Step, ...]], places: Ints) -> Longs:
+    def add(self, shapes: Sequence[Shape], chains: Chains, places: Ints) -> Longs:
         """Take in shapes, each moved by steps and for a place; which are left, as they have to be lowered alone."""
         taken = np.zeros(len(shapes), bool)
         for alike in said_of_all(shapes):
-            if not issubclass(alike.form[0], Primitive):  # type: ignore[arg-type]
-                continue
             taken[alike.which] = True
-            for count, some in places_by(_translations(steps[k]) for k in alike.which.tolist()).items():
-                self._add_alike(alike.form, count, shapes, steps, alike.which[some], alike.numbers[some], places)
+            counts = chains.translations[alike.which]
+            for count in np.unique(counts).tolist():
+                some = np.flatnonzero(counts == count)
+                which = alike.which[some]
+                like = self._like.setdefault((alike.form, "moved" if count < 0 else count), _Listed())
+                like.add(shapes, [chains.steps[k] for k in which.tolist()], which, places)
+                numbers, motions = alike.numbers[some], np.zeros(len(which), np.int32)
+                if count < 0:
+                    motions = self._motions.rows(chains, which)
+                elif count:
+                    offsets = [step.offset for steps in like.steps[-len(which) :] for step in steps]  # type: ignore[union-attr]
+                    numbers = np.concatenate([numbers, np.array(offsets).reshape(len(which), -1)], axis=1)
+                like.numbers.append(numbers)
+                like.motions.append(motions)
         return np.flatnonzero(~taken)
 
-    def _add_alike(
-        self, form: Hashable, count: int, shapes: Sequence[Shape], steps: Sequence[tuple[Step, ...]], which: Longs,
-        numbers: Floats, places: Ints,
-    ) -> None:  # fmt: skip
-        """Take in those of some shapes that are of one form, under so many translations, or other steps (-1)."""
-        mine = [steps[k] for k in which.tolist()]
-        motions = np.zeros(len(mine), np.int32)
-        if count < 0:
-            motions = self._motions.rows(mine)
-        elif count:
-            offsets = np.array([step.offset for chain in mine for step in chain])
-            numbers = np.concatenate([numbers, offsets.reshape(len(mine), -1)], axis=1)
-        like = self._like.setdefault((form, "moved" if count < 0 else count), _Listed())
-        like.shapes += [shapes[k] for k in which.tolist()]
-        like.steps += mine
-        like.numbers.append(numbers)
-        like.motions.append(motions)
-        like.places.append(places[which])
-
-    def frames_of(self, chains: Sequence[tuple[Step, ...]]) -> Ints:
-        """`frame` of many."""
-        return self._motions.rows(chains)
+    def frames_of(self, chains: Chains) -> Ints:
+        """`frame` of many; -1 for those of at most one translation."""
+        more = np.flatnonzero((chains.translations < 0) | (chains.translations > 1))
+        found = np.full(len(chains.steps), -1, np.int32)
+        found[more] = self._motions.rows(chains, more)
+        return found
 
     def frame(self, steps: tuple[Step, ...], uses: int = 1) -> int:
         """A number by which `frames` knows the motion of these steps; to be asked for before they are lowered."""
@@ -216,11 +214,6 @@ class Primitives:
 def _bits(number: Any) -> str:
     """A float, recorded or not, to the last bit."""
     return float(number.value if isinstance(number, Plain) else number).hex()
-
-
-def _translations(steps: tuple[Step, ...]) -> int:
-    """How many steps there are, if all of them translate; else -1."""
-    return len(steps) if not steps or set(map(type, steps)) == _TRANSLATE else -1
 
 
 def _by_motion(key: Hashable, motions: Ints, similar: Signs) -> list[tuple[bool | None, Longs]]:

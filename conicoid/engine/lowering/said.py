@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import dataclasses
 import operator
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import chain
 from typing import Any, cast
 
@@ -26,25 +27,23 @@ class Said:
     numbers: list[float]
 
 
-_FIELDS: dict[type, Callable[[Any], tuple[Any, ...]]] = {}
+@cache
+def _fields_of(kind: Any) -> list[Callable[[Any], Any]]:
+    """What reads each of the fields of a kind of shape or step, but for the motion."""
+    return [operator.attrgetter(each.name) for each in dataclasses.fields(kind) if each.name != "motion"]
 
 
-def _fields_of(kind: type) -> Callable[[Any], tuple[Any, ...]]:
-    """What reads the fields of a kind of shape or step, but for the motion."""
-    found = _FIELDS.get(kind)
-    if found is None:
-        names = [each.name for each in dataclasses.fields(kind) if each.name != "motion"]
-        get = operator.attrgetter(*names)
-        found = _FIELDS[kind] = get if len(names) > 1 else lambda thing: (get(thing),)
-    return found
+def _columns_of(kind: Any, things: Sequence[Any]) -> list[list[Any]]:
+    """Each field of all things of a kind."""
+    return [list(map(get, things)) for get in _fields_of(kind)]
 
 
 def said(thing: Any) -> Said | None:
     """What was said of a shape or a step; None where there is more to it than numbers."""
     form: list[Hashable] = [cast(Hashable, type(thing))]
     numbers: list[float] = []
-    for value in _fields_of(type(thing))(thing):
-        if not _take(value, form, numbers):
+    for get in _fields_of(cast(Any, type(thing))):
+        if not _take(get(thing), form, numbers):
             return None
     return Said(tuple(form), numbers)
 
@@ -106,8 +105,8 @@ def _said_of(things: Sequence[Any], which: Longs) -> list[Alike]:
     kinds = list(map(type, things))
     if len(set(kinds)) > 1:
         return _of_parts(things, which, kinds)
-    columns = []
-    for column in zip(*map(_fields_of(kinds[0]), things), strict=True) if things else ():
+    columns = [np.zeros((len(things), 0))]
+    for column in _columns_of(kinds[0], things) if things else ():
         numbers = _numbers_of(column)
         if numbers is None:
             keys = list(map(_key, column))
@@ -125,9 +124,11 @@ def _of_parts(things: Sequence[Any], which: Longs, keys: Sequence[Hashable]) -> 
     return found
 
 
-def places_by(keys: Iterable[Hashable]) -> dict[Any, list[int]]:
+def places_by(keys: Sequence[Hashable]) -> dict[Any, list[int]]:
     """Where each key stands among these."""
     parts: dict[Any, list[int]] = {}
+    if len(set(keys)) == 1:
+        return {keys[0]: list(range(len(keys)))}
     for place, key in enumerate(keys):
         parts.setdefault(key, []).append(place)
     return parts
@@ -136,7 +137,7 @@ def places_by(keys: Iterable[Hashable]) -> dict[Any, list[int]]:
 def _one_by_one(things: Sequence[Any], which: Longs) -> list[Alike]:
     """`_said_of` for things whose fields are too deep to be read together."""
     told = list(map(said, things))
-    parts = places_by(None if each is None else each.form for each in told)
+    parts = places_by([None if each is None else each.form for each in told])
     parts.pop(None, None)
     return [
         Alike(form, which[part], np.array([cast(Said, told[k]).numbers for k in part]).reshape(len(part), -1))

@@ -16,8 +16,9 @@ from ...shapes.region import Boolean, Painted, region_bounds
 from ..tables import Floats, Ints
 from .bounds import box_columns, boxes_of
 from .composed import Composition, Form
+from .motions import Chains
 from .pattern import FRAME_NUMBERS, Pattern
-from .plan import Plan, plan_of
+from .plan import Plan, is_a, plan_of
 from .recorded import Primitives
 
 Found = tuple[Pattern, Ints, Floats]
@@ -127,9 +128,10 @@ class Together:
 
     def add(self, shape: Shape, number: int) -> bool:
         """Take in the body of a number; False where it has to be lowered alone."""
-        if isinstance(shape, Boolean):
-            return self._add_planned(shape, number)
-        if not isinstance(shape, Primitive):
+        kind = type(shape)
+        if is_a(kind, Boolean):
+            return self._add_planned(shape, number)  # type: ignore[arg-type]
+        if not is_a(kind, Primitive):
             return False
         shapes, numbers = self._single
         shapes.append(shape)
@@ -182,7 +184,7 @@ class Together:
         if not shapes:
             return []
         places = self._own(np.array(numbers, np.int32))
-        left = self._primitives.add(shapes, [shape.motion.steps for shape in shapes], places)
+        left = self._primitives.add(shapes, Chains([shape.motion.steps for shape in shapes]), places)
         return [(shapes[k], numbers[k]) for k in left.tolist()]
 
     def _take_planned(self) -> None:
@@ -190,15 +192,15 @@ class Together:
         for like in self._plans.values():
             count, leaves = len(like.shapes), len(like.plans[0].leaves)
             places = self._own(np.full(count * leaves, -1, np.int32)).reshape(count, leaves)
-            motions = [shape.motion for shape in like.shapes]
-            own = [motion.steps for motion in motions]
+            own = Chains([shape.motion.steps for shape in like.shapes])
             for leaf in range(leaves):
                 listed = [plan.leaves[leaf] for plan in like.plans]
-                steps = [inner + mine if inner else mine for (_, inner), mine in zip(listed, own, strict=True)]
-                self._primitives.add([shape for shape, _ in listed], steps, places[:, leaf])
-            like.first, like.frames = places[:, 0].copy(), np.full(count, -1, np.int32)
-            more = np.flatnonzero(list(map(_is_more, motions)))
-            like.frames[more] = self._primitives.frames_of([own[k] for k in more.tolist()])
+                chains = own
+                if any(inner for _, inner in listed):
+                    chains = Chains([inner + mine for (_, inner), mine in zip(listed, own.steps, strict=True)])
+                self._primitives.add([shape for shape, _ in listed], chains, places[:, leaf])
+            # A translation, or none, is known at once
+            like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
 
     def lowered(self, told: Callable[[int, int], Any] = lambda *_: None) -> tuple[list[Found], list[tuple[Shape, int]]]:
         """(pattern, numbers, rows) of bodies that could be lowered together; shapes and numbers of those left.
