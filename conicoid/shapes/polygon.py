@@ -84,7 +84,10 @@ def polygon_sheet(vertices: Sequence[Vector], motion: Motion, uv: UV) -> Polygon
     normal, middle = newell(points), _middle(points)
     if ex.determinant(rows) < 0:
         normal = (-normal[0], -normal[1], -normal[2])
-    plane = PlaneSurface(normal, ex.dot(normal, middle), middle)
+    # The offset is that of any corner of a triangle; of other loops it is n·middle, divided last: so it is exact
+    # wherever it is binary on paper
+    offset = ex.dot(normal, points[0]) if len(points) == 3 else ex.dot(normal, _sum(points)) / len(points)
+    plane = PlaneSurface(normal, offset, middle)
     return PolygonSheet(plane, tuple(points), moved_uv(uv, motion))
 
 
@@ -93,8 +96,13 @@ def _carried(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:
     return x, y, z
 
 
+def _sum(points: Sequence[ex.Row]) -> ex.Row:
+    x, y, z = (ex.total(point[i] for point in points) for i in range(3))
+    return x, y, z
+
+
 def _middle(points: Sequence[ex.Row]) -> ex.Row:
-    x, y, z = (ex.total(point[i] for point in points) / len(points) for i in range(3))
+    x, y, z = (total / len(points) for total in _sum(points))
     return x, y, z
 
 

@@ -68,8 +68,15 @@ def _of_primitive(shape: Shape, rows: Floats) -> _Bounded:
     boxes = box_columns(rows)
     back = rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3]
     part = _Part(boxes, isinstance(shape, Sphere), simple(type(shape), back))
-    hole = isinstance(shape, Solid) and bounds_nothing_outside(shape)
-    return _Bounded(boxes, np.ones(len(rows), bool), hole, (part,))
+    return _Bounded(boxes, np.ones(len(rows), bool), _is_hole(shape), (part,))
+
+
+def _is_hole(shape: Shape) -> bool:
+    """Is there nothing that would bound the outside of a primitive? Kept with it, as copies of a body share theirs."""
+    found: bool | None = shape.kept.get("hole")
+    if found is None:
+        found = shape.kept["hole"] = isinstance(shape, Solid) and bounds_nothing_outside(shape)
+    return found
 
 
 def _combined(kind: Hashable, parts: Sequence[_Bounded]) -> _Bounded:

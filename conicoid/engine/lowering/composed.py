@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
@@ -57,7 +58,12 @@ class Composition:
 
     @classmethod
     def of(cls, key: Sequence[Hashable], forms: Sequence[Form]) -> Composition:
-        """Put the trees of the forms together as the plan says."""
+        """Put the trees of the forms together as the plan says; what was put together of late is known."""
+        return _known_composition(tuple(key), tuple(forms))
+
+    @classmethod
+    def put_together(cls, key: Sequence[Hashable], forms: Sequence[Form]) -> Composition:
+        """`of`, done anew."""
         trees, faces, count = [], [], 0
         for part, form in enumerate(forms):
             assert form.tree is not None
@@ -96,6 +102,12 @@ class Composition:
         rows[:, at : at + BOX_NUMBERS] = boxes
         rows[:, at + BOX_NUMBERS :] = frames
         return rows
+
+
+@lru_cache(maxsize=64)
+def _known_composition(key: tuple[Hashable, ...], forms: tuple[Form, ...]) -> Composition:
+    """There is one form of each kind, and nobody changes a composition."""
+    return Composition.put_together(key, forms)
 
 
 def _placed(tree: Tree, part: int, first_face: int, pattern: Pattern) -> Tree:

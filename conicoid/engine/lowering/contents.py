@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -126,25 +127,25 @@ class Collected:
         for number, body in enumerate(bodies):
             if number & 1023 == 0:
                 stages.reached(0.0, READ, number, len(bodies))
-            before = self.contents.body_count
-            if isinstance(body.shape, Spheres):
-                self._add_spheres(body.shape)
+            before, shape = self.contents.body_count, body.shape
+            if not _is_bulk(type(shape)):
+                self.contents.body_count += 1
+                self._add_one(shape, before)
+            elif isinstance(shape, Spheres):
+                self._add_spheres(shape)
                 done += 1
                 if not stages.many:
                     stages.bodies(done)
-            elif isinstance(body.shape, Bulk):
-                self._together.add_many(body.shape, before)
-                self.contents.body_count += len(body.shape)
-            else:
-                self.contents.body_count += 1
-                self._add_one(body.shape, before)
+            elif isinstance(shape, Bulk):
+                self._together.add_many(shape, before)
+                self.contents.body_count += len(shape)
             items.append(self.contents.body_count - before)
             frames.append(len(self.contents.ball_frames))
         self.items, self.frames = items, frames
 
     def _add_one(self, shape: Shape, number: int) -> None:
         """A body that is lowered together with others, or alone."""
-        if "part" in shape.kept or not self._together.add(shape, number):
+        if "part" in vars(shape).get("kept", ()) or not self._together.add(shape, number):
             self._alone.append((shape, number))
 
     def _take_moved(self, bodies: Repeated, stages: Stages) -> None:
@@ -188,6 +189,12 @@ class Collected:
         elif len(shape):
             pattern, rows, _ = stretched_balls(shape, centers, boxes, back)
             contents.groups.append(Group(pattern, bodies, rows, frame))
+
+
+@cache
+def _is_bulk(kind: type) -> bool:
+    """Does an entry of a kind have many bodies?"""
+    return issubclass(kind, Bulk)
 
 
 def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ...shapes import exact as ex
-from ...shapes.motion import Affine, Motion, Step
+from ...shapes.motion import Affine, Motion, Step, Translate
 from ...shapes.recorder import Tape
-from ..tables import Floats, Longs
+from ..tables import Floats, Ints, Longs, Signs
 from ..tapes.play import wide_row
 from ..tapes.wide import WIDTH
 from . import recordings
 from .pattern import FRAME_NUMBERS
-from .said import again, said
+from .said import again, places_by, said, said_of_all
 
+_TRANSLATE = {Translate}
 NO_NUMBERS = np.zeros((1, 0, WIDTH), np.int64)
 
 
@@ -34,71 +36,148 @@ class Known:
 
 
 @dataclass
+class _Form:
+    """Motions that are told in one form: their numbers and steps, and by these numbers their rows, in that order."""
+
+    rows: dict[bytes, int] = field(default_factory=dict)
+    numbers: list[Floats] = field(default_factory=list)
+    steps: list[tuple[Step, ...]] = field(default_factory=list)
+
+
+class Chains:
+    """The steps that many shapes are moved by, and what has been found out of them."""
+
+    def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
+        self.steps = steps
+
+    @cached_property
+    def translations(self) -> Ints:
+        """How many steps there are where all of them translate; else -1."""
+        return np.array(list(map(translations, self.steps)), np.int32)
+
+    @cached_property
+    def rows(self) -> dict[Motions, Ints]:
+        """The numbers of those that were asked for; -1 for others."""
+        return {}
+
+
 class Motions:
     """The motions of many shapes, each once: their products, inverses and factors in numbers of 253 bits and more."""
 
-    known: dict[tuple[Step, ...], int] = field(default_factory=dict)
-    uses: list[int] = field(default_factory=list)
+    def __init__(self) -> None:
+        self._steps: list[tuple[Step, ...]] = []
+        self._forms: dict[Hashable, _Form] = {}
+        self._alone: dict[tuple[Step, ...], int] = {}  # of more than numbers
+        self._uses: list[tuple[Ints, int]] = []
 
     def row(self, steps: tuple[Step, ...], uses: int = 1) -> int:
         """The number of a motion, which so many more shapes have."""
-        row = self.known.setdefault(steps, len(self.known))
-        if row == len(self.uses):
-            self.uses.append(0)
-        self.uses[row] += uses
-        return row
+        self._uses.append((self._rows([steps]), uses))
+        return int(self._uses[-1][0][0])
 
-    def work_out(self) -> tuple[Longs, list[bool | None], Floats]:
-        """(motions, 25, WIDTH) wide numbers; of each, whether it is a similarity, and None where that is not known.
+    def rows(self, chains: Chains, which: Longs) -> Ints:
+        """The numbers of some motions, each of which one more shape has."""
+        known = chains.rows.setdefault(self, np.full(len(chains.steps), -1, np.int32))
+        fresh = which[known[which] < 0]
+        known[fresh] = self._rows([chains.steps[k] for k in fresh.tolist()])
+        found: Ints = known[which]
+        self._uses.append((found, 1))
+        return found
+
+    def _rows(self, chains: Sequence[tuple[Step, ...]]) -> Ints:
+        numbers = np.full(len(chains), -1, np.int32)
+        for kinds, places in places_by([tuple(map(type, steps)) for steps in chains]).items():
+            some = [chains[place] for place in places] if len(places) < len(chains) else chains
+            numbers[places] = self._rows_alike(some, len(kinds))
+        return numbers
+
+    def _rows_alike(self, chains: Sequence[tuple[Step, ...]], length: int) -> list[int]:
+        """`_rows` of motions whose steps are of the same kinds."""
+        forms: list[Hashable] = []
+        columns = [np.zeros((len(chains), 0))]
+        for step in range(length):
+            alike = said_of_all([steps[step] for steps in chains])
+            if len(alike) != 1 or len(alike[0].which) < len(chains):
+                return [self._row_alone(steps) for steps in chains]
+            forms.append(alike[0].form)
+            columns.append(alike[0].numbers)
+        return self._known_rows(tuple(forms), np.concatenate(columns, axis=1), chains)
+
+    def _row_alone(self, steps: tuple[Step, ...]) -> int:
+        """The number of one motion, whose steps may have more to them than numbers."""
+        told = [said(step) for step in steps]
+        if any(one is None for one in told):
+            row = self._alone.setdefault(steps, len(self._steps))
+            if row == len(self._steps):
+                self._steps.append(steps)
+            return row
+        form = tuple(one.form for one in told if one is not None)
+        numbers = [x for one in told if one is not None for x in one.numbers]
+        return self._known_rows(form, np.array([numbers]), [steps])[0]
+
+    def _known_rows(self, form: Hashable, numbers: Floats, chains: Sequence[tuple[Step, ...]]) -> list[int]:
+        """The numbers of motions of one form; zeros of both signs are alike."""
+        known, told, width = self._forms.setdefault(form, _Form()), (numbers + 0.0).tobytes(), 8 * numbers.shape[1]
+        keys = [told[at : at + width] for at in range(0, len(told), width)] if width else [b""] * len(chains)
+        fresh = [key for key in dict.fromkeys(keys) if key not in known.rows]
+        if fresh:
+            first = dict(zip(reversed(keys), range(len(keys) - 1, -1, -1), strict=True))
+            new = list(map(first.__getitem__, fresh))
+            known.rows.update(zip(fresh, range(len(self._steps), len(self._steps) + len(fresh)), strict=True))
+            known.numbers.append(numbers[new])
+            known.steps += [chains[place] for place in new]
+            self._steps += known.steps[-len(new) :]
+        return list(map(known.rows.__getitem__, keys))
+
+    def work_out(self) -> tuple[Longs, Signs, Floats]:
+        """(motions, 25, WIDTH) wide numbers; of each, 1 if it is a similarity, 0 if not, -1 where it is not known.
 
         And (motions, 12), the rows of the inverse, rounded.
         """
-        table = np.zeros((len(self.known), 25, WIDTH), np.int64)
-        kinds: list[bool | None] = [None] * len(self.known)
-        back = np.full((len(self.known), FRAME_NUMBERS), np.nan)
-        like: dict[Hashable, tuple[list[int], list[list[float]], list[tuple[Step, ...]]]] = {}
-        few: set[int] = set()  # of which there are too few for a recording
-        for steps, row in self.known.items():
-            told = [said(step) for step in steps]
-            if all(one is not None for one in told):
-                form = tuple(one.form for one in told if one is not None)
-                rows, numbers, all_steps = like.setdefault(form, ([], [], []))
-                rows.append(row)
-                numbers.append([x for one in told if one is not None for x in one.numbers])
-                all_steps.append(steps)
-        for kind, (rows, numbers, all_steps) in like.items():
+        count = len(self._steps)
+        table, kinds = np.zeros((count, 25, WIDTH), np.int64), np.full(count, -1, np.int8)
+        back, few = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool)
+        for form, told in self._forms.items():
+            rows = np.fromiter(told.rows.values(), np.int64, len(told.rows))
 
-            def record(which: int, tape: Tape, all_steps: list[tuple[Step, ...]] = all_steps) -> bool:
-                motion = Motion(tuple(again(step, tape) for step in all_steps[which]))
-                for linear, shift in (motion.affine, motion.inverse):
-                    for number in (*(x for line in linear for x in line), *shift):
-                        tape.write_wide(number)
-                for row in motion.inverse_rows:
-                    for entry in row:
-                        tape.write(entry)
-                factor = motion.similarity
-                if factor is not None:
-                    tape.write_wide(factor)
-                return factor is not None
+            def record(which: int, tape: Tape, steps: list[tuple[Step, ...]] = told.steps) -> bool:
+                return _recorded(steps[which], tape)
 
-            inputs = np.array(numbers).reshape(len(rows), -1)
             results, left = recordings.RECORDINGS.play(
-                ("motion", kind), record, inputs, NO_NUMBERS, np.zeros(len(rows), np.int32)
+                ("motion", form), record, np.concatenate(told.numbers), NO_NUMBERS, np.zeros(len(rows), np.int32)
             )
             for similar, which, played in results:
-                at = np.array(rows)[which]
+                at = rows[which]
                 table[at, : 24 + similar] = played.wides
-                back[at] = played.floats
-                for row in at.tolist():
-                    kinds[row] = similar
-            for which in left.tolist() if len(left) < recordings.FEWEST else ():
-                few.add(rows[which])
-        for steps, row in self.known.items():
-            if kinds[row] is None and (
-                row in few or self.uses[row] >= recordings.FEWEST
-            ):  # those of a body, or of many shapes
-                kinds[row], table[row], back[row] = _worked_out_motion(Motion(steps))
+                back[at], kinds[at] = played.floats, similar
+            if len(left) < recordings.FEWEST:  # too few for a recording
+                few[rows[left]] = True
+        uses = np.zeros(count, np.int64)
+        for found, each in self._uses:
+            uses += each * np.bincount(found, minlength=count)
+        for row in np.flatnonzero((kinds < 0) & (few | (uses >= recordings.FEWEST))).tolist():
+            kinds[row], table[row], back[row] = _worked_out_motion(Motion(self._steps[row]))  # of a body, or of many
         return table, kinds, back
+
+
+def translations(steps: tuple[Step, ...]) -> int:
+    """How many steps there are, if all of them translate; else -1."""
+    return len(steps) if not steps or set(map(type, steps)) == _TRANSLATE else -1
+
+
+def _recorded(steps: tuple[Step, ...], tape: Tape) -> bool:
+    """Work a motion out on a tape; is it a similarity?"""
+    motion = Motion(tuple(again(step, tape) for step in steps))
+    for linear, shift in (motion.affine, motion.inverse):
+        for number in (*(x for line in linear for x in line), *shift):
+            tape.write_wide(number)
+    for row in motion.inverse_rows:
+        for entry in row:
+            tape.write(entry)
+    factor = motion.similarity
+    if factor is not None:
+        tape.write_wide(factor)
+    return factor is not None
 
 
 def _worked_out_motion(motion: Motion) -> tuple[bool, Longs, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from ...shapes.base import PrimitiveSolid, Shape
@@ -21,8 +22,17 @@ class Plan:
     painted: list[tuple[int, int, Material]]  # first and last leaf, from the innermost paint outward
 
 
-def plan_of(solid: Boolean) -> Plan | None:
-    """The plan of a solid; None where there is more in it than primitives and Boolean nodes."""
+@cache
+def is_a(kind: Any, of: Any) -> bool:
+    """`issubclass`, which is asked of every node, from a table."""
+    return issubclass(kind, of)
+
+
+def plan_of(solid: Boolean, still: bool = False) -> Plan | None:
+    """The plan of a solid; None where there is more in it than primitives and Boolean nodes.
+
+    still: without the solid's own motion, which comes last among the steps of every leaf.
+    """
     key: list[Hashable] = []
     leaves: list[tuple[Shape, tuple[Step, ...]]] = []
     painted: list[tuple[int, int, Material]] = []
@@ -32,16 +42,17 @@ def plan_of(solid: Boolean) -> Plan | None:
         if first >= 0:
             painted.append((first, len(leaves), node.material))
             continue
-        mine = node.motion.steps
+        mine = () if still and node is solid else node.motion.steps
         inner = mine + steps if mine else steps
-        if isinstance(node, Boolean):
+        kind: Any = type(node)
+        if is_a(kind, Boolean):
             operands = node.operands
-            key.append((type(node), len(operands)))
-            if isinstance(node, Painted):
+            key.append((kind, len(operands)))
+            if kind is Painted:
                 pending.append((node, steps, len(leaves)))
             pending.extend((part, inner, -1) for part in reversed(operands))
-        elif isinstance(node, PrimitiveSolid):
-            key.append(type(node))
+        elif is_a(kind, PrimitiveSolid):
+            key.append(kind)
             leaves.append((node, inner))
         else:
             return None

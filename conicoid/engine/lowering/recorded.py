@@ -9,25 +9,25 @@ too few.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 
-from ...shapes.base import Primitive, Shape
+from ...shapes.base import Shape
 from ...shapes.bulk import Bulk
-from ...shapes.motion import STILL, Motion, Step, Translate
+from ...shapes.motion import STILL, Motion, Step
 from ...shapes.recorder import Tape
 from ...shapes.traced import Plain
-from ..tables import Floats, Ints, Longs
+from ..tables import Floats, Ints, Longs, Signs
 from . import recordings
 from .composed import FORMS, Form
-from .motions import NO_NUMBERS, Motions, given_motion
+from .motions import NO_NUMBERS, Chains, Motions, given_motion, translations
 from .parts import Part, worked_out
 from .pattern import FRAME_NUMBERS
 from .plan import primitives
-from .said import again, said
+from .said import again, said, said_of_all
 
 
 class Like(Protocol):
@@ -46,16 +46,22 @@ class Like(Protocol):
 
 @dataclass
 class _Listed:
-    """Shapes of bodies that stand alone."""
+    """Shapes of bodies that stand alone, or in Boolean ones, some at a time."""
 
     shapes: list[Shape] = field(default_factory=list)
     steps: list[tuple[Step, ...]] = field(default_factory=list)
-    numbers: list[list[float]] = field(default_factory=list)
-    motions: list[int] = field(default_factory=list)
-    places: list[int] = field(default_factory=list)
+    numbers: list[Floats] = field(default_factory=list)
+    motions: list[Ints] = field(default_factory=list)
+    places: list[Ints] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self.shapes)
+
+    def add(self, shapes: Sequence[Shape], steps: list[tuple[Step, ...]], which: Longs, places: Ints) -> None:
+        """Take in some of these shapes, with the steps of each of them."""
+        self.shapes += [shapes[k] for k in which.tolist()]
+        self.steps += steps
+        self.places.append(places[which])
 
     def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
         """`Like.of`"""
@@ -63,8 +69,7 @@ class _Listed:
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
         """`Like.columns`"""
-        numbers = np.array(self.numbers).reshape(len(self), -1)
-        return numbers, np.array(self.motions, np.int32), np.array(self.places, np.int32)
+        return np.concatenate(self.numbers), np.concatenate(self.motions), np.concatenate(self.places)
 
 
 @dataclass
@@ -124,28 +129,37 @@ class Primitives:
 
     def _motion(self, form: Hashable, steps: tuple[Step, ...], uses: int = 1) -> tuple[Hashable, list[float], int]:
         """(what is alike in shapes of a form under such steps, the steps' numbers where these count, their motion)."""
-        if all(type(step) is Translate for step in steps):
+        if translations(steps) >= 0:
             return (form, len(steps)), [x for step in steps for x in step.offset], 0  # type: ignore[union-attr]
         return (form, "moved"), [], self._motions.row(steps, uses)
 
-    def add(self, shape: Shape, steps: tuple[Step, ...], place: int) -> bool:
-        """Take in a shape that is moved by steps; False where it has to be lowered alone."""
-        if not isinstance(shape, Primitive):
-            return False
-        told = said(shape)
-        if told is None:
-            return False
-        key, more, row = self._motion(told.form, steps)
-        told.numbers.extend(more)
-        like = self._like.get(key)
-        if like is None:
-            like = self._like[key] = _Listed()
-        like.shapes.append(shape)
-        like.steps.append(steps)
-        like.numbers.append(told.numbers)
-        like.motions.append(row)
-        like.places.append(place)
-        return True
+    def add(self, shapes: Sequence[Shape], chains: Chains, places: Ints) -> Longs:
+        """Take in shapes, each moved by steps and for a place; which are left, as they have to be lowered alone."""
+        taken = np.zeros(len(shapes), bool)
+        for alike in said_of_all(shapes):
+            taken[alike.which] = True
+            counts = chains.translations[alike.which]
+            for count in np.unique(counts).tolist():
+                some = np.flatnonzero(counts == count)
+                which = alike.which[some]
+                like = self._like.setdefault((alike.form, "moved" if count < 0 else count), _Listed())
+                like.add(shapes, [chains.steps[k] for k in which.tolist()], which, places)
+                numbers, motions = alike.numbers[some], np.zeros(len(which), np.int32)
+                if count < 0:
+                    motions = self._motions.rows(chains, which)
+                elif count:
+                    offsets = [step.offset for steps in like.steps[-len(which) :] for step in steps]  # type: ignore[union-attr]
+                    numbers = np.concatenate([numbers, np.array(offsets).reshape(len(which), -1)], axis=1)
+                like.numbers.append(numbers)
+                like.motions.append(motions)
+        return np.flatnonzero(~taken)
+
+    def frames_of(self, chains: Chains) -> Ints:
+        """`frame` of many; -1 for those of at most one translation."""
+        more = np.flatnonzero((chains.translations < 0) | (chains.translations > 1))
+        found = np.full(len(chains.steps), -1, np.int32)
+        found[more] = self._motions.rows(chains, more)
+        return found
 
     def frame(self, steps: tuple[Step, ...], uses: int = 1) -> int:
         """A number by which `frames` knows the motion of these steps; to be asked for before they are lowered."""
@@ -202,11 +216,11 @@ def _bits(number: Any) -> str:
     return float(number.value if isinstance(number, Plain) else number).hex()
 
 
-def _by_motion(key: Hashable, motions: Ints, similar: list[bool | None]) -> list[tuple[bool | None, Longs]]:
+def _by_motion(key: Hashable, motions: Ints, similar: Signs) -> list[tuple[bool | None, Longs]]:
     """Those whose motions are similarities, those whose are none, and those of which it is not known."""
     if not (isinstance(key, tuple) and key[1] == "moved"):
         return [(True, np.arange(len(motions)))]
-    kinds = np.array([-1 if each is None else int(each) for each in similar])[motions]
+    kinds = similar[motions]
     chosen = ((kind, np.flatnonzero(kinds == number)) for kind, number in ((True, 1), (False, 0), (None, -1)))
     return [(kind, which) for kind, which in chosen if len(which)]
 

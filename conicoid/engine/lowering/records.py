@@ -78,8 +78,10 @@ def _times(value: ex.Writable, factor: float) -> ex.Writable:
 
 def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Writable:
     """The height of an anchor over a plane, exactly."""
-    if surface.over is None and not any(anchor):
-        return -surface.offset
+    if surface.over is None:  # without what division by a count of corners, or by n·n, has left of the exact anchor
+        if not any(anchor):
+            return -surface.offset
+        return ex.dot(ex.exact_row(surface.normal), ex.exact_row(anchor), -ex.exact(surface.offset))
     aside = ex.minus(ex.exact_row(anchor), ex.exact_row(surface.anchor))
     return ex.dot(ex.exact_row(surface.normal), aside, surface.height)
 

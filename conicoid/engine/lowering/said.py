@@ -7,11 +7,16 @@ from __future__ import annotations
 
 import dataclasses
 import operator
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from functools import cache
+from itertools import chain
 from typing import Any, cast
 
+import numpy as np
+
 from ...shapes.recorder import Tape
+from ..tables import Floats, Longs
 
 
 @dataclass(slots=True)
@@ -22,25 +27,23 @@ class Said:
     numbers: list[float]
 
 
-_FIELDS: dict[type, Callable[[Any], tuple[Any, ...]]] = {}
+@cache
+def _fields_of(kind: Any) -> list[Callable[[Any], Any]]:
+    """What reads each of the fields of a kind of shape or step, but for the motion."""
+    return [operator.attrgetter(each.name) for each in dataclasses.fields(kind) if each.name != "motion"]
 
 
-def _fields_of(kind: type) -> Callable[[Any], tuple[Any, ...]]:
-    """What reads the fields of a kind of shape or step, but for the motion."""
-    found = _FIELDS.get(kind)
-    if found is None:
-        names = [each.name for each in dataclasses.fields(kind) if each.name != "motion"]
-        get = operator.attrgetter(*names)
-        found = _FIELDS[kind] = get if len(names) > 1 else lambda thing: (get(thing),)
-    return found
+def _columns_of(kind: Any, things: Sequence[Any]) -> list[list[Any]]:
+    """Each field of all things of a kind."""
+    return [list(map(get, things)) for get in _fields_of(kind)]
 
 
 def said(thing: Any) -> Said | None:
     """What was said of a shape or a step; None where there is more to it than numbers."""
     form: list[Hashable] = [cast(Hashable, type(thing))]
     numbers: list[float] = []
-    for value in _fields_of(type(thing))(thing):
-        if not _take(value, form, numbers):
+    for get in _fields_of(cast(Any, type(thing))):
+        if not _take(get(thing), form, numbers):
             return None
     return Said(tuple(form), numbers)
 
@@ -65,6 +68,104 @@ def _take(value: Any, form: list[Hashable], numbers: list[float]) -> bool:
     else:
         return False
     return True
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Those of some shapes or steps that have one form: which, and (n, numbers) what was said of them."""
+
+    form: tuple[Hashable, ...]
+    which: Longs
+    numbers: Floats
+
+
+def said_of_all(things: Sequence[Any]) -> list[Alike]:
+    """`said` of many, those of one form together; those of which there is more to be said are in none.
+
+    A field is read of all of them at once. What is there more than once, as a part that is shared by many bodies is,
+    is read once.
+    """
+    place = dict(zip(map(id, things), range(len(things)), strict=True))
+    if 2 * len(place) > len(things):
+        return _said_of(things, np.arange(len(things)))
+    number = {key: rank for rank, key in enumerate(place)}
+    index = np.fromiter(map(number.__getitem__, map(id, things)), np.int64, len(things))
+    found = []
+    for alike in _said_of([things[k] for k in place.values()], np.arange(len(place))):
+        row = np.full(len(place), -1)
+        row[alike.which] = np.arange(len(alike.which))
+        rows = row[index]
+        which = np.flatnonzero(rows >= 0)
+        found.append(Alike(alike.form, which, alike.numbers[rows[which]]))
+    return found
+
+
+def _said_of(things: Sequence[Any], which: Longs) -> list[Alike]:
+    """`said_of_all` for things that are not the same."""
+    kinds = list(map(type, things))
+    if len(set(kinds)) > 1:
+        return _of_parts(things, which, kinds)
+    columns = [np.zeros((len(things), 0))]
+    for column in _columns_of(kinds[0], things) if things else ():
+        numbers = _numbers_of(column)
+        if numbers is None:
+            keys = list(map(_key, column))
+            return _of_parts(things, which, keys) if len(set(keys)) > 1 else _one_by_one(things, which)
+        columns.append(np.array(numbers, np.float64).reshape(len(things), -1))
+    told = said(things[0]) if things else None
+    return [Alike(told.form, which, np.concatenate(columns, axis=1))] if told is not None else []
+
+
+def _of_parts(things: Sequence[Any], which: Longs, keys: Sequence[Hashable]) -> list[Alike]:
+    """`_said_of` for those of each key by themselves, of which there are several."""
+    found: list[Alike] = []
+    for part in places_by(keys).values():
+        found += _said_of([things[k] for k in part], which[part])
+    return found
+
+
+def places_by(keys: Sequence[Hashable]) -> dict[Any, list[int]]:
+    """Where each key stands among these."""
+    parts: dict[Any, list[int]] = {}
+    if len(set(keys)) == 1:
+        return {keys[0]: list(range(len(keys)))}
+    for place, key in enumerate(keys):
+        parts.setdefault(key, []).append(place)
+    return parts
+
+
+def _one_by_one(things: Sequence[Any], which: Longs) -> list[Alike]:
+    """`_said_of` for things whose fields are too deep to be read together."""
+    told = list(map(said, things))
+    parts = places_by([None if each is None else each.form for each in told])
+    parts.pop(None, None)
+    return [
+        Alike(form, which[part], np.array([cast(Said, told[k]).numbers for k in part]).reshape(len(part), -1))
+        for form, part in parts.items()
+    ]
+
+
+def _numbers_of(column: Sequence[Any]) -> Sequence[float] | None:
+    """The numbers in a field of all things, where they are told alike of each: one after the other."""
+    kinds = set(map(type, column))
+    if len(kinds) > 1:
+        return None
+    kind = next(iter(kinds), float)
+    if kind is float:
+        return column
+    if kind is tuple:
+        if len(set(map(len, column))) > 1:
+            return None
+        within = list(chain.from_iterable(column))
+        return _numbers_of(within) if set(map(type, within)) in ({float}, {tuple}) else None
+    return () if kind in (type(None), str, bool, int) and len(set(column)) == 1 else None
+
+
+def _key(value: Any) -> Hashable:
+    """What differs between values that are not told alike, as far as one level goes."""
+    if type(value) is tuple:
+        return tuple, len(value)
+    return (type(value), value) if type(value) in (str, bool, int) else cast(Hashable, type(value))
 
 
 def _retold(value: Any, tape: Tape) -> Any:

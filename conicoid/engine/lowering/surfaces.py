@@ -24,6 +24,9 @@ from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
 CLOSE = 1e-11
 ALONG = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
 """A direction in which surfaces of different rational coefficients have different places."""
+ACROSS = 1.0 / np.sqrt([31.0, 37.0, 41.0, 43.0, 47.0, 53.0, 59.0, 61.0, 67.0, 71.0]) * np.tile([1.0, -1.0], 5)
+"""Another such direction."""
+_APART = 1000 * CLOSE
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
 
@@ -330,7 +333,12 @@ def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second
 
 
 def _clusters(members: Any, features: Floats) -> Iterable[Any]:
-    """Groups of members whose features agree to about 1e-11 along `ALONG`."""
+    """Groups of members whose features agree to about 1e-11 along `ALONG`, and nearly along another direction.
+
+    Of N members N² 1e-11 agree along one direction by chance, which for millions are more than can be named exactly. A
+    direction that has nothing to do with the first parts those, and none that are equal, by gaps a thousand times as
+    wide.
+    """
     if len(members) < 2:
         return
     place = dot_rows(features, ALONG[: features.shape[1]])
@@ -339,4 +347,9 @@ def _clusters(members: Any, features: Floats) -> Iterable[Any]:
     starts = np.flatnonzero(np.concatenate([[True], ~near]))
     ends = np.concatenate([starts[1:], [len(order)]])
     for start, end in zip(starts[ends - starts > 1], ends[ends - starts > 1], strict=True):
-        yield members[order[start:end]]
+        group = order[start:end]
+        across = dot_rows(features[group], ACROSS[: features.shape[1]])
+        sorted_ = np.argsort(across, kind="stable")
+        for part in np.split(sorted_, 1 + np.flatnonzero(np.diff(across[sorted_]) > _APART)):
+            if len(part) > 1:
+                yield members[group[np.sort(part)]]

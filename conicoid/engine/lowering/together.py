@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ...shapes.base import Shape
+from ...shapes.base import Primitive, Shape
 from ...shapes.bulk import Bulk
 from ...shapes.material import Material
 from ...shapes.motion import STILL, Motion
-from ...shapes.region import Boolean, region_bounds
+from ...shapes.region import Boolean, Painted, region_bounds
 from ..tables import Floats, Ints
 from .bounds import box_columns, boxes_of
 from .composed import Composition, Form
-from .pattern import Pattern
-from .plan import Plan, plan_of
+from .motions import Chains
+from .pattern import FRAME_NUMBERS, Pattern
+from .plan import Plan, is_a, plan_of
 from .recorded import Primitives
 
 Found = tuple[Pattern, Ints, Floats]
@@ -27,27 +27,41 @@ _IN_PLACE = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
 
 @dataclass
 class _Planned:
-    """Boolean bodies that are built alike: shapes, plans and numbers, the places of their first leaves, frames."""
+    """Boolean bodies that are built alike: shapes, and their plans but for their own motions; numbers.
+
+    Then the places of their first leaves, and frames.
+    """
 
     shapes: list[Boolean] = field(default_factory=list)
     plans: list[Plan] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
-    first: list[int] = field(default_factory=list)
-    frames: list[int] = field(default_factory=list)
+    first: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
+    frames: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
     def of(self, index: int) -> tuple[Boolean, Plan]:
         """One of the bodies, and its plan."""
-        return self.shapes[index], self.plans[index]
+        plan = plan_of(self.shapes[index])
+        assert plan is not None
+        return self.shapes[index], plan
 
     def frames_of(self, rows: Ints, known: Floats) -> Floats:
-        """World to own coordinates of each body, from rows of those that are known."""
-        pairs = zip(self.shapes, rows.tolist(), strict=True)
-        return np.array([known[row] if row >= 0 else _frame(shape.motion) for shape, row in pairs])
+        """World to own coordinates of each body, from rows of those that are known; the others stand, or are shifted.
+
+        Nothing is rounded in a translation, so its way back is the offset turned over, as in `Motion.inverse_rows`.
+        """
+        if len(known):
+            found = known[rows]
+        else:
+            found = np.empty((len(rows), FRAME_NUMBERS))
+        plain = np.flatnonzero(rows < 0)
+        found[plain] = _IN_PLACE
+        shifted = [place for place in plain.tolist() if self.shapes[place].motion.steps]
+        found[shifted, 3::4] = -np.array([self.shapes[place].motion.shift for place in shifted]).reshape(-1, 3)
+        return found
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """Numbers, places and frames as arrays."""
-        numbers, first, frames = (np.array(each, np.int32) for each in (self.numbers, self.first, self.frames))
-        return numbers, first, frames
+        return np.array(self.numbers, np.int32), self.first, self.frames
 
 
 @dataclass
@@ -104,70 +118,106 @@ class Together:
 
     def __init__(self) -> None:
         self._primitives = Primitives()
-        self._owners = array("i")  # of each place: the number of its body, -1 for a part of one
+        self._owners: list[Ints] = []  # of each place: the number of its body, -1 for a part of one
+        self._places = 0
+        self._single: tuple[list[Shape], list[int]] = [], []  # shapes and numbers
+        self._templates: dict[Hashable, tuple[Sequence[Shape], Plan | None]] = {}
         self._plans: dict[Hashable, _Planned] = {}
         self._many: list[_Many] = []
         self.paints: dict[int, dict[int, Material]] = {}
 
     def add(self, shape: Shape, number: int) -> bool:
         """Take in the body of a number; False where it has to be lowered alone."""
-        if isinstance(shape, Boolean):
-            return self._add_planned(shape, number)
-        if not self._primitives.add(shape, shape.motion.steps, len(self._owners)):
+        kind = type(shape)
+        if is_a(kind, Boolean):
+            return self._add_planned(shape, number)  # type: ignore[arg-type]
+        if not is_a(kind, Primitive):
             return False
-        self._owners.append(number)
+        shapes, numbers = self._single
+        shapes.append(shape)
+        numbers.append(number)
         return True
+
+    def _own(self, owners: Ints) -> Ints:
+        """The next places, which belong to these bodies."""
+        first = self._places
+        self._places += len(owners)
+        self._owners.append(owners)
+        return np.arange(first, self._places, dtype=np.int32)
 
     def add_many(self, shape: Bulk, number: int) -> None:
         """Take in many bodies in one entry, from a number on."""
         if not len(shape):
             return
-        first, leaves = len(self._owners), len(shape.leaves)
-        places = first + np.arange(len(shape) * leaves, dtype=np.int32).reshape(-1, leaves)
-        self._primitives.add_many(shape, places)
+        leaves = len(shape.leaves)
         if leaves == 1:
             owners = np.arange(number, number + len(shape), dtype=np.int32)
         else:
-            owners = np.full(places.size, -1, np.int32)
-            self._many.append(_Many(shape, number, first, self._frame_of(shape.motion, len(shape))))
-        self._owners.frombytes(owners.tobytes())
+            owners = np.full(len(shape) * leaves, -1, np.int32)
+            self._many.append(_Many(shape, number, self._places, self._frame_of(shape.motion, len(shape))))
+        self._primitives.add_many(shape, self._own(owners).reshape(-1, leaves))
 
     def _frame_of(self, motion: Motion, uses: int = 1) -> int:
         """The number by which the frames of primitives know a motion; -1 for one that is known at once."""
-        steps = motion.steps
-        return self._primitives.frame(steps, uses) if len(steps) > 1 or (steps and motion.shift is None) else -1
+        return self._primitives.frame(motion.steps, uses) if _is_more(motion) else -1
 
     def _add_planned(self, shape: Boolean, number: int) -> bool:
-        plan = plan_of(shape)
+        # What a combination of the same objects is built like need not be found out again for each of its copies
+        key = type(shape), *map(id, shape.operands), id(shape.material) if isinstance(shape, Painted) else None
+        found = self._templates.get(key)
+        if found is None:
+            found = self._templates[key] = (shape,), plan_of(shape, still=True)  # which keeps the operands
+        plan = found[1]
         if plan is None:
             return False
-        first = len(self._owners)
-        for leaf, steps in plan.leaves:
-            if not self._primitives.add(leaf, steps, len(self._owners)):
-                return False  # the parts that were taken in already belong to nobody
-            self._owners.append(-1)
-        like = self._plans.setdefault(plan.key, _Planned())
+        like = self._plans.get(plan.key)
+        if like is None:
+            like = self._plans[plan.key] = _Planned()
         like.shapes.append(shape)
         like.plans.append(plan)
         like.numbers.append(number)
-        like.first.append(first)
-        like.frames.append(self._frame_of(shape.motion))
         return True
+
+    def _take_single(self) -> list[tuple[Shape, int]]:
+        """Hand on the bodies that are primitives; those that are left."""
+        shapes, numbers = self._single
+        if not shapes:
+            return []
+        places = self._own(np.array(numbers, np.int32))
+        left = self._primitives.add(shapes, Chains([shape.motion.steps for shape in shapes]), places)
+        return [(shapes[k], numbers[k]) for k in left.tolist()]
+
+    def _take_planned(self) -> None:
+        """Hand on the primitives of Boolean bodies; one that is left, its body is left for."""
+        for like in self._plans.values():
+            count, leaves = len(like.shapes), len(like.plans[0].leaves)
+            places = self._own(np.full(count * leaves, -1, np.int32)).reshape(count, leaves)
+            own = Chains([shape.motion.steps for shape in like.shapes])
+            for leaf in range(leaves):
+                listed = [plan.leaves[leaf] for plan in like.plans]
+                chains = own
+                if any(inner for _, inner in listed):
+                    chains = Chains([inner + mine for (_, inner), mine in zip(listed, own.steps, strict=True)])
+                self._primitives.add([shape for shape, _ in listed], chains, places[:, leaf])
+            # A translation, or none, is known at once
+            like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
 
     def lowered(self, told: Callable[[int, int], Any] = lambda *_: None) -> tuple[list[Found], list[tuple[Shape, int]]]:
         """(pattern, numbers, rows) of bodies that could be lowered together; shapes and numbers of those left.
 
         told(done, count) is called for the kinds that there are.
         """
+        rest = self._take_single()
+        self._take_planned()
         kinds = self._primitives.kinds + len(self._plans) + len(self._many)
         found, left = self._primitives.lowered(lambda done: told(done, kinds))
-        owners = np.array(self._owners, np.int32)
+        owners = np.concatenate([np.zeros(0, np.int32), *self._owners])
         results: list[Found] = []
         for form, places, rows in found:
             alone = owners[places] >= 0
             if alone.any():
                 results.append((form.pattern, owners[places[alone]], rows[alone]))
-        rest = [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
+        rest += [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
         if self._plans or self._many:
             rows_of = _found_rows(found, len(owners))
             every: list[_Planned | _Many] = [*self._plans.values(), *self._many]
@@ -201,7 +251,8 @@ class Together:
                 boxes[others] = _narrowed(narrowed, [box_columns(part[others]) for part in parts])
             results.append((made.pattern, bodies[chosen], made.rows(parts, boxes, frames[chosen])))
             for i in chosen.tolist() if plan.painted else ():
-                self._paint(int(bodies[i]), like.of(i)[1].painted, made)
+                painted = like.plans[i].painted if isinstance(like, _Planned) else like.of(i)[1].painted
+                self._paint(int(bodies[i]), painted, made)
         return results, left
 
     def _paint(self, number: int, painted: list[tuple[int, int, Material]], made: Composition) -> None:
@@ -236,6 +287,12 @@ def _alike(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int],
     _, first, group = np.unique(code, return_index=True, return_inverse=True)
     for number, example in enumerate(first.tolist()):
         yield forms[example].tolist(), which[group.reshape(-1) == number]
+
+
+def _is_more(motion: Motion) -> bool:
+    """Is it more than a translation?"""
+    steps = motion.steps
+    return len(steps) > 1 or (len(steps) == 1 and motion.shift is None)
 
 
 def _frame(motion: Motion) -> Any:

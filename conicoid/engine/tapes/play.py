@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -13,13 +14,14 @@ from ...shapes.number import Number
 from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Signs
 from .order import in_order
+from .roots import CONSTANTS, MULTIPLES, STEP, TERMS
 from .tape import ELSEWHERE, HELD, OPEN, OPERATIONS, SINE_COSINE, play
 from .wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
 
 Longs = npt.NDArray[np.int64]
 _AT_ONCE = 4096
-_TERMS = 18
-"""Of the series of a sine below pi / 256, see `roots.sine_cosine`."""
+_PLACES = 320
+"""Binary places of what sines are made of, which are more than numbers of `wide` have."""
 
 
 def wide_row(value: Number) -> Longs:
@@ -45,17 +47,26 @@ def wide_row(value: Number) -> Longs:
 
 @lru_cache(maxsize=1)
 def _series() -> Longs:
-    """What `roots.sine_cosine` needs: pi / 180, and the coefficients of the sine from the last one to the first."""
+    """What `roots.sine_cosine` needs: pi / 180, the coefficients of the sine from the last one to the first, the table.
+
+    A coefficient is cut to what counts beside its power of an angle below 2^-7.
+    """
     coefficients, factor = [], number.ONE
-    for k in range(_TERMS):
-        coefficients.append(factor)
+    for k in range(TERMS):
+        places = _PLACES - 14 * k
+        coefficients.append(Number(math.floor(number.fraction(factor) * 2**places), -places, 2))
         factor = -factor / ((2 * k + 2) * (2 * k + 3))
     with sines.mpmath_of(number.BITS) as mp:
         degree = sines.of_mpmath(mp.pi / 180, number.BITS - 64)
-    return np.array([wide_row(value) for value in (degree, *reversed(coefficients))])
+    with sines.mpmath_of(_PLACES + 64) as mp:
+        angles = [mp.mpf(STEP) * k * mp.pi / 180 for k in range(1, MULTIPLES + 1)]
+        table = [sines.of_mpmath(value, _PLACES) for angle in angles for value in reversed(mp.cos_sin(angle))]
+    coefficients[0] = number.ONE
+    rows = degree, *reversed(coefficients), number.ZERO, number.ONE, *table
+    return np.array([wide_row(value) for value in rows])
 
 
-_NO_SERIES = np.zeros((_TERMS + 1, WIDTH), np.int64)
+_NO_SERIES = np.zeros((CONSTANTS, WIDTH), np.int64)
 """For tapes without a sine, which are most: it takes mpmath to find the others."""
 
 
@@ -85,6 +96,8 @@ class Played:
     def kept(self) -> Played:
         """Only those for which it held."""
         held = self.held
+        if held.all():
+            return self
         return Played(self.floats[held], self.wides[held] if len(self.wides) else self.wides, self.state[held])
 
 

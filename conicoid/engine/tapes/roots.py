@@ -28,6 +28,13 @@ from .wide import (
     wider,
 )  # fmt: skip
 
+TERMS = 14
+"""Of the series of a sine."""
+STEP, MULTIPLES = 45.0 / 64.0, 64
+"""Degrees; of so many multiples up to 45 degrees sines and cosines are known. A binary number: multiples are exact."""
+CONSTANTS = 1 + TERMS + 2 * (MULTIPLES + 1)
+"""That `sine_cosine` needs."""
+
 
 @helper
 def square_root(w: Longs, d: int, a: int, t: Longs) -> bool:
@@ -110,48 +117,78 @@ def _next_of_root(t: Longs, j: int) -> int:
 
 
 @helper
+def _without_noise(w: Longs, a: int) -> None:
+    """Drop the limbs of a that lie below its error, which at most doubles: a product with it then takes less."""
+    low = min(w[a, COUNT], (w[a, OFF] - w[a, EXPONENT] * BITS) // BITS) if w[a, OFF] != EXACT else 0
+    if low <= 0:
+        return
+    for k in range(low, w[a, COUNT]):
+        w[a, k - low] = w[a, k]
+    w[a, COUNT] -= low
+    w[a, EXPONENT] = w[a, EXPONENT] + low if w[a, COUNT] > 0 else 0
+    w[a, OFF] += 1
+
+
+@helper
+def _take(w: Longs, d: int, constants: Longs, row: int) -> None:
+    """d = a constant"""
+    for k in range(WIDTH):
+        w[d, k] = constants[row, k]
+
+
+@helper
 def sine_cosine(w: Longs, d: int, angle: float, constants: Longs, free: int, t: Longs) -> bool:
     """Numbers d and d + 1: sine and cosine of an angle in degrees; False for angles beyond 2^40.
 
-    The angle less quarters of a turn, in radians over 64; the sine's series; cosine² = 1 - sine²; six times doubled.
-    `constants`: pi / 180, then the series' coefficients, the last one first. Uses five numbers from `free`.
+    The angle less quarters of a turn, and less the nearest multiple of STEP, of which `constants` has sine and cosine.
+    Of the little that is left, below 2^-7 in radians, the sine by its series, TERMS of which leave out less than 2^-300
+    of it (2^-7.35 to the 28th, over 29!), and the cosine as sqrt(1 - sine²). Then the sum of two angles.
+    `constants`: pi / 180, the series' coefficients, the last one first, then the sines and cosines of multiples of STEP
+    up to 45. Uses seven numbers from `free`.
     """
-    if not abs(angle) < 2.0**40:
+    if not abs(angle) < 2.0**40 or len(constants) < CONSTANTS:
         return False
-    quarters = int(np.floor(angle / 90.0 + 0.5))
-    x, square, s, c, one = free, free + 1, free + 2, free + 3, free + 4
+    x, square, s, c, one, its_s, its_c = free, free + 1, free + 2, free + 3, free + 4, free + 5, free + 6
+    quarters = np.floor(angle / 90.0 + 0.5)
+    rest = angle - 90.0 * quarters
+    count = int(np.floor(abs(rest) / STEP + 0.5))
+    count = min(max(count, 0), MULTIPLES)
+    taken = -STEP * float(count) if rest > 0.0 else STEP * float(count)
     put_float(w, x, angle, 0)
-    put_float(w, s, -90.0 * float(quarters), 0)
+    put_float(w, s, -90.0 * quarters, 0)
     add(w, x, x, s, 1, t)
-    for k in range(WIDTH):
-        w[s, k] = constants[0, k]
+    put_float(w, s, taken, 0)
+    add(w, x, x, s, 1, t)
+    _take(w, s, constants, 0)
     multiply(w, x, x, s, t)
-    put_float(w, one, 1.0 / 64.0, 0)
-    multiply(w, x, x, one, t)
     put_float(w, one, 1.0, 0)
     multiply(w, square, x, x, t)
-    for k in range(WIDTH):
-        w[s, k] = constants[1, k]
-    for term in range(2, len(constants)):
+    _take(w, s, constants, 1)
+    for term in range(2, TERMS + 1):
         multiply(w, s, s, square, t)
-        for k in range(WIDTH):
-            w[c, k] = constants[term, k]
+        _without_noise(w, s)
+        _take(w, c, constants, term)
         add(w, s, s, c, 1, t)
-    w[s, OFF] = wider(w[s, OFF], -400)  # what the series leaves out
+    w[s, OFF] = wider(w[s, OFF], -300)  # what the series leaves out
     multiply(w, s, s, x, t)
     multiply(w, square, s, s, t)
     add(w, square, one, square, -1, t)
     if not square_root(w, c, square, t):
         return False
-    for _ in range(6):
-        multiply(w, square, s, s, t)
-        multiply(w, s, s, c, t)
-        add(w, s, s, s, 1, t)
-        add(w, c, square, square, 1, t)
-        add(w, c, one, c, -1, t)
-    turn = quarters & 3
-    copy(w, d, s if (turn & 1) == 0 else c)
-    copy(w, d + 1, c if (turn & 1) == 0 else s)
+    row = TERMS + 1 + 2 * count
+    _take(w, its_s, constants, row)
+    _take(w, its_c, constants, row + 1)
+    if rest < 0.0:
+        w[its_s, SIGN] = -w[its_s, SIGN]
+    multiply(w, x, s, its_c, t)
+    multiply(w, square, c, its_s, t)
+    add(w, one, x, square, 1, t)
+    multiply(w, x, c, its_c, t)
+    multiply(w, square, s, its_s, t)
+    add(w, c, x, square, -1, t)
+    turn = int(quarters) & 3
+    copy(w, d, one if (turn & 1) == 0 else c)
+    copy(w, d + 1, c if (turn & 1) == 0 else one)
     if turn >= 2:
         w[d, SIGN] = -w[d, SIGN]
     if turn == 1 or turn == 2:

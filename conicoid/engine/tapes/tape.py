@@ -14,7 +14,7 @@ from ...compiler.jit import allocator, helper, kernel
 from ..numbers.bits import exponent_of, next_above, power_of_two
 from ..tables import Floats, Ints, Longs, Signs
 from . import wide
-from .roots import sine_cosine, square_root
+from .roots import CONSTANTS, sine_cosine, square_root
 from .rounding import rounded
 from .wide import COUNT, SCRATCH, SIGN, WIDTH
 
@@ -256,7 +256,7 @@ def play(
     """
     outputs = wide_out.shape[1] if len(wide_out) == len(state) else 0
     sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], given.shape[1], outputs)
-    fits = _fits(code, written, sizes) and len(series) > 2
+    fits = _fits(code, written, sizes) and len(series) >= CONSTANTS
     for table in (constants, series):
         for row in range(len(table)):
             fits = fits and _is_number(table, row)

@@ -112,6 +112,23 @@ def test_sine_and_cosine(degrees):
             assert played.floats[row, k] == float(truth)
 
 
+def test_sines_and_cosines_beside_every_angle_of_the_table():
+    """At multiples of the table's step, halfway between two, and next to both, in all quarters."""
+    rng = random.Random(2)
+    near = [k * 45.0 / 128.0 for k in range(-1025, 1026)]
+    angles = [x for x in (*near, *(math.nextafter(x, rng.choice((-9e9, 9e9))) for x in near)) if x % 30.0]
+    angles = rng.sample(angles, 400)
+    tape = Tape()
+    for each in sines.sin_cos_degrees(tape.input(angles[0])):
+        tape.write_wide(each)
+    played = Recording.of(tape).play(np.array(angles)[:, None], NOTHING, np.zeros(len(angles), np.int32))
+    assert (played.state == HELD).all()
+    for row, angle in enumerate(angles):
+        for k, truth in enumerate(sines.sin_cos_degrees(angle)):
+            error = abs(value(played.wides[row, k]) - fraction(truth))
+            assert error <= bound(played.wides[row, k]) < Fraction(1, 2**210)
+
+
 @pytest.mark.parametrize("turns", range(12))
 def test_multiples_of_thirty_degrees_have_recordings_of_their_own(turns):
     tape = Tape()

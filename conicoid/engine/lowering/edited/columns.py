@@ -53,6 +53,7 @@ SURFACE = {"cell_quadric": CELLS, "plane_surface": CELL_PLANES, "sheet_surface":
 SIDES = {"cell_side": "cell_quadric", "plane_side": "plane_surface", "sheet_side": "sheet_surface",
          "polygon_side": "polygon_surface"}  # fmt: skip
 """Columns of surfaces, and the sides of them."""
+_AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
 ENTRIES = ("entry_kind", "entry_index", "entry_body", "body_face")
 OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
@@ -198,6 +199,10 @@ class Columns:
 
     def _put_surfaces(self, tables: Tables) -> None:
         """Kinds and rows of the surfaces, and the spheres, bulk balls last."""
+        tables.spheres[:] = self.joined.of_spheres(*(side.tables.spheres for side in self.joined.sides))
+        if self.leads is None and all(laid.first is None for laid in self.joined.laid):
+            self._move_surfaces(tables)
+            return
         total = self.pieces.total
         kinds, count = self.merged.kinds, self.merged.count
         kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
@@ -208,8 +213,20 @@ class Columns:
         row[len(kinds) :] += np.int32(total[SPHERES] - total[SURFACES])
         tables.surface_kind[:] = kind if self.leads is None else kind[self.leads]
         tables.surface_row[:] = row if self.leads is None else row[self.leads]
-        sides = [side.tables.spheres for side in self.joined.sides]
-        tables.spheres[:] = self.joined.of_spheres(*sides)
+
+    def _move_surfaces(self, tables: Tables) -> None:
+        """Kinds and rows where no surface stands for another: those of both scenes, rows of each kind counting on."""
+        single, total = len(self.merged.kinds), self.pieces.total
+        of_kinds = [self.pieces.moved(SURFACES, _AXES[kind]) for kind in sorted(_AXES)]
+        for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
+            side = self.joined.sides[source].tables
+            shifts = np.array([shift for *_, shift in others], np.int32)
+            tables.surface_kind[at] = side.surface_kind[rows]
+            tables.surface_row[at] = side.surface_row[rows]
+            if shifts.any():
+                tables.surface_row[at] += shifts[side.surface_kind[rows]]
+        tables.surface_kind[single:] = SPHERE
+        tables.surface_row[single:] = np.arange(total[SPHERES], len(tables.spheres), dtype=np.int32)
 
     def _put_entries(self, tables: Tables) -> None:
         """What the tree holds; which cells are balls is told by `balls_direct`."""
