@@ -48,6 +48,8 @@ from .lanes import (
     FOUND,
     INVERSE,
     LANES,
+    NARROW_IN,
+    NARROW_OUT,
     NEW_ENTERS,
     NEW_PLACE,
     NEW_SENSE,
@@ -56,6 +58,7 @@ from .lanes import (
     OX,
     OY,
     OZ,
+    SEEKS,
     SIZE,
     START,
     T_IN,
@@ -84,6 +87,12 @@ _ROWS_AT = (SIZE + LANES - 1) // LANES * LANES
     _R19, _R20, _R21, _R22, _R23, LIMIT, OTHER_LIMIT, SURFACE, CELL_OFF, CELL_FAR, BODY_OFF, BODY_FAR,
 ) = (np.uint64(row) for row in range(_ROWS_AT, _ROWS_AT + 31 * LANES, LANES))  # fmt: skip
 _ALL_ROWS = _ROWS_AT + 31 * LANES
+
+_MOVED = (
+    OX, OY, OZ, DX, DY, DZ, T_MIN, T_MAX, WITHIN, INVERSE, UNIT, START, AWAY, BESIDE, NARROW_IN, NARROW_OUT, SEEKS,
+    DOUBT, OFF, BODY_OFF, BODY_FAR,
+)  # fmt: skip
+"""Rows of a lane that are known before its leaves are met."""
 
 # In `Bodies.numbers`: 64 each. Behind them the forms' counts, their models, and how many forms there are
 _PROGRAM, _CELL, _PLACE, _WAITING = 0, LANES, 2 * LANES, 3 * LANES
@@ -249,7 +258,7 @@ def _load_rays(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, more
         lanes[INVERSE + i], lanes[START + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, start, unit, away
         lanes[BESIDE + i] = away * STARTING if start >= 0.0 else away
         lanes[WITHIN + i], lanes[T_MAX + i] = within, min(lanes[R5 + i], within + abs(best) * END + END_LEAST)
-        lanes[DOUBT + i], lanes[FOUND + i] = 0.0, math.inf
+        lanes[DOUBT + i] = 0.0
         begin_lane(lanes, i, lane_nearness(lanes, i, Nearness(lanes[BODY_OFF + i], lanes[BODY_FAR + i])))
 
 
@@ -409,38 +418,76 @@ def _meet_leaf(geometry: Geometry, bodies: Bodies, model: int, leaf: int, narrow
     return near
 
 
+@inline
+def _move(floats: Floats, at: Any, numbers: Any, count: int) -> None:
+    """Rows of lanes close up: lane j gets what is in lane numbers[_PLACE + j], which is not before it."""
+    for j in range(count):
+        floats[at + np.uint64(j)] = floats[at + np.uint64(numbers[_PLACE + j])]
+
+
 @helper
-def meet_bodies(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, more: Floats, count: int) -> None:
+def _close_up(geometry: Geometry, bodies: Bodies, form: int, count: int) -> int:
+    """Take lanes off that seek no more, for certain; the others come to be the first. Returns how many are left."""
+    lanes, leaves, numbers, left = bodies.lanes, bodies.leaves, bodies.numbers, 0
+    for k in range(count):
+        lane = np.uint64(k)
+        numbers[_PLACE + left] = k
+        left += 1 if lanes[SEEKS + lane] == 1.0 or lanes[DOUBT + lane] != 0.0 else 0
+    if (left + 7) >> 3 == (count + 7) >> 3:
+        return count
+    for k in range(left, (left + 7) & -8):
+        numbers[_PLACE + k] = numbers[_PLACE + left - 1]
+    padded, begin = (left + 7) & -8, LANES * form
+    for j in range(padded):
+        k = numbers[_PLACE + j]
+        numbers[_PROGRAM + j] = numbers[_PROGRAM + k]
+        numbers[_WAITING + begin + j] = numbers[_WAITING + begin + k]
+        numbers[_ENTRIES + begin + j] = numbers[_ENTRIES + begin + k]
+    for row in _MOVED:
+        _move(lanes, row, numbers, padded)
+    model = numbers[_MODELS + form]
+    root = integer(geometry, table.PROGRAM_GATE, model)
+    first, last = integer(geometry, table.PROGRAM_LEAF, model), integer(geometry, table.PROGRAM_LEAF, model + 1)
+    for leaf in range(first, last):
+        met = integer(geometry, table.LEAF_GATE, leaf) == root and integer(geometry, table.LEAF_NEGATED, leaf) == 0
+        for k in range(4 * bodies.spans[leaf - first] if met else 0):
+            _move(leaves, np.uint64(LEAF * (leaf - first) + LANES * k), numbers, padded)
+    return left
+
+
+@helper
+def meet_bodies(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, more: Floats, count: int) -> int:
     """Where the first `count` rays that wait of a form meet their bodies first; `body_hit` reads it.
 
-    Relies on `streams`' records of rays, none of which begins before its origin.
+    Those that certainly miss are taken off the list; returns how many are left. `rays` and `more` hold eight numbers
+    of each ray of a stream, none of which begins before its origin.
     """
     numbers, model = bodies.numbers, bodies.numbers[_MODELS + form]
     for k in range(count, (count + 7) & -8):
         numbers[_WAITING + LANES * form + k] = numbers[_WAITING + LANES * form]
         numbers[_ENTRIES + LANES * form + k] = numbers[_ENTRIES + LANES * form]
-    count = (count + 7) & -8
+    its, count = count, (count + 7) & -8
     _load_rays(geometry, bodies, form, rays, more, count)
     within, root = lies_within(geometry, model), integer(geometry, table.PROGRAM_GATE, model)
     begin, end = integer(geometry, table.PROGRAM_LEAF, model), integer(geometry, table.PROGRAM_LEAF, model + 1)
-    seeking = 1
-    for turn in range(2):
+    for turn in range(2 if within else 1):
         for leaf in range(begin, end):
             narrows = within and integer(geometry, table.LEAF_GATE, leaf) == root
             narrows &= integer(geometry, table.LEAF_NEGATED, leaf) == 0
-            if narrows == (turn == 0) and seeking > 0:
-                near = _meet_leaf(geometry, bodies, model, leaf - begin, narrows, count)
-                seeking = near if narrows else seeking
-    first, last = eights(0, count)
+            if narrows == (within and turn == 0):
+                _meet_leaf(geometry, bodies, model, leaf - begin, narrows, count)
+        if within and turn == 0:
+            its = _close_up(geometry, bodies, form, its)
+            count = (its + 7) & -8
+            if its == 0:
+                return 0
+    sweep_lanes(geometry, Memory(bodies.lanes, bodies.leaves, bodies.truths, bodies.spans), model, 0, count)
     lanes = bodies.lanes
-    if seeking == 0:
-        for i in range(first, last):
-            lanes[FOUND + i] = math.inf
-        return
-    sweep_lanes(geometry, Memory(lanes, bodies.leaves, bodies.truths, bodies.spans), model, 0, count)
+    first, last = eights(0, count)
     for i in range(first, last):
         nearness = lane_nearness(lanes, i, Nearness(lanes[BODY_OFF + i], lanes[BODY_FAR + i]))
         lanes[DOUBT + i] = 1.0 if unsure_of_sweep(lanes, i, nearness) else lanes[DOUBT + i]
+    return its
 
 
 @inline

@@ -156,8 +156,7 @@ def _settle_pairs(geometry: Geometry, stream: Stream, waiting_pairs: int, any_hi
 def _settle_bodies(geometry: Geometry, scratch: Scratch, stream: Stream, form: int, any_hit: bool) -> None:
     """Test the bodies of a form that wait for rays, and keep the nearer hits in their order."""
     bodies, count = stream.bodies, take_waiting(stream.bodies, form)
-    meet_bodies(geometry, bodies, form, stream.rays, stream.more, count)
-    for n in range(count):
+    for n in range(meet_bodies(geometry, bodies, form, stream.rays, stream.more, count)):
         (k, entry), hit = waiting_body(bodies, form, n), body_hit(geometry, bodies, form, n)
         if hit.unsure:  # single rays doubt less
             _keep(stream, k, try_entry(geometry, scratch, entry, _ray(stream, k), stream_hit(stream, k)), any_hit)
