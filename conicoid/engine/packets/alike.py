@@ -8,35 +8,53 @@ go through the formulas of packets (cells.py, planes.py, booleans.py), to the sa
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ...compiler.jit import allocator, helper, inline
+from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..body.cell import NO_PLACE, quadric_place
 from ..body.hit import Hit
-from ..culling import numbers_in_lanes, records_in_lanes
+from ..culling import records_in_lanes
 from ..culling.slack import END, END_LEAST
 from ..surface.doubt import STARTING
 from ..surface.interval import may_overlap
 from ..surface.nearness import Nearness, ray_size, ray_unit
-from ..surface.plane import Plane, PlaneLimits
-from ..surface.quadric import Quadric, QuadricLimits, Sphere, careful_quadratic, settled_roots, sphere_roots
-from ..tables import PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, Ints, integer, length, whole
+from ..tables import SPHERE, Floats, Geometry, integer, whole
 from .booleans import (
-    LEAVES_SIZE,
-    MOST,
-    TRUTHS_SIZE,
     Memory,
     begin_lane,
-    in_lanes,
     lies_within,
     narrow_lanes,
     sweep_lanes,
     unsure_of_sweep,
 )
-from .cells import lane_terms, put_roots, put_terms, put_whole_lane, quadric_of_lane
+from .cells import put_whole_lane
+from .forms import (
+    AT,
+    BODY_FAR,
+    BODY_OFF,
+    CELL,
+    CELL_FAR,
+    CELL_OFF,
+    ENTRIES,
+    FACES,
+    MODELS,
+    PROGRAM,
+    R0,
+    R1,
+    R2,
+    R3,
+    R4,
+    R5,
+    R6,
+    R7,
+    SURFACE,
+    WAITING,
+    Bodies,
+)
+from .gathered import cell_limits, cut_planes, meet_quadrics, meet_spheres
 from .lanes import (
     AWAY,
     BESIDE,
@@ -54,12 +72,10 @@ from .lanes import (
     NEW_PLACE,
     NEW_SENSE,
     OFF,
-    OWN,
     OX,
     OY,
     OZ,
     SEEKS,
-    SIZE,
     START,
     T_IN,
     T_MAX,
@@ -69,24 +85,9 @@ from .lanes import (
     UNSURE,
     WITHIN,
     eights,
-    lane_line,
     lane_nearness,
 )
-from .planes import cut_lane, plane_of_lane, put_careful_plane
 from .spans import LEAF, SPAN, put_lane_spans
-
-FORMS = 8
-"""Bodies of so many forms are met in lanes, of those that a thread meets first."""
-_FACES = 64
-"""Where the faces of a body are numbered: those of leaf k from 64 k on, its quadric last."""
-
-# Rows of lanes behind those of packets: 24 numbers of a record, its limits, its surface; limits of a cell and a body
-_ROWS_AT = (SIZE + LANES - 1) // LANES * LANES
-(
-    R0, R1, R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12, R13, R14, R15, R16, R17, R18,
-    _R19, _R20, _R21, _R22, _R23, LIMIT, OTHER_LIMIT, SURFACE, CELL_OFF, CELL_FAR, BODY_OFF, BODY_FAR,
-) = (np.uint64(row) for row in range(_ROWS_AT, _ROWS_AT + 31 * LANES, LANES))  # fmt: skip
-_ALL_ROWS = _ROWS_AT + 31 * LANES
 
 _MOVED = (
     OX, OY, OZ, DX, DY, DZ, T_MIN, T_MAX, WITHIN, INVERSE, UNIT, START, AWAY, BESIDE, NARROW_IN, NARROW_OUT, SEEKS,
@@ -94,156 +95,15 @@ _MOVED = (
 )  # fmt: skip
 """Rows of a lane that are known before its leaves are met."""
 
-# In `Bodies.numbers`: 64 each. Behind them the forms' counts, their models, and how many forms there are
-_PROGRAM, _CELL, _PLACE, _WAITING = 0, LANES, 2 * LANES, 3 * LANES
-_ENTRIES = _WAITING + FORMS * LANES
-_COUNTS = _ENTRIES + FORMS * LANES
-_MODELS = _COUNTS + FORMS
-_KNOWN = _MODELS + FORMS
-
-
-class Bodies(NamedTuple):
-    """Rays and Boolean bodies that wait to be tested, and the lanes in which they are."""
-
-    lanes: Floats
-    leaves: Floats
-    truths: Floats
-    spans: Ints
-    numbers: Any  # int64
-    forms: Ints  # of each program: 1 + its form, 0 if it is not known yet, -1 if it is not met in lanes
-
-
-@allocator
-def new_bodies(geometry: Geometry) -> Bodies:
-    """Memory for one thread."""
-    room = np.zeros(_ALL_ROWS + 8)
-    first = -(room.ctypes.data >> 3) & 7
-    return Bodies(
-        room[first : first + _ALL_ROWS], np.empty(LEAVES_SIZE), np.empty(TRUTHS_SIZE), np.zeros(MOST, np.int32),
-        np.zeros(_KNOWN + 1, np.int64), np.zeros(length(geometry, table.PROGRAM_LEAF), np.int32),
-    )  # fmt: skip
-
-
-# ---- Forms ----
-
-
-@inline
-def _same(geometry: Geometry, numbers: int, a: int, b: int) -> bool:
-    """Do rows a and b of a table of whole numbers agree?"""
-    return integer(geometry, numbers, a) == integer(geometry, numbers, b)
-
-
-@inline
-def _same_faces(geometry: Geometry, a: int, b: int) -> bool:
-    """Have two cells as many planes, on the same sides, and the same kind of quadric?"""
-    first, other = integer(geometry, table.CELL_FIRST, a), integer(geometry, table.CELL_FIRST, b)
-    count = integer(geometry, table.CELL_FIRST, a + 1) - first
-    same = count < _FACES and integer(geometry, table.CELL_FIRST, b + 1) - other == count
-    for k in range(count if same else 0):
-        same = same and _same(geometry, table.PLANE_SIDE, first + k, other + k)
-    p, q = integer(geometry, table.CELL_QUADRIC, a), integer(geometry, table.CELL_QUADRIC, b)
-    if p < 0 or q < 0:
-        return same and p < 0 and q < 0
-    return same and _same(geometry, table.SURFACE_KIND, p, q) and _same(geometry, table.CELL_SIDE, a, b)
-
-
-@helper
-def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
-    """Do two programs differ in the numbers of their surfaces only?"""
-    leaf, other = integer(geometry, table.PROGRAM_LEAF, p), integer(geometry, table.PROGRAM_LEAF, q)
-    gate, its = integer(geometry, table.PROGRAM_GATE, p), integer(geometry, table.PROGRAM_GATE, q)
-    leaves, gates = (
-        integer(geometry, table.PROGRAM_LEAF, p + 1) - leaf,
-        integer(geometry, table.PROGRAM_GATE, p + 1) - gate,
-    )
-    if integer(geometry, table.PROGRAM_LEAF, q + 1) - other != leaves:
-        return False
-    if integer(geometry, table.PROGRAM_GATE, q + 1) - its != gates:
-        return False
-    for k in range(gates):
-        a, b = gate + k, its + k
-        same = _same(geometry, table.GATE_NEED, a, b) and _same(geometry, table.GATE_NEGATED, a, b)
-        same = same and _same(geometry, table.GATE_START, a, b)
-        above, below = integer(geometry, table.GATE_PARENT, a), integer(geometry, table.GATE_PARENT, b)
-        if not same or (above < 0) != (below < 0) or (above >= 0 and above - gate != below - its):
-            return False
-    for k in range(leaves):
-        a, b = leaf + k, other + k
-        same = _same(geometry, table.LEAF_NEGATED, a, b) and _same(geometry, table.LEAF_SENSE, a, b)
-        same = same and integer(geometry, table.LEAF_GATE, a) - gate == integer(geometry, table.LEAF_GATE, b) - its
-        cell, another = integer(geometry, table.LEAF_CELL, a), integer(geometry, table.LEAF_CELL, b)
-        if not same or not _same_faces(geometry, cell, another):
-            return False
-    return True
-
-
-@helper
-def _find_form(geometry: Geometry, bodies: Bodies, program: int) -> int:
-    """The form of a program that has not been met yet, kept in `forms`."""
-    numbers, known = bodies.numbers, bodies.numbers[_KNOWN]
-    bodies.forms[program] = -1
-    if in_lanes(geometry, program):
-        for form in range(known):
-            if _of_one_form(geometry, numbers[_MODELS + form], program):
-                bodies.forms[program] = form + 1
-                return form
-        if known < FORMS and _of_one_form(geometry, program, program):
-            numbers[_MODELS + known], bodies.forms[program] = program, known + 1
-            numbers[_KNOWN] += 1
-            return known
-    return -1
-
-
-@inline
-def form_of(geometry: Geometry, bodies: Bodies, program: int) -> int:
-    """The form of a program; -1: it is not met in lanes."""
-    form = bodies.forms[program]
-    return whole(form - 1 if form > 0 else form) if form != 0 else _find_form(geometry, bodies, program)
-
-
-# ---- Rays and bodies that wait ----
-
-
-@inline
-def put_body(bodies: Bodies, form: int, ray: int, entry: int) -> bool:
-    """A ray that may meet a body of a form waits; are there 64 now?"""
-    numbers, count = bodies.numbers, bodies.numbers[_COUNTS + form]
-    numbers[_WAITING + LANES * form + count], numbers[_ENTRIES + LANES * form + count] = ray, entry
-    numbers[_COUNTS + form] = count + 1
-    return count + 1 == LANES
-
-
-@inline
-def forms_known(bodies: Bodies) -> int:
-    """How many forms there are."""
-    return bodies.numbers[_KNOWN]
-
-
-@inline
-def take_waiting(bodies: Bodies, form: int) -> int:
-    """How many wait of a form: none, from now on."""
-    count = bodies.numbers[_COUNTS + form]
-    bodies.numbers[_COUNTS + form] = 0
-    return count
-
-
-@inline
-def waiting_body(bodies: Bodies, form: int, k: int) -> tuple[int, int]:
-    """(ray, entry) of number k of those that wait of a form."""
-    return bodies.numbers[_WAITING + LANES * form + k], bodies.numbers[_ENTRIES + LANES * form + k]
-
-
-# ---- Their lanes ----
-
 
 @helper
 def _load_rays(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, more: Floats, count: int) -> None:
     """The rays into their lanes, and the limits of their bodies; `rays` and `more` hold eight numbers of each ray."""
-    lanes, numbers, begin = bodies.lanes, bodies.numbers, _WAITING + LANES * form
+    lanes, numbers, begin = bodies.lanes, bodies.numbers, WAITING + LANES * form
     limits = geometry.places[table.PROGRAM_LIMITS]
     for k in range(count):
-        numbers[_PROGRAM + k] = integer(geometry, table.ENTRY_INDEX, numbers[_ENTRIES + LANES * form + k])
-        at, lane = limits + 2 * numbers[_PROGRAM + k], np.uint64(k)
+        numbers[PROGRAM + k] = integer(geometry, table.ENTRY_INDEX, numbers[ENTRIES + LANES * form + k])
+        at, lane = limits + 2 * numbers[PROGRAM + k], np.uint64(k)
         lanes[BODY_OFF + lane], lanes[BODY_FAR + lane] = geometry.floats[at], geometry.floats[at + 1]
     for k in range(0, count, 8):
         records_in_lanes(rays, numbers, begin + k, lanes, OX + np.uint64(k))
@@ -262,124 +122,14 @@ def _load_rays(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, more
         begin_lane(lanes, i, lane_nearness(lanes, i, Nearness(lanes[BODY_OFF + i], lanes[BODY_FAR + i])))
 
 
-@inline
-def _cell_limits(lanes: Floats, i: Any) -> Nearness:
-    """The limits of the cell in a lane."""
-    return Nearness(lanes[CELL_OFF + i], lanes[CELL_FAR + i])
-
-
-@helper
-def _cut_planes(geometry: Geometry, bodies: Bodies, number: int, side: int, place: int, count: int) -> None:
-    """Cut the lanes by plane `number` of their cells, which has a place among the body's faces."""
-    lanes, numbers = bodies.lanes, bodies.numbers
-    planes, limits = geometry.places[table.PLANES], geometry.places[table.PLANE_LIMITS]
-    for k in range(count):
-        lane = np.uint64(k)
-        first = integer(geometry, table.CELL_FIRST, numbers[_CELL + k])
-        surface = integer(geometry, table.PLANE_SURFACE, first + number)
-        row = integer(geometry, table.SURFACE_ROW, surface)
-        numbers[_PLACE + k], lanes[SURFACE + lane] = planes + PLANE_SIZE * row, surface
-        lanes[LIMIT + lane] = geometry.floats[limits + 2 * row]
-        lanes[OTHER_LIMIT + lane] = geometry.floats[limits + 2 * row + 1]
-    for k in range(0, count, 8):
-        numbers_in_lanes(geometry.floats, numbers, _PLACE + k, lanes, R0 + np.uint64(k))
-    first, last = eights(0, count)
-    again = 0
-    for i in range(first, last):
-        again += plane_of_lane(lanes, i, lane_line(lanes, i), _plane(lanes, i), _plane_limits(lanes, i))
-    if again > 0:
-        for i in range(first, last):
-            if lanes[FLAG + i] == 1.0:
-                put_careful_plane(lanes, i, _plane(lanes, i), _plane_limits(lanes, i))
-    for i in range(first, last):
-        cut_lane(lanes, i, _cell_limits(lanes, i), lanes[SURFACE + i], side > 0, place)
-        lanes[OWN + i] = 1.0 if lanes[START + i] == lanes[SURFACE + i] else lanes[OWN + i]
-
-
-@inline
-def _plane(lanes: Floats, i: Any) -> Plane:
-    """The plane in a lane."""
-    return Plane(
-        lanes[R0 + i], lanes[R1 + i], lanes[R2 + i], lanes[R3 + i], lanes[R4 + i], lanes[R5 + i], lanes[R6 + i]
-    )  # fmt: skip
-
-
-@inline
-def _plane_limits(lanes: Floats, i: Any) -> PlaneLimits:
-    """The limits of the plane in a lane."""
-    return PlaneLimits(lanes[LIMIT + i], lanes[OTHER_LIMIT + i])
-
-
-@inline
-def _quadric(lanes: Floats, i: Any) -> Quadric:
-    """The quadric in a lane."""
-    return Quadric(
-        lanes[R0 + i], lanes[R1 + i], lanes[R2 + i], lanes[R3 + i], lanes[R4 + i], lanes[R5 + i], lanes[R6 + i],
-        lanes[R7 + i], lanes[R8 + i], lanes[R9 + i], lanes[R10 + i], lanes[R11 + i], lanes[R12 + i], lanes[R13 + i],
-        lanes[R14 + i], lanes[R15 + i], lanes[R16 + i], lanes[R17 + i], lanes[R18 + i],
-    )  # fmt: skip
-
-
-@helper
-def _meet_spheres(geometry: Geometry, bodies: Bodies, count: int) -> None:
-    """Roots of the spheres of cells into their lanes (`cells.put_roots`)."""
-    lanes, numbers, spheres = bodies.lanes, bodies.numbers, geometry.places[table.SPHERES]
-    for k in range(count):
-        surface = integer(geometry, table.CELL_QUADRIC, numbers[_CELL + k])
-        numbers[_PLACE + k] = spheres + SPHERE_SIZE * integer(geometry, table.SURFACE_ROW, surface)
-        lanes[SURFACE + np.uint64(k)] = surface
-    for k in range(0, count, 8):
-        numbers_in_lanes(geometry.floats, numbers, _PLACE + k, lanes, R0 + np.uint64(k))
-    first, last = eights(0, count)
-    for i in range(first, last):
-        sphere, starts = Sphere(lanes[R0 + i], lanes[R1 + i], lanes[R2 + i], lanes[R3 + i]), _starts(lanes, i)
-        put_roots(lanes, i, sphere_roots(sphere, lane_line(lanes, i), lanes[INVERSE + i], starts))
-
-
-@inline
-def _starts(lanes: Floats, i: Any) -> bool:
-    """Does the ray of a lane start on the surface in it?"""
-    return lanes[START + i] == lanes[SURFACE + i]
-
-
-@helper
-def _meet_quadrics(geometry: Geometry, bodies: Bodies, count: int) -> None:
-    """Roots of the quadrics of cells into their lanes (`cells.put_roots`)."""
-    lanes, numbers = bodies.lanes, bodies.numbers
-    quadrics, limits = geometry.places[table.QUADRICS], geometry.places[table.QUADRIC_LIMITS]
-    for k in range(count):
-        lane, surface = np.uint64(k), integer(geometry, table.CELL_QUADRIC, numbers[_CELL + k])
-        row = integer(geometry, table.SURFACE_ROW, surface)
-        numbers[_PLACE + k], lanes[SURFACE + lane] = quadrics + QUADRIC_SIZE * row, surface
-        lanes[LIMIT + lane] = geometry.floats[limits + 2 * row]
-        lanes[OTHER_LIMIT + lane] = geometry.floats[limits + 2 * row + 1]
-    for part in range(3):
-        for k in range(0, count, 8):
-            numbers_in_lanes(geometry.floats, numbers, _PLACE + k, lanes, R0 + np.uint64(8 * LANES * part + k))
-        for k in range(count):
-            numbers[_PLACE + k] += 8
-    first, last = eights(0, count)
-    again = 0
-    for i in range(first, last):
-        again += quadric_of_lane(lanes, i, lane_line(lanes, i), _quadric(lanes, i), lanes[SURFACE + i])
-    if again > 0:
-        for i in range(first, last):
-            terms = lane_terms(lanes, i)
-            if terms.cancels:
-                put_terms(lanes, i, careful_quadratic(_quadric(lanes, i), lane_line(lanes, i), terms))
-    for i in range(first, last):
-        its = QuadricLimits(lanes[LIMIT + i], lanes[OTHER_LIMIT + i])
-        put_roots(lanes, i, settled_roots(lane_terms(lanes, i), _starts(lanes, i), lanes[INVERSE + i], its))
-
-
 @helper
 def _meet_leaf(geometry: Geometry, bodies: Bodies, model: int, leaf: int, narrows: bool, count: int) -> int:
     """The spans of a leaf of all bodies; returns how many lanes still seek."""
     lanes, numbers, limits = bodies.lanes, bodies.numbers, geometry.places[table.CELL_LIMITS]
     for k in range(count):
         lane = np.uint64(k)
-        cell = integer(geometry, table.LEAF_CELL, integer(geometry, table.PROGRAM_LEAF, numbers[_PROGRAM + k]) + leaf)
-        numbers[_CELL + k] = cell
+        cell = integer(geometry, table.LEAF_CELL, integer(geometry, table.PROGRAM_LEAF, numbers[PROGRAM + k]) + leaf)
+        numbers[CELL + k] = cell
         lanes[CELL_OFF + lane], lanes[CELL_FAR + lane] = (
             geometry.floats[limits + 2 * cell], geometry.floats[limits + 2 * cell + 1],
         )  # fmt: skip
@@ -390,10 +140,10 @@ def _meet_leaf(geometry: Geometry, bodies: Bodies, model: int, leaf: int, narrow
     begin, end = integer(geometry, table.CELL_FIRST, like), integer(geometry, table.CELL_FIRST, like + 1)
     for place in range(begin, end):
         side = integer(geometry, table.PLANE_SIDE, place)
-        _cut_planes(geometry, bodies, place - begin, side, _FACES * leaf + place - begin, count)
+        cut_planes(geometry, bodies, place - begin, side, FACES * leaf + place - begin, count)
     some = 0
     for i in range(first, last):
-        off, far = lane_nearness(lanes, i, _cell_limits(lanes, i))
+        off, far = lane_nearness(lanes, i, cell_limits(lanes, i))
         inside = may_overlap(lanes[T_IN + i], lanes[T_OUT + i], lanes[T_MIN + i], lanes[T_MAX + i], off)
         some += 1 if inside | (lanes[UNSURE + i] == 2.0) | (far < 0.0) else 0
         lanes[FLAG + i] = 1.0
@@ -404,13 +154,13 @@ def _meet_leaf(geometry: Geometry, bodies: Bodies, model: int, leaf: int, narrow
     if surface >= 0:
         side = integer(geometry, table.CELL_SIDE, like)
         if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-            _meet_spheres(geometry, bodies, count)
+            meet_spheres(geometry, bodies, count)
         else:
-            _meet_quadrics(geometry, bodies, count)
+            meet_quadrics(geometry, bodies, count)
     row, second, several = np.uint64(LEAF * leaf), np.uint64(LEAF * leaf + SPAN), 0
-    curved = _FACES * leaf + _FACES - 1
+    curved = FACES * leaf + FACES - 1
     for i in range(first, last):
-        nearness = lane_nearness(lanes, i, _cell_limits(lanes, i))
+        nearness = lane_nearness(lanes, i, cell_limits(lanes, i))
         quadric = lanes[SURFACE + i] if surface >= 0 else NO_PLACE - 9.0
         several += put_lane_spans(lanes, bodies.leaves, i, row, second, side, curved, quadric, nearness, True)
     near = narrow_lanes(lanes, bodies.leaves, LEAF * leaf, narrows, 0, count)
@@ -420,9 +170,9 @@ def _meet_leaf(geometry: Geometry, bodies: Bodies, model: int, leaf: int, narrow
 
 @inline
 def _move(floats: Floats, at: Any, numbers: Any, count: int) -> None:
-    """Rows of lanes close up: lane j gets what is in lane numbers[_PLACE + j], which is not before it."""
+    """Rows of lanes close up: lane j gets what is in lane numbers[AT + j], which is not before it."""
     for j in range(count):
-        floats[at + np.uint64(j)] = floats[at + np.uint64(numbers[_PLACE + j])]
+        floats[at + np.uint64(j)] = floats[at + np.uint64(numbers[AT + j])]
 
 
 @helper
@@ -431,21 +181,21 @@ def _close_up(geometry: Geometry, bodies: Bodies, form: int, count: int) -> int:
     lanes, leaves, numbers, left = bodies.lanes, bodies.leaves, bodies.numbers, 0
     for k in range(count):
         lane = np.uint64(k)
-        numbers[_PLACE + left] = k
+        numbers[AT + left] = k
         left += 1 if lanes[SEEKS + lane] == 1.0 or lanes[DOUBT + lane] != 0.0 else 0
     if (left + 7) >> 3 == (count + 7) >> 3:
         return count
     for k in range(left, (left + 7) & -8):
-        numbers[_PLACE + k] = numbers[_PLACE + left - 1]
+        numbers[AT + k] = numbers[AT + left - 1]
     padded, begin = (left + 7) & -8, LANES * form
     for j in range(padded):
-        k = numbers[_PLACE + j]
-        numbers[_PROGRAM + j] = numbers[_PROGRAM + k]
-        numbers[_WAITING + begin + j] = numbers[_WAITING + begin + k]
-        numbers[_ENTRIES + begin + j] = numbers[_ENTRIES + begin + k]
+        k = numbers[AT + j]
+        numbers[PROGRAM + j] = numbers[PROGRAM + k]
+        numbers[WAITING + begin + j] = numbers[WAITING + begin + k]
+        numbers[ENTRIES + begin + j] = numbers[ENTRIES + begin + k]
     for row in _MOVED:
         _move(lanes, row, numbers, padded)
-    model = numbers[_MODELS + form]
+    model = numbers[MODELS + form]
     root = integer(geometry, table.PROGRAM_GATE, model)
     first, last = integer(geometry, table.PROGRAM_LEAF, model), integer(geometry, table.PROGRAM_LEAF, model + 1)
     for leaf in range(first, last):
@@ -462,10 +212,10 @@ def meet_bodies(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, mor
     Those that certainly miss are taken off the list; returns how many are left. `rays` and `more` hold eight numbers
     of each ray of a stream, none of which begins before its origin.
     """
-    numbers, model = bodies.numbers, bodies.numbers[_MODELS + form]
+    numbers, model = bodies.numbers, bodies.numbers[MODELS + form]
     for k in range(count, (count + 7) & -8):
-        numbers[_WAITING + LANES * form + k] = numbers[_WAITING + LANES * form]
-        numbers[_ENTRIES + LANES * form + k] = numbers[_ENTRIES + LANES * form]
+        numbers[WAITING + LANES * form + k] = numbers[WAITING + LANES * form]
+        numbers[ENTRIES + LANES * form + k] = numbers[ENTRIES + LANES * form]
     its, count = count, (count + 7) & -8
     _load_rays(geometry, bodies, form, rays, more, count)
     within, root = lies_within(geometry, model), integer(geometry, table.PROGRAM_GATE, model)
@@ -493,13 +243,13 @@ def meet_bodies(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, mor
 @inline
 def body_hit(geometry: Geometry, bodies: Bodies, form: int, k: int) -> Hit:
     """The crossing of number k of those that waited of a form; t = inf if the ray does not meet the body."""
-    lanes, i, entry = bodies.lanes, np.uint64(k), bodies.numbers[_ENTRIES + LANES * form + k]
-    face, program = whole(lanes[NEW_PLACE + i]), bodies.numbers[_PROGRAM + k]
+    lanes, i, entry = bodies.lanes, np.uint64(k), bodies.numbers[ENTRIES + LANES * form + k]
+    face, program = whole(lanes[NEW_PLACE + i]), bodies.numbers[PROGRAM + k]
     t, place = lanes[FOUND + i], whole(NO_PLACE)
     if t < math.inf:
-        leaf = integer(geometry, table.PROGRAM_LEAF, program) + face // _FACES
-        cell, number = integer(geometry, table.LEAF_CELL, leaf), face % _FACES
-        place = quadric_place(cell) if number == _FACES - 1 else integer(geometry, table.CELL_FIRST, cell) + number
+        leaf = integer(geometry, table.PROGRAM_LEAF, program) + face // FACES
+        cell, number = integer(geometry, table.LEAF_CELL, leaf), face % FACES
+        place = quadric_place(cell) if number == FACES - 1 else integer(geometry, table.CELL_FIRST, cell) + number
     return Hit(
         t, integer(geometry, table.ENTRY_BODY, entry), whole(entry), place, whole(lanes[NEW_SENSE + i]),
         lanes[NEW_ENTERS + i] == 1.0, lanes[OFF + i], lanes[DOUBT + i] != 0.0,

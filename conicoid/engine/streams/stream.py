@@ -20,17 +20,8 @@ from ..body.hit import DOUBTFUL, Hit, is_doubtful, nearer, turn_of, within
 from ..body.meet import meet, try_entry
 from ..body.scratch import Scratch
 from ..culling import FROM_THE_START, balls_met, lowest_bit, put_on_lists, rays_in_balls, waiting
-from ..packets.alike import (
-    Bodies,
-    body_hit,
-    form_of,
-    forms_known,
-    meet_bodies,
-    new_bodies,
-    put_body,
-    take_waiting,
-    waiting_body,
-)
+from ..packets.alike import body_hit, meet_bodies
+from ..packets.forms import Bodies, form_of, forms_known, new_bodies, put_body, take_waiting, waiting_body
 from ..ray import Ray
 from ..tables import BALL, REGION, Floats, Geometry, Ints, Signs, halted, integer, node_at, whole
 from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_number, leaf_range
