@@ -150,6 +150,21 @@ def records_in_lanes(typing_context: Any, records: Any, numbers: Any, at: Any, l
 
 
 @intrinsic
+def numbers_in_lanes(typing_context: Any, floats: Any, places: Any, at: Any, lanes: Any, row: Any) -> Any:
+    """Eight floats side by side from each of eight places, those of places[at:], as columns: see `records_in_lanes`."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c = Code(context, builder)
+        source, which, target = (c.data(signature, arguments, k) for k in (0, 1, 3))
+        rows = [c.eight(source, c.number(which, arguments[2], k), 0) for k in range(WIDTH)]
+        for k, column in enumerate(c.transposed(rows)):
+            c.store(column, target, arguments[4], 64 * k)
+        return context.get_dummy_value()
+
+    return types.void(floats, places, types.int64, lanes, types.int64), code
+
+
+@intrinsic
 def waiting(typing_context: Any, packed: Any) -> Any:
     """(number, t) of a ray that waits to enter a box: its number, and not more than where it enters."""
 

@@ -8,7 +8,7 @@ until its value changes. Nothing is sorted and nothing branches on a lane, which
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,9 +79,19 @@ def _leaf_spans(
     """
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return 0, 0
+    several = put_cell_spans(geometry, lanes, leaves, at, cell, True, first, last)
+    near = narrow_lanes(lanes, leaves, at, narrows, first, last)
+    return 0 if near == 0 else (2 if several > 0 else 1), near
+
+
+@helper
+def narrow_lanes(lanes: Floats, leaves: Floats, at: int, narrows: bool, first: int, last: int) -> int:
+    """How many lanes may be within a leaf while they seek, by its spans at leaves[at:].
+
+    Where `narrows`, the body lies within the leaf: a lane seeks on within its spans only.
+    """
     first, last = eights(first, last)
     row, second = np.uint64(at), np.uint64(at + SPAN)
-    several = put_cell_spans(geometry, lanes, leaves, at, cell, True, first, last)
     near = 0
     for i in range(first, last):
         begin = min(leaves[row + IN + i], leaves[second + IN + i])
@@ -92,12 +102,14 @@ def _leaf_spans(
         near += 1 if counts else 0
         lanes[FOUND + i] = low
         lanes[NEXT + i] = high
-        lanes[DOUBT + i] = choose(narrows & (abs(high - low) <= off) & counts, 1.0, lanes[DOUBT + i])
+        # Both are 0 where the leaf is left on the surface that the ray starts on; other ends there are doubtful already
+        close = (abs(high - low) <= off) & ((low != 0.0) | (high != 0.0))
+        lanes[DOUBT + i] = choose(narrows & close & counts, 1.0, lanes[DOUBT + i])
     if narrows:
         for i in range(first, last):
             lanes[SEEKS + i] = choose(is_open(lanes[FOUND + i], lanes[NEXT + i]), lanes[SEEKS + i], 0.0)
             lanes[NARROW_IN + i], lanes[NARROW_OUT + i] = lanes[FOUND + i], lanes[NEXT + i]
-    return 0 if near == 0 else (2 if several > 0 else 1), near
+    return near
 
 
 @helper
@@ -211,15 +223,28 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
 
 @helper
 def _begin(lanes: Floats, lengths: Nearness, first: int, last: int) -> None:
-    """Bounds and the stretch to be searched, of each lane, before its leaves are met."""
+    """`begin_lane` for all."""
     first, last = eights(first, last)
     for i in range(first, last):
-        off, far = lane_nearness(lanes, i, lengths)
-        lanes[OFF + i] = off
-        lanes[DOUBT + i] = choose(far < 0.0, 1.0, lanes[DOUBT + i])
-        lanes[NARROW_IN + i] = lanes[T_MIN + i]
-        lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], lanes[WITHIN + i] + off)  # as far as a tie
-        lanes[SEEKS + i] = 1.0 if is_open(lanes[NARROW_IN + i], lanes[NARROW_OUT + i]) else 0.0
+        begin_lane(lanes, i, lane_nearness(lanes, i, lengths))
+
+
+@inline
+def begin_lane(lanes: Floats, i: Any, nearness: Nearness) -> None:
+    """Bounds and the stretch to be searched, of a lane, before the leaves of a body are met."""
+    off, far = nearness
+    lanes[OFF + i] = off
+    lanes[DOUBT + i] = choose(far < 0.0, 1.0, lanes[DOUBT + i])
+    lanes[NARROW_IN + i] = lanes[T_MIN + i]
+    lanes[NARROW_OUT + i] = min(lanes[T_MAX + i], lanes[WITHIN + i] + off)  # as far as a tie
+    lanes[SEEKS + i] = 1.0 if is_open(lanes[NARROW_IN + i], lanes[NARROW_OUT + i]) else 0.0
+
+
+@inline
+def lies_within(geometry: Geometry, program: int) -> bool:
+    """Is a body true only where all inputs of its root are?"""
+    root = integer(geometry, table.PROGRAM_GATE, program)
+    return integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
 
 
 @helper
@@ -228,7 +253,7 @@ def leaves_of_lanes(geometry: Geometry, memory: Memory, program: int, first: int
     lanes, leaves, _, spans = memory
     _begin(lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program), first, last)
     root = integer(geometry, table.PROGRAM_GATE, program)
-    within = integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
+    within = lies_within(geometry, program)
     begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
     seeking = 1
     for sweep in range(2):
@@ -251,12 +276,33 @@ def region_lanes(geometry: Geometry, memory: Memory, region: Item, first: int, l
 
     Relies on `in_lanes`: at most `MOST` leaves and gates.
     """
-    lanes, leaves, truths, spans = memory
     program = region.index
     if leaves_of_lanes(geometry, memory, program, first, last) == 0:
         return
+    sweep_lanes(geometry, memory, program, first, last)
     first, last = eights(first, last)
-    lengths = lengths_of(geometry, table.PROGRAM_LIMITS, program)
+    lanes, lengths = memory.lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program)
+    for i in range(first, last):
+        t, unsure = lanes[FOUND + i], unsure_of_sweep(lanes, i, lane_nearness(lanes, i, lengths))
+        place, enters = lanes[NEW_PLACE + i], lanes[NEW_ENTERS + i] == 1.0
+        take(lanes, i, Hit(t, region.body, region.entry, place, lanes[NEW_SENSE + i], enters, lanes[OFF + i], unsure))
+
+
+@inline
+def unsure_of_sweep(lanes: Floats, i: Any, nearness: Nearness) -> bool:
+    """Might rounding change where `sweep_lanes` found a lane's crossing? Besides DOUBT.
+
+    Ends at equal t were one step: doubtful where more ends were passed than steps made.
+    """
+    t = lanes[FOUND + i]
+    return ((abs(t) > nearness.far) & (abs(t) < math.inf)) | (lanes[ENDS + i] != 0.0)
+
+
+@helper
+def sweep_lanes(geometry: Geometry, memory: Memory, program: int, first: int, last: int) -> None:
+    """The first crossing of a body, from the spans of its leaves: FOUND, infinite for none, and NEW_ of it."""
+    lanes, leaves, truths, spans = memory
+    first, last = eights(first, last)
     for i in range(first, last):
         lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
         lanes[LATEST + i], lanes[ENDS + i] = lanes[T_MIN + i], 0.0
@@ -278,9 +324,3 @@ def region_lanes(geometry: Geometry, memory: Memory, region: Item, first: int, l
         k, sense = leaf - begin, float(integer(geometry, table.LEAF_SENSE, leaf))
         for s in range(spans[k]):
             _choose_face(lanes, leaves, k * LEAF + s * SPAN, sense, first, last)
-    for i in range(first, last):
-        t, far = lanes[FOUND + i], lane_nearness(lanes, i, lengths).far
-        # Ends at equal t were one step: doubtful where more ends were passed than steps made
-        unsure = ((abs(t) > far) & (abs(t) < math.inf)) | (lanes[ENDS + i] != 0.0)
-        place, enters = lanes[NEW_PLACE + i], lanes[NEW_ENTERS + i] == 1.0
-        take(lanes, i, Hit(t, region.body, region.entry, place, lanes[NEW_SENSE + i], enters, lanes[OFF + i], unsure))

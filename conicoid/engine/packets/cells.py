@@ -35,7 +35,7 @@ from ..surface.quadric import (
     sphere_roots,
 )  # fmt: skip
 from ..surface.records import load_quadric, load_sphere, quadric_limits
-from ..tables import SPHERE, Floats, Geometry, integer
+from ..tables import SPHERE, Floats, Geometry, integer, whole
 from .lanes import (
     DISCRIMINANT,
     FLAG,
@@ -94,7 +94,7 @@ def _ball_of_lane(
 
 
 @inline
-def _put_roots(lanes: Floats, i: int, roots: Roots) -> None:
+def put_roots(lanes: Floats, i: int, roots: Roots) -> None:
     """Roots into the rows of a lane, as `_quadric_lanes` describes them."""
     lanes[LOW + i], lanes[HIGH + i] = roots.low, roots.high
     lanes[FLAG + i] = (1.0 if roots.outside else 0.0) + (2.0 if roots.crosses else 0.0)
@@ -102,7 +102,7 @@ def _put_roots(lanes: Floats, i: int, roots: Roots) -> None:
 
 
 @inline
-def _lane_terms(lanes: Floats, i: int) -> Quadratic:
+def lane_terms(lanes: Floats, i: int) -> Quadratic:
     """The terms in A, B, C, DISCRIMINANT and FOOT; FLAG: 1 they cancel, and 2 or more no term bends, 4 a ruling."""
     flag = lanes[FLAG + i]
     cancels = (flag == 1.0) | (flag == 3.0) | (flag == 5.0)
@@ -113,8 +113,8 @@ def _lane_terms(lanes: Floats, i: int) -> Quadratic:
 
 
 @inline
-def _put_terms(lanes: Floats, i: int, terms: Quadratic) -> None:
-    """Terms into the rows of a lane, as `_lane_terms` reads them."""
+def put_terms(lanes: Floats, i: int, terms: Quadratic) -> None:
+    """Terms into the rows of a lane, as `lane_terms` reads them."""
     lanes[A + i], lanes[B + i], lanes[C + i] = terms.a, terms.b, terms.c
     lanes[DISCRIMINANT + i], lanes[FOOT + i] = terms.discriminant, terms.foot
     lanes[FLAG + i] = (
@@ -123,19 +123,19 @@ def _put_terms(lanes: Floats, i: int, terms: Quadratic) -> None:
 
 
 @helper
-def _settle_lanes(lanes: Floats, limits: QuadricLimits, surface: int, first: int, last: int) -> None:
+def settle_lanes(lanes: Floats, limits: QuadricLimits, surface: int, first: int, last: int) -> None:
     """Roots from the lanes' terms."""
     first, last = eights(first, last)
     for i in range(first, last):
-        roots = settled_roots(_lane_terms(lanes, i), lanes[START + i] == surface, lanes[INVERSE + i], limits)
-        _put_roots(lanes, i, roots)
+        roots = settled_roots(lane_terms(lanes, i), lanes[START + i] == surface, lanes[INVERSE + i], limits)
+        put_roots(lanes, i, roots)
 
 
 @inline
-def _quadric_of_lane(lanes: Floats, i: int, line: Line, quadric: Quadric, surface: int) -> int:
+def quadric_of_lane(lanes: Floats, i: int, line: Line, quadric: Quadric, surface: int) -> int:
     """A lane's terms; returns 1 where `careful_quadratic` has to evaluate them again."""
     terms = quadratic_on_ray(quadric, line, lanes[INVERSE + i], lanes[START + i] == surface)
-    _put_terms(lanes, i, terms)
+    put_terms(lanes, i, terms)
     return 1 if terms.cancels else 0
 
 
@@ -146,16 +146,16 @@ def _quadric_lanes(geometry: Geometry, lanes: Floats, row: int, surface: int, fi
     again, x, y, z = 0, lanes[OX], lanes[OY], lanes[OZ]
     if lanes[SHARED] != 0.0:
         for i in range(first, last):
-            again += _quadric_of_lane(lanes, i, lane_line_from(lanes, i, x, y, z), quadric, surface)
+            again += quadric_of_lane(lanes, i, lane_line_from(lanes, i, x, y, z), quadric, surface)
     else:
         for i in range(first, last):
-            again += _quadric_of_lane(lanes, i, lane_line(lanes, i), quadric, surface)
+            again += quadric_of_lane(lanes, i, lane_line(lanes, i), quadric, surface)
     if again > 0:
         for i in range(first, last):
-            terms = _lane_terms(lanes, i)
+            terms = lane_terms(lanes, i)
             if terms.cancels:
-                _put_terms(lanes, i, careful_quadratic(quadric, lane_line(lanes, i), terms))
-    _settle_lanes(lanes, limits, surface, first, last)
+                put_terms(lanes, i, careful_quadratic(quadric, lane_line(lanes, i), terms))
+    settle_lanes(lanes, limits, surface, first, last)
 
 
 @inline
@@ -163,7 +163,15 @@ def _sphere_lanes(lanes: Floats, sphere: Sphere, surface: int, first: int, last:
     """As `_quadric_lanes`, for the sphere of a cut ball."""
     for i in range(first, last):
         starts = lanes[START + i] == surface
-        _put_roots(lanes, i, sphere_roots(sphere, lane_line(lanes, i), lanes[INVERSE + i], starts))
+        put_roots(lanes, i, sphere_roots(sphere, lane_line(lanes, i), lanes[INVERSE + i], starts))
+
+
+@inline
+def put_whole_lane(lanes: Floats, i: int) -> None:
+    """What a cell without faces leaves of a lane: all of it, for certain."""
+    put_slab(lanes, i, Slab(-math.inf, math.inf, float(NO_PLACE), float(NO_PLACE)))
+    lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 1.0
+    lanes[DISCRIMINANT + i] = 0.0
 
 
 @helper
@@ -176,9 +184,7 @@ def face_lanes(geometry: Geometry, lanes: Floats, cell: int, first: int, last: i
     first, last = eights(first, last)
     lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
     for i in range(first, last):
-        put_slab(lanes, i, Slab(-math.inf, math.inf, float(NO_PLACE), float(NO_PLACE)))
-        lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 1.0
-        lanes[DISCRIMINANT + i] = 0.0
+        put_whole_lane(lanes, i)
     for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         plane_lanes(geometry, lanes, lengths, place, first, last)
     some = 0
@@ -213,6 +219,13 @@ def unsure_lane(lanes: Floats, i: int, nearness: Nearness) -> bool:
 def curved_side(geometry: Geometry, cell: int) -> int:
     """+1 where a cell lies inside of its quadric (or has none), -1 where outside."""
     return 1 if integer(geometry, table.CELL_QUADRIC, cell) < 0 else integer(geometry, table.CELL_SIDE, cell)
+
+
+@inline
+def curved_surface(geometry: Geometry, cell: int) -> int:
+    """The surface of a cell's quadric, or a number on which no ray starts."""
+    quadric = integer(geometry, table.CELL_QUADRIC, cell)
+    return quadric if quadric >= 0 else whole(NO_PLACE - 9)
 
 
 @inline
@@ -275,8 +288,7 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
     """
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return
-    quadric, lengths = integer(geometry, table.CELL_QUADRIC, cell), lengths_of(geometry, table.CELL_LIMITS, cell)
-    quadric = quadric if quadric >= 0 else NO_PLACE - 9
+    quadric, lengths = curved_surface(geometry, cell), lengths_of(geometry, table.CELL_LIMITS, cell)
     met = _Cell(entry, body, curved_side(geometry, cell), quadric_place(cell), quadric, lengths)
     one = _has_one_span(geometry, cell)
     first, last = eights(first, last)

@@ -17,11 +17,13 @@ import numpy as np
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
 from ..body.hit import DOUBTFUL, Hit, is_doubtful, nearer, turn_of, within
-from ..body.meet import meet
+from ..body.meet import meet, try_entry
 from ..body.scratch import Scratch
 from ..culling import FROM_THE_START, balls_met, lowest_bit, put_on_lists, rays_in_balls, waiting
+from ..packets.alike import body_hit, meet_bodies
+from ..packets.forms import Bodies, form_of, forms_known, new_bodies, put_body, take_waiting, waiting_body
 from ..ray import Ray
-from ..tables import BALL, Floats, Geometry, Ints, Signs, halted, integer, node_at, whole
+from ..tables import BALL, REGION, Floats, Geometry, Ints, Signs, halted, integer, node_at, whole
 from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_number, leaf_range
 from ..tree.walk import ask_for, reciprocal, scene_tree
 from .pairs import MOST, Pairs, meet_pairs, new_pairs, pair_hit, put_pair
@@ -47,6 +49,7 @@ class Stream(NamedTuple):
     counts: Ints  # (8,) how many rays they have
     asked: Any  # (136,) int64: tests of a leaf that culling left: 16 times a ray, plus the item's place
     pairs: Pairs
+    bodies: Bodies
 
 
 @allocator
@@ -57,6 +60,7 @@ def new_stream(geometry: Geometry, most: int) -> Stream:
     return Stream(
         np.empty(8 * most), np.empty(8 * most), np.empty(4 * most, np.int32), np.empty(room, np.int64),
         np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int32), np.empty(136, np.int64), new_pairs(),
+        new_bodies(geometry),
     )  # fmt: skip
 
 
@@ -139,6 +143,18 @@ def _settle_pairs(geometry: Geometry, stream: Stream, waiting_pairs: int, any_hi
     return 0
 
 
+@helper
+def _settle_bodies(geometry: Geometry, scratch: Scratch, stream: Stream, form: int, any_hit: bool) -> None:
+    """Test the bodies of a form that wait for rays, and keep the nearer hits in their order."""
+    bodies, count = stream.bodies, take_waiting(stream.bodies, form)
+    for n in range(meet_bodies(geometry, bodies, form, stream.rays, stream.more, count)):
+        (k, entry), hit = waiting_body(bodies, form, n), body_hit(geometry, bodies, form, n)
+        if hit.unsure:  # single rays doubt less
+            _keep(stream, k, try_entry(geometry, scratch, entry, _ray(stream, k), stream_hit(stream, k)), any_hit)
+        elif hit.t < math.inf:
+            _compare(geometry, stream, k, hit, any_hit)
+
+
 @inline
 def _descend(
     geometry: Geometry, stream: Stream, octant: int, node: int, begin: int, count: int, room: int, top: int
@@ -214,6 +230,12 @@ def _meet(
                 if paired == MOST:
                     paired = _settle_pairs(geometry, stream, paired, any_hit)
                 continue
+            if whole(leaf_number(geometry, at, size, place, 4)) == REGION and stream.rays[8 * k + T_MIN] >= 0.0:
+                form = form_of(geometry, stream.bodies, whole(leaf_number(geometry, at, size, place, 5)))
+                if form >= 0:
+                    if put_body(stream.bodies, form, k, whole(leaf_number(geometry, at, size, place, 7))):
+                        _settle_bodies(geometry, scratch, stream, form, any_hit)
+                    continue
             item, ball = leaf_item(geometry, at, size, place), leaf_ball(geometry, at, size, place)
             best, ray, inverse = stream_hit(stream, k), _ray(stream, k), stream.more[8 * k + INVERSE]
             hit = meet(geometry, scratch, item, ball, ray, inverse, best)
@@ -249,3 +271,5 @@ def trace_stream(
         else:
             paired = _meet(geometry, scratch, stream, code, (begin, its), paired, blocks, any_hit)
     _settle_pairs(geometry, stream, paired, any_hit)
+    for form in range(forms_known(stream.bodies)):
+        _settle_bodies(geometry, scratch, stream, form, any_hit)
