@@ -19,7 +19,7 @@ _GASES = {"G4_Galactic": 1e-25, "G4_AIR": 0.00120479, "Galactic": 1e-25}
 """Those of Geant4's own list that stand in many files without a definition."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NamedMaterial:
     """A material of a file, with its place among them."""
 
