@@ -27,11 +27,17 @@ class NamedMaterial:
     name: str
     properties: Properties
     is_thin: bool
+    hint: str | None = None
 
     @property
     def color(self) -> str | None:
-        """None for gases and vacuum, which are invisible."""
-        return None if self.is_thin else color_of(self.number)
+        """What the file hints at, else by its number; None for gases and vacuum, which are invisible."""
+        return None if self.is_thin else self.hint or color_of(self.number)
+
+    @property
+    def title(self) -> str:
+        """A name that none of the same file's has."""
+        return self.name if self.hint is None else f"{self.name} {self.hint}"
 
     @property
     def look(self) -> Material:
@@ -40,7 +46,7 @@ class NamedMaterial:
             return Material(
                 (0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=self.name, properties=self.properties
             )
-        return matte(color_of(self.number), name=self.name, properties=self.properties)
+        return matte(self.color or "#000000", name=self.name, properties=self.properties)
 
 
 Materials = dict[str, NamedMaterial]

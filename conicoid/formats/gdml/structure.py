@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..nodes import shortened
 from ..openmc.xml_tree import Element
+from .colors import hint_of
 from .materials import Materials, NamedMaterial, material_of
 from .placement import ORIGIN, STRAIGHT, Point, Rotation, after, placed, scaled
 from .reading import LeftOut, Mistake, Reading, known, local, reference, shown_name
@@ -62,6 +63,7 @@ class Structure:
     module: Callable[[Element], Volume]
     volumes: dict[str, Volume] = field(default_factory=dict)
     placed: int = 0
+    colored: dict[tuple[NamedMaterial, str], NamedMaterial] = field(default_factory=dict)
 
     def read(self, section: Element) -> None:
         """All volumes; one may hold only those before it, as Geant4 demands, so that none holds itself."""
@@ -95,7 +97,7 @@ class Structure:
                         known(self.reading, dict(self.solids), solid, child, "solid")
                     volume.template, volume.source = self.solids[solid], self.sources.get(solid)
                 elif child.tag == "materialref":
-                    volume.material = self._material(child)
+                    volume.material = self._colored(self._material(child), element)
             if not volume.is_assembly and not element.all("solidref"):
                 raise Mistake(element, "must have a solidref")
         finally:
@@ -115,6 +117,13 @@ class Structure:
             told = self.reading.suggest(name, self.materials)
             raise Mistake(child, f"there is no material {shortened(name)!r}{told}")
         return found
+
+    def _colored(self, material: NamedMaterial, element: Element) -> NamedMaterial:
+        """In the colour that a volume is to have; what is invisible stays so."""
+        color = hint_of(self.reading, element)
+        if color is None or color == material.color or material.is_thin:
+            return material
+        return self.colored.setdefault((material, color), replace(material, hint=color))
 
     def volume_in(self, element: Element) -> Volume:
         """The volume that a placement is of."""
