@@ -20,11 +20,11 @@ MOST = 20_000
 
 @lru_cache(256)
 def is_read_alike(piece: Faces) -> bool:
-    """Do readers get the planes that it had, or the corners, if it had none?"""
+    """Do readers get the planes that it had, or the faces, if it had none?"""
     corners = [_read(corner) for corner in piece.corners]
     planes = planes_of_convex(corners, piece.faces)
     if planes is None or piece.planes is None:
-        return planes is None and piece.planes is None
+        return planes is None and piece.planes is None and all(len(face) <= 4 for face in piece.faces)
     found = inside_of(planes)(ORIGIN)
     assert isinstance(found, Polyhedron)
     known = {_scaled(*plane) for plane in piece.planes}
