@@ -182,9 +182,11 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
         with self._lock:
             if self._prepared is None:
                 from .engine.prepared import prepare
+                from .formats.collector import without_collector
 
                 before, self._before = self._before, None
-                self._prepared = prepare(self._bodies, before, *progress)
+                with without_collector():
+                    self._prepared = prepare(self._bodies, before, *progress)
             return self._prepared
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -44,6 +45,26 @@ def changes(given: Made) -> Iterator[Change[Made]]:
             yield Change(name, HALF_ULP * abs(value / (changed - value)), made)
             break
 
+
+def together(given: Any, change: Change[Any]) -> Change[Any] | None:
+    """A change of all numbers that are equal to one in a table's column; None for any but the first of them."""
+    found = _IN_TABLE.fullmatch(change.number)
+    if found is None:
+        return None
+    field, row, column = found[1], int(found[2]), int(found[3])
+    table = getattr(given, field)
+    old, new = table[row][column], getattr(change.made, field)[row][column]
+    rows = [k for k, each in enumerate(table) if each[column] == old]
+    if rows[0] != row:
+        return None
+    changed = ((*each[:column], new, *each[column + 1 :]) if k in rows else each for k, each in enumerate(table))
+    try:
+        return dataclasses.replace(change, made=dataclasses.replace(given, **{field: tuple(changed)}))
+    except ValueError:
+        return None
+
+
+_IN_TABLE = re.compile(r"(\w+)\[(\d+)\]\[(\d+)\]")
 
 Put = Callable[[float], Any]
 

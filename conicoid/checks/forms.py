@@ -96,7 +96,12 @@ def cells_of(leaf: Any) -> list[list[Side]]:
     return [[Side(-1, 0, sheet.surface), *clip] for clip in clips]
 
 
-def forms_of(leaf: Any) -> list[dict[int, Form]]:
+def kinds_of(cells: Sequence[Sequence[Side]]) -> list[list[tuple[Any, ...]]]:
+    """What cells are made of: faces, on which side, plane or not."""
+    return [[(side.number, side.inside, type(side.surface)) for side in cell] for cell in cells]
+
+
+def forms_of(leaf: Any, cells: Sequence[Sequence[Side]] | None = None) -> list[dict[int, Form]]:
     """The forms of `cells_of` by number, where the placement puts them. A general quadric needs no principal axes."""
     if isinstance(leaf, Quadric):
         q = [[ex.exact(c) for c in row] for row in leaf.symmetric]
@@ -104,7 +109,7 @@ def forms_of(leaf: Any) -> list[dict[int, Form]]:
         curved = any(c for row in second for c in row)
         return [{0: Form(second if curved else None, (q[0][3], q[1][3], q[2][3]), q[3][3])}]
     placement = leaf.placement
-    return [{side.number: form_of(side.surface.moved(placement)) for side in cell} for cell in cells_of(leaf)]
+    return [{side.number: form_of(side.surface.moved(placement)) for side in cell} for cell in cells or cells_of(leaf)]
 
 
 def form_of(surface: Surface) -> Form:

@@ -8,7 +8,7 @@ Everything is exact up to here and rounded to float64 now.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,8 +18,8 @@ from ..shapes import exact as ex
 from ..shapes.motion import Motion
 from ..shapes.surface import UPRIGHT, PlaneSurface, QuadricSurface
 from ..shapes.vector import FloatArray
-from .changes import changes
-from .forms import Form, Side, cells_of, dot, forms_of
+from .changes import Change, changes, together
+from .forms import Form, Side, cells_of, dot, forms_of, kinds_of
 
 Extent = tuple[FloatArray, FloatArray]
 
@@ -109,13 +109,31 @@ def _size(surface: QuadricSurface) -> FloatArray:
 
 def local(leaf: Any, frame: Frame, cut: bool) -> Local:
     """The cells of a shape without motion, in a frame that fits the part looked at."""
-    base, sides = forms_of(leaf), cells_of(leaf)
-    made = [(change, forms_of(change.made)) for change in changes(leaf)]
+    sides = cells_of(leaf)
+    base = forms_of(leaf, sides)
+    made = [(change, forms_of(change.made, cells)) for change, cells in _comparable(leaf, sides)]
     cells = []
     for i, (forms, cell) in enumerate(zip(base, sides, strict=True)):
         changed = [(change.share, forms_[i] if i < len(forms_) else {}) for change, forms_ in made]
         cells.append(_cell(forms, cell, changed, tuple(change.number for change, _ in made), frame, cut))
     return Local(frame, tuple(cells))
+
+
+def _comparable(leaf: Any, sides: list[list[Side]]) -> Iterator[tuple[Change[Any], list[list[Side]]]]:
+    """The changes of a shape, and its cells then, if they are as many of the same kinds.
+
+    Where they are not, as one corner of a level edge that rises makes a flat cone of a plane, equal numbers are one
+    number on paper, and change together.
+    """
+    kinds = kinds_of(sides)
+    for alone in changes(leaf):
+        cells = cells_of(alone.made)
+        if kinds_of(cells) == kinds:
+            yield alone, cells
+            continue
+        change = together(leaf, alone)
+        if change is not None and kinds_of(cells := cells_of(change.made)) == kinds:
+            yield change, cells
 
 
 def _cell(

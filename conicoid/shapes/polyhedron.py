@@ -15,7 +15,7 @@ from . import exact as ex
 from .base import PrimitiveSolid
 from .boxes import around
 from .cells import Cell, Face
-from .linear_program import half_spaces_support
+from .linear_program import Whole, support, whole
 from .motion import Motion
 from .planar import half_space_bounds, plane_through, plane_uv
 from .surface import PlaneSurface
@@ -48,6 +48,11 @@ class Polyhedron(PrimitiveSolid):
         object.__setattr__(self, "offsets", numbers("Polyhedron", "offsets", self.offsets, len(normals)))
 
     @cached_property
+    def _rows(self) -> list[list[int]]:
+        """The half-spaces as whole numbers."""
+        return [whole((*normal, offset)) for normal, offset in zip(self.normals, self.offsets, strict=True)]
+
+    @cached_property
     def _own_bounds(self) -> Box:
         """Bounds in the own frame, before any motion."""
         return half_spaces_bounds([PlaneSurface(n, d) for n, d in zip(self.normals, self.offsets, strict=True)])
@@ -66,8 +71,7 @@ class Polyhedron(PrimitiveSolid):
 
     def support(self, direction: Vector) -> float:
         """Of one axis exactly; of several raised by what the rounding of the direction may have cost."""
-        normals = [[Fraction(c) for c in normal] for normal in self.normals]
-        found = half_spaces_support(normals, [Fraction(d) for d in self.offsets], [Fraction(u) for u in direction])
+        found = support(self._rows, [Fraction(u) for u in direction])
         if sum(map(bool, direction)) < 2 or isinstance(found, float):
             return _up(found)
         reach = np.maximum(abs(self._own_bounds[0]), abs(self._own_bounds[1]))
@@ -104,23 +108,22 @@ def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> Box:
         reach = max(abs(row[3]) / max(map(abs, row[:3])) for row in given)
         for row in given:
             row[3] += _MORE * reach * max(map(abs, row[:3]))
-    rows = [_whole(row) for row in given]
-    normals, offsets = [row[:3] for row in rows], [row[3] for row in rows]
+    rows = [whole(row) for row in given]
     low, high = np.empty(3), np.empty(3)
-    if all(sum(map(bool, normal)) == 1 for normal in normals):
-        return _box(normals, offsets)
+    if all(sum(map(bool, row[:3])) == 1 for row in rows):
+        return _box(rows)
     for i in range(3):
         up, down = ([Fraction(sign * int(i == j)) for j in range(3)] for sign in (1, -1))
-        high[i] = _up(half_spaces_support(normals, offsets, up), reach)
-        low[i] = -_up(half_spaces_support(normals, offsets, down), reach)
+        high[i] = _up(support(rows, up), reach)
+        low[i] = -_up(support(rows, down), reach)
     return low + 0.0, high
 
 
-def _box(normals: Sequence[Sequence[Fraction]], offsets: Sequence[Fraction]) -> Box:
+def _box(rows: Sequence[Whole]) -> Box:
     """The bounds where every normal lies along an axis: no need to search."""
     ends: list[tuple[Fraction | float, Fraction | float]] = []
     for i in range(3):
-        sides = [(normal[i], offset / normal[i]) for normal, offset in zip(normals, offsets, strict=True) if normal[i]]
+        sides = [(row[i], Fraction(row[3], row[i])) for row in rows if row[i]]
         below = max((end for factor, end in sides if factor < 0), default=-math.inf)
         ends.append((below, min((end for factor, end in sides if factor > 0), default=math.inf)))
     if any(below > above for below, above in ends):
@@ -143,12 +146,6 @@ def _fractions(row: Iterable[ex.Writable]) -> list[Fraction]:
         else:
             result.append(ex.fraction(ex.cut(value, _DIGITS)))
     return result
-
-
-def _whole(row: list[Fraction]) -> list[Fraction]:
-    """The same half-space by whole numbers, which are quicker to add."""
-    factor = math.lcm(*(value.denominator for value in row))
-    return [value * factor for value in row]
 
 
 def _up(value: Fraction | float, reach: Fraction = _NOTHING) -> float:

@@ -192,3 +192,18 @@ def test_check_and_the_command_line_name_them(tmp_path: Path):
         or "coefficients.x of its Quadric counts most" in text
     )
     assert "sphere; center (1000000, 0, 0); radius 1; inside: within" in text
+
+
+@pytest.mark.parametrize("radius", [1.0, 5.0])
+def test_level_edges_of_a_profile_stay_level(radius):
+    """One number on paper stands at both ends of such an edge: the end moves by u |z|, of a length of 2 |z|."""
+    corners = ((0, -20.7), (radius, -20.7), (radius, 20.7), (0, 20.7))
+    tube = co.Revolution(corners)
+    assert kept(tube) > 14.5
+    assert kept(tube.scale((10.1, 14.3, 1))) == pytest.approx(
+        kept(co.Cylinder((0, 0, -20.7), (0, 0, 20.7), 1)), abs=1.2
+    )
+    # What is thin against its distance from the origin loses what it should: from 1e6 to 1e6 + 1, u (2e6 + 1) of 1
+    far = only(co.Revolution(tuple((r, 1e6 + (z > 0)) for r, z in corners)))
+    assert far.number in ("profile[0][1]", "profile[2][1]")
+    assert far.digits == pytest.approx(-math.log10(U * 1e6), abs=0.31)

@@ -214,6 +214,8 @@ def test_the_collector_is_as_it_was(tmp_path):
             with pytest.raises(SceneFileError):
                 co.load(tmp_path / "wrong.yaml")
             assert gc.isenabled() == on
+            co.Scene([co.Sphere(1)]).prepare(progress=lambda *_: during.append(gc.isenabled()))
+            assert gc.isenabled() == on
         finally:
             gc.enable()
     assert set(during) == {False}

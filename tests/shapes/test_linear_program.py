@@ -74,3 +74,22 @@ def test_half_spaces_along_the_axes_are_bounded_as_all_others() -> None:
             above, below = support(normals, offsets, axis), support(normals, offsets, -axis)
             for end, exact in ((high[axis == 1][0], above), (-low[axis == 1][0], below)):
                 assert end == exact if not math.isfinite(exact) else 0 <= Fraction(end) - exact <= math.ulp(end)
+
+
+@pytest.mark.parametrize("legs", [(3, 4, 5), (20, 21, 29), (119, 120, 169)])
+def test_many_planes_through_one_corner(legs) -> None:
+    """A pyramid whose sides, and planes that only touch its apex, meet in (1/3, 0, 7): that is the highest point."""
+    a, b, c = legs
+    sides = [(x, y, c) for p, q in ((a, b), (b, a), (c, 0), (0, c)) for x in (p, -p) for y in (q, -q)]
+    normals = [*sides, *((x, y, 9 * z) for x, y, z in sides), (0, 0, -1)]
+    offsets = [Fraction(x, 3) + 7 * z for x, _, z in normals[:-1]]
+    assert support(normals, [*offsets, 0], (0, 0, 2)) == 14
+    assert support(normals, [*offsets, 0], (0, 0, -1)) == 0
+
+
+def test_empty_or_a_point_by_a_hair() -> None:
+    hair = Fraction(1, 10**40)
+    sides = [(1, 1, 0), (-1, 1, 0), (0, -1, 1), (0, -1, -1)]
+    assert support(sides, [0, 0, 0, 0], (0, 3, 0)) == 0
+    assert support(sides, [0, 0, hair, hair], (0, 3, 0)) == 0
+    assert support(sides, [0, 0, -hair, -hair], (0, 3, 0)) == -math.inf

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 from ...shapes import exact as ex
@@ -17,6 +19,7 @@ from ...shapes.cylinder import Cylinder
 from ...shapes.ellipsoid import Ellipsoid
 from ...shapes.half_space import HalfSpace
 from ...shapes.mesh import Extrusion, Mesh
+from ...shapes.motion import STILL
 from ...shapes.polyhedron import Polyhedron
 from ...shapes.region import Boolean, Complement, Difference, Painted, Union
 from ...shapes.revolution import Revolution
@@ -189,7 +192,16 @@ def _half_space(solid: HalfSpace, room: Room) -> Node:
 
 
 def _polyhedron(solid: Polyhedron, room: Room) -> Node:
-    return _flat(list(zip(solid.normals, solid.offsets, strict=True)), room)
+    plain = solid if solid.motion.is_identity else solid._moved(STILL)
+    if not all(map(math.isfinite, (*plain.bounds[0], *plain.bounds[1]))):
+        return _flat(list(zip(solid.normals, solid.offsets, strict=True)), room)
+    return _bounded(plain)
+
+
+@lru_cache(256)
+def _bounded(plain: Polyhedron) -> Node:
+    """One that needs no room; many bodies are one such solid moved."""
+    return _flat(list(zip(plain.normals, plain.offsets, strict=True)), room_of(plain))
 
 
 def _flat(planes: list[tuple[Any, float]], room: Room) -> Node:
@@ -197,7 +209,7 @@ def _flat(planes: list[tuple[Any, float]], room: Room) -> Node:
     faces = clipped(room.box, [(_fractions(normal), decimal(offset)) for normal, offset in planes])
     if faces is None:
         raise Unsayable("a part of it is empty")
-    return Leaf(faces)
+    return Leaf(replace(faces, planes=tuple(planes)))
 
 
 def _short(value: ex.Exact) -> Fraction:

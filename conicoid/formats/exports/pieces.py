@@ -81,11 +81,15 @@ class Bowl:
 
 @dataclass(frozen=True)
 class Faces:
-    """What flat faces enclose, counter-clockwise as seen from outside if `is_convex`."""
+    """What flat faces enclose, counter-clockwise as seen from outside if `is_convex`.
+
+    planes: those of the shape, (normal, offset), where it was given by such.
+    """
 
     corners: tuple[Corner, ...]
     faces: tuple[tuple[int, ...], ...]
     is_convex: bool = False
+    planes: tuple[tuple[Vector, float], ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,7 @@ class Expansion:
         if not place.may_stand_anywhere:
             return self.expand(volume, place, path, levels, block)
         about, shift = place.about_itself()
-        key = id(volume), levels, about
+        key = id(volume), levels, about.turn, None if about.is_straight else about.outer
         made = self.blocks.get(key)
         if made is None:
             inside = VolumeBlock()

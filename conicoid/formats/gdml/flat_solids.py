@@ -11,7 +11,7 @@ from ...shapes.mesh import Mesh
 from ...shapes.rounded import sin_cos_degrees
 from ..openmc.xml_tree import Element
 from .convex import SIX_FACES, Twisted, convex, cross, dot, inside_of, minus, planes_of_convex
-from .placement import Point
+from .placement import Point, moved
 from .reading import MOST_OF_CONVEX, LeftOut, Mistake, known, reference
 from .templates import Make
 from .twisted import between_sections
@@ -21,12 +21,8 @@ from .values import Values
 def box(values: Values) -> Make:
     """x, y, z in all."""
     x, y, z = (values.positive(name) / 2 for name in "xyz")
-
-    def make(shift: Point) -> Box:
-        a, b, c = shift
-        return Box((float(a - x), float(b - y), float(c - z)), (float(a + x), float(b + y), float(c + z)))
-
-    return make
+    low, high = (-x, -y, -z), (x, y, z)
+    return lambda shift: Box(moved(low, shift), moved(high, shift))
 
 
 def tangent(degrees: Fraction) -> Fraction:

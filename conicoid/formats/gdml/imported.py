@@ -21,7 +21,7 @@ def imported(path: str | os.PathLike[str], options: Options) -> Imported:
     expansion.run()
     facts, remarks = tuple(_facts(geometry, expansion)), tuple(_remarks(geometry))
     names = {
-        expansion.looks[material]: "no material" if material is None else material.name
+        expansion.looks[material]: "no material" if material is None else material.title
         for material in expansion.materials
     }
     found = Imported(expansion.bodies, _legend(expansion), facts + remarks, remarks, names)

@@ -19,7 +19,7 @@ _GASES = {"G4_Galactic": 1e-25, "G4_AIR": 0.00120479, "Galactic": 1e-25}
 """Those of Geant4's own list that stand in many files without a definition."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NamedMaterial:
     """A material of a file, with its place among them."""
 
@@ -27,11 +27,17 @@ class NamedMaterial:
     name: str
     properties: Properties
     is_thin: bool
+    hint: str | None = None
 
     @property
     def color(self) -> str | None:
-        """None for gases and vacuum, which are invisible."""
-        return None if self.is_thin else color_of(self.number)
+        """What the file hints at, else by its number; None for gases and vacuum, which are invisible."""
+        return None if self.is_thin else self.hint or color_of(self.number)
+
+    @property
+    def title(self) -> str:
+        """A name that none of the same file's has."""
+        return self.name if self.hint is None else f"{self.name} {self.hint}"
 
     @property
     def look(self) -> Material:
@@ -40,7 +46,7 @@ class NamedMaterial:
             return Material(
                 (0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=self.name, properties=self.properties
             )
-        return matte(color_of(self.number), name=self.name, properties=self.properties)
+        return matte(self.color or "#000000", name=self.name, properties=self.properties)
 
 
 Materials = dict[str, NamedMaterial]

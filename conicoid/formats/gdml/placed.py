@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
@@ -39,7 +39,7 @@ class Place:
     @property
     def is_straight(self) -> bool:
         """Is it only turned by quarter turns and shifted?"""
-        return self.outer.is_identity
+        return self.outer is STILL or self.outer.is_identity
 
     @property
     def may_stand_anywhere(self) -> bool:
@@ -57,15 +57,15 @@ class Place:
         if not any(by):
             return self
         if self.is_straight:
-            return replace(self, shift=plus(self.shift, by))
-        return replace(self, lift=plus(self.lift, by))
+            return Place(self.turn, plus(self.shift, by), self.outer, self.lift)
+        return Place(self.turn, self.shift, self.outer, plus(self.lift, by))
 
     def inner(self, shift: Point, rotation: Rotation) -> Place:
         """The place of what is rotated and then shifted within this."""
         before = Placement(self.turn, self.shift)
         if rotation.motion.is_identity:
             there = before.inner(shift, rotation)
-            return replace(self, turn=there.turn, shift=there.shift)
+            return Place(there.turn, there.shift, self.outer, self.lift)
         if self.is_straight:
             return Place(outer=turned_by(rotation.motion, self.turn), lift=before.point(shift))
         whole = before.inner(shift, rotation)

@@ -5,9 +5,21 @@ from __future__ import annotations
 from fractions import Fraction
 
 from ...shapes.motion import STILL
-from ..openmc.placement import ORIGIN, STRAIGHT, UNTURNED, Placement, Point, Rotation, Turn, rotation_by_angles
+from ..openmc.placement import ORIGIN, STRAIGHT, UNTURNED, Placement, Point, Rotation, Turn, moved, rotation_by_angles
 
-__all__ = ["ORIGIN", "STRAIGHT", "Placement", "Point", "Rotation", "Turn", "after", "placed", "scaled", "turned"]
+__all__ = [
+    "ORIGIN",
+    "STRAIGHT",
+    "Placement",
+    "Point",
+    "Rotation",
+    "Turn",
+    "after",
+    "moved",
+    "placed",
+    "scaled",
+    "turned",
+]
 
 _NONE = Fraction(0)
 

@@ -10,7 +10,7 @@ from ...shapes.base import Solid
 from ...shapes.mesh import Extrusion
 from ...shapes.region import Difference, Union
 from ...shapes.rounded import sin_cos_degrees
-from .convex import Plane, inside_of
+from .convex import Plane, inside_of, planes_of_convex
 from .flat_solids import closed
 from .placement import Point
 from .reading import LeftOut, Mistake
@@ -197,4 +197,6 @@ def _drawn(outline: Sequence[tuple[Fraction, Fraction]], low: _Section, high: _S
     faces = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in range(count)]
     rings = [tuple(reversed(range(count))), tuple(range(count, 2 * count))]
     merged = [tuple(dict.fromkeys(number[points[k]] for k in face)) for face in [*faces, *rings]]
-    return closed(places, [face for face in merged if len(face) > 2])
+    kept = [face for face in merged if len(face) > 2]
+    planes = planes_of_convex(places, kept)  # as of a tessellated solid, which it is exported as
+    return closed(places, kept) if planes is None else inside_of(planes)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..nodes import shortened
 from ..openmc.xml_tree import Element
+from .colors import hint_of
 from .materials import Materials, NamedMaterial, material_of
 from .placement import ORIGIN, STRAIGHT, Point, Rotation, after, placed, scaled
 from .reading import LeftOut, Mistake, Reading, known, local, reference, shown_name
 from .solids import Solids
 from .templates import Template
-from .values import Values, motion_of
+from .values import UNSCALED, Values, motion_of
 
 MOST_PLACED = 2_000_000
 """Volumes that are placed in others, before those that stand at several places are counted more than once."""
@@ -62,26 +63,26 @@ class Structure:
     module: Callable[[Element], Volume]
     volumes: dict[str, Volume] = field(default_factory=dict)
     placed: int = 0
+    colored: dict[tuple[NamedMaterial, str], NamedMaterial] = field(default_factory=dict)
 
     def read(self, section: Element) -> None:
         """All volumes; one may hold only those before it, as Geant4 demands, so that none holds itself."""
         for element in self.reading.each(section.children):
             tag = local(element)
             if tag in ("volume", "assembly"):
-                self._attempt(element, self._volume)
+                self._attempt(element, Structure._volume)
             elif tag not in ("bordersurface", "skinsurface", "userinfo"):
                 self.reading.remark(element, tag, "is nothing that is known in a structure, left out")
 
-    def _attempt(self, element: Element, read: Callable[[Element], None]) -> None:
-        where = f"{local(element)} {element.attributes.get('name', '')!r}"
+    def _attempt(self, element: Element, read: Callable[..., None], *of: Volume) -> None:
         try:
-            read(element)
+            read(self, *of, element)
         except Mistake as mistake:
-            self.reading.report(mistake.element, where, mistake.message)
+            self.reading.report(mistake.element, _where(element), mistake.message)
         except LeftOut as left:
-            self.reading.remark(element, where, f"{left}; left out")
+            self.reading.remark(element, _where(element), f"{left}; left out")
         except (ValueError, OverflowError) as error:
-            self.reading.report(element, where, str(error))
+            self.reading.report(element, _where(element), str(error))
 
     def _volume(self, element: Element) -> None:
         name = self.reading.solved(element.attributes.get("name", ""), element)
@@ -96,27 +97,18 @@ class Structure:
                         known(self.reading, dict(self.solids), solid, child, "solid")
                     volume.template, volume.source = self.solids[solid], self.sources.get(solid)
                 elif child.tag == "materialref":
-                    volume.material = self._material(child)
+                    volume.material = self._colored(self._material(child), element)
             if not volume.is_assembly and not element.all("solidref"):
                 raise Mistake(element, "must have a solidref")
         finally:
             self.volumes[name] = volume  # so that what refers to it is no second mistake
         if any(_is_container(child) for child in element.children):
             volume.template, volume.is_container = None, True
+        readers = _readers()
         for child in self.reading.each(element.children):
-            read = self._readers().get(local(child))
+            read = readers.get(local(child))
             if read is not None:
-                self._attempt(child, lambda child=child, read=read: read(volume, child))  # type: ignore[misc]
-
-    def _readers(self) -> dict[str, Callable[[Volume, Element], None]]:
-        from . import divisions, repeats
-
-        return {
-            "physvol": self._physvol,
-            "replicavol": lambda volume, child: repeats.replicas(self, volume, child),
-            "divisionvol": lambda volume, child: divisions.divisions(self, volume, child),
-            "paramvol": lambda volume, child: repeats.parameterised(self, volume, child),
-        }
+                self._attempt(child, read, volume)
 
     def _material(self, child: Element) -> NamedMaterial:
         name = reference(self.reading, child)
@@ -125,6 +117,13 @@ class Structure:
             told = self.reading.suggest(name, self.materials)
             raise Mistake(child, f"there is no material {shortened(name)!r}{told}")
         return found
+
+    def _colored(self, material: NamedMaterial, element: Element) -> NamedMaterial:
+        """In the colour that a volume is to have; what is invisible stays so."""
+        color = hint_of(self.reading, element)
+        if color is None or color == material.color or material.is_thin:
+            return material
+        return self.colored.setdefault((material, color), replace(material, hint=color))
 
     def volume_in(self, element: Element) -> Volume:
         """The volume that a placement is of."""
@@ -148,15 +147,27 @@ class Structure:
     def _physvol(self, volume: Volume, element: Element) -> None:
         inner = self.volume_in(element)
         shift, rotation, scale = motion_of(self.reading, element, placed)
-        if any(factor != 1 for factor in scale):
+        if scale is not UNSCALED and any(factor != 1 for factor in scale):
             rotation = after(rotation, scaled(scale))
         name = self.reading.solved(element.attributes.get("name", ""), element) or inner.name
-        copy = (
-            Values(self.reading, element).integer("copynumber", most=2**31, least=-(2**31))
-            if "copynumber" in element.attributes
-            else None
-        )
+        copy = None
+        if "copynumber" in element.attributes:
+            copy = Values(self.reading, element).integer("copynumber", most=2**31, least=-(2**31))
         self.add(volume, Daughter(shown_name(name), inner, shift, rotation, copy))
+
+
+def _readers() -> dict[str, Callable[[Structure, Volume, Element], None]]:
+    """What reads the elements that place volumes."""
+    from . import divisions, repeats
+
+    return {
+        "physvol": Structure._physvol, "replicavol": repeats.replicas, "divisionvol": divisions.divisions,
+        "paramvol": repeats.parameterised,
+    }  # fmt: skip
+
+
+def _where(element: Element) -> str:
+    return f"{local(element)} {element.attributes.get('name', '')!r}"
 
 
 def _is_container(element: Element) -> bool:

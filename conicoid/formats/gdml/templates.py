@@ -41,15 +41,18 @@ class Primitive(Template):
     make: Make
     parts: int = 1
     depth: int = 0
-    known: dict[Point, Solid] = field(default_factory=dict)
+    known: dict[tuple[tuple[int, int], ...], Solid] = field(default_factory=dict)  # by terms of fractions
 
     def at(self, placement: Placement) -> Solid:
         x, y, z = placement.turn.inverse.apply(placement.shift)
-        found = self.known.get((x, y, z))
+        key = x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio()
+        found = self.known.get(key)
         if found is None:
             found = self.make((x, y, z))
             if len(self.known) < 64:
-                self.known[x, y, z] = found
+                self.known[key] = found
+        if placement.turn is UNTURNED and placement.outer is STILL:
+            return found
         motion = STILL if placement.turn == UNTURNED else _motion_of(placement)
         whole = found.motion.then(motion).then(placement.outer)
         if whole == found.motion:

@@ -11,7 +11,8 @@ from .placement import ORIGIN, STRAIGHT, Point, Rotation
 from .reading import Mistake, Reading, known, reference
 from .units import in_degrees
 
-_ONES: Point = (Fraction(1), Fraction(1), Fraction(1))
+UNSCALED: Point = (Fraction(1), Fraction(1), Fraction(1))
+_MOTIONS = ("position", "rotation", "scale")
 
 
 class Values:
@@ -75,14 +76,13 @@ def vector(reading: Reading, element: Element, kind: str) -> Point:
         table = reading.vectors.setdefault(kind, {})
         found: Point = known(reading, table, reference(reading, element), element, kind)
         return found
-    default = Fraction(1 if kind == "scale" else 0)
-    texts = [element.attributes.get(axis) for axis in "xyz"]
-    x, y, z = (
-        default if text is None else reading.value(text, element, axis) for axis, text in zip("xyz", texts, strict=True)
-    )
+    given, default = element.attributes, UNSCALED[0] if kind == "scale" else ORIGIN[0]
+    x = reading.value(given["x"], element, "x") if "x" in given else default
+    y = reading.value(given["y"], element, "y") if "y" in given else default
+    z = reading.value(given["z"], element, "z") if "z" in given else default
     if kind == "scale":
         return x, y, z
-    unit = reading.value(element.attributes.get("unit") or ("mm" if kind == "position" else "rad"), element, "unit")
+    unit = reading.value(given.get("unit") or ("mm" if kind == "position" else "rad"), element, "unit")
     if kind == "position":
         return (x, y, z) if unit == 1 else (x * unit, y * unit, z * unit)
     return in_degrees(x * unit), in_degrees(y * unit), in_degrees(z * unit)
@@ -92,12 +92,12 @@ def motion_of(
     reading: Reading, element: Element, turn: Callable[[Point], Rotation], prefix: str = ""
 ) -> tuple[Point, Rotation, Point]:
     """Shift, rotation and scale of an element's children, such as <position> or <firstrotationref>."""
-    found: dict[str, Point] = {"position": ORIGIN, "rotation": ORIGIN, "scale": _ONES}
+    found: dict[str, Point] = {}
     for child in element.children:
-        for kind in found:
-            if child.tag in (prefix + kind, prefix + kind + "ref"):
-                found[kind] = vector(reading, child, kind)
-    if any(factor == 0 for factor in found["scale"]):
-        raise Mistake(element, f"scale must not be zero, got {shortened(str(tuple(map(float, found['scale']))))}")
-    rotation = turn(found["rotation"]) if any(found["rotation"]) else STRAIGHT
-    return found["position"], rotation, found["scale"]
+        kind = child.tag.removeprefix(prefix).removesuffix("ref")
+        if kind in _MOTIONS and child.tag.startswith(prefix):
+            found[kind] = vector(reading, child, kind)
+    angles, scale = found.get("rotation", ORIGIN), found.get("scale", UNSCALED)
+    if not all(scale):
+        raise Mistake(element, f"scale must not be zero, got {shortened(str(tuple(map(float, scale))))}")
+    return found.get("position", ORIGIN), turn(angles) if any(angles) else STRAIGHT, scale

@@ -82,7 +82,8 @@ class Block(Generic[P]):
         if block.count:
             self.items.append(Placed(block, shift, path))
         self.count += block.count
-        self.materials.update(block.materials)
+        for material, times in block.materials.items():
+            self.materials[material] += times
         self.left_out.add(block.left_out)
 
     def take(self, other: Block[P]) -> None:
@@ -164,7 +165,7 @@ def flattened(block: Block[P]) -> tuple[list[P], Flat]:
 
 def _flat(block: Block[P], pieces: list[P], known: dict[int, Flat]) -> Flat:
     """One block, those within being known."""
-    tables: list[dict[Fraction, int]] = [{}, {}, {}]
+    tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]  # not by fractions, which are slow to look up
     numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
     begin = 0
     for item in block.items:
@@ -178,13 +179,12 @@ def _flat(block: Block[P], pieces: list[P], known: dict[int, Flat]) -> Flat:
             pieces.append(item)
             shift, shifts = ORIGIN, _UNMOVED
         for axis, (table, values, row) in enumerate(zip(tables, *shifts, strict=True)):
-            if len(values) == 1:
-                index[axis, begin:end] = table.setdefault(values[0] + shift[axis], len(table))
-            else:
-                moved = [table.setdefault(value + shift[axis], len(table)) for value in values]
-                index[axis, begin:end] = np.array(moved, np.int32)[row]
+            by = shift[axis]
+            moved = values if not by else [value + by if value else by for value in values]
+            places = [table.setdefault(value.as_integer_ratio(), len(table)) for value in moved]
+            index[axis, begin:end] = places[0] if len(places) == 1 else np.array(places, np.int32)[row]
         begin = end
-    x, y, z = (tuple(table) for table in tables)
+    x, y, z = (tuple(Fraction(*ratio) for ratio in table) for table in tables)
     return Flat(numbers, Shifts((x, y, z), index))
 
 

@@ -160,6 +160,18 @@ def turned_by(motion: Motion, turn: Turn) -> Motion:
     return motion if turn == UNTURNED else motion.transform(_matrix(turn.rows))
 
 
+def rounded_sum(a: Fraction, b: Fraction) -> float:
+    """The sum, rounded once: a quotient of integers, as a fraction of it would only be brought to lowest terms."""
+    p, q = a.as_integer_ratio()
+    r, s = b.as_integer_ratio()
+    return (p * s + r * q) / (q * s)
+
+
+def moved(point: Point, shift: Point) -> Vector:
+    """A point elsewhere, every number of it rounded once."""
+    return rounded_sum(point[0], shift[0]), rounded_sum(point[1], shift[1]), rounded_sum(point[2], shift[2])
+
+
 def floats(point: Point) -> Vector:
     x, y, z = (float(value) for value in point)
     return x, y, z

@@ -12,29 +12,26 @@ from xml.parsers import expat
 from xml.sax import SAXParseException
 
 from defusedxml.common import EntitiesForbidden
-from defusedxml.expatreader import DefusedExpatParser
 
 from ..errors import Problem, SceneFileError
+from .xml_builder import Builder
 from .xml_tree import checked_bytes
 
 MOST_PARTS, DEEPEST = 200, 8
 """How often files are taken in, and how deep they may take in others."""
 
 
-def parser_of_parts(path_of: Callable[[str], str], size: int, bufsize: int) -> Any:
-    """A parser that takes in files; path_of gives the path of one or raises ValueError; size: of the first file."""
-    return _Parser(path_of, size, bufsize=bufsize, forbid_dtd=False, forbid_external=False)
+class BuilderOfParts(Builder):
+    """Takes in files: declarations are looked at one by one, references are followed by itself.
 
-
-class _Parser(DefusedExpatParser):  # type: ignore[misc]
-    """Declarations are looked at one by one, references are followed by itself."""
+    path_of gives the path of a file or raises ValueError; size: of the first file.
+    """
 
     def __init__(self, path_of: Callable[[str], str], size: int, **given: Any) -> None:
         self.path_of, self.size = path_of, size
-        self._parser: Any = None
         self.declared: set[str] = set()
         self.taken = self.depth = 0
-        super().__init__(**given)
+        super().__init__(forbid_dtd=False, forbid_external=False, **given)
 
     def defused_entity_decl(
         self, name: str, is_parameter_entity: bool, value: Any, base: Any, sysid: Any, pubid: Any, notation_name: Any
@@ -49,7 +46,7 @@ class _Parser(DefusedExpatParser):  # type: ignore[misc]
         del base, pubid
         if sysid not in self.declared:
             return 1  # the external part of a document type
-        outer, place = self._parser, (self.getLineNumber() or 0, (self.getColumnNumber() or 0) + 1)
+        outer, place = self._parser, self.place
         first = self._source.getSystemId()
         self.taken += 1
         if self.taken > MOST_PARTS or self.depth >= DEEPEST:

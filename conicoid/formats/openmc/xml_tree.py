@@ -10,17 +10,13 @@ import io
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 from xml.sax import SAXParseException
-from xml.sax.handler import ContentHandler
 from xml.sax.xmlreader import InputSource
 
 from ..errors import Problem, SceneFileError, cannot_be_read
 from ..regular import open_regular
 
 MAX_BYTES = 64 << 20
-MAX_DEPTH = 32
-MAX_ELEMENTS = 1_000_000
 MAX_ATTRIBUTES = 3_000_000
 
 
@@ -54,22 +50,22 @@ def read_xml(
     with a `hint` at what may be done.
     """
     from defusedxml.common import DefusedXmlException, DTDForbidden
-    from defusedxml.expatreader import create_parser
 
-    builder = _Builder()
+    from .xml_builder import Builder, TooMuch
+
     raw = checked_bytes(path, 0)
     # All at once: an attribute of many megabytes that comes in small pieces is scanned anew with each
+    builder: Builder
     if parts is None:
-        parser = create_parser(bufsize=MAX_BYTES + 1, forbid_dtd=not doctype)
+        builder = Builder(bufsize=MAX_BYTES + 1, forbid_dtd=not doctype)
     else:
-        from .xml_parts import parser_of_parts
+        from .xml_parts import BuilderOfParts
 
-        parser = parser_of_parts(parts, len(raw), bufsize=MAX_BYTES + 1)
-    parser.setContentHandler(builder)
+        builder = BuilderOfParts(parts, len(raw), bufsize=MAX_BYTES + 1)
     source = InputSource(os.fspath(path))
     source.setByteStream(io.BytesIO(raw))
     try:
-        parser.parse(source)
+        builder.parse(source)
     except SAXParseException as error:
         line, column = error.getLineNumber() or 0, (error.getColumnNumber() or 0) + 1
         raise SceneFileError(path, [Problem(line, column, "", f"is not XML: {error.getMessage()}")]) from None
@@ -77,53 +73,11 @@ def read_xml(
         what = "a document type (DOCTYPE)" if isinstance(error, DTDForbidden) else "an entity or an external reference"
         told = "" if isinstance(error, DTDForbidden) else hint
         raise SceneFileError(path, [Problem(*builder.place, "", f"is refused: it declares {what}{told}")]) from None
-    except _TooMuch as error:
+    except TooMuch as error:
         raise SceneFileError(path, [Problem(*builder.place, "", str(error))]) from None
     except (LookupError, ValueError) as error:
         raise SceneFileError(path, [Problem(0, 0, "", f"is not XML that can be read: {error}")]) from None
     return builder.root
-
-
-class _TooMuch(Exception):
-    """A limit is passed."""
-
-
-class _Builder(ContentHandler):
-    """Makes elements of what the parser reports."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[Element] = []
-        self.count = 0
-        self.locator: Any = None
-        self.root: Element
-
-    @property
-    def place(self) -> tuple[int, int]:
-        """Line and column of what is being read, from 1."""
-        return self.locator.getLineNumber() or 0, (self.locator.getColumnNumber() or 0) + 1
-
-    def setDocumentLocator(self, locator: Any) -> None:
-        self.locator = locator
-
-    def startElement(self, name: str, attrs: Any) -> None:
-        element = Element(name, *self.place, dict(attrs))
-        self.count += 1
-        if self.count > MAX_ELEMENTS:
-            raise _TooMuch(f"has more than {MAX_ELEMENTS:,} elements")
-        if len(self.open) >= MAX_DEPTH:
-            raise _TooMuch(f"nests its elements deeper than {MAX_DEPTH} levels")
-        if self.open:
-            self.open[-1].children.append(element)
-        else:
-            self.root = element
-        self.open.append(element)
-
-    def endElement(self, name: str) -> None:
-        self.open.pop()
-
-    def characters(self, content: str) -> None:
-        self.open[-1].pieces.append(content)
 
 
 def checked_bytes(path: str | os.PathLike[str], before: int) -> bytes:

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.formats.exports import lowered
 
 from ..openmc.models import EXAMPLE_FILES, KINDS, TURNS
 from . import models
-from .comparison import assert_same_answers, written_and_read
+from .comparison import assert_close_answers, assert_same_answers, written_and_read
 
 OPENMC = {"kinds": KINDS, "turns": TURNS}
 
@@ -82,3 +83,49 @@ def test_the_examples(name: str, tmp_path: Path, caplog: pytest.LogCaptureFixtur
     assert np.array_equal(scene.domain.bounds, back.domain.bounds)
     if name == "pin":
         assert_same_answers(scene, back)
+
+
+TAPERED = """<xtru name="{}" lunit="mm"><twoDimVertex x="0" y="0"/><twoDimVertex x="10" y="0"/><twoDimVertex x="0" y="20"/>
+<section zOrder="0" zPosition="0" xOffset="0" yOffset="0" scalingFactor="1"/>
+<section zOrder="1" zPosition="20" xOffset="0" yOffset="0" scalingFactor="0.5"/></xtru>"""
+STEPPED = """<polyhedra name="{}" startphi="7" deltaphi="200" numsides="3" aunit="deg" lunit="mm">
+<zplane z="-5" rmin="0" rmax="4.1"/><zplane z="0" rmin="0" rmax="7.3"/><zplane z="6" rmin="0" rmax="3.7"/></polyhedra>"""
+
+
+def test_tapered_outlines_of_gdml(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """As in Geant4's example of scaled volumes; a convex one is planes from the beginning."""
+    scene = loaded(tmp_path, models.detector({f"tapered {k}": TAPERED for k in range(3)}), "in.gdml")
+    same(scene, written_and_read(scene, tmp_path / "out.gdml"))
+    assert "worked out from corners" not in caplog.text
+
+
+def test_planes_that_readers_get_from_corners_are_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Sides of a polyhedra of several sections are floats of sines; those of a tessellated solid come from corners."""
+    scene = loaded(tmp_path, models.detector({"stepped": STEPPED}), "in.gdml")
+    again = written_and_read(scene, tmp_path / "out.gdml")
+    assert "the last digits may be others" in caplog.text
+    assert_close_answers(scene, again, 1e-12)
+
+
+def test_many_bodies_that_are_one_moved_take_the_time_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it is known again, and cut out of planes, once for all."""
+    calls = []
+    worked_out = lowered._flat
+    monkeypatch.setattr(lowered, "_flat", lambda *given: calls.append(1) or worked_out(*given))
+    one = co.Polyhedron(((1, 2, 0), (-1, 2, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), (1, 1, 1, 1.5, 1.25))
+    scene = co.Scene([one.rotate((0, 0, 1), 7.0 * k).translate((9.0 * k, 0, 0)) for k in range(20)])
+    co.export(scene, tmp_path / "out.gdml")
+    assert len(calls) <= 1
+
+
+def test_another_order_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A hole of the first body is the third, which a volume's daughter comes before the second."""
+    hole = co.Box((-1, -1, -1), (1, 1, 1))
+    whole = co.Difference((co.Box((-5, -5, -5), (5, 5, 5)), hole))
+    bodies = [co.Body(whole, name="a"), co.Body(co.Sphere(1, (9, 0, 0)), name="b"), co.Body(hole, name="c")]
+    again = written_and_read(co.Scene(bodies), tmp_path / "out.gdml")
+    assert sorted(body.name.removeprefix("a/") for body in again.bodies) == ["a", "b", "c"]
+    assert "bodies come back in another order" in caplog.text
+    caplog.clear()
+    written_and_read(co.Scene([bodies[0], bodies[2], bodies[1]]), tmp_path / "out.gdml")
+    assert "another order" not in caplog.text

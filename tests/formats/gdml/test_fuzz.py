@@ -11,6 +11,7 @@ import pytest
 import conicoid as co
 from conicoid.formats.errors import SceneFileError
 
+from ..fuzzing import words
 from .files import placed, text_of, volume
 from .test_solids import DEFINE
 from .test_solids import SOLIDS as PLAIN
@@ -42,22 +43,7 @@ def whole_text(chance):
 
 
 def in_words(text, chance):
-    words = re.split(r"(\W+)", text)
-    for _ in range(chance.choice([1, 1, 2, 5])):
-        i, j = (chance.randrange(len(words)) for _ in range(2))
-        match chance.randrange(5):
-            case 0:
-                words[i] = chance.choice(WORDS)
-            case 1:
-                words[i] += words[j]
-            case 2:
-                words[i], words[j] = words[j], words[i]
-            case 3:
-                words[i] = ""
-            case _:
-                del words[i : i + chance.randrange(1, 30)]
-                words.append("")
-    return "".join(words)
+    return words.in_words(text, chance, WORDS)
 
 
 def in_numbers(text, chance):

@@ -7,6 +7,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 
+from ..fuzzing import words
 from .models import EXAMPLE_FILES, TEXTS
 
 WORDS = (
@@ -57,23 +58,8 @@ def mutated(seed: int) -> tuple[str, bytes]:
 
 
 def in_words(text: str, chance: Chance) -> str:
-    """Some words replaced, doubled, exchanged or left out; now and then a piece of the file."""
-    words = re.split(r"(\W+)", text)
-    for _ in range(chance.choice([1, 1, 2, 5])):
-        i, j = (chance.randrange(len(words)) for _ in range(2))
-        match chance.randrange(5):
-            case 0:
-                words[i] = chance.choice(WORDS)
-            case 1:
-                words[i] += words[j]
-            case 2:
-                words[i], words[j] = words[j], words[i]
-            case 3:
-                words[i] = ""
-            case _:
-                del words[i : i + chance.randrange(1, 30)]
-                words.append("")
-    return "".join(words)
+    """Words of OpenMC."""
+    return words.in_words(text, chance, WORDS)
 
 
 def in_numbers(text: str, chance: Chance) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
-from conicoid.formats.openmc import xml_tree
+from conicoid.formats.openmc import xml_builder, xml_tree
 from conicoid.formats.openmc.reading import MAX_NESTING
 
 from .broken import CASES, geometry
@@ -169,8 +169,8 @@ def test_an_undefined_entity_is_no_xml(tmp_path: Path) -> None:
 def test_size_depth_and_number_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "geometry.xml"
     path.write_text("<a>" * 100_000)
-    assert f"deeper than {xml_tree.MAX_DEPTH} levels" in str(refused(path))
-    monkeypatch.setattr(xml_tree, "MAX_ELEMENTS", 1000)
+    assert f"deeper than {xml_builder.MAX_DEPTH} levels" in str(refused(path))
+    monkeypatch.setattr(xml_builder, "MAX_ELEMENTS", 1000)
     path.write_text("<geometry>" + "<cell/>" * 2000 + "</geometry>")
     assert "more than 1,000 elements" in str(refused(path))
     monkeypatch.setattr(xml_tree, "MAX_BYTES", 1 << 20)

@@ -2,12 +2,45 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
+from functools import lru_cache
 
+from ....shapes.polyhedron import Polyhedron
+from ....shapes.vector import VectorLike
+from ...gdml.convex import inside_of, planes_of_convex
+from ...gdml.evaluator import evaluate
+from ...gdml.placement import ORIGIN
 from ..exported import Unsayable
+from ..numbers import expression
 from ..pieces import Corner, Faces
 
 MOST = 20_000
+
+
+@lru_cache(256)
+def is_read_alike(piece: Faces) -> bool:
+    """Do readers get the planes that it had, or the faces, if it had none?"""
+    corners = [_read(corner) for corner in piece.corners]
+    planes = planes_of_convex(corners, piece.faces)
+    if planes is None or piece.planes is None:
+        return planes is None and piece.planes is None and all(len(face) <= 4 for face in piece.faces)
+    found = inside_of(planes)(ORIGIN)
+    assert isinstance(found, Polyhedron)
+    known = {_scaled(*plane) for plane in piece.planes}
+    return all(_scaled(*plane) in known for plane in zip(found.normals, found.offsets, strict=True))
+
+
+def _read(corner: Corner) -> Corner:
+    x, y, z = (evaluate(expression(value), {}) for value in corner)
+    return x, y, z
+
+
+def _scaled(normal: VectorLike, offset: float) -> tuple[float, ...]:
+    """By a power of two, which no rounding depends on."""
+    x, y, z = normal
+    _, exponent = math.frexp(max(abs(x), abs(y), abs(z)))
+    return tuple(math.ldexp(value, -exponent) for value in (x, y, z, offset))
 
 
 def rows_of(piece: Faces) -> list[list[Corner]]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import lru_cache
 from itertools import chain
 
 from ....shapes.base import Solid
@@ -17,6 +18,7 @@ from ....shapes.polyhedron import Polyhedron
 from ....shapes.region import Boolean, Difference, Intersection
 from ....shapes.revolution import Revolution
 from ....shapes.steps import Translate
+from ....shapes.vector import Vector
 from ...gdml.placement import Placement
 from ...gdml.reading import LeftOut, Mistake, Reading
 from ...gdml.solids import template_of
@@ -25,6 +27,7 @@ from ..numbers import decimal, word
 from ..pieces import Leaf, Native
 from .known_bowls import known_bowls
 
+_LIKE = 1e-9
 _GUESSED = (6, 9, 12, 15)
 """Digits after which numbers that came out of others are taken to end."""
 
@@ -32,6 +35,12 @@ _GUESSED = (6, 9, 12, 15)
 def known_again(solid: Solid) -> Leaf | None:
     """A cutTube, or a polyhedra of one section, without the motion of the solid; None for any other."""
     plain = solid if solid.motion.is_identity else solid._moved(STILL)
+    return _known(plain)
+
+
+@lru_cache(256)
+def _known(plain: Solid) -> Leaf | None:
+    """The same for a solid without a motion; many bodies are one such solid moved."""
     guesses: Iterator[Native]
     if isinstance(plain, Intersection):
         guesses = chain(_cut_tubes(plain), known_bowls(plain))
@@ -112,6 +121,8 @@ def _polyhedra(solid: Solid) -> Iterator[Native]:
     count = len(body.normals) - 2
     if count < 3 or body.normals[:2] != ((0.0, 0.0, -1.0), (0.0, 0.0, 1.0)):
         return
+    if not _is_regular(body.normals[2:]):
+        return
     z0, z1 = -decimal(body.offsets[0]), decimal(body.offsets[1])
     sides = []
     for part in parts:
@@ -137,6 +148,15 @@ def _polyhedra(solid: Solid) -> Iterator[Native]:
             for angle in (start, start + 360.0):
                 text = f' startphi="{word(_near(angle, digits))}" deltaphi="360" numsides="{count}"'
                 yield Native("polyhedra", f'{text} aunit="deg" lunit="mm"', ends, (axis[0], axis[1], middle))
+
+
+def _is_regular(normals: tuple[Vector, ...]) -> bool:
+    """Do sides follow one another by equal angles, with equal slopes, about?"""
+    c, s = math.cos(2 * math.pi / len(normals)), math.sin(2 * math.pi / len(normals))
+    return all(
+        max(abs(c * x - s * y - u), abs(s * x + c * y - v), abs(z - w), abs(math.hypot(x, y) - 1)) < _LIKE
+        for (x, y, z), (u, v, w) in zip(normals, (*normals[1:], normals[0]), strict=True)
+    )
 
 
 def _middle(part: Solid) -> float:

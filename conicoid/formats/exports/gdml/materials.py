@@ -16,6 +16,7 @@ from ..numbers import word
 
 _SAID = {"density", "fractions", "composite", "formula", "state", "Z"}
 _NOTHING = "no material"
+_COLORS = "not said: colours of materials"
 
 
 class Materials:
@@ -25,10 +26,17 @@ class Materials:
         self._report = report
         used = list(dict.fromkeys(item.material for item in items if item.material is not None))
         self.names: dict[Material, str] = {}
+        self._numbers: dict[Material, int] = {}
+        self._firsts: dict[tuple[object, ...], Material] = {}
         taken: set[str] = set()
         for material in sorted(used, key=lambda each: _place(each, len(used))):
             if material.name == _NOTHING and is_void(material):
                 continue
+            first = self._firsts.setdefault((material.name, material.properties, is_void(material)), material)
+            if material.name and first is not material:  # but for its colour, which volumes have
+                self.names[material], self._numbers[material] = self.names[first], self._numbers[first]
+                continue
+            self._numbers[material] = len(taken) + 1
             name = printable(material.name or "material").replace("[", "(").replace("]", ")")
             unique, k = name, 2
             while unique in taken:
@@ -42,18 +50,32 @@ class Materials:
             return ""
         return f"<materialref ref={quoteattr(self.names[item.material])}/>"
 
+    def color(self, item: Item) -> str:
+        """A hint for readers, where they would give another colour to the material."""
+        material = item.material
+        if material is None or material not in self.names or is_void(material):
+            return ""
+        color, _ = color_of(material)
+        if color == color_of_number(self._numbers[material]):
+            return ""
+        return f'<auxiliary auxtype="Color" auxvalue="{color}"/>'
+
     def elements(self) -> list[str]:
         """Lines of XML."""
-        return [line for number, each in enumerate(self.names.items(), 1) for line in self._element(*each, number)]
+        once = {name: material for material, name in reversed(self.names.items())}
+        told = [name for material, name in self.names.items() if not is_void(material) and not color_of(material)[1]]
+        for name in told:
+            self._report.narrow(_COLORS, name)
+        return [line for name in dict.fromkeys(self.names.values()) for line in self._element(once[name], name)]
 
-    def _element(self, material: Material, name: str, number: int) -> list[str]:
+    def _element(self, material: Material, name: str) -> list[str]:
         given = dict(material.properties)
         density = given.get("density")
         thin = (isinstance(density, (int, float)) and density < THIN) or given.get("state") == "gas"
         if is_void(material) and not thin:
             density, thin = 1e-25, True
-        if is_void(material) != thin or (not thin and color_of(material) != (color_of_number(number), True)):
-            self._report.narrow("not said: colours of materials", name)
+        if is_void(material) != thin:
+            self._report.narrow(_COLORS, name)
         attributes = "".join(f" {key}={quoteattr(str(given[key]))}" for key in ("formula", "state") if given.get(key))
         if isinstance(given.get("Z"), (int, float)):
             attributes += f' Z="{word(float(given["Z"]))}"'

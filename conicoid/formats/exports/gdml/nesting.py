@@ -19,6 +19,17 @@ class Nest:
     inner: list[Nest] = field(default_factory=list)
 
 
+def numbers_in(nests: list[Nest]) -> list[int]:
+    """The bodies of some nests in the order in which readers find them."""
+    found: list[int] = []
+    pending = list(reversed(nests))
+    while pending:
+        nest = pending.pop()
+        found.append(nest.number)
+        pending += reversed(nest.inner)
+    return found
+
+
 def nests_of(items: list[Item]) -> list[Nest]:
     """All bodies, those within others there; in the order of the scene.
 

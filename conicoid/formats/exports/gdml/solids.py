@@ -31,6 +31,8 @@ class Solids:
     names: dict[str, str] = field(default_factory=dict)
     elements: list[str] = field(default_factory=list)
     positions: dict[Point, str] = field(default_factory=dict)
+    is_worked_out: bool = False
+    """Has a solid been said whose planes readers get from its corners, and not as the very numbers that it has?"""
 
     def said(self, node: Node) -> Said:
         """A node. Raises Unsayable."""
@@ -147,6 +149,7 @@ class Solids:
 
     def _faces(self, piece: Faces) -> Said:
         rows = facets.rows_of(piece)
+        self.is_worked_out = self.is_worked_out or not facets.is_read_alike(piece)
         text = ""
         for row in rows:
             kind = "triangular" if len(row) == 3 else "quadrangular"

@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 
 from ...errors import printable
 from ...imports.imported import counted
+from ...openmc.region import Region
 from ...scene_file import SceneLike
 from ..bodies import Item, solids_of
 from ..exported import Exported, Options, Report, Unsayable
@@ -21,7 +22,7 @@ from ..overlaps import near_pairs
 from .known import known_again
 from .materials import Materials
 from .moves import Moves, Stretch, joined, last_place, relative
-from .nesting import Nest, nests_of
+from .nesting import Nest, nests_of, numbers_in
 from .solids import Said, Solids, position, rotation
 
 _COPY = re.compile(r"(.+)\[(\d{1,9})\]\Z", re.S)
@@ -64,13 +65,16 @@ class _Structure:
         return self.volume(nest.item, solid, self._inner(nest, ()), self._plain(nest.item, nest.item.name))
 
     def _said(self, nest: Nest) -> Said | None:
-        said = None
+        said, self.solids.is_worked_out = None, False
         with self.report.about(nest.item.name):
             said = self.solids.said(lowered(nest.outer, known_again))
             if nest.inner and any(isinstance(move, Stretch) for move in said.moves):
                 said = Said(self.solids.wrapped(said.name, said.moves), (), said.is_rounded)
             if said.is_rounded:
                 self.report.narrow("numbers are rounded to float64", nest.item.name)
+            elif self.solids.is_worked_out:
+                told = "planes are worked out from corners by readers, so that the last digits may be others"
+                self.report.narrow(told, nest.item.name)
         return said
 
     def _inner(self, nest: Nest, frame: Moves) -> list[str]:
@@ -79,7 +83,9 @@ class _Structure:
     def volume(self, item: Item, solid: str, inner: list[str], label: str) -> str:
         """The name of a volume; those that are alike are one."""
         material = self.materials.reference(item)
-        text = "\n".join([f'  {material}<solidref ref="{solid}"/>', *(f"  {each}" for each in inner)])
+        color = self.materials.color(item)
+        lines = [f'{material}<solidref ref="{solid}"/>', *inner, *([color] if color else [])]
+        text = "\n".join(f"  {line}" for line in lines)
         if text not in self.names:
             name, k = label, 2
             while name in self.taken:
@@ -121,6 +127,9 @@ def exported(scene: SceneLike, options: Options) -> Exported:
             inner.append(structure.placed(nest, (), ""))
         world = _container(structure, nests, inner)
     report.check()
+    order = numbers_in(nests)
+    if order != sorted(order):  # as some of a body that is cut come after others that are not
+        report.narrow("bodies come back in another order, which is by volumes", "")
     _tell_overlaps(nests, report)
     if scene.domain is not None:
         report.narrow("not said: the domain that bodies are to fill", "")
@@ -150,18 +159,29 @@ def _tell_overlaps(nests: list[Nest], report: Report) -> None:
     while pending:
         siblings = pending.pop()
         pending += [nest.inner for nest in siblings if nest.inner]
-        table = Table()
-        regions = Regions(table)
-        for i, j in near_pairs([nest.outer.bounds for nest in siblings]):
-            first, later = siblings[i], siblings[j]
-            if first.outer in _cut(later) or later.outer in _cut(first):
+        _tell_overlaps_among(siblings, report)
+
+
+def _tell_overlaps_among(siblings: list[Nest], report: Report) -> None:
+    table = Table()
+    regions = Regions(table)
+    known: dict[int, Region] = {}
+
+    def region(number: int) -> Region:
+        if number not in known:
+            known[number] = regions.of(siblings[number].outer)
+        return known[number]
+
+    for i, j in near_pairs([nest.outer.bounds for nest in siblings]):
+        first, later = siblings[i], siblings[j]
+        if first.outer in _cut(later) or later.outer in _cut(first):
+            continue
+        try:
+            if nothing_in_common(region(i), region(j), table):
                 continue
-            try:
-                if nothing_in_common(regions.of(first.outer), regions.of(later.outer), table):
-                    continue
-            except Unsayable:
-                pass
-            report.narrow("may share points with bodies before them, which GDML's daughters must not", later.item.name)
+        except Unsayable:
+            pass
+        report.narrow("may share points with bodies before them, which GDML's daughters must not", later.item.name)
 
 
 def _cut(nest: Nest) -> tuple[object, ...]:
