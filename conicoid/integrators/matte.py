@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from ..compiler.jit import choose, helper, inline
+from ..emitters.sources import LIGHT
 from ..emitters.transport import Transport
 from ..engine.body.hit import resolved
 from ..engine.body.scratch import Scratch
@@ -54,9 +55,10 @@ def is_plain(settings: Settings) -> bool:
     transport = settings.look
     if settings.depth != 1 or transport.shines or len(transport.sources.records) != 1:
         return False
-    if transport.look.materials.any_transparent or transport.surroundings.width > 0:
+    source = transport.sources.records[0]
+    if transport.look.materials.any_transparent or transport.surroundings.width > 0 or source.kind != LIGHT:
         return False
-    return bool(transport.look.lights[transport.sources.records[0].index].outer == math.inf)
+    return bool(transport.look.lights[source.index].outer == math.inf)
 
 
 @inline
@@ -77,18 +79,20 @@ def _see(geometry: Geometry, rows: Floats, shadow: Floats, materials: Materials,
         rows[Z + i] = lanes[OZ + i] + t * lanes[DZ + i]
         rows[R + i], rows[G + i], rows[B + i], rows[LEFT + i] = 0.0, 0.0, 0.0, 0.0
     for k in range(samples.size):
-        _, body, surface, face, side = resolved(geometry, lane_hit(lanes, k))
+        lane = np.uint64(k)
+        _, body, surface, face, side = resolved(geometry, lane_hit(lanes, lane))
         if body < 0:
             continue
-        i, row = np.uint64(k), materials.rows[material_row(geometry, materials, body, face)]
+        row = materials.rows[material_row(geometry, materials, body, face)]
         if row.even == 0:
-            rows[LEFT + i] = 1.0
+            rows[LEFT + lane] = 1.0
             continue
-        gradient = gradient_at(geometry, surface, rows[X + i], rows[Y + i], rows[Z + i])
-        rows[NX + i], rows[NY + i], rows[NZ + i], rows[SIDE + i] = gradient[0], gradient[1], gradient[2], side
+        nx, ny, nz = gradient_at(geometry, surface, rows[X + lane], rows[Y + lane], rows[Z + lane])
+        rows[NX + lane], rows[NY + lane], rows[NZ + lane], rows[SIDE + lane] = nx, ny, nz, side
         kd, color = row.diffuse, row.color
-        rows[R + i], rows[G + i], rows[B + i] = min(1.0, kd * color[0]), min(1.0, kd * color[1]), min(1.0, kd * color[2])
-        shadow[START + i] = surface
+        rows[R + lane], rows[G + lane] = min(1.0, kd * color[0]), min(1.0, kd * color[1])
+        rows[B + lane] = min(1.0, kd * color[2])
+        shadow[START + lane] = surface
 
 
 @helper
@@ -157,8 +161,8 @@ def add_plain(geometry: Geometry, scratch: Scratch, rows: Floats, shadow: Floats
         put_beam_from(shadow, where[0], where[1], where[2])
     trace_packet(geometry, scratch, with_lanes(packet, shadow), scratch.nothing, True)
     for k in range(samples.size):
-        i = np.uint64(k)
-        if shadow[BEST + i] == math.inf and rows[LEFT + i] == 0.0:
-            colors[k, 0] += rows[R + i]
-            colors[k, 1] += rows[G + i]
-            colors[k, 2] += rows[B + i]
+        lane = np.uint64(k)
+        if shadow[BEST + lane] == math.inf:
+            colors[k, 0] += rows[R + lane]
+            colors[k, 1] += rows[G + lane]
+            colors[k, 2] += rows[B + lane]

@@ -34,6 +34,7 @@ from ..engine.packets.packet import Packet, new_lanes, new_rows, with_lanes
 from ..engine.ray import with_limits
 from ..engine.tables import Floats, Geometry, halted, whole
 from ..shading.media import OUTSIDE
+from .matte import LEFT, ROWS, add_plain, is_plain, leave_all
 from .pool import (
     ASKS,
     BATCH,
@@ -50,7 +51,6 @@ from .pool import (
     ray_in,
     trace_rows,
 )
-from .matte import LEFT, ROWS, add_plain, is_plain, leave_all
 from .samples import Samples, Settings
 from .sobol import sobol_pair
 from .straight import arrives
