@@ -14,6 +14,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ..compiler.jit import allocator, helper, inline
 from ..emitters.transport import Transport
 from ..engine.body.scratch import Scratch
@@ -28,10 +30,11 @@ from ..engine.packets.lanes import (
     put_lane_beam,
     put_ray,
 )
-from ..engine.packets.packet import Packet, new_lanes, with_lanes
+from ..engine.packets.packet import Packet, new_lanes, new_rows, with_lanes
 from ..engine.ray import with_limits
 from ..engine.tables import Floats, Geometry, halted, whole
 from ..shading.media import OUTSIDE
+from .matte import LEFT, ROWS, add_plain, is_plain, leave_all
 from .pool import (
     ASKS,
     BATCH,
@@ -66,28 +69,33 @@ class Walk(NamedTuple):
 
     shadow: Floats  # the lanes of rays to sources
     pool: Pool
+    matte: Floats  # see `matte`
 
 
 @allocator
 def new_memory(geometry: Geometry, settings: Settings) -> Walk:
     """Memory for one thread."""
-    return Walk(new_lanes(), new_pool(geometry))
+    return Walk(new_lanes(), new_pool(geometry), new_rows(ROWS))
 
 
 @inline
 def _begin(
-    geometry: Geometry, scratch: Scratch, pool: Pool, transport: Transport, samples: Samples, first: int
+    geometry: Geometry, scratch: Scratch, pool: Pool, transport: Transport, samples: Samples, left: Floats
 ) -> None:
-    """Paths of camera rays, and what these meet, into rows from `first` on."""
-    materials, place = transport.look.materials, LANES * pool.counts[ROUND]
+    """Paths of those camera rays that are left (left[LEFT:]), and what they meet, into further rows."""
+    materials, place, count = transport.look.materials, LANES * pool.counts[ROUND], pool.counts[PATHS]
     for i in range(samples.size):
+        if left[LEFT + np.uint64(i)] == 0.0:
+            continue
         ray = lane_ray(samples.packet.lanes, i, math.inf)
         medium = whole(OUTSIDE)
         if materials.any_transparent:
             medium = medium_at(geometry, scratch, materials, ray.ox, ray.oy, ray.oz)
         path = Path(1.0, 1.0, 1.0, NONE, ray.ox, ray.oy, ray.oz, 1.0, medium, whole(0), 0.0, whole(0))
-        put_path(pool.paths[first + i], path, ray, place + i)
-        put_hit(pool.hits[first + i], lane_hit(samples.packet.lanes, i))
+        put_path(pool.paths[count], path, ray, place + i)
+        put_hit(pool.hits[count], lane_hit(samples.packet.lanes, i))
+        count += 1
+    pool.counts[PATHS] = count
 
 
 @helper
@@ -195,8 +203,11 @@ def gather(geometry: Geometry, scratch: Scratch, walk: Walk, settings: Settings,
     close_lanes(samples.packet.lanes, samples.size)
     trace_packet(geometry, scratch, samples.packet, scratch.nothing, False)
     paths, asks, shift = pool.counts[PATHS], pool.counts[ASKS], LANES * pool.counts[ROUND]
-    _begin(geometry, scratch, pool, transport, samples, paths)
-    pool.counts[PATHS] = paths + samples.size
+    if is_plain(settings):
+        add_plain(geometry, scratch, walk.matte, walk.shadow, samples.packet, transport, samples)
+    else:
+        leave_all(walk.matte)
+    _begin(geometry, scratch, pool, transport, samples, walk.matte)
     _round(geometry, scratch, pool, settings, samples, paths, shift)
     if pool.counts[ASKS] > asks and transport.surroundings.width == 0:
         _trace_asked(geometry, scratch, walk, transport, samples.packet, asks)

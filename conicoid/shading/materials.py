@@ -50,6 +50,7 @@ RECORD = np.dtype(
         ("index", "f8"),
         ("absorption", "f8", (3,)),
         ("kind", "i8"),
+        ("even", "i8"),
         ("emission", "f8", (3,)),
         ("roughness", "f8"),
         ("coat", "f8"),
@@ -175,6 +176,7 @@ def _fill(row: Any, material: Material, textures: Table) -> None:
         row["metal_index"], row["metal_extinction"] = material.metal_index, material.metal_extinction
     row["scatters"], row["kind"] = bool((row["scattering"] > 0).any()), _kind(row)
     row["transparent"] = bool((row["transparency"] > 0).any())
+    row["even"] = _is_even(row)
 
 
 def _kind(row: Any) -> int:
@@ -184,6 +186,12 @@ def _kind(row: Any) -> int:
     if (row["reflectivity"] > 0).any() or (row["transparency"] > 0).any() or row["coat"] > 1:
         return LAYERED
     return GLOSSY if (row["specular"] > 0).any() else MATTE
+
+
+def _is_even(row: Any) -> bool:
+    """Has a surface one colour and Lambert's law alone?"""
+    textured = max(row["rough_texture"], row["bump"], row["normal_map"]) >= 0
+    return bool(row["kind"] == MATTE and row["pattern"] == PLAIN and row["roughness"] == 0 and not textured)
 
 
 @inline

@@ -52,7 +52,7 @@ class Packet(NamedTuple):
 
 
 @allocator
-def _aligned(count: int) -> Floats:
+def new_rows(count: int) -> Floats:
     """Room for some floats that begins where a line of the cache does: vectors of eight lie in one line each."""
     room = np.empty(count + 7)
     first = -(room.ctypes.data >> 3) & 7
@@ -62,7 +62,7 @@ def _aligned(count: int) -> Floats:
 @allocator
 def new_packet() -> Packet:
     """Memory for one thread."""
-    lanes, leaves, truths = _aligned(SIZE), _aligned(LEAVES_SIZE), _aligned(TRUTHS_SIZE)
+    lanes, leaves, truths = new_rows(SIZE), new_rows(LEAVES_SIZE), new_rows(TRUTHS_SIZE)
     asked = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
     return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), asked)
 
@@ -82,7 +82,7 @@ def boolean_memory(packet: Packet) -> Memory:
 @allocator
 def new_lanes() -> Floats:
     """Memory for the lanes of another packet (`with_lanes`)."""
-    return _aligned(SIZE)
+    return new_rows(SIZE)
 
 
 @helper
