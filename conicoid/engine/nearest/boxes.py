@@ -28,6 +28,8 @@ _SMALL, _LEAST = 2.0**-25, 2.0**-44
 _MOST_STEPS, _MOST_SIDES = 40000, 5
 """Boxes that are looked at; so many surfaces of a box are tried in all combinations of their sides."""
 _LESS = 1.0 - 2.0**-40
+_AS_NEAR = 1.0 - 2.0**-46
+"""Share of the best wall's distance from which on a box is given up with what is known of it: that is in the error."""
 
 
 @inline
@@ -168,6 +170,16 @@ def _try_box(geometry: Geometry, room: Room, at: Query, count: int, x: float, y:
     return True
 
 
+@inline
+def _on_two(room: Room, count: int) -> float:
+    """A lower bound of the distance to all that is on two of the chosen surfaces: the second of theirs."""
+    least, second = math.inf, math.inf
+    for i in range(count):
+        bound = room.bound[room.chosen[i]]
+        least, second = min(least, bound), min(second, max(least, bound))
+    return second
+
+
 @helper
 def _search(geometry: Geometry, room: Room, at: Query, x: float, y: float, z: float, half: float) -> None:
     """Look through a cube."""
@@ -182,6 +194,10 @@ def _search(geometry: Geometry, room: Room, at: Query, x: float, y: float, z: fl
             continue
         count = _around(geometry, room, x, y, z, half)
         if count < 2 or not _any_hard(geometry, room, count) or not _may_have_walls(geometry, room, count):
+            continue
+        near = max(near, _on_two(room, count))
+        if near >= limit(room) * _AS_NEAR:  # all of a curve may be as near, as seen from the center of a ball
+            room.best[LOWER] = min(room.best[LOWER], near)
             continue
         if count == 2:
             one = form_at(geometry, room.surface[room.chosen[0]], x, y, z)
