@@ -44,7 +44,7 @@ def load(
     Raises `SceneFileError`, a ValueError, that lists every mistake with its line, the object, the field,
     what was expected and what was found; where there is no such file it is a FileNotFoundError as well.
     """
-    from .formats.collector import without_collector
+    from .collector import without_collector
     from .formats.imports import Options, format_of
 
     found = format_of(checked_path("load", path))

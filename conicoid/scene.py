@@ -181,8 +181,8 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
     def _ready(self, *progress: Any) -> Prepared:
         with self._lock:
             if self._prepared is None:
+                from .collector import without_collector
                 from .engine.prepared import prepare
-                from .formats.collector import without_collector
 
                 before, self._before = self._before, None
                 with without_collector():

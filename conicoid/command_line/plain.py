@@ -49,7 +49,7 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
 
     with user_mistakes():
         check_environment()
-        from ..formats.collector import without_collector
+        from ..collector import without_collector
         from ..render.picture import check_options
         from .drawing import Wanted, draw
         from .working import load

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
+from ..collector import without_collector
 from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.material import Material
@@ -19,7 +20,6 @@ from ..shapes.vector import FloatArray
 from . import scene_text, yaml_parser
 from .alike import document
 from .atomic import real_path, write_text
-from .collector import without_collector
 from .data_files import array_name, keep_array
 from .errors import Problem, SceneFileError
 from .expansion import PARTS, expanded_parts, most_parts

@@ -139,7 +139,7 @@ class Primitives:
         for alike in said_of_all(shapes):
             taken[alike.which] = True
             counts = chains.translations[alike.which]
-            for count in np.unique(counts).tolist():
+            for count in sorted(set(counts.tolist())):
                 some = np.flatnonzero(counts == count)
                 which = alike.which[some]
                 like = self._like.setdefault((alike.form, "moved" if count < 0 else count), _Listed())
