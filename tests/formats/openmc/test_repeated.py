@@ -70,6 +70,12 @@ def path(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return put(MODELS[request.param], tmp_path_factory.mktemp("model"))
 
 
+@pytest.fixture(scope="module")
+def scene(path: Path) -> co.Scene:
+    """For tests that only ask it."""
+    return co.load_openmc(path)
+
+
 def written_out(scene: co.Scene) -> tuple[Body, ...]:
     """The bodies, each a shape of its own."""
     return tuple(Body(body.shape, body.material, body.name) for body in scene.bodies)
@@ -153,8 +159,7 @@ def test_what_places_have_in_common_is_there_once(path: Path, monkeypatch: pytes
     assert len(lowered.tables.map_rows) < 3 * len(lowered.tables.face_maps)
 
 
-def test_answers_are_those_of_bodies_written_out(path: Path) -> None:
-    scene = co.load_openmc(path)
+def test_answers_are_those_of_bodies_written_out(scene: co.Scene) -> None:
     other = co.Scene(written_out(scene))
     random = np.random.default_rng(3)
     low, high = (np.nan_to_num(end, posinf=40, neginf=-40) for end in scene.bounds)
@@ -172,8 +177,8 @@ def test_answers_are_those_of_bodies_written_out(path: Path) -> None:
     assert (scene.body_at(a) == other.body_at(a)).all()
 
 
-def test_every_point_is_in_the_cell_of_openmc_s_rules(path: Path) -> None:
-    scene, evaluator = co.load_openmc(path), Evaluator(path)
+def test_every_point_is_in_the_cell_of_openmc_s_rules(path: Path, scene: co.Scene) -> None:
+    evaluator = Evaluator(path)
     random = np.random.default_rng(5)
     low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in scene.bounds)
     points = random.uniform(low, high, (3000, 3))
@@ -181,8 +186,7 @@ def test_every_point_is_in_the_cell_of_openmc_s_rules(path: Path) -> None:
         assert same_place(place, scene.bodies[body].name if body >= 0 else None)
 
 
-def test_bodies_are_a_sequence(path: Path) -> None:
-    scene = co.load_openmc(path)
+def test_bodies_are_a_sequence(scene: co.Scene) -> None:
     bodies = scene.bodies
     every = list(bodies)
     assert len(bodies) == len(every) == scene.body_count
@@ -206,8 +210,7 @@ def test_bodies_are_a_sequence(path: Path) -> None:
     assert hits.material.tolist() == [every[hits.body[0]].material]
 
 
-def test_scenes_are_pickled_and_changed(path: Path) -> None:
-    scene = co.load_openmc(path)
+def test_scenes_are_pickled_and_changed(scene: co.Scene) -> None:
     again = pickle.loads(pickle.dumps(scene))
     assert again == scene
     assert isinstance(again.bodies, Repeated)
