@@ -54,6 +54,8 @@ def test_the_same_picture_and_the_same_words(tmp_path: Path):
     scene = written(tmp_path)
     code = (
         "import sys\nfrom conicoid import __main__ as entry\n"
+        "from conicoid.command_line import terminal, working\n"
+        "terminal.PATIENCE = working.PATIENCE = float('inf')\n"  # a slow machine draws bars, by Rich
         "code = entry._command(False)\n"
         "print(code, sorted({name.partition('.')[0] for name in sys.modules} & {'typer', 'pydantic', 'rich'}))\n"
     )

@@ -22,7 +22,11 @@ OTHER_SHAPES = "conicoid.shapes.cylinder conicoid.shapes.quadric conicoid.shapes
 FIRST_HIT = "co.Scene([co.Sphere()]).first_hit((0, 0, -3), (0, 0, 1)).t"
 MOVED = "co.Scene([co.Cylinder((0, 0, 0), (0, 0, 1), 1).rotate((0, 0, 1), 90) - co.Box()]).spans((0, 0, -3), (0, 0, 1)).lengths()"
 PICTURE = "co.Scene([co.Sphere()]).render(16, 16).pixels"
-COMMAND = "from conicoid.command_line.cli import app; app(sys.argv[1:], standalone_mode=False)"
+COMMAND = (
+    "from conicoid.command_line import terminal, working; terminal.PATIENCE = working.PATIENCE = float('inf'); "
+    "from conicoid.command_line.cli import app; app(sys.argv[1:], standalone_mode=False)"
+)
+"""On a slow machine a second is soon over."""
 RENDER = "render", BARREL, "-o", "o.png", "--width", "16", "--height", "16"
 
 PROGRAM = """
