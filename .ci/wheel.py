@@ -4,6 +4,7 @@
     .ci/wheel.py              build it, and try it
     .ci/wheel.py WHEEL        try this one
     .ci/wheel.py --whole      with the whole fast suite (`make test-wheel`), some 20 minutes
+    .ci/wheel.py --made FOLDER    build it of what `native.build --folder FOLDER` made on the way of the same sources
 
 Tests are copied to where no source of the package is. A sample of them runs with the best level of machine code, and
 the digests of all answers with each level that this processor can run. Tests of the compiler are left out
@@ -12,6 +13,7 @@ the digests of all answers with each level that this processor can run. Tests of
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 import subprocess
@@ -60,9 +62,10 @@ SAMPLE = (
 )
 
 
-def built(folder: Path) -> Path:
-    """The wheel for this machine."""
-    subprocess.run([sys.executable, "-m", "native.wheels", "host", "--out", str(folder)], cwd=ROOT, check=True)
+def built(folder: Path, made: Path | None) -> Path:
+    """The wheel for this machine, of what was made on the way of another build if there is one."""
+    command = [sys.executable, "-m", "native.wheels", "host", "--out", str(folder)]
+    subprocess.run(command + (["--folder", str(made)] if made else []), cwd=ROOT, check=True)
     return next(folder.glob("*.whl"))
 
 
@@ -117,17 +120,21 @@ def passes(python: Path, folder: Path, level: str, tests: tuple[str, ...]) -> bo
 
 def main() -> int:
     """Build if need be, and try."""
-    whole, given = "--whole" in sys.argv, [word for word in sys.argv[1:] if word != "--whole"]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("wheel", nargs="?", type=Path)
+    parser.add_argument("--whole", action="store_true")
+    parser.add_argument("--made", type=Path, metavar="FOLDER")
+    wanted = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="wheel-") as name:
         folder = Path(name)
-        wheel = Path(given[0]).resolve() if given else built(folder / "dist")
-        python = installed(wheel, folder / "venv", *(ALL_TOOLS if whole else ()))
+        wheel = wanted.wheel.resolve() if wanted.wheel else built(folder / "dist", wanted.made)
+        python = installed(wheel, folder / "venv", *(ALL_TOOLS if wanted.whole else ()))
         (folder / "suite").mkdir()
         tests = suite(folder / "suite")
         *older, best = levels(python, tests)
         fine = [passes(python, tests, level, EACH_LEVEL) for level in older]
         everything = "tests", "--numprocesses=auto", "--maxprocesses=4", "--dist=worksteal"
-        fine.append(passes(python, tests, best, everything if whole else EACH_LEVEL + SAMPLE))
+        fine.append(passes(python, tests, best, everything if wanted.whole else EACH_LEVEL + SAMPLE))
     print(f"{wheel.name}: {'works' if all(fine) else 'fails'}, {', '.join((*older, best))}")
     return 0 if all(fine) else 1
 

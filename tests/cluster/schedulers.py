@@ -37,7 +37,7 @@ class Kept:
             self.started += 1
             while process.poll() is None and not self.ends.wait(0.2):
                 pass
-            process.terminate()
+            process.kill()  # one that was asked to end waits half a minute for the task that it has
             process.wait(60)
 
 

@@ -38,6 +38,12 @@ def report(line: dict[str, Any]) -> None:
     sys.stdout.flush()
 
 
+def peak() -> int:
+    """Most bytes that this process had in memory. (`ru_maxrss` counts what its parent had when it was forked.)"""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM:"))
+
+
 def main(kind: str, first: int, count: int, folder: Path) -> None:
     faulthandler.enable()
     warnings.simplefilter("error")
@@ -60,8 +66,7 @@ def main(kind: str, first: int, count: int, folder: Path) -> None:
             report({"seed": seed, "error": f"{type(error).__name__}: {error}"[:500], "trace": last[-3000:]})
         signal.setitimer(signal.ITIMER_PROF, 0)
         slowest = max(slowest, time.process_time() - started)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    report({"done": count, "accepted": accepted, "peak": peak, "slowest": slowest})
+    report({"done": count, "accepted": accepted, "peak": peak(), "slowest": slowest})
 
 
 if __name__ == "__main__":
