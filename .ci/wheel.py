@@ -85,9 +85,13 @@ def installed(wheel: Path, folder: Path, *more: str) -> Path:
 def levels(python: Path, folder: Path) -> list[str]:
     """The levels of machine code that this processor can run."""
     program = "from conicoid.compiler.machine_code import levels; print(*levels())"
-    return subprocess.run(
-        [python, "-c", program], cwd=folder, check=True, capture_output=True, text=True
-    ).stdout.split()
+    command = [python, "-c", program]
+    return subprocess.run(command, cwd=folder, env=users(), check=True, capture_output=True, text=True).stdout.split()
+
+
+def users() -> dict[str, str]:
+    """The variables that a process gets: nothing of this one's leads it to other code."""
+    return {name: value for name, value in os.environ.items() if not name.startswith(("CONICOID_", "PYTHONPATH"))}
 
 
 def suite(folder: Path) -> Path:
@@ -105,10 +109,7 @@ def suite(folder: Path) -> Path:
 
 def passes(python: Path, folder: Path, level: str, tests: tuple[str, ...]) -> bool:
     """Do tests pass with a level?"""
-    environment = {
-        name: value for name, value in os.environ.items() if not name.startswith(("CONICOID_", "PYTHONPATH"))
-    }
-    environment |= {"CONICOID_LEVEL": level, "CONICOID_CACHE_DIR": str(folder / "must-stay-empty")}
+    environment = users() | {"CONICOID_LEVEL": level, "CONICOID_CACHE_DIR": str(folder / "must-stay-empty")}
     print(f"{level}: {' '.join(tests[:1])}, {len(tests)} in all", flush=True)
     command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
     done = subprocess.run(command, cwd=folder, env=environment, check=False).returncode == 0

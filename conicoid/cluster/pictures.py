@@ -13,8 +13,8 @@ from ..film.sums import COUNT, SUMS, pixels_of
 from ..integrators import INTEGRATORS
 from ..render.passes import Exposure
 from ..render.picture import Exposed, Job, light_of
-from ..render.shutter import render_open, stills
-from ..render.tiles import SIDE, tile_corner, tile_total
+from ..render.shutter import no_sums, render_open, stills
+from ..render.tiles import SIDE, SQUARE, tile_corner, tile_total
 from .checkpoint import Checkpoint
 from .course import Course, Piece, closing
 from .pace import Pace
@@ -88,19 +88,30 @@ def rendered(
         return _open(scene, job, fixed, executor, resume, progress, preview)
     recipes = recipe_of(scene), Recipe(job)
     if resume is None:
-        return _on_workers(scene, job, keeps, executor, recipes, progress, None)
+        if not (keeps or job.keeps_sums):
+            film = np.zeros((job.height, job.width, 3), np.float32)
+            _on_workers(scene, job, executor, recipes, progress, film, None)
+            return Exposed(film, None)
+        sums = no_sums(job)
+        _on_workers(scene, job, executor, recipes, progress, sums, None)
+        return Exposed(pixels_of(sums), sums)
     kept = Kept(resume, recipes[0].key + Recipe(_what(job)).key, job)
     try:
         if executor is None:
             return _here(scene, job, progress, preview, kept)
-        return _on_workers(scene, job, keeps, executor, recipes, progress, kept)
+        sums = no_sums(job)
+        kept.read(sums)
+        _on_workers(scene, job, executor, recipes, progress, sums, kept)
+        return Exposed(pixels_of(sums), sums)
     finally:
         kept.close()
 
 
 def _what(job: Job) -> Job:
     """The job as far as its samples depend on it: of a progressive picture there may be more, or less noise."""
-    return replace(job, samples=1, noise=None) if job.is_progressive and job.shutter is None else job
+    if job.shutter is not None:  # whose samples are shared out among moments
+        return job if job.noise is None else replace(job, noise=1.0)
+    return replace(job, samples=1, noise=None) if job.is_progressive else job
 
 
 def _open(
@@ -113,19 +124,23 @@ def _open(
     try:
         if executor is None:
             return render_open(scene, job, fixed, progress, preview, kept)
-        held, exposed = kept or Held(), None
-        for k, (still, part) in enumerate(stills(scene, job, fixed)):
-            told = progress and _of_moments(progress, k, job.times)
-            exposed = _on_workers(still, part, True, executor, (recipe_of(still), Recipe(part)), told, held)
-        assert exposed is not None
-        return exposed
+        sums = no_sums(job)
+        if kept is not None:
+            kept.read(sums)
+        begun = 0
+        for still, part in stills(scene, job, fixed, sums):
+            told = progress and _of_moment(progress, begun, part.samples, job.samples)
+            _on_workers(still, part, executor, (recipe_of(still), Recipe(part)), told, sums, kept)
+            begun = part.samples
+        return Exposed(pixels_of(sums), sums)
     finally:
         if kept is not None:
             kept.close()
 
 
-def _of_moments(progress: Progress, moment: int, times: int) -> Progress:
-    return lambda done, count: progress(moment * count + done, times * count)
+def _of_moment(progress: Progress, begun: int, end: int, of: int) -> Progress:
+    """Progress of the samples from `begun` to `end` as of all."""
+    return lambda done, count: progress(begun * count + done * (end - begun), of * count)
 
 
 def _here(scene: Scene, job: Job, progress: Progress | None, preview: Preview | None, kept: Kept) -> Exposed:
@@ -137,19 +152,19 @@ def _here(scene: Scene, job: Job, progress: Progress | None, preview: Preview | 
 
 
 def _on_workers(
-    scene: Scene, job: Job, keeps: bool, executor: Any, recipes: tuple[Recipe, Recipe], progress: Progress | None,
-    kept: Kept | Held | None,
-) -> Exposed:  # fmt: skip
-    """By workers, each tile from its first sample to its last."""
+    scene: Scene, job: Job, executor: Any, recipes: tuple[Recipe, Recipe], progress: Progress | None, film: Any,
+    kept: Kept | None,
+) -> None:  # fmt: skip
+    """By workers, each tile from its first sample to its last, onto the film; if it is of sums, what is missing there.
+
+    kept: where sums are added as they come, or None.
+    """
     workers = workers_of("render", executor, progress)
     total = tile_total(job.width, job.height)
-    keeps = keeps or kept is not None
-    film = np.zeros((job.height, job.width, SUMS) if keeps else (job.height, job.width, 3), "f8" if keeps else "f4")
-    if kept is not None:
-        kept.read(film)
-    gaps = [(0, total)] if kept is None else _gaps(film, total, job)
+    keeps = film.shape[2] == SUMS
+    gaps = _gaps(film, total, job) if keeps else [(0, total)]
     pace = Pace(workers.chunk, 1, _OF_DASK if workers.is_dask else _MOST, workers.count)
-    pieces = (Piece(a, b, (a, b, _before(kept, film, a, b))) for gap in gaps for a, b in pace.pieces(*gap))
+    pieces = (Piece(a, b, (a, b, _before(film, a, b) if keeps else None)) for gap in gaps for a, b in pace.pieces(*gap))
     missing = sum(b - a for a, b in gaps)
     course = Course("render", workers, tiles_part, (*recipes, Recipe(keeps)))
     with closing(course.results(pieces, pace.saw, total, total - missing)) as results:
@@ -157,13 +172,10 @@ def _on_workers(
             put(film, piece.begin, piece.end, pixels)
             if kept is not None:
                 kept.add(film, [(piece.begin, piece.end)])
-    return Exposed(pixels_of(film), film) if keeps else Exposed(film, None)
 
 
-def _before(kept: Kept | Held | None, sums: Any, begin: int, end: int) -> Any:
+def _before(sums: Any, begin: int, end: int) -> Any:
     """The sums of tiles that have samples already."""
-    if kept is None:
-        return None
     found = tiles_of(sums, begin, end)
     return found if found[:, COUNT].any() else None
 
@@ -174,29 +186,13 @@ def tiles_of(sums: Any, begin: int, end: int) -> Any:
 
 
 def _gaps(sums: Any, total: int, job: Job) -> list[tuple[int, int]]:
-    """The tiles that do not have all samples yet."""
+    """The tiles in which some pixels are to get samples."""
+    row, column = np.nonzero(job.wanted(sums, job.samples, SQUARE))
     done = np.ones(total + 1, np.bool_)
-    done[:total] = [(sums[square][..., COUNT] >= job.samples).all() for square in squares(0, total, job.width)]
+    done[row * SQUARE // SIDE * -(-job.width // SIDE) + column * SQUARE // SIDE] = False
     steps = np.diff(np.concatenate([[True], done]).astype(np.int8))
     begins, ends = np.flatnonzero(steps < 0).tolist(), np.flatnonzero(steps > 0).tolist()
     return list(zip(begins, ends, strict=True))
-
-
-class Held:
-    """The same sums from one moment to the next, where no file keeps them."""
-
-    def __init__(self) -> None:
-        self._sums: Any = None
-
-    def read(self, sums: Any) -> None:
-        """Fill in what there is."""
-        if self._sums is not None:
-            sums[:] = self._sums
-
-    def add(self, sums: Any, tiles: list[tuple[int, int]]) -> None:
-        """Hold them."""
-        del tiles
-        self._sums = sums
 
 
 class Kept:

@@ -2,10 +2,13 @@
 
 A square of pixels is done when its error (the root of the mean square of its pixels' errors, see `sums`) is not above
 what is wanted. That is decided from its own sums alone, and only where it has one of the numbers of samples at which
-passes end. So neither tiles nor threads nor interruptions change what is decided.
+passes end; while a shutter is open, where whole rounds of its moments do. So neither tiles nor threads nor
+interruptions change what is decided.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -52,11 +55,16 @@ def error_of_all(sums: FloatArray) -> float:
     return float(np.sqrt((errors_of(sums) ** 2).mean()))
 
 
-def wanted(sums: FloatArray, last: int, noise: float | None, side: int) -> npt.NDArray[np.int8]:
-    """(rows, columns): 1 for each square that is to get samples in a pass that ends with `last`."""
+def wanted(
+    sums: FloatArray, last: int, noise: float | None, side: int, is_judged: Callable[[int], bool] = is_end
+) -> npt.NDArray[np.int8]:
+    """(rows, columns): 1 for each square that is to get samples in a pass that ends with `last`.
+
+    is_judged: may the noise of a square with so many samples end it?
+    """
     count = sums[::side, ::side, COUNT]
     more = count < last
     if noise is not None and last > FEWEST and more.any():
-        ends = np.isin(count, [n for n in np.unique(count) if n >= FEWEST and is_end(int(n))])
+        ends = np.isin(count, [n for n in np.unique(count) if n >= FEWEST and is_judged(int(n))])
         more &= ~(ends & (errors_in_squares(sums, side) <= noise))
     return more.astype(np.int8)

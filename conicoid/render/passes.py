@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from ..engine.threads import run_on
-from ..film.passes import STEP, next_end, wanted
+from ..film.passes import STEP, next_end
 from ..film.sums import COUNT, SUMS, pixels_of
 from ..integrators.samples import Settings
 from ..shapes.vector import FloatArray
@@ -76,10 +76,12 @@ class Exposure:
 
     def _passes(self, is_watched: bool) -> Iterator[tuple[int, Any]]:
         """(samples at its end, the squares that are wanted) of each pass: short ones first, where somebody looks."""
-        job, at = self.job, 0
+        job = self.job
         if not self.keeps:
             yield job.samples, np.zeros(0, np.int8)
             return
+        missing = self.sums[::SQUARE, ::SQUARE, COUNT].ravel()[self._wanted(job.samples) != 0]
+        at = int(missing.min(initial=job.samples))
         while at < job.samples:
             after = next_end(at) if is_watched or job.noise is not None else at + STEP
             at = min(job.samples, after) if job.is_progressive else job.samples
@@ -93,7 +95,7 @@ class Exposure:
         top, bottom = self.begin // across, -(-self.end // across)
         rows, columns = -(-self.job.height // SQUARE), -(-self.job.width // SQUARE)
         found = np.zeros((rows, columns), np.int8)
-        part = wanted(self.sums[top * SIDE : bottom * SIDE], last, self.job.noise, SQUARE)
+        part = self.job.wanted(self.sums[top * SIDE : bottom * SIDE], last, SQUARE)
         row, column = np.indices(part.shape)
         tile = (top + row * SQUARE // SIDE) * across + column * SQUARE // SIDE
         first = top * SIDE // SQUARE

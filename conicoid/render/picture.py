@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..film.filters import checked_filter
 from ..film.names import MOST_SAMPLES, SAMPLES, Filter
+from ..film.passes import STEP, is_end, wanted
 from ..integrators import INTEGRATORS
 from ..shapes.light import AmbientLight
 from ..shapes.material import DEFAULT, Material
@@ -41,6 +43,16 @@ class Job:
     shutter: tuple[float, float] | None = None
     times: int = 1
     """In so many moments of the shutter's time what moves is seen."""
+
+    @property
+    def round(self) -> int:
+        """In so many samples all moments of the shutter's time are seen once: all, or where noise may end them some."""
+        return self.samples if self.noise is None else -(-STEP // self.times) * self.times
+
+    def wanted(self, sums: FloatArray, last: int, side: int) -> npt.NDArray[np.int8]:
+        """(rows, columns): 1 for each square, `side` pixels a side, that is to get samples in a pass up to `last`."""
+        is_judged = is_end if self.shutter is None else lambda count: count % self.round == 0
+        return wanted(sums, last, self.noise, side, is_judged)
 
     @property
     def is_progressive(self) -> bool:
@@ -85,8 +97,6 @@ def job_of(
         if shutter is None
         else min(options["samples"], MOST_TIMES if times is None else _whole("times", times, 1, 2**20))
     )
-    if during is not None and limit is not None:
-        raise ValueError("render: noise must be None with a shutter, whose moments share the samples out beforehand")
     return Job(width, height, **options, view=view, filter=kind, noise=limit, shutter=during, times=most)
 
 

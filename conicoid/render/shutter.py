@@ -4,6 +4,9 @@ The time is cut into `times` equal parts; in the middle of each the scene stands
 a block of consecutive samples sees it so. The picture is the mean of these exact pictures. Blocks of Sobol's points are
 themselves spread evenly, over the pixel and the lens, so what does not move looks as without a shutter, to the bit with
 integrators that are progressive. Only bodies that move are prepared anew.
+
+Where noise ends the work, all moments are seen in a round of some samples before it is judged, and in the next again.
+Moments differ, and their differences count as noise: so what is told is not too little.
 """
 
 from __future__ import annotations
@@ -12,12 +15,17 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ..film.sums import SUMS, pixels_of
+from ..shapes.vector import FloatArray
 from .passes import Exposure
 from .picture import Exposed, Job
+from .tiles import SQUARE
 
 if TYPE_CHECKING:
     from ..engine.threads import Progress
-    from .passes import Keep, Preview
+    from .passes import Preview
 
 
 def moments(shutter: tuple[float, float], times: int) -> list[float]:
@@ -26,13 +34,28 @@ def moments(shutter: tuple[float, float], times: int) -> list[float]:
     return [opens + (k + 0.5) / times * (closes - opens) for k in range(times)]
 
 
-def stills(scene: Any, job: Job, fixed: bool) -> Iterator[tuple[Any, Job]]:
-    """The scene at each moment, and the picture up to the end of that moment's samples."""
+def no_sums(job: Job) -> FloatArray:
+    """The sums of a picture that has no samples yet."""
+    return np.zeros((job.height, job.width, SUMS))
+
+
+def stills(scene: Any, job: Job, fixed: bool, sums: FloatArray) -> Iterator[tuple[Any, Job]]:
+    """The scene at each moment in which some pixels get samples, and the picture up to the end of that moment's.
+
+    sums: those of all samples so far, whenever the next moment is asked for.
+    """
     assert job.shutter is not None
-    for k, time in enumerate(moments(job.shutter, job.times)):
-        still = scene.at(time)
-        view = job.view if fixed or still.camera is None else still.camera
-        yield still, replace(job, samples=(k + 1) * job.samples // job.times, view=view)
+    for begin in range(0, job.samples, job.round):
+        count = min(job.round, job.samples - begin)
+        if not job.wanted(sums, begin + count, SQUARE).any():
+            continue
+        for k, time in enumerate(moments(job.shutter, job.times)):
+            end = begin + (k + 1) * count // job.times
+            if not job.wanted(sums, end, SQUARE).any():
+                continue
+            still = scene.at(time)
+            view = job.view if fixed or still.camera is None else still.camera
+            yield still, replace(job, samples=end, view=view)
 
 
 def render_open(
@@ -44,21 +67,18 @@ def render_open(
     fixed: is the camera that of the job throughout?
     kept: where sums are read from first, `kept.read(sums)`, and written to, `kept.add(sums, tiles)`, or None.
     """
-    film, sums = None, None
-    for still, part in stills(scene, job, fixed):
+    sums = no_sums(job)
+    if kept is not None:
+        kept.read(sums)
+    for still, part in stills(scene, job, fixed, sums):
         exposure = Exposure(still, part, True, goes_on=True)
-        if sums is not None:
-            exposure.sums = sums
-        elif kept is not None:
-            kept.read(exposure.sums)
-        film, sums = exposure.film, exposure.sums
-        exposure.go_on(_as_part(progress, part.samples, job.samples), preview, kept and _adding(kept, sums))
-    assert film is not None
-    return Exposed(film, sums)
-
-
-def _adding(kept: Any, sums: Any) -> Keep:
-    return lambda tiles: kept.add(sums, tiles)
+        exposure.sums = sums
+        exposure.go_on(
+            _as_part(progress, part.samples, job.samples),
+            preview,
+            None if kept is None else lambda tiles: kept.add(sums, tiles),
+        )
+    return Exposed(pixels_of(sums), sums)
 
 
 def _as_part(progress: Progress | None, samples: int, of: int) -> Progress | None:

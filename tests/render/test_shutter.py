@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.film.passes import in_squares
 
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 RADIUS, WAY = 0.3, 1.4
@@ -148,7 +149,6 @@ def test_a_file_that_moves_what_is_not_there(tmp_path):
         (lambda: moving_ball().without("ball").at(0.5), KeyError, "no body named 'ball'"),
         (lambda: moving_ball().render(4, 4, shutter=(1, 0)), ValueError, "shutter must close after it opens"),
         (lambda: moving_ball().render(4, 4, times=3), ValueError, "times goes with shutter"),
-        (lambda: moving_ball().render(4, 4, 8, "path", shutter=(0, 1), noise=0.1), ValueError, "noise must be None"),
     ],
 )  # fmt: skip
 def test_refusals(make, error, told):
@@ -198,6 +198,60 @@ def test_a_shutter_on_workers(tmp_path, integrator):
     assert told[-1][0] == told[-1][1]
     assert (moving_ball().render(**asked, executor=workers, resume=tmp_path / "file").pixels == near).all()
     assert (moving_ball().render(**asked, resume=tmp_path / "file").pixels == near).all()
+
+
+# ---- Until noise is gone ----
+
+ROUND = 70  # samples, of 14 moments five each: the fewest that are 64 or more
+UNTIL = dict(width=70, height=40, integrator="path", shutter=(0, 1), times=14, noise=0.02)
+
+
+def test_noise_is_judged_when_all_moments_are_seen():
+    """Where all moments are alike one round is enough. A pixel in the ball's way is black or white by the moment."""
+    image = moving_ball().render(**UNTIL, samples=5 * ROUND + 3, layers=("samples", "error"))
+    samples, error = image.layers["samples"], image.layers["error"]
+    assert set(np.unique(samples)) <= {k * ROUND for k in range(1, 6)} | {5 * ROUND + 3}
+    places = np.abs((np.arange(40) + 0.5) / 20 - 1)
+    assert (samples[places > RADIUS + 0.4] == ROUND).all()
+    assert samples[18:22].max() == 5 * ROUND + 3
+    rms = np.sqrt(in_squares(error.astype(float) ** 2, 8))
+    assert ((rms <= 0.02 * (1 + 1e-6)) | (samples[::8, ::8] == samples.max())).all()
+
+
+def test_noise_that_ends_the_work_leaves_the_mean_of_the_moments():
+    """As many samples see each moment, whenever it ends: within the noise it is the picture of as many samples."""
+    until = moving_ball().render(**UNTIL | dict(noise=0.03)).pixels
+    every = moving_ball().render(**UNTIL | dict(noise=None), samples=40 * ROUND).pixels
+    assert until.sum() == pytest.approx(every.sum(), rel=5e-3)
+    assert np.sqrt(((np.sqrt(until) - np.sqrt(every)) ** 2).mean()) < 0.03
+
+
+def test_less_noise_goes_on_where_more_was_enough(tmp_path):
+    from conicoid.cluster.here import here
+
+    scene, workers = moving_ball(), here()
+    workers.chunk = 1
+    asked = UNTIL | dict(samples=3 * ROUND + 10)
+    whole = scene.render(**asked).pixels
+    assert (scene.render(**asked, executor=workers).pixels == whole).all()
+    told = []
+
+    def stop(done, count):
+        told.append((done, count))
+        if len(told) == 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        scene.render(**asked | dict(noise=0.1), resume=tmp_path / "file", progress=stop)
+    scene.render(**asked | dict(noise=0.1), resume=tmp_path / "file")
+    assert (scene.render(**asked, resume=tmp_path / "file").pixels == whole).all()
+    assert (scene.render(**asked, resume=tmp_path / "file", executor=workers).pixels == whole).all()
+    told.clear()
+    scene.render(**asked, resume=tmp_path / "file", progress=lambda *step: told.append(step))
+    assert told == []
+    for other in (dict(samples=4 * ROUND), dict(noise=None), dict(times=13)):
+        with pytest.raises(ValueError, match="holds parts of other work"):
+            scene.render(**asked | other, resume=tmp_path / "file")
 
 
 # ---- Lights ----
