@@ -5,7 +5,9 @@ Where there is no compiler, as beside an installed wheel, the tests of the compi
 
 from __future__ import annotations
 
+import re
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,15 +15,22 @@ from _pytest.raises import RaisesExc
 
 from . import messages
 
-OF_THE_COMPILER = [
-    *("kernel_cache", "test_jit.py", "test_newest_numba.py", "numbers/test_bits.py", "numbers/test_elementary.py"),
-    *("engine/test_assembly.py", "engine/test_items.py", "engine/test_pairs.py", "engine/test_simd_lists.py"),
-    "engine/test_targets.py",
-    *("native/test_arithmetic.py", "native/test_fma.py", "native/test_inspection.py", "native/test_signature.py"),
-    *("native/test_wheels.py", "render/test_sampler.py", "shading/test_formulas.py"),
-]
-"""What inspects compiled code, calls a kernel's inner functions compiled alone, or links."""
-collect_ignore = OF_THE_COMPILER if find_spec("numba") is None else []
+HERE = Path(__file__).parent
+OF_THE_COMPILER = (
+    *("kernel_cache", "test_newest_numba.py", "engine/test_targets.py"),
+    *("native/test_fma.py", "native/test_inspection.py", "native/test_signature.py", "native/test_wheels.py"),
+)
+"""What inspects compiled code, or links."""
+_COMPILES = re.compile(r"^(import|from) (numba|llvmlite|\.+(compiled|lab|processors))\b", re.MULTILINE)
+
+
+def _compile() -> list[str]:
+    """Tests that compile functions themselves, such as inner functions of kernels alone."""
+    files = HERE.rglob("test_*.py")
+    return [str(file.relative_to(HERE)) for file in files if _COMPILES.search(file.read_text(encoding="utf-8"))]
+
+
+collect_ignore = sorted({*OF_THE_COMPILER, *_compile()}) if find_spec("numba") is None else []
 
 
 def pytest_report_header() -> list[str]:

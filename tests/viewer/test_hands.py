@@ -269,8 +269,20 @@ def test_the_camera_is_copied_as_a_scene_file_has_it(browser, tmp_path):
         assert co.load(tmp_path / "again.yaml").camera == CAMERA
 
 
+SEEN = """() => {
+    const quality = document.querySelector('.quality');
+    window.seen = [];
+    const told = () => seen.push([quality.textContent, conicoid.film.shown.width]);
+    new MutationObserver(told).observe(quality, {childList: true, characterData: true, subtree: true});
+}"""
+
+
 def test_resolution_drops_in_motion_and_recovers(page):
-    """Software is slower than 30 pictures a second by far, so that it must drop here."""
+    """Software is slower than 30 pictures a second by far, so that it must drop here.
+
+    What is told is written down as it is told: on a busy machine the picture may be at rest when it is asked for.
+    """
+    page.ask(SEEN)
     mouse = page.page.mouse
     mouse.move(*page.at())
     mouse.down()
@@ -278,8 +290,8 @@ def test_resolution_drops_in_motion_and_recovers(page):
         mouse.move(page.at()[0] + 3 * k, page.at()[1])
         page.page.wait_for_timeout(30)
     full = page.size()[0]
-    assert page.ask("conicoid.film.shown.width") < 0.9 * full
-    assert "while moving" in page.text(".quality")
+    widths = [width for text, width in page.ask("seen") if "while moving" in text]
+    assert min(widths) < 0.9 * full
     mouse.up()
     page.settle()
     assert page.ask("conicoid.film.shown.width") == full
