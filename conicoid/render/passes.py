@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from ..engine.threads import run_on
+from ..engine.threads import chunk_size, run_on
 from ..film.passes import STEP, next_end, wanted
 from ..film.sums import COUNT, SUMS, pixels_of
 from ..integrators.samples import Settings
 from ..shapes.vector import FloatArray
 from . import tiles
+from .frame import SQUARE, Film
 from .picture import Job, light_of, seen_at, turns_of
-from .tiles import SIDE, SQUARE, Film
+from .tiles import SIDE
 from .view import view_of
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 Preview: TypeAlias = Callable[[Film, FloatArray], Any]
 Keep: TypeAlias = Callable[[list[tuple[int, int]]], Any]
+_TILES = 16
+"""So many tiles a call fills at most: what it takes beside is as long as half a tile of a simple picture."""
 _PATIENCE = 60.0  # seconds for threads that were told to end
 
 
@@ -126,9 +129,8 @@ class Exposure:
         count = self.end - self.begin
         rays = min(count * SIDE * SIDE, self.job.width * self.job.height) * (last - begun)
         try:
-            run_on(
-                self.scene.geometry, work, count, 1, rays, told if progress is not None or keep is not None else None
-            )
+            watched = told if progress is not None or keep is not None else None
+            run_on(self.scene.geometry, work, count, chunk_size(count, _TILES), rays, watched)
         except BaseException:
             self._after_end(keep)
             raise
