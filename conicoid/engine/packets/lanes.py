@@ -187,6 +187,17 @@ def shorten_beam(lanes: Floats) -> None:
 
 
 @inline
+def lane_sight(lanes: Floats) -> tuple[float, float]:
+    """How far the lanes have seen, 0 for nowhere, and how many have met something."""
+    furthest, hits = 0.0, 0.0
+    for i in range(ALL):
+        t = lanes[BEST + i]
+        furthest = max(furthest, choose(t < math.inf, t, 0.0))
+        hits += choose(t < math.inf, 1.0, 0.0)
+    return furthest, hits
+
+
+@inline
 def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
     """The ray in lane i, up to t_max."""
     i = np.uint64(i)

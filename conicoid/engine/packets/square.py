@@ -12,14 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiler.jit import allocator, choose, helper, inline
+from ...compiler.jit import allocator, helper, inline
 from ..body.scratch import Scratch
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O
 from ..tables import Floats, Geometry, Signs
 from ..tree.walk import reciprocal, scene_tree
 from .first import trace_packet
 from .frontier import Level, find_frontier, new_frontier, new_level
-from .lanes import ALL, BEAM_AT, BEST, LANES, WAYS_AT
+from .lanes import BEAM_AT, LANES, WAYS_AT, lane_sight
 from .packet import Packet, with_items
 
 _MARGIN = 0.25
@@ -88,17 +88,6 @@ def _find(geometry: Geometry, square: Square, lanes: Floats) -> None:
 
 
 @inline
-def _note_sight(square: Square, lanes: Floats) -> None:
-    """How far the first packet has seen: others are expected to see as far."""
-    furthest, hits = 0.0, 0.0
-    for i in range(ALL):
-        t = lanes[BEST + i]
-        furthest = max(furthest, choose(t < math.inf, t, 0.0))
-        hits += choose(t < math.inf, 1.0, 0.0)
-    square.known[_HORIZON] = furthest if 2.0 * hits > LANES else math.inf
-
-
-@inline
 def _follow(geometry: Geometry, square: Square, lanes: Floats, number: int) -> bool:
     """Is there a frontier for a packet of a square that has a number? Finds one, where that may pay."""
     known = square.known
@@ -125,6 +114,5 @@ def trace_square(
     items = square.items if _follow(geometry, square, packet.lanes, number) else packet.items
     trace_packet(geometry, scratch, with_items(packet, items), blocks, any_hit)
     if square.known[_PACKETS] == 1.0:
-        square.known[_HORIZON] = math.inf
-        if not any_hit:
-            _note_sight(square, packet.lanes)
+        furthest, hits = lane_sight(packet.lanes)
+        square.known[_HORIZON] = furthest if 2.0 * hits > LANES and not any_hit else math.inf
