@@ -104,7 +104,7 @@ def count_packets(add: Any) -> None:
     from conicoid.engine.packets import packet
 
     boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam
-    lanes_in_ball, ball_lanes = packet.lanes_in_ball, packet.ball_lanes
+    lanes_in_ball, ball_lanes = packet.lanes_in_ball_from_one, packet.ball_lanes  # camera rays share their origin
 
     @inline
     def counted_boxes(floats, at, beam, start, near):
@@ -127,7 +127,7 @@ def count_packets(add: Any) -> None:
         ball_lanes(lanes, sphere, surface, entry, body, first, last)
 
     packet_first.boxes_met, packet_first.balls_in_beam = counted_boxes, counted_leaf
-    packet.lanes_in_ball, packet.ball_lanes = counted_ball, counted_lanes
+    packet.lanes_in_ball_from_one, packet.ball_lanes = counted_ball, counted_lanes
 
 
 def count_streams(add: Any) -> None:
@@ -216,8 +216,8 @@ def costs() -> dict[int, float]:
     from conicoid.engine.streams import stream
     from conicoid.engine.surface.quadric import Sphere
 
-    boxes_met, balls_in_beam, lanes_in_ball = packet_first.boxes_met, packet_first.balls_in_beam, packet.lanes_in_ball
-    group_in_ball = packet_first.group_in_ball
+    boxes_met, balls_in_beam = packet_first.boxes_met, packet_first.balls_in_beam
+    lanes_in_ball, group_in_ball = packet.lanes_in_ball_from_one, packet_first.group_in_ball
     ball_lanes, put_on_lists, balls_met = packet.ball_lanes, stream.put_on_lists, stream.balls_met
     questions: dict[int, tuple[Any, float]] = {
         NODE: (lambda f, r, n, c, k: boxes_met(f, k, r, 0, n), 1),

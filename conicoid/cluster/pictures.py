@@ -11,10 +11,11 @@ import numpy as np
 
 from ..film.sums import COUNT, SUMS, pixels_of
 from ..integrators import INTEGRATORS
+from ..render.frame import SQUARE
 from ..render.passes import Exposure
 from ..render.picture import Exposed, Job, light_of
 from ..render.shutter import no_sums, render_open, stills
-from ..render.tiles import SIDE, SQUARE, tile_corner, tile_total
+from ..render.tiles import SIDE, tile_corner, tile_total
 from .checkpoint import Checkpoint
 from .course import Course, Piece, closing
 from .pace import Pace

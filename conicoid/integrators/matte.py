@@ -17,8 +17,9 @@ from ..emitters.sources import LIGHT
 from ..emitters.transport import Transport
 from ..engine.body.hit import resolved
 from ..engine.body.scratch import Scratch
-from ..engine.numbers.vectors import dot, normalized
-from ..engine.packets.first import trace_packet
+from ..engine.culling import extent
+from ..engine.numbers.quotients import quotient, unit_vector
+from ..engine.numbers.vectors import dot
 from ..engine.packets.lanes import (
     ALL,
     BEST,
@@ -32,12 +33,14 @@ from ..engine.packets.lanes import (
     START,
     T_MAX,
     T_MIN,
+    eights,
     lane_hit,
     prepare_lanes,
     put_beam_from,
     put_lane_beam,
 )
-from ..engine.packets.packet import Packet, with_lanes
+from ..engine.packets.packet import with_lanes
+from ..engine.packets.square import Square, trace_square
 from ..engine.surface.normal import gradient_at
 from ..engine.tables import Floats, Geometry
 from ..shading.materials import Materials, material_row
@@ -69,15 +72,24 @@ def leave_all(rows: Floats) -> None:
 
 
 @helper
-def _see(geometry: Geometry, rows: Floats, shadow: Floats, materials: Materials, samples: Samples) -> None:
-    """What the rays of a traced packet meet, and which of them are left."""
-    lanes = samples.packet.lanes
+def _see(
+    geometry: Geometry, rows: Floats, shadow: Floats, materials: Materials, samples: Samples
+) -> tuple[int, int]:  # fmt: skip
+    """What the rays of a traced packet meet, and which of them are left.
+
+    Returns the first and the end of the groups of eight lanes that have met something matte, (0, 0) where none has.
+    """
+    lanes, some, most = samples.packet.lanes, LANES, 0
+    for i in range(ALL):
+        rows[LEFT + i] = 0.0
+    if extent(lanes, BEST)[0] == math.inf:
+        return 0, 0
     for i in range(ALL):
         t = lanes[BEST + i]
         rows[X + i] = lanes[OX + i] + t * lanes[DX + i]
         rows[Y + i] = lanes[OY + i] + t * lanes[DY + i]
         rows[Z + i] = lanes[OZ + i] + t * lanes[DZ + i]
-        rows[R + i], rows[G + i], rows[B + i], rows[LEFT + i] = 0.0, 0.0, 0.0, 0.0
+        rows[R + i], rows[G + i], rows[B + i] = 0.0, 0.0, 0.0
     for k in range(samples.size):
         lane = np.uint64(k)
         _, body, surface, face, side = resolved(geometry, lane_hit(lanes, lane))
@@ -93,22 +105,27 @@ def _see(geometry: Geometry, rows: Floats, shadow: Floats, materials: Materials,
         rows[R + lane], rows[G + lane] = min(1.0, kd * color[0]), min(1.0, kd * color[1])
         rows[B + lane] = min(1.0, kd * color[2])
         shadow[START + lane] = surface
+        some, most = min(some, k), k + 1
+    return (some & -8, most + 7 & -8) if most > 0 else (0, 0)
 
 
 @helper
 def _light(
     rows: Floats, lanes: Floats, shadow: Floats, parallel: bool, fades: bool, where: tuple[float, float, float],
-    intensity: tuple[float, float, float],
+    intensity: tuple[float, float, float], first: int, last: int,
 ) -> None:  # fmt: skip
     """The light that may arrive, and the rays to where it comes from; these are empty where none does.
 
-    where: the way to a parallel light, or the place of another.
+    where: the way to a parallel light, or the place of another. first, last: of the lanes that count.
     """
     end = math.inf if parallel else 1.0
+    first, last = eights(first, last)
     for i in range(ALL):
+        shadow[T_MIN + i], shadow[T_MAX + i] = 0.0, -math.inf
+    for i in range(first, last):
         x, y, z, side = rows[X + i], rows[Y + i], rows[Z + i], rows[SIDE + i]
         dx, dy, dz = lanes[DX + i], lanes[DY + i], lanes[DZ + i]
-        nx, ny, nz = normalized(rows[NX + i], rows[NY + i], rows[NZ + i])
+        nx, ny, nz = unit_vector(rows[NX + i], rows[NY + i], rows[NZ + i])
         nx, ny, nz = side * nx, side * ny, side * nz
         facing = choose(-dot(nx, ny, nz, dx, dy, dz) < 0.0, -1.0, 1.0)
         nx, ny, nz = facing * nx, facing * ny, facing * nz
@@ -116,8 +133,12 @@ def _light(
         ly = choose(parallel, where[1], where[1] - y)
         lz = choose(parallel, where[2], where[2] - z)
         distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
+        inverse = 1.0 / distance
         part = math.pi * choose(fades, 1.0 / (distance * distance), 1.0)
-        cosine = dot(lx / distance, ly / distance, lz / distance, nx, ny, nz)
+        cosine = dot(
+            quotient(lx, distance, inverse), quotient(ly, distance, inverse), quotient(lz, distance, inverse),
+            nx, ny, nz,
+        )  # fmt: skip
         both = (dot(-dx, -dy, -dz, nx, ny, nz) > 0.0) & (cosine > 0.0)
         lambert = choose(both, (1.0 / math.pi) * cosine, 0.0)
         r, g, b = rows[R + i] * lambert, rows[G + i] * lambert, rows[B + i] * lambert
@@ -126,7 +147,7 @@ def _light(
         rows[B + i] = b * (part * intensity[2])
         shadow[OX + i], shadow[OY + i], shadow[OZ + i] = x + 0.0, y + 0.0, z + 0.0
         shadow[DX + i], shadow[DY + i], shadow[DZ + i] = lx, ly, lz
-        shadow[T_MIN + i], shadow[T_MAX + i] = 0.0, choose(r + g + b > 0.0, end, -math.inf)
+        shadow[T_MAX + i] = choose(r + g + b > 0.0, end, -math.inf)
 
 
 @inline
@@ -140,16 +161,20 @@ def _put_all_idle(lanes: Floats, like: int) -> None:
 
 
 @helper
-def add_plain(geometry: Geometry, scratch: Scratch, rows: Floats, shadow: Floats, packet: Packet, transport: Transport,
+def add_plain(geometry: Geometry, scratch: Scratch, rows: Floats, shadow: Floats, lit: Square, transport: Transport,
               samples: Samples) -> None:  # fmt: skip
     """Add the light on what is evenly matte, of a picture that `is_plain`; rows[LEFT:] is 1 for the other rays."""
     light, colors = transport.look.lights[transport.sources.records[0].index], samples.colors
-    _see(geometry, rows, shadow, transport.look.materials, samples)
+    first, last = _see(geometry, rows, shadow, transport.look.materials, samples)
+    if last == 0:
+        return
     parallel, place, axis, sent = light.parallel == 1, light.position, light.axis, light.intensity
     where = (-axis[0], -axis[1], -axis[2]) if parallel else (place[0], place[1], place[2])
-    _light(rows, samples.packet.lanes, shadow, parallel, light.fades == 1, where, (sent[0], sent[1], sent[2]))
+    _light(
+        rows, samples.packet.lanes, shadow, parallel, light.fades == 1, where, (sent[0], sent[1], sent[2]), first, last
+    )
     some = -1
-    for k in range(samples.size):
+    for k in range(first, last):
         if shadow[T_MAX + np.uint64(k)] > 0.0:
             some = k
     if some < 0:
@@ -159,8 +184,9 @@ def add_plain(geometry: Geometry, scratch: Scratch, rows: Floats, shadow: Floats
     put_lane_beam(shadow, False)
     if not parallel:
         put_beam_from(shadow, where[0], where[1], where[2])
-    trace_packet(geometry, scratch, with_lanes(packet, shadow), scratch.nothing, True)
-    for k in range(samples.size):
+    to_light = with_lanes(samples.packet, shadow)
+    trace_square(geometry, scratch, to_light, lit, samples.pixels[0], scratch.nothing, True)
+    for k in range(first, min(last, samples.size)):
         lane = np.uint64(k)
         if shadow[BEST + lane] == math.inf:
             colors[k, 0] += rows[R + lane]

@@ -22,7 +22,6 @@ from ..engine.body.scratch import Scratch
 from ..engine.packets.first import trace_packet
 from ..engine.packets.lanes import (
     LANES,
-    close_lanes,
     lane_hit,
     lane_ray,
     prepare_lanes,
@@ -31,6 +30,7 @@ from ..engine.packets.lanes import (
     put_ray,
 )
 from ..engine.packets.packet import Packet, new_lanes, new_rows, with_lanes
+from ..engine.packets.square import Square, new_square
 from ..engine.ray import with_limits
 from ..engine.tables import Floats, Geometry, halted, whole
 from ..shading.media import OUTSIDE
@@ -51,7 +51,7 @@ from .pool import (
     ray_in,
     trace_rows,
 )
-from .samples import Samples, Settings
+from .samples import Samples, Settings, trace_samples
 from .sobol import sobol_pair
 from .straight import arrives
 from .vertex import NONE, Path, at_ray, weighed
@@ -70,12 +70,13 @@ class Walk(NamedTuple):
     shadow: Floats  # the lanes of rays to sources
     pool: Pool
     matte: Floats  # see `matte`
+    lit: Square  # of rays to the light of a picture that `is_plain`
 
 
 @allocator
 def new_memory(geometry: Geometry, settings: Settings) -> Walk:
     """Memory for one thread."""
-    return Walk(new_lanes(), new_pool(geometry), new_rows(ROWS))
+    return Walk(new_lanes(), new_pool(geometry), new_rows(ROWS), new_square())
 
 
 @inline
@@ -200,11 +201,10 @@ def _add_asked(
 def gather(geometry: Geometry, scratch: Scratch, walk: Walk, settings: Settings, samples: Samples) -> None:
     """Add what camera rays find and are sent from sources straight; `finish` adds the rest."""
     transport, pool = settings.look, walk.pool
-    close_lanes(samples.packet.lanes, samples.size)
-    trace_packet(geometry, scratch, samples.packet, scratch.nothing, False)
+    trace_samples(geometry, scratch, samples)
     paths, asks, shift = pool.counts[PATHS], pool.counts[ASKS], LANES * pool.counts[ROUND]
     if is_plain(settings):
-        add_plain(geometry, scratch, walk.matte, walk.shadow, samples.packet, transport, samples)
+        add_plain(geometry, scratch, walk.matte, walk.shadow, walk.lit, transport, samples)
     else:
         leave_all(walk.matte)
     _begin(geometry, scratch, pool, transport, samples, walk.matte)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..compiler.jit import allocator, helper, inline
+from ..compiler.jit import allocator, inline
 from ..compiler.shapes import shaped
 from ..engine.body.hit import resolved
 from ..engine.body.scratch import Scratch
-from ..engine.packets.first import trace_packet
 from ..engine.packets.lanes import close_lanes, lane_hit, lane_ray
 from ..engine.packets.packet import Packet
+from ..engine.packets.square import Square, trace_square
 from ..engine.tables import Floats, Geometry, Longs
 
 
@@ -33,6 +33,7 @@ class Samples(NamedTuple):
     size: int  # how many rays there are
     pixels: Longs  # (64,) the number of each one's pixel
     sample: int  # which of the samples of their pixels they are; of `finish` the first
+    square: Square  # what they share with the other samples of their pixels
 
 
 class Seen(NamedTuple):
@@ -48,11 +49,11 @@ class Seen(NamedTuple):
     z: float
 
 
-@helper
+@inline
 def trace_samples(geometry: Geometry, scratch: Scratch, samples: Samples) -> None:
     """Trace the first hits of all rays together; `seen` then returns them ray by ray."""
     close_lanes(samples.packet.lanes, samples.size)
-    trace_packet(geometry, scratch, samples.packet, scratch.nothing, False)
+    trace_square(geometry, scratch, samples.packet, samples.square, samples.pixels[0], scratch.nothing, False)
 
 
 @inline

@@ -64,14 +64,26 @@ def _flipped(word: np.uint64, seed: np.uint64) -> np.uint64:
 
 
 @inline
+def sobol_keys(seed: int, pixel: int, pair: int) -> tuple[np.uint64, np.uint64]:
+    """What shuffles the order of a pair of dimensions of a pixel, and what scrambles both: the same for all samples."""
+    order = mixed(mixed(mixed(np.uint64(seed)) ^ np.uint64(pixel)) ^ np.uint64(pair))
+    return order, mixed(order)
+
+
+@inline
+def pair_by_keys(order: np.uint64, scramble: np.uint64, sample: int) -> tuple[float, float]:
+    """`sobol_pair` of a sample, by its `sobol_keys`."""
+    index = reversed_word(_flipped(reversed_word(np.uint64(sample)), order & _WORD))
+    u = reversed_word(_flipped(index, scramble & _WORD))
+    v = reversed_word(_flipped(second_word(index), scramble >> _HALF))
+    return float(u) * _PER_WORD, float(v) * _PER_WORD
+
+
+@inline
 def sobol_pair(seed: int, pixel: int, sample: int, pair: int) -> tuple[float, float]:
     """Dimensions 2 pair and 2 pair + 1 of a sample of a pixel, each in [0, 1)."""
-    key = mixed(mixed(mixed(np.uint64(seed)) ^ np.uint64(pixel)) ^ np.uint64(pair))
-    index = reversed_word(_flipped(reversed_word(np.uint64(sample)), key & _WORD))
-    key = mixed(key)
-    u = reversed_word(_flipped(index, key & _WORD))
-    v = reversed_word(_flipped(second_word(index), key >> _HALF))
-    return float(u) * _PER_WORD, float(v) * _PER_WORD
+    order, scramble = sobol_keys(seed, pixel, pair)
+    return pair_by_keys(order, scramble, sample)
 
 
 @inline

@@ -1,7 +1,8 @@
 """Whitted's method for 64 pixels at a time: what their rays meet first, and its shadows, go in packets.
 
 Rays that are mirrored or refracted scatter; they are followed one by one. The formulas are those of
-`whitted`, so the colours are the same to the bit.
+`whitted`, so the colours are the same to the bit. Hits in doubt are taken as they are, here and in `path`: what is in
+doubt grazes a surface, or meets two within rounding, and either answer is right for a picture (docs/light.md).
 """
 
 from __future__ import annotations

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from ..engine.threads import run_on
+from ..engine.threads import chunk_size, run_on
 from ..film.passes import STEP, next_end
 from ..film.sums import COUNT, SUMS, pixels_of
 from ..integrators.samples import Settings
 from ..shapes.vector import FloatArray
 from . import tiles
+from .frame import SQUARE, Film
 from .picture import Job, light_of, seen_at, turns_of
-from .tiles import SIDE, SQUARE, Film
+from .tiles import SIDE
 from .view import view_of
 
 if TYPE_CHECKING:
@@ -25,6 +26,11 @@ if TYPE_CHECKING:
 
 Preview: TypeAlias = Callable[[Film, FloatArray], Any]
 Keep: TypeAlias = Callable[[list[tuple[int, int]]], Any]
+_TILES = 16
+"""So many tiles of one sample a call fills at most: what it takes beside is as long as half a tile of a simple picture.
+
+Of many samples each is handed over as it is done.
+"""
 _PATIENCE = 60.0  # seconds for threads that were told to end
 
 
@@ -128,9 +134,9 @@ class Exposure:
         count = self.end - self.begin
         rays = min(count * SIDE * SIDE, self.job.width * self.job.height) * (last - begun)
         try:
-            run_on(
-                self.scene.geometry, work, count, 1, rays, told if progress is not None or keep is not None else None
-            )
+            watched = told if progress is not None or keep is not None else None
+            most = max(1, _TILES // max(1, last - begun))
+            run_on(self.scene.geometry, work, count, chunk_size(count, most), rays, watched)
         except BaseException:
             self._after_end(keep)
             raise

@@ -23,8 +23,8 @@ from .fit import fitting_lights
 
 if TYPE_CHECKING:
     from ..engine.threads import Progress
+    from .frame import Film
     from .passes import Preview
-    from .tiles import Film
 
 
 @dataclass(frozen=True)

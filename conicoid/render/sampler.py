@@ -14,9 +14,17 @@ from __future__ import annotations
 import numpy as np
 
 from ..compiler.jit import inline
-from ..integrators.sobol import mixed, sobol, sobol_pair
+from ..integrators.sobol import mixed, pair_by_keys, sobol, sobol_keys, sobol_pair
 
-__all__ = ["reversed_bits", "sample_in_pixel", "sobol", "sobol_pair", "unit_interval"]
+__all__ = [
+    "pair_by_keys",
+    "reversed_bits",
+    "sample_in_pixel",
+    "sobol",
+    "sobol_keys",
+    "sobol_pair",
+    "unit_interval",
+]
 
 _UNIT = 2.0**-53
 

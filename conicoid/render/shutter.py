@@ -19,9 +19,9 @@ import numpy as np
 
 from ..film.sums import SUMS, pixels_of
 from ..shapes.vector import FloatArray
+from .frame import SQUARE
 from .passes import Exposure
 from .picture import Exposed, Job
-from .tiles import SQUARE
 
 if TYPE_CHECKING:
     from ..engine.threads import Progress

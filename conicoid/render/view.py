@@ -13,6 +13,7 @@ import numpy as np
 
 from ..compiler.jit import helper, inline, kernel
 from ..compiler.shapes import shaped
+from ..engine.numbers.quotients import quotient, unit_vector
 from ..engine.numbers.turns import cos_sin_turns
 from ..engine.numbers.vectors import normalized
 from ..engine.tables import Floats
@@ -54,8 +55,10 @@ def camera_ray(
     lens: Floats, x: float, y: float, width: int, height: int
 ) -> tuple[float, float, float, float, float, float]:
     """Origin and unit direction through a point of the picture, in pixels (see `camera`)."""
-    u, v = (2.0 * x - width) / height, (height - 2.0 * y) / height
-    dx, dy, dz = normalized(
+    high = float(height)
+    inverse = 1.0 / high
+    u, v = quotient(2.0 * x - width, high, inverse), quotient(high - 2.0 * y, high, inverse)
+    dx, dy, dz = unit_vector(
         lens[3, 0] + u * lens[4, 0] + v * lens[5, 0],
         lens[3, 1] + u * lens[4, 1] + v * lens[5, 1],
         lens[3, 2] + u * lens[4, 2] + v * lens[5, 2],

@@ -121,6 +121,39 @@ def _lanes_in_ball(groups: int) -> Any:
 _in_ball_64, _in_ball_8 = _lanes_in_ball(8), _lanes_in_ball(1)
 
 
+@intrinsic
+def lanes_in_ball_from_one(typing_context: Any, lanes: Any, x: Any, y: Any, z: Any, r: Any) -> Any:
+    """`lanes_in_ball` for lanes that share an origin: a third of the work.
+
+    How deep the foot of the perpendicular is in the ball, r² - |c|² + (c·d)² / d·d with the center c as the origin
+    sees it, loses some 3e-15 of |c|² + r² to rounding, so the same slack holds it.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        rays, radius = c.data(signature, arguments, 0), c.spread(arguments[4])
+        center = [b.fsub(c.spread(arguments[1 + k]), c.spread(c.number(rays, INT64(0), 64 * k))) for k in range(3)]
+        squared, far = b.fmul(radius, radius), c.product(center, center)
+        raised = c.fused(b.fadd(far, squared), c.constant(slack.BALL_SLACK), c.constant(slack.BALL_LEAST))
+        base = b.fadd(b.fsub(squared, far), raised)
+        apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
+        wide, met = c.fused(apart, c.constant(slack.BALL_SLACK), radius), INT64(0)
+        for group in range(8):
+            # Direction; 1 / d·d and 1 / |d| or more; the interval
+            row = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in (9, 10, 11, 12, 13, 6, 7, 8)]
+            along = c.product(center, row[:3])
+            foot, reach = b.fmul(along, row[3]), b.fmul(wide, row[4])
+            # NaN counts as met
+            missed = b.fcmp_ordered("<", c.fused(foot, along, base), c.constant(0.0))
+            missed = b.or_(missed, b.fcmp_ordered(">", b.fsub(foot, reach), c.smaller(row[6], row[7])))
+            missed = b.or_(missed, b.fcmp_ordered("<", b.fadd(foot, reach), row[5]))
+            bits = b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
+            met = b.or_(met, b.shl(bits, INT64(8 * group)))
+        return met
+
+    return types.int64(lanes, *[types.float64] * 4), code
+
+
 @inline
 def lanes_in_ball(lanes: Floats, x: float, y: float, z: float, r: float) -> int:
     """Which lanes of a packet may meet a ball, as bits; see `balls_met`.

@@ -45,7 +45,9 @@ SPREAD = BEAM_AT + BEAM + 3
 LEAST_START = BEAM_AT + BEAM + 4
 GROUP_BEAMS = BEAM_AT + BEAM + 5
 """Not 0 once the beams of the eight groups are known."""
-GROUPS_AT = BEAM_AT + BEAM + 6
+WAYS_AT = BEAM_AT + BEAM + 6
+"""The corners of the beam's directions, whose inverses are in the beam: three least, three greatest."""
+GROUPS_AT = WAYS_AT + 6
 """Their numbers, as in a beam, eight of each."""
 SIZE = GROUPS_AT + 96
 
@@ -137,6 +139,7 @@ def put_lane_beam(lanes: Floats, shared: bool) -> None:
         low, high = extent(lanes, DX + row)
         lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = first, last
         lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
+        lanes[WAYS_AT + axis], lanes[WAYS_AT + 3 + axis] = low, high
         spread, apart = max(spread, high - low), max(apart, last - first)
     lanes[SHARED], lanes[SPREAD] = 1.0 if apart == 0.0 else 0.0, spread
     lanes[BEAM_AT + FIRST] = extent(lanes, T_MIN)[0]
@@ -172,14 +175,26 @@ def put_beam_from(lanes: Floats, x: float, y: float, z: float) -> None:
         source = x if axis == 0 else (y if axis == 1 else z)
         low, high = extent(lanes, OX + np.uint64(LANES * axis))
         lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis] = source, source
-        lanes[BEAM_AT + LOW_I + axis] = reciprocal(low - source)
-        lanes[BEAM_AT + HIGH_I + axis] = reciprocal(high - source)
+        low, high = low - source, high - source
+        lanes[BEAM_AT + LOW_I + axis], lanes[BEAM_AT + HIGH_I + axis] = reciprocal(low), reciprocal(high)
+        lanes[WAYS_AT + axis], lanes[WAYS_AT + 3 + axis] = low, high
 
 
 @inline
 def shorten_beam(lanes: Floats) -> None:
     """The beam ends where the last of its lanes does."""
     lanes[BEAM_AT + LAST] = reach(lanes)
+
+
+@inline
+def lane_sight(lanes: Floats) -> tuple[float, float]:
+    """How far the lanes have seen, 0 for nowhere, and how many have met something."""
+    furthest, hits = 0.0, 0.0
+    for i in range(ALL):
+        t = lanes[BEST + i]
+        furthest = max(furthest, choose(t < math.inf, t, 0.0))
+        hits += choose(t < math.inf, 1.0, 0.0)
+    return furthest, hits
 
 
 @inline

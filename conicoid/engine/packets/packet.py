@@ -11,7 +11,7 @@ from ...compiler.jit import allocator, choose, helper, inline
 from ..body.hit import within
 from ..body.meet import try_entry
 from ..body.scratch import Scratch
-from ..culling import highest_bit, lanes_in_ball, lanes_in_box, lowest_bit
+from ..culling import highest_bit, lanes_in_ball, lanes_in_ball_from_one, lanes_in_box, lowest_bit
 from ..culling.layout import MOST_CHOSEN
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from ..tree.leaf import leaf_ball, leaf_item
@@ -27,6 +27,7 @@ from .lanes import (
     ENTRY,
     PLACE,
     SENSE,
+    SHARED,
     SIZE,
     T_MAX,
     WITHIN,
@@ -74,6 +75,12 @@ def with_lanes(packet: Packet, lanes: Floats) -> Packet:
 
 
 @inline
+def with_items(packet: Packet, items: Floats) -> Packet:
+    """A packet with another frontier, which must hold for its rays."""
+    return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.asked)
+
+
+@inline
 def boolean_memory(packet: Packet) -> Memory:
     """What of a packet its Boolean bodies need."""
     return Memory(packet.lanes, packet.leaves, packet.truths, packet.spans)
@@ -118,7 +125,10 @@ def lanes_in_child(geometry: Geometry, lanes: Floats, at: int) -> int:
 def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> int:
     """The lanes that may meet a ball with its numbers at floats[at::stride]."""
     f = geometry.floats
-    return lanes_in_ball(lanes, f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride])
+    x, y, z, r = f[at], f[at + stride], f[at + 2 * stride], f[at + 3 * stride]
+    if lanes[SHARED] != 0.0:
+        return lanes_in_ball_from_one(lanes, x, y, z, r)
+    return lanes_in_ball(lanes, x, y, z, r)
 
 
 @inline

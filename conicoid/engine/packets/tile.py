@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiler.jit import allocator, choose, helper, inline
+from ...compiler.jit import allocator, helper, inline
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, prefetch, widen
 from ..ray import RayArrays
 from ..tables import Floats, Geometry
 from ..tree.walk import reciprocal, scene_tree
 from .frontier import Level, find_frontier, narrow_frontier, new_frontier, new_level
-from .lanes import ALL, BEST, LANES, put_origin
+from .lanes import LANES, lane_sight, put_origin
 from .load import packet_row, packets_across
 
 _SIDE = 4
@@ -151,11 +151,7 @@ def open_tile(geometry: Geometry, tile: Tile, lanes: Floats, rays: RayArrays, nu
 @inline
 def note_sight(tile: Tile, lanes: Floats) -> None:
     """How far a traced packet of the tile has seen: tiles are expected to see as far as the one before."""
-    furthest, hits = 0.0, 0.0
-    for i in range(ALL):
-        t = lanes[BEST + i]
-        furthest = max(furthest, choose(t < math.inf, t, 0.0))
-        hits += choose(t < math.inf, 1.0, 0.0)
+    furthest, hits = lane_sight(lanes)
     sight = tile.sight
     sight[_FURTHEST] = max(sight[_FURTHEST], furthest)
     sight[_HITS] += hits
