@@ -20,8 +20,12 @@ from .motions import Chains
 from .pattern import FRAME_NUMBERS, Pattern
 from .plan import Plan, is_a, plan_of
 from .recorded import Primitives
+from .said import places_by
 
 Found = tuple[Pattern, Ints, Floats]
+Told = Callable[[int, int], Any]
+_AT_ONCE = 8192
+"""Primitives, alone or in Boolean bodies, that are lowered together where there are many."""
 _IN_PLACE = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
 
 
@@ -37,6 +41,10 @@ class _Planned:
     numbers: list[int] = field(default_factory=list)
     first: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
     frames: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
+
+    def some(self, begin: int, end: int) -> _Planned:
+        """Some of the bodies, before they have places."""
+        return _Planned(self.shapes[begin:end], self.plans[begin:end], self.numbers[begin:end])
 
     def of(self, index: int) -> tuple[Boolean, Plan]:
         """One of the bodies, and its plan."""
@@ -202,11 +210,53 @@ class Together:
             # A translation, or none, is known at once
             like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
 
-    def lowered(self, told: Callable[[int, int], Any] = lambda *_: None) -> tuple[list[Found], list[tuple[Shape, int]]]:
+    def lowered(self, told: Told = lambda *_: None) -> tuple[list[Found], list[tuple[Shape, int]]]:
         """(pattern, numbers, rows) of bodies that could be lowered together; shapes and numbers of those left.
 
-        told(done, count) is called for the kinds that there are.
+        Where there are many of a kind, so many at a time that what they are made of stays in the cache. Bodies that are
+        left then may find enough of their like among those that others left. told(done, count) is called now and then.
         """
+        results: list[Found] = []
+        blocks = [*self._blocks_of_plans(), *self._blocks_of_single()]
+        for done, block in enumerate(blocks):
+            told(done, len(blocks) + 1)
+            found, left = block._all(lambda *_: None)
+            results += found
+            self.paints.update(block.paints)
+            for shape, number in left:
+                self.add(shape, number)
+        found, rest = self._all((lambda *_: None) if blocks else told)
+        return results + found, rest
+
+    def _blocks_of_plans(self) -> Iterator[Together]:
+        """Boolean bodies of which there are many, no longer here."""
+        for key, like in list(self._plans.items()):
+            size = _AT_ONCE // len(like.plans[0].leaves) + 1
+            if len(like.shapes) > 2 * size:
+                del self._plans[key]
+                for begin in range(0, len(like.shapes), size):
+                    block = Together()
+                    block._plans[key] = like.some(begin, begin + size)
+                    yield block
+
+    def _blocks_of_single(self) -> Iterator[Together]:
+        """Primitives of which there are many, no longer here."""
+        shapes, numbers = self._single
+        if len(shapes) <= 2 * _AT_ONCE:
+            return
+        left: list[int] = []
+        for places in places_by(list(map(type, shapes))).values():
+            if len(places) <= 2 * _AT_ONCE:
+                left += places
+                continue
+            for begin in range(0, len(places), _AT_ONCE):
+                block, some = Together(), places[begin : begin + _AT_ONCE]
+                block._single = [shapes[k] for k in some], [numbers[k] for k in some]
+                yield block
+        self._single = [shapes[k] for k in left], [numbers[k] for k in left]
+
+    def _all(self, told: Told) -> tuple[list[Found], list[tuple[Shape, int]]]:
+        """`lowered`, all at once."""
         rest = self._take_single()
         self._take_planned()
         kinds = self._primitives.kinds + len(self._plans) + len(self._many)
@@ -215,7 +265,9 @@ class Together:
         results: list[Found] = []
         for form, places, rows in found:
             alone = owners[places] >= 0
-            if alone.any():
+            if alone.all():
+                results.append((form.pattern, owners[places], rows))
+            elif alone.any():
                 results.append((form.pattern, owners[places[alone]], rows[alone]))
         rest += [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
         if self._plans or self._many:
