@@ -1,6 +1,7 @@
 """What comes before the first ray: preparing bodies of each kind, and whole processes from a scene file to a picture.
 
     python benchmarks/preparing.py [--many 100000]
+    python benchmarks/preparing.py --linear [--memory 24]      # from 1,000 bodies to 1,000,000
 
 Preparing is timed in a process of its own for each kind, processor time on one core, first with nothing recorded (which
 the first scene of a process pays for), then as often as it takes; making the objects apart. Pictures have 1,000 x 1,000
@@ -13,6 +14,7 @@ import argparse
 import json
 import os
 import platform
+import resource
 import statistics
 import subprocess
 import sys
@@ -25,6 +27,15 @@ from typing import Any
 import numpy as np
 
 RUNS = 3
+COUNTS = 1_000, 10_000, 100_000, 1_000_000
+LINEAR = (
+    "`Sphere`",
+    "`Box`",
+    "`Box`, turned",
+    "oblique `Cylinder`",
+    "box - ball - 3 cylinders, turned",
+    "(ball & box) - 3 cylinders, scaled",
+)
 
 
 def point(rng: Any) -> Any:
@@ -109,6 +120,46 @@ def one_kind(name: str, count: int) -> dict[str, float]:
     return {"made": min(made) * micro, "first": prepared[0] * micro, "again": min(prepared[1:]) * micro}
 
 
+def once(name: str, count: int) -> dict[str, float]:
+    """Microseconds for each body, prepared when some of the kind have been; the most memory that the process took.
+
+    Few bodies are prepared several times, and the least is told.
+    """
+    import conicoid as co
+
+    make, rng = kinds()[name], np.random.default_rng(1)
+    co.Scene([make(rng) for _ in range(200)]).prepare()
+    prepared = []
+    for _ in range(RUNS if count <= COUNTS[1] else 1):
+        scene = co.Scene([make(rng) for _ in range(count)])
+        begin = time.process_time()
+        scene.prepare()
+        prepared.append(time.process_time() - begin)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1 << 20)
+    return {"again": min(prepared) * 1e6 / count, "GiB": memory}
+
+
+def linear(gib: float) -> None:
+    """Microseconds for each body of scenes of every size that there is memory for, by the size before."""
+    print(
+        "| a body | "
+        + " | ".join(f"{count:,}" for count in COUNTS)
+        + " | GiB |\n|---"
+        + "|---" * (len(COUNTS) + 1)
+        + "|"
+    )
+    for name in LINEAR:
+        cells, memory = [], 0.0
+        for before, count in zip((0, *COUNTS), COUNTS, strict=False):
+            if before and memory * count / before > gib:
+                cells.append("")
+                continue
+            told = in_a_process("--once", name, str(count))
+            cells.append(f"{told['again']:.1f}")
+            memory = told["GiB"]
+        print(f"| {name} | {' | '.join(cells)} | {memory:.2f} |", flush=True)
+
+
 def in_a_process(*arguments: str) -> Any:
     done = subprocess.run([sys.executable, __file__, *arguments], capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
@@ -158,11 +209,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--many", type=int, default=100_000, help="bodies of the largest scenes of primitives")
     parser.add_argument("--pictures", action="store_true", help="whole processes alone")
+    parser.add_argument("--linear", action="store_true", help="preparing alone, from 1,000 bodies to 1,000,000")
+    parser.add_argument("--memory", type=float, default=24.0, help="GiB that --linear may take, by what fewer took")
+    parser.add_argument("--once", nargs=2, metavar=("KIND", "COUNT"), help=argparse.SUPPRESS)
     parser.add_argument("--one", nargs=2, metavar=("KIND", "COUNT"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.pictures:
         with tempfile.TemporaryDirectory() as folder:
             whole_processes(Path(folder))
+        return
+    if arguments.linear:
+        linear(arguments.memory)
+        return
+    if arguments.once:
+        print(json.dumps(once(arguments.once[0], int(arguments.once[1]))))
         return
     if arguments.one:
         print(json.dumps(one_kind(arguments.one[0], int(arguments.one[1]))))

@@ -110,12 +110,14 @@ def _exact() -> None:
 
 
 def _many() -> None:
-    """Bodies that are lowered together."""
+    """Bodies that are lowered together: in lanes, and beside a number halfway between two floats in digits."""
     from .engine.lowering.recordings import FEWEST
     from .scene import Scene
     from .shapes.sphere import Sphere
 
-    Scene([Sphere(1.0, (float(k), 0.0, 0.0)) for k in range(FEWEST)]).prepare()
+    for beside in (0.0, 2.0**-120):
+        balls = [Sphere(1.0, (1.0, float(k), 0.0)) for k in range(FEWEST)]
+        Scene([ball.translate((2.0**-53, 0.0, 0.0)).translate((beside, 0.0, 0.0)) for ball in balls]).prepare()
 
 
 def _explained() -> None:

@@ -15,6 +15,7 @@ import pytest
 import conicoid as co
 from conicoid.engine import lowering
 from conicoid.engine.lowering import recordings
+from conicoid.engine.lowering import together as together_module
 
 from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS
 
@@ -61,6 +62,13 @@ def assert_same_tables(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_tables_are_the_same_to_the_bit(seed, monkeypatch):
+    assert_same_tables(seed, monkeypatch)
+
+
+@pytest.mark.parametrize("seed", range(12, 18))
+def test_tables_of_bodies_in_blocks_are_the_same_to_the_bit(seed, monkeypatch):
+    """As many bodies at a time as make a recording worth while, with some left over that are too few."""
+    monkeypatch.setattr(together_module, "_AT_ONCE", recordings.FEWEST // 2 + seed % 5)
     assert_same_tables(seed, monkeypatch)
 
 

@@ -13,14 +13,16 @@ from ...shapes import exact as ex
 from ...shapes.motion import Affine, Motion, Step, Translate
 from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Longs, Signs
-from ..tapes.play import wide_row
+from ..tapes.lane_rows import COLUMNS
+from ..tapes.play import NOTHING, Given, Recording, in_fours, wide_row
 from ..tapes.wide import WIDTH
 from . import recordings
 from .pattern import FRAME_NUMBERS
 from .said import again, places_by, said, said_of_all
 
 _TRANSLATE = {Translate}
-NO_NUMBERS = np.zeros((1, 0, WIDTH), np.int64)
+_NUMBERS = 25
+"""Of a motion: both ways, and its factor if it is a similarity."""
 
 
 @dataclass(frozen=True)
@@ -129,35 +131,66 @@ class Motions:
             self._steps += known.steps[-len(new) :]
         return list(map(known.rows.__getitem__, keys))
 
-    def work_out(self) -> tuple[Longs, Signs, Floats]:
-        """(motions, 25, WIDTH) wide numbers; of each, 1 if it is a similarity, 0 if not, -1 where it is not known.
+    def work_out(self) -> tuple[Given, Signs, Floats]:
+        """The numbers of all motions; of each, 1 if it is a similarity, 0 if not, -1 where it is not known.
 
         And (motions, 12), the rows of the inverse, rounded.
         """
         count = len(self._steps)
-        table, kinds = np.zeros((count, 25, WIDTH), np.int64), np.full(count, -1, np.int8)
-        back, few = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool)
+        table, kinds = np.zeros((count, _NUMBERS, COLUMNS)), np.full(count, -1, np.int8)
+        back, few, digits = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool), _Digits(count)
         for form, told in self._forms.items():
-            rows = np.fromiter(told.rows.values(), np.int64, len(told.rows))
+            rows, numbers = np.fromiter(told.rows.values(), np.int64, len(told.rows)), np.concatenate(told.numbers)
 
             def record(which: int, tape: Tape, steps: list[tuple[Step, ...]] = told.steps) -> bool:
                 return _recorded(steps[which], tape)
 
             results, left = recordings.RECORDINGS.play(
-                ("motion", form), record, np.concatenate(told.numbers), NO_NUMBERS, np.zeros(len(rows), np.int32)
+                ("motion", form), record, numbers, NOTHING, np.zeros(len(rows), np.int32)
             )
             for similar, which, played in results:
                 at = rows[which]
-                table[at, : 24 + similar] = played.wides
+                table[at, : _NUMBERS - 1 + similar] = played.fours
                 back[at], kinds[at] = played.floats, similar
+                digits.played(at, played.recording, numbers[which])
             if len(left) < recordings.FEWEST:  # too few for a recording
                 few[rows[left]] = True
         uses = np.zeros(count, np.int64)
         for found, each in self._uses:
             uses += each * np.bincount(found, minlength=count)
         for row in np.flatnonzero((kinds < 0) & (few | (uses >= recordings.FEWEST))).tolist():
-            kinds[row], table[row], back[row] = _worked_out_motion(Motion(self._steps[row]))  # of a body, or of many
-        return table, kinds, back
+            kinds[row], wides, back[row] = _worked_out_motion(Motion(self._steps[row]))  # of a body, or of many
+            table[row] = in_fours(wides)
+            digits.alone[row] = wides
+        return Given(table, digits), kinds, back
+
+
+class _Digits:
+    """All digits of motions' numbers, worked out for those of which they are asked."""
+
+    def __init__(self, count: int) -> None:
+        self.alone: dict[int, Longs] = {}
+        self._sources: list[tuple[Recording, Floats]] = []
+        self._source, self._place = np.full(count, -1, np.int32), np.zeros(count, np.int32)
+
+    def played(self, rows: Longs, recording: Recording, inputs: Floats) -> None:
+        """These motions are what a recording gives for inputs."""
+        self._source[rows], self._place[rows] = len(self._sources), np.arange(len(rows))
+        self._sources.append((recording, inputs))
+
+    def __call__(self, rows: Ints) -> Longs:
+        """(rows, 25, WIDTH) of some motions."""
+        found = np.zeros((len(rows), _NUMBERS, WIDTH), np.int64)
+        for number, (recording, inputs) in enumerate(self._sources):
+            mine = np.flatnonzero(self._source[rows] == number)
+            if len(mine):
+                inputs, none = inputs[self._place[rows[mine]]], np.zeros(len(mine), np.int32)
+                _, wides, _ = recording.in_digits(inputs, NOTHING.digits(none[:1]), none)
+                found[mine, : wides.shape[1]] = wides
+        for place, row in enumerate(rows.tolist()):
+            if row in self.alone:
+                found[place] = self.alone[row]
+        return found
 
 
 def translations(steps: tuple[Step, ...]) -> int:
@@ -182,7 +215,7 @@ def _recorded(steps: tuple[Step, ...], tape: Tape) -> bool:
 
 def _worked_out_motion(motion: Motion) -> tuple[bool, Longs, Any]:
     """A row of each of the three that `Motions.work_out` gives, by arithmetic of 3,000 bits."""
-    wides = np.zeros((25, WIDTH), np.int64)
+    wides = np.zeros((_NUMBERS, WIDTH), np.int64)
     numbers = [x for linear, shift in (motion.affine, motion.inverse) for line in (*linear, shift) for x in line]
     factor = motion.similarity
     for row, number in enumerate([*numbers, *(() if factor is None else (factor,))]):

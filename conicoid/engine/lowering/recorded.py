@@ -21,9 +21,10 @@ from ...shapes.motion import STILL, Motion, Step
 from ...shapes.recorder import Tape
 from ...shapes.traced import Plain
 from ..tables import Floats, Ints, Longs, Signs
+from ..tapes.play import NOTHING, Given
 from . import recordings
 from .composed import FORMS, Form
-from .motions import NO_NUMBERS, Chains, Motions, given_motion, translations
+from .motions import Chains, Motions, given_motion, translations
 from .parts import Part, worked_out
 from .pattern import FRAME_NUMBERS
 from .plan import primitives
@@ -102,7 +103,7 @@ class _Given:
     like: Like
     chosen: Longs
     numbers: Floats
-    table: Longs
+    motions_given: Given
     motions: Ints
 
 
@@ -174,7 +175,7 @@ class Primitives:
         self, told: Callable[[int], Any] = lambda _: None
     ) -> tuple[list[tuple[Form, Ints, Floats]], list[tuple[Shape, int]]]:
         """(form, places, rows) of those that could be lowered together, and the shapes and places that are left."""
-        table, similar, self.frames = self._motions.work_out()
+        motions_given, similar, self.frames = self._motions.work_out()
         results: list[tuple[Form, Ints, Floats]] = []
         left: list[tuple[Shape, int]] = []
         every: list[tuple[Hashable, Like]] = [*self._like.items(), *self._many]
@@ -182,7 +183,7 @@ class Primitives:
             told(done)
             numbers, motions, places = like.columns()
             for kind, chosen in _by_motion(key, motions, similar):
-                given = _Given(like, chosen, numbers[chosen], table, motions[chosen])
+                given = _Given(like, chosen, numbers[chosen], motions_given, motions[chosen])
                 found, rest = self._of_a_kind(key, kind, given)
                 results += [(form, places[chosen[which]], rows) for form, which, rows in found]
                 left += [(like.of(i)[0], int(places[i])) for i in chosen[rest].tolist()]
@@ -206,7 +207,7 @@ class Primitives:
                 tape.write(number)
             return FORMS.of(part.pattern, part.tree)
 
-        given = of.table if moved else NO_NUMBERS
+        given = of.motions_given if moved else NOTHING
         found, left = recordings.RECORDINGS.play((key, similar), record, of.numbers, given, of.motions)
         return [(form, which, played.floats) for form, which, played in found], left
 

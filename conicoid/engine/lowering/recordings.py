@@ -10,7 +10,7 @@ import numpy as np
 from ...forks import lock
 from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Longs
-from ..tapes.play import Played, Recording
+from ..tapes.play import Given, Played, Recording
 
 FEWEST = 8
 """Shapes of one kind that are worth a new recording, which takes as long as some of them alone."""
@@ -26,7 +26,7 @@ class Recordings:
         self._lock = lock()
 
     def play(
-        self, key: Hashable, record: Callable[[int, Tape], Any], inputs: Floats, given: Longs, rows: Ints
+        self, key: Hashable, record: Callable[[int, Tape], Any], inputs: Floats, given: Given, rows: Ints
     ) -> tuple[list[tuple[Any, Longs, Played]], Longs]:
         """(what recordings were of, for which rows of inputs they held, what they gave), and the rows that are left.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,79 +17,16 @@ from ..tables import Floats, Ints
 from .bounds import box_columns, boxes_of
 from .composed import Composition, Form
 from .motions import Chains
-from .pattern import FRAME_NUMBERS, Pattern
+from .pattern import Pattern
 from .plan import Plan, is_a, plan_of
+from .planned import Many, Planned, is_more
 from .recorded import Primitives
+from .said import places_by
 
 Found = tuple[Pattern, Ints, Floats]
-_IN_PLACE = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
-
-
-@dataclass
-class _Planned:
-    """Boolean bodies that are built alike: shapes, and their plans but for their own motions; numbers.
-
-    Then the places of their first leaves, and frames.
-    """
-
-    shapes: list[Boolean] = field(default_factory=list)
-    plans: list[Plan] = field(default_factory=list)
-    numbers: list[int] = field(default_factory=list)
-    first: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
-    frames: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
-
-    def of(self, index: int) -> tuple[Boolean, Plan]:
-        """One of the bodies, and its plan."""
-        plan = plan_of(self.shapes[index])
-        assert plan is not None
-        return self.shapes[index], plan
-
-    def frames_of(self, rows: Ints, known: Floats) -> Floats:
-        """World to own coordinates of each body, from rows of those that are known; the others stand, or are shifted.
-
-        Nothing is rounded in a translation, so its way back is the offset turned over, as in `Motion.inverse_rows`.
-        """
-        if len(known):
-            found = known[rows]
-        else:
-            found = np.empty((len(rows), FRAME_NUMBERS))
-        plain = np.flatnonzero(rows < 0)
-        found[plain] = _IN_PLACE
-        shifted = [place for place in plain.tolist() if self.shapes[place].motion.steps]
-        found[shifted, 3::4] = -np.array([self.shapes[place].motion.shift for place in shifted]).reshape(-1, 3)
-        return found
-
-    def columns(self) -> tuple[Ints, Ints, Ints]:
-        """Numbers, places and frames as arrays."""
-        return np.array(self.numbers, np.int32), self.first, self.frames
-
-
-@dataclass
-class _Many:
-    """Many Boolean bodies in one entry: the number of the first, the place of its first leaf, and the frame of all."""
-
-    shape: Bulk
-    number: int
-    first: int
-    frame: int
-
-    def of(self, index: int) -> tuple[Boolean, Plan]:
-        """`_Planned.of`"""
-        shape = self.shape.single(index)
-        assert isinstance(shape, Boolean)
-        plan = plan_of(shape)
-        assert plan is not None
-        return shape, plan
-
-    def frames_of(self, rows: Ints, known: Floats) -> Floats:
-        """`_Planned.frames_of`"""
-        return np.tile(known[self.frame] if self.frame >= 0 else _frame(self.shape.motion), (len(rows), 1))
-
-    def columns(self) -> tuple[Ints, Ints, Ints]:
-        """`_Planned.columns`"""
-        count, leaves = len(self.shape), len(self.shape.leaves)
-        every = np.arange(count, dtype=np.int32)
-        return self.number + every, self.first + leaves * every, np.full(count, self.frame, np.int32)
+Told = Callable[[int, int], Any]
+_AT_ONCE = 8192
+"""Primitives, alone or in Boolean bodies, that are lowered together where there are many."""
 
 
 @dataclass
@@ -122,8 +59,8 @@ class Together:
         self._places = 0
         self._single: tuple[list[Shape], list[int]] = [], []  # shapes and numbers
         self._templates: dict[Hashable, tuple[Sequence[Shape], Plan | None]] = {}
-        self._plans: dict[Hashable, _Planned] = {}
-        self._many: list[_Many] = []
+        self._plans: dict[Hashable, Planned] = {}
+        self._many: list[Many] = []
         self.paints: dict[int, dict[int, Material]] = {}
 
     def add(self, shape: Shape, number: int) -> bool:
@@ -154,12 +91,12 @@ class Together:
             owners = np.arange(number, number + len(shape), dtype=np.int32)
         else:
             owners = np.full(len(shape) * leaves, -1, np.int32)
-            self._many.append(_Many(shape, number, self._places, self._frame_of(shape.motion, len(shape))))
+            self._many.append(Many(shape, number, self._places, self._frame_of(shape.motion, len(shape))))
         self._primitives.add_many(shape, self._own(owners).reshape(-1, leaves))
 
     def _frame_of(self, motion: Motion, uses: int = 1) -> int:
         """The number by which the frames of primitives know a motion; -1 for one that is known at once."""
-        return self._primitives.frame(motion.steps, uses) if _is_more(motion) else -1
+        return self._primitives.frame(motion.steps, uses) if is_more(motion) else -1
 
     def _add_planned(self, shape: Boolean, number: int) -> bool:
         # What a combination of the same objects is built like need not be found out again for each of its copies
@@ -172,7 +109,7 @@ class Together:
             return False
         like = self._plans.get(plan.key)
         if like is None:
-            like = self._plans[plan.key] = _Planned()
+            like = self._plans[plan.key] = Planned()
         like.shapes.append(shape)
         like.plans.append(plan)
         like.numbers.append(number)
@@ -202,11 +139,53 @@ class Together:
             # A translation, or none, is known at once
             like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
 
-    def lowered(self, told: Callable[[int, int], Any] = lambda *_: None) -> tuple[list[Found], list[tuple[Shape, int]]]:
+    def lowered(self, told: Told = lambda *_: None) -> tuple[list[Found], list[tuple[Shape, int]]]:
         """(pattern, numbers, rows) of bodies that could be lowered together; shapes and numbers of those left.
 
-        told(done, count) is called for the kinds that there are.
+        Where there are many of a kind, so many at a time that what they are made of stays in the cache. Bodies that are
+        left then may find enough of their like among those that others left. told(done, count) is called now and then.
         """
+        results: list[Found] = []
+        blocks = [*self._blocks_of_plans(), *self._blocks_of_single()]
+        for done, block in enumerate(blocks):
+            told(done, len(blocks) + 1)
+            found, left = block._all(lambda *_: None)
+            results += found
+            self.paints.update(block.paints)
+            for shape, number in left:
+                self.add(shape, number)
+        found, rest = self._all((lambda *_: None) if blocks else told)
+        return results + found, rest
+
+    def _blocks_of_plans(self) -> Iterator[Together]:
+        """Boolean bodies of which there are many, no longer here."""
+        for key, like in list(self._plans.items()):
+            size = _AT_ONCE // len(like.plans[0].leaves) + 1
+            if len(like.shapes) > 2 * size:
+                del self._plans[key]
+                for begin in range(0, len(like.shapes), size):
+                    block = Together()
+                    block._plans[key] = like.some(begin, begin + size)
+                    yield block
+
+    def _blocks_of_single(self) -> Iterator[Together]:
+        """Primitives of which there are many, no longer here."""
+        shapes, numbers = self._single
+        if len(shapes) <= 2 * _AT_ONCE:
+            return
+        left: list[int] = []
+        for places in places_by(list(map(type, shapes))).values():
+            if len(places) <= 2 * _AT_ONCE:
+                left += places
+                continue
+            for begin in range(0, len(places), _AT_ONCE):
+                block, some = Together(), places[begin : begin + _AT_ONCE]
+                block._single = [shapes[k] for k in some], [numbers[k] for k in some]
+                yield block
+        self._single = [shapes[k] for k in left], [numbers[k] for k in left]
+
+    def _all(self, told: Told) -> tuple[list[Found], list[tuple[Shape, int]]]:
+        """`lowered`, all at once."""
         rest = self._take_single()
         self._take_planned()
         kinds = self._primitives.kinds + len(self._plans) + len(self._many)
@@ -215,12 +194,14 @@ class Together:
         results: list[Found] = []
         for form, places, rows in found:
             alone = owners[places] >= 0
-            if alone.any():
+            if alone.all():
+                results.append((form.pattern, owners[places], rows))
+            elif alone.any():
                 results.append((form.pattern, owners[places[alone]], rows[alone]))
         rest += [(shape, int(owners[place])) for shape, place in left if owners[place] >= 0]
         if self._plans or self._many:
             rows_of = _found_rows(found, len(owners))
-            every: list[_Planned | _Many] = [*self._plans.values(), *self._many]
+            every: list[Planned | Many] = [*self._plans.values(), *self._many]
             for done, like in enumerate(every, start=self._primitives.kinds):
                 told(done, kinds)
                 composed, others = self._composed(like, rows_of)
@@ -228,7 +209,7 @@ class Together:
                 rest += others
         return results, rest
 
-    def _composed(self, like: _Planned | _Many, rows: _Rows) -> tuple[list[Found], list[tuple[Shape, int]]]:
+    def _composed(self, like: Planned | Many, rows: _Rows) -> tuple[list[Found], list[tuple[Shape, int]]]:
         """Bodies of one plan; those that are left."""
         _, plan = like.of(0)
         key, count = plan.key, len(plan.leaves)
@@ -251,7 +232,7 @@ class Together:
                 boxes[others] = _narrowed(narrowed, [box_columns(part[others]) for part in parts])
             results.append((made.pattern, bodies[chosen], made.rows(parts, boxes, frames[chosen])))
             for i in chosen.tolist() if plan.painted else ():
-                painted = like.plans[i].painted if isinstance(like, _Planned) else like.of(i)[1].painted
+                painted = like.plans[i].painted if isinstance(like, Planned) else like.of(i)[1].painted
                 self._paint(int(bodies[i]), painted, made)
         return results, left
 
@@ -287,17 +268,6 @@ def _alike(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int],
     _, first, group = np.unique(code, return_index=True, return_inverse=True)
     for number, example in enumerate(first.tolist()):
         yield forms[example].tolist(), which[group.reshape(-1) == number]
-
-
-def _is_more(motion: Motion) -> bool:
-    """Is it more than a translation?"""
-    steps = motion.steps
-    return len(steps) > 1 or (len(steps) == 1 and motion.shift is None)
-
-
-def _frame(motion: Motion) -> Any:
-    """World to own coordinates of a body whose motion is a translation, or none."""
-    return np.array(Motion(motion.steps).inverse_rows).ravel() if motion.steps else _IN_PLACE
 
 
 def _found_rows(found: list[tuple[Form, Ints, Floats]], count: int) -> _Rows:

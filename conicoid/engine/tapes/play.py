@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from fractions import Fraction
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +14,12 @@ import numpy.typing as npt
 from ...shapes import number, sines
 from ...shapes.number import Number
 from ...shapes.recorder import Tape
+from ..numbers.fourfold import LEAST
 from ..tables import Floats, Ints, Signs
+from .cut import cut_to_fours
+from .lane_angles import LANE_CONSTANTS, LANE_TERMS
+from .lane_rows import COLUMNS
+from .lanes import play_in_lanes
 from .order import in_order
 from .roots import CONSTANTS, MULTIPLES, STEP, TERMS
 from .tape import ELSEWHERE, HELD, OPEN, OPERATIONS, SINE_COSINE, play
@@ -20,6 +27,10 @@ from .wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
 
 Longs = npt.NDArray[np.int64]
 _AT_ONCE = 4096
+_FEWEST = 4
+"""Bodies that are worth lanes."""
+_MOST = 1 << 16
+"""Registers of a kind that lanes have room for."""
 _PLACES = 320
 """Binary places of what sines are made of, which are more than numbers of `wide` have."""
 
@@ -45,29 +56,81 @@ def wide_row(value: Number) -> Longs:
     return row
 
 
-@lru_cache(maxsize=1)
-def _series() -> Longs:
-    """What `roots.sine_cosine` needs: pi / 180, the coefficients of the sine from the last one to the first, the table.
+def four_row(value: Number) -> list[float]:
+    """A number as kernels in lanes take it: four floats, and the error."""
+    rest, floats = number.fraction(value), []
+    for _ in range(COLUMNS - 1):
+        try:
+            floats.append(float(rest))
+        except OverflowError:
+            return [0.0] * (COLUMNS - 1) + [math.inf]
+        rest -= Fraction(floats[-1])
+    error = float(abs(rest) + Fraction(value.off) * Fraction(2) ** value.exponent)
+    return [*floats, math.nextafter(error, math.inf) + LEAST if rest or value.off else 0.0]
 
-    A coefficient is cut to what counts beside its power of an angle below 2^-7.
+
+def _coefficients(terms: int) -> list[Number]:
+    """Of the sine, from the first one on.
+
+    One is cut to what counts beside its power of an angle below 2^-7.
     """
     coefficients, factor = [], number.ONE
-    for k in range(TERMS):
+    for k in range(terms):
         places = _PLACES - 14 * k
         coefficients.append(Number(math.floor(number.fraction(factor) * 2**places), -places, 2))
         factor = -factor / ((2 * k + 2) * (2 * k + 3))
+    coefficients[0] = number.ONE
+    return coefficients
+
+
+def _degree_and_table() -> tuple[Number, list[Number]]:
+    """pi / 180; sine and cosine of each multiple of STEP, from the first on."""
     with sines.mpmath_of(number.BITS) as mp:
         degree = sines.of_mpmath(mp.pi / 180, number.BITS - 64)
     with sines.mpmath_of(_PLACES + 64) as mp:
         angles = [mp.mpf(STEP) * k * mp.pi / 180 for k in range(1, MULTIPLES + 1)]
         table = [sines.of_mpmath(value, _PLACES) for angle in angles for value in reversed(mp.cos_sin(angle))]
-    coefficients[0] = number.ONE
-    rows = degree, *reversed(coefficients), number.ZERO, number.ONE, *table
+    return degree, table
+
+
+@lru_cache(maxsize=1)
+def _series() -> Longs:
+    """What `roots.sine_cosine` needs: pi / 180, the sine's coefficients from the last one to the first, the table."""
+    degree, table = _degree_and_table()
+    rows = degree, *reversed(_coefficients(TERMS)), number.ZERO, number.ONE, *table
     return np.array([wide_row(value) for value in rows])
 
 
-_NO_SERIES = np.zeros((CONSTANTS, WIDTH), np.int64)
+@lru_cache(maxsize=1)
+def _lane_series() -> Floats:
+    """What `lane_angles.sine_cosine_rows` needs."""
+    degree, table = _degree_and_table()
+    rows = degree, number.ONE, *reversed(_coefficients(LANE_TERMS)), number.ZERO, number.ONE, *table
+    return np.array([four_row(value) for value in rows])
+
+
+_NO_SERIES = np.zeros((CONSTANTS, WIDTH), np.int64), np.zeros((LANE_CONSTANTS, COLUMNS))
 """For tapes without a sine, which are most: it takes mpmath to find the others."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """Numbers of many digits that bodies come with: rows of them in four floats, and in more where these do not do."""
+
+    fours: Floats  # (rows, numbers, COLUMNS)
+    digits: Callable[[Ints], Longs]
+    """(rows, numbers, WIDTH) of some of the rows."""
+
+
+NOTHING = Given(np.zeros((1, 0, COLUMNS)), lambda rows: np.zeros((len(rows), 0, WIDTH), np.int64))
+
+
+def in_fours(wides: Longs) -> Floats:
+    """(..., WIDTH) wide numbers in four floats each, (..., COLUMNS)."""
+    rows = np.ascontiguousarray(wides).reshape(-1, WIDTH)
+    found = np.empty((len(rows), COLUMNS))
+    cut_to_fours(rows, found)
+    return found.reshape(*wides.shape[:-1], COLUMNS)
 
 
 @dataclass
@@ -75,8 +138,9 @@ class Played:
     """What a recording gave for some bodies, and for which of them it held."""
 
     floats: Floats  # (bodies, outputs)
-    wides: Longs  # (bodies, outputs, WIDTH)
+    fours: Floats  # (bodies, outputs, COLUMNS), the wide ones
     state: Signs
+    recording: Recording
 
     @property
     def held(self) -> npt.NDArray[np.bool_]:
@@ -98,7 +162,8 @@ class Played:
         held = self.held
         if held.all():
             return self
-        return Played(self.floats[held], self.wides[held] if len(self.wides) else self.wides, self.state[held])
+        fours = self.fours[held] if len(self.fours) else self.fours
+        return Played(self.floats[held], fours, self.state[held], self.recording)
 
 
 @dataclass(frozen=True)
@@ -129,17 +194,54 @@ class Recording:
             tape.wide_outputs,
         )
 
-    def play(self, inputs: Floats, given: Longs, rows: Ints) -> Played:
-        """Work it out for bodies that have a row of inputs each, and one of the given numbers."""
-        count = len(inputs)
-        floats = np.empty((count, len(self.written)))
+    def play(self, inputs: Floats, given: Given, rows: Ints) -> Played:
+        """Work it out for bodies that have a row of inputs each, and one of the given numbers.
+
+        In four floats; and in more digits for those that are left open then.
+        """
+        played = self.in_lanes(inputs, given.fours, rows)
+        left = np.flatnonzero(played.open)
+        if len(left):
+            mine, inverse = np.unique(rows[left], return_inverse=True)
+            which: Ints = inverse.reshape(-1).astype(np.int32)
+            played.floats[left], wides, played.state[left] = self.in_digits(inputs[left], given.digits(mine), which)
+            if self.wide_outputs:
+                played.fours[left] = in_fours(wides)
+        return played
+
+    def in_lanes(self, inputs: Floats, given: Floats, rows: Ints) -> Played:
+        """`play` in four floats alone; a few bodies, and tapes too long for lanes, are left open."""
+        count, inputs, rows = len(inputs), np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
+        floats, state = np.empty((count, len(self.written))), np.full(count, OPEN, np.int8)
+        fours = np.empty((count if self.wide_outputs else 0, self.wide_outputs, COLUMNS))
+        if count >= _FEWEST and max(self.wides, self.plains) <= _MOST:
+            series = _lane_series() if self._turns else _NO_SERIES[1]
+            for begin in range(0, count, _AT_ONCE):  # Ctrl-C is heard in between
+                play_in_lanes(
+                    self.code, self.written, self.numbers, self._lane_constants, series, inputs, given, rows, floats,
+                    fours, state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
+                )  # fmt: skip
+        return Played(floats, fours, state, self)
+
+    @cached_property
+    def _turns(self) -> bool:
+        """Are there sines in it?"""
+        return bool((self.code[:, 0] == SINE_COSINE).any())
+
+    @cached_property
+    def _lane_constants(self) -> Floats:
+        """The constants in four floats."""
+        return in_fours(self.constants)
+
+    def in_digits(self, inputs: Floats, given: Longs, rows: Ints) -> tuple[Floats, Longs, Signs]:
+        """(bodies, outputs), (bodies, outputs, WIDTH) and states by numbers of 253 bits and more alone."""
+        count, inputs, rows = len(inputs), np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
+        floats, state = np.empty((count, len(self.written))), np.zeros(count, np.int8)
         wides = np.empty((count if self.wide_outputs else 0, self.wide_outputs, WIDTH), np.int64)
-        state = np.zeros(count, np.int8)
-        series = _series() if (self.code[:, 0] == SINE_COSINE).any() else _NO_SERIES
-        inputs, rows = np.ascontiguousarray(inputs), np.ascontiguousarray(rows, np.int32)
-        for begin in range(0, count, _AT_ONCE):  # Ctrl-C is heard in between
+        series = _series() if self._turns else _NO_SERIES[0]
+        for begin in range(0, count, _AT_ONCE):
             play(
                 self.code, self.written, self.numbers, self.constants, series, inputs, given, rows, floats, wides,
                 state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
             )  # fmt: skip
-        return Played(floats, wides, state)
+        return floats, wides, state

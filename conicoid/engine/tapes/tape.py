@@ -108,7 +108,7 @@ def _plain_step(step: tuple[int, int, int, int], c: int, f: Floats) -> bool:
 
 
 @helper
-def _turn(angle: float) -> int:
+def turn_of(angle: float) -> int:
     """Which multiple of 30 degrees an angle is, from 0 to 11; 12 for others, and -1 for angles beyond 2^40."""
     if not abs(angle) < 2.0**40:
         return -1
@@ -168,7 +168,7 @@ def _played(
             if _sign(f[a]) & b == 0:
                 return ELSEWHERE
         elif which == TURN_IS:
-            if _turn(f[a]) != b:
+            if turn_of(f[a]) != b:
                 return ELSEWHERE
         else:  # WRITE_WIDE
             for column in range(WIDTH):
@@ -181,13 +181,13 @@ def _played(
 
 
 @helper
-def _is_within(value: int, size: int) -> bool:
+def is_within(value: int, size: int) -> bool:
     """Is it the number of one of so many?"""
     return 0 <= value < size
 
 
 @helper
-def _fits(code: Ints, written: Ints, sizes: tuple[int, int, int, int, int, int, int]) -> bool:
+def fits(code: Ints, written: Ints, sizes: tuple[int, int, int, int, int, int, int]) -> bool:
     """Are there all registers, constants, inputs and outputs that the code speaks of?
 
     sizes: of wide and plain registers, numbers, constants, inputs, given numbers, wide outputs.
@@ -195,7 +195,7 @@ def _fits(code: Ints, written: Ints, sizes: tuple[int, int, int, int, int, int, 
     wides, plains, numbers, constants, inputs, given, outputs = sizes
     for k in range(len(code)):
         which, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
-        if not _is_within(which, len(OPERATIONS)) or min(d, a, b, c) < 0:
+        if not is_within(which, len(OPERATIONS)) or min(d, a, b, c) < 0:
             return False
         fits = True
         if ADD <= which <= SIZE:
@@ -226,7 +226,7 @@ def _fits(code: Ints, written: Ints, sizes: tuple[int, int, int, int, int, int, 
             return False
     known = True
     for k in range(len(written)):
-        known = known and _is_within(written[k], plains)
+        known = known and is_within(written[k], plains)
     return known
 
 
@@ -256,14 +256,14 @@ def play(
     """
     outputs = wide_out.shape[1] if len(wide_out) == len(state) else 0
     sizes = (wides, plains, len(numbers), len(constants), inputs.shape[1], given.shape[1], outputs)
-    fits = _fits(code, written, sizes) and len(series) >= CONSTANTS
+    all_there = fits(code, written, sizes) and len(series) >= CONSTANTS
     for table in (constants, series):
         for row in range(len(table)):
-            fits = fits and _is_number(table, row)
+            all_there = all_there and _is_number(table, row)
     registers = _registers(wides, plains)
     for i in range(begin, end):
         row = rows[i]
-        known = fits and (given.shape[1] == 0 or _is_within(row, len(given)))
+        known = all_there and (given.shape[1] == 0 or is_within(row, len(given)))
         for k in range(given.shape[1]):
             known = known and _is_number(given[row], k)
         state[i] = OPEN

@@ -1,9 +1,14 @@
-"""Numbers of 253 bits and more, played from random tapes, beside those of 3,000 bits: within their bounds, rounded alike."""
+"""Tapes played in digits (253 bits and more) and in lanes (four floats), beside numbers of 3,000 bits.
+
+Random tapes and hard cases: what comes out is within its bounds, and rounded alike.
+"""
 
 from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -11,14 +16,12 @@ import numpy as np
 import pytest
 
 from conicoid.engine.tapes.order import in_order
-from conicoid.engine.tapes.play import Recording
+from conicoid.engine.tapes.play import NOTHING, Recording, four_row, in_fours, wide_row
 from conicoid.engine.tapes.tape import ELSEWHERE, HELD, OPEN
-from conicoid.engine.tapes.wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN, WIDTH
+from conicoid.engine.tapes.wide import BITS, COUNT, EXACT, EXPONENT, LIMBS, OFF, SIGN
 from conicoid.shapes import number, sines
 from conicoid.shapes.number import Number, exact, fraction, rounded, sqrt
 from conicoid.shapes.recorder import Tape
-
-NOTHING = np.zeros((1, 0, WIDTH), np.int64)
 
 
 def value(row: Any) -> Fraction:
@@ -28,6 +31,42 @@ def value(row: Any) -> Fraction:
 
 def bound(row: Any) -> Fraction:
     return Fraction(0) if row[OFF] == EXACT else Fraction(2) ** int(row[OFF])
+
+
+def sum_of(row: Any) -> Fraction:
+    return sum((Fraction(each) for each in row[:-1].tolist()), Fraction(0))
+
+
+def error_of(row: Any) -> Fraction:
+    return Fraction(float(row[-1]))
+
+
+@dataclass
+class Played:
+    """What was played, whichever way: (bodies, outputs) floats and wide outputs, what these are worth and how sure."""
+
+    floats: Any
+    wides: Any
+    state: Any
+    value: Callable[[Any], Fraction]
+    bound: Callable[[Any], Fraction]
+
+
+def in_digits(tape: Tape, inputs: Any) -> Played:
+    rows = np.zeros(len(inputs), np.int32)
+    return Played(*Recording.of(tape).in_digits(np.array(inputs), NOTHING.digits(rows[:1]), rows), value, bound)
+
+
+def in_lanes(tape: Tape, inputs: Any) -> Played:
+    """Lanes are not for a few bodies: these come several times."""
+    count, inputs = len(inputs), np.tile(inputs, (4, 1))
+    played = Recording.of(tape).in_lanes(inputs, NOTHING.fours, np.zeros(len(inputs), np.int32))
+    return Played(played.floats[:count], played.fours[:count], played.state[:count], sum_of, error_of)
+
+
+WAYS = {"digits": (in_digits, 210), "lanes": (in_lanes, 195)}
+"""And to how many bits a few operations are certain."""
+both_ways = pytest.mark.parametrize(("play", "bits"), WAYS.values(), ids=WAYS)
 
 
 def some_float(rng: random.Random) -> float:
@@ -59,7 +98,7 @@ def worked(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
     return values[4:]
 
 
-def check(seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
+def check(play: Any, seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
     """How many bodies held, and how many were left open."""
     rng, held, opened = random.Random(seed), 0, 0
     for _ in range(tapes):
@@ -73,46 +112,52 @@ def check(seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
             tape.write_wide(result)
             tape.write(number.rounded(result))
         inputs = np.array([first] + [[some_float(rng) for _ in range(4)] for _ in range(bodies)])
-        played = Recording.of(tape).play(inputs, NOTHING, np.zeros(len(inputs), np.int32))
-        held += int(played.held.sum())
-        opened += int(played.open.sum())
-        for row in np.flatnonzero(played.held).tolist():
+        played = play(tape, inputs)
+        held += int((played.state == HELD).sum())
+        opened += int((played.state == OPEN).sum())
+        for row in np.flatnonzero(played.state == HELD).tolist():
             try:
                 truth = worked(steps, inputs[row].tolist())
             except ZeroDivisionError:  # 3,000 bits do not tell (a / b) b from a, and so their difference from zero
                 continue
             for k, one in enumerate(truth):
                 got = played.wides[row, k]
-                assert abs(value(got) - fraction(one)) <= bound(got) + one.off * Fraction(2) ** one.exponent
+                assert (
+                    abs(played.value(got) - fraction(one)) <= played.bound(got) + one.off * Fraction(2) ** one.exponent
+                )
                 assert played.floats[row, k] == float(one)
     return held, opened
 
 
-def test_they_are_within_their_bounds_and_rounded_alike():
-    held, opened = check(5, 40)
-    assert held > 8 * opened
+@both_ways
+def test_they_are_within_their_bounds_and_rounded_alike(play, bits):
+    held, opened = check(play, 5, 40)
+    assert held > bits // 25 * opened
 
 
 @pytest.mark.deep
-def test_many_are():
-    check(6, 4000)
+@both_ways
+def test_many_are(play, bits):
+    check(play, 6, 4000)
 
 
+@both_ways
 @pytest.mark.parametrize("degrees", [0.25, 1e-9, 17.5, 45.0, 89.999, 91.0, -123.456, 359.0, 400.5, -1e7 + 0.125])
-def test_sine_and_cosine(degrees):
+def test_sine_and_cosine(degrees, play, bits):
     tape = Tape()
     for each in sines.sin_cos_degrees(tape.input(degrees)):
         tape.write_wide(each)
         tape.write(number.rounded(each))
-    played = Recording.of(tape).play(np.array([[degrees], [degrees + 0.03125]]), NOTHING, np.zeros(2, np.int32))
+    played = play(tape, [[degrees], [degrees + 0.03125]])
     for row, angle in enumerate((degrees, degrees + 0.03125)):
         for k, truth in enumerate(sines.sin_cos_degrees(angle)):
-            error = abs(value(played.wides[row, k]) - fraction(truth))
-            assert error <= bound(played.wides[row, k]) < abs(fraction(truth)) / 2**210
+            error = abs(played.value(played.wides[row, k]) - fraction(truth))
+            assert error <= played.bound(played.wides[row, k]) < abs(fraction(truth)) / 2**bits
             assert played.floats[row, k] == float(truth)
 
 
-def test_sines_and_cosines_beside_every_angle_of_the_table():
+@both_ways
+def test_sines_and_cosines_beside_every_angle_of_the_table(play, bits):
     """At multiples of the table's step, halfway between two, and next to both, in all quarters."""
     rng = random.Random(2)
     near = [k * 45.0 / 128.0 for k in range(-1025, 1026)]
@@ -121,50 +166,46 @@ def test_sines_and_cosines_beside_every_angle_of_the_table():
     tape = Tape()
     for each in sines.sin_cos_degrees(tape.input(angles[0])):
         tape.write_wide(each)
-    played = Recording.of(tape).play(np.array(angles)[:, None], NOTHING, np.zeros(len(angles), np.int32))
+    played = play(tape, np.array(angles)[:, None])
     assert (played.state == HELD).all()
     for row, angle in enumerate(angles):
         for k, truth in enumerate(sines.sin_cos_degrees(angle)):
-            error = abs(value(played.wides[row, k]) - fraction(truth))
-            assert error <= bound(played.wides[row, k]) < Fraction(1, 2**210)
+            error = abs(played.value(played.wides[row, k]) - fraction(truth))
+            assert error <= played.bound(played.wides[row, k]) < Fraction(1, 2**bits)
 
 
+@both_ways
 @pytest.mark.parametrize("turns", range(12))
-def test_multiples_of_thirty_degrees_have_recordings_of_their_own(turns):
+def test_multiples_of_thirty_degrees_have_recordings_of_their_own(turns, play, bits):
     tape = Tape()
     for each in sines.sin_cos_degrees(tape.input(30.0 * turns)):
         tape.write(number.rounded(each))
     angles = np.array([[30.0 * turns], [30.0 * turns - 360.0], [30.0 * turns + 30.0], [31.0 * turns + 1.0]])
-    played = Recording.of(tape).play(angles, NOTHING, np.zeros(4, np.int32))
+    played = play(tape, angles)
     assert played.state.tolist() == [HELD, HELD, ELSEWHERE, ELSEWHERE]
 
 
-def test_what_is_exactly_halfway_goes_to_the_even_one_and_what_may_be_is_left_open():
+@both_ways
+def test_what_is_exactly_halfway_goes_to_the_even_one_and_what_may_be_is_left_open(play, bits):
     tape = Tape()
     a, b, c = (tape.input(x) for x in (1.0, 2.0**-53, 3.0))
     tape.write(number.rounded(a.exact() + b.exact()))
-    exact_ties = Recording.of(tape).play(
-        np.array([[1.0, 2.0**-53, 3.0], [1.0 + 2.0**-52, 2.0**-53, 3.0]]), NOTHING, np.zeros(2, np.int32)
-    )
+    exact_ties = play(tape, [[1.0, 2.0**-53, 3.0], [1.0 + 2.0**-52, 2.0**-53, 3.0]])
     assert exact_ties.floats[:, 0].tolist() == [1.0, 1.0 + 2.0**-51]
     third = a.exact() / c.exact()
     tape.write(number.rounded((third + third + third) + b.exact()))
-    assert Recording.of(tape).play(np.array([[1.0, 2.0**-53, 3.0]]), NOTHING, np.zeros(1, np.int32)).state[0] == OPEN
+    assert play(tape, [[1.0, 2.0**-53, 3.0]]).state[0] == OPEN
 
 
-def test_tests_turn_out_as_they_were_recorded_or_lead_elsewhere():
+@both_ways
+def test_tests_turn_out_as_they_were_recorded_or_lead_elsewhere(play, bits):
     tape = Tape()
     a, b = tape.input(3.0), tape.input(2.0)
     assert a > b
     assert a - b != 0
     tape.write(a)
-    inputs = np.array([[3.0, 2.0], [2.0, 3.0], [2.0, 2.0], [-1.0, -2.0]])
-    assert Recording.of(tape).play(inputs, NOTHING, np.zeros(4, np.int32)).state.tolist() == [
-        HELD,
-        ELSEWHERE,
-        ELSEWHERE,
-        HELD,
-    ]
+    inputs = [[3.0, 2.0], [2.0, 3.0], [2.0, 2.0], [-1.0, -2.0]]
+    assert play(tape, inputs).state.tolist() == [HELD, ELSEWHERE, ELSEWHERE, HELD]
 
 
 @pytest.mark.parametrize("look", [float, hash, lambda x: [1, 2][x], lambda x: x.mantissa, lambda x: {x: 1}])
@@ -193,32 +234,34 @@ def test_a_tape_that_speaks_of_what_is_not_there_leaves_all_open():
     a = tape.input(1.0)
     tape.write(number.rounded(number.sqrt(a.exact() + 2)))
     recording = Recording.of(tape)
-    inputs = np.array([[1.0]])
-    assert recording.play(inputs, NOTHING, np.zeros(1, np.int32)).state[0] == HELD
+    inputs = np.ones((5, 1))
+    assert recording.play(inputs, NOTHING, np.zeros(5, np.int32)).state[0] == HELD
     for line in range(len(recording.code)):
         for column in range(5):
             for wrong in (-1, 1000):
                 code = recording.code.copy()
                 code[line, column] = wrong
                 spoilt = dataclasses.replace(recording, code=code)
-                state = spoilt.play(inputs, NOTHING, np.zeros(1, np.int32)).state[0]
+                state = spoilt.play(inputs, NOTHING, np.zeros(5, np.int32)).state[0]
                 assert state in (OPEN, ELSEWHERE, HELD)
                 if column == 0 or (wrong < 0):
                     assert state == OPEN
 
 
 def test_numbers_of_many_bits_are_cut_with_a_bound():
-    from conicoid.engine.tapes.play import wide_row
-
     for one in (Number(3**400, -700), Number(-(3**400) - 1, 5, 7), exact(0.1), Number(1, 0), number.sqrt(2)):
         row = wide_row(one)
         assert 0 <= row[COUNT] <= LIMBS
         assert abs(value(row) - fraction(one)) + one.off * Fraction(2) ** one.exponent <= bound(row)
+        for fours in (np.array(four_row(one)), in_fours(row)):
+            assert abs(sum_of(fours) - fraction(one)) + one.off * Fraction(2) ** one.exponent <= error_of(fours)
+            assert error_of(fours) <= bound(row) + abs(fraction(one)) / 2**200
 
 
+@both_ways
 @pytest.mark.parametrize("root", [1, 3, 9, 2**28 - 1, 2**28 + 1, 2**56 - 1, 2**56 + 3, 2**84 + 5])
 @pytest.mark.parametrize("shift", [-1, 0, 1])
-def test_roots_of_squares_and_of_their_neighbours(root: int, shift: int) -> None:
+def test_roots_of_squares_and_of_their_neighbours(root, shift, play, bits):
     """A square has its root exactly. Beside it the root is the true one, whose leading limb may be small."""
     tape = Tape()
     parts = [tape.input(float(part)) for part in _parts(root)]
@@ -228,8 +271,11 @@ def test_roots_of_squares_and_of_their_neighbours(root: int, shift: int) -> None
     found = sqrt(whole * whole + shift)
     tape.write(rounded(found))
     tape.write(rounded(found - whole))
-    played = Recording.of(tape).play(np.array([_parts(root)]), NOTHING, np.zeros(1, np.int32))
+    played = play(tape, [_parts(root)])
     true = math.isqrt((root * root + shift) << 1200)
+    if play is in_lanes and shift and root > 2**50:  # the difference lies below what four floats hold
+        assert played.state[0] == OPEN
+        return
     assert played.state[0] == HELD
     assert played.floats[0, 0] == float(Fraction(true, 1 << 600))
     assert played.floats[0, 1] == (float(Fraction(true - (root << 600), 1 << 600)) if shift else 0.0)
@@ -244,7 +290,8 @@ def _parts(whole: int) -> list[float]:
     return parts
 
 
-def test_a_tape_is_played_with_its_tests_first() -> None:
+@both_ways
+def test_a_tape_is_played_with_its_tests_first(play, bits):
     """What is not needed is left out; the test of one number comes before what is made of the other."""
     tape = Tape()
     a, b = tape.input(2.0), tape.input(3.0)
@@ -255,6 +302,43 @@ def test_a_tape_is_played_with_its_tests_first() -> None:
     operations = [operation[0] for operation in in_order(tape)]
     assert operations.index("plain sign") < operations.index("widen")
     assert operations.count("multiply") == 2
-    played = Recording.of(tape).play(np.array([[2.0, 5.0], [0.5, 5.0]]), NOTHING, np.zeros(2, np.int32))
+    played = play(tape, [[2.0, 5.0], [0.5, 5.0]])
     assert played.state.tolist() == [HELD, ELSEWHERE]
     assert played.floats[0, 0] == 125.0
+
+
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.3, 0.9, 1.0])
+@pytest.mark.parametrize("count", [4, 31, 33, 1000])
+def test_bodies_that_wait_for_lanes_are_all_played(share, count):
+    """A test that few of them pass, and one that most do; each has its own result in its own row."""
+    tape = Tape()
+    a, b = tape.input(1.0), tape.input(2.0)
+    assert a > 0.0
+    assert b > 0.0
+    tape.write(number.rounded(a.exact() / b.exact()))
+    rng = np.random.default_rng(count)
+    inputs = np.where(rng.random((count, 2)) < (share, 0.9), 1.0, -1.0) * rng.uniform(1, 9, (count, 2))
+    played = Recording.of(tape).play(inputs, NOTHING, np.zeros(count, np.int32))
+    passed = (inputs > 0).all(axis=1)
+    assert (played.state == np.where(passed, HELD, ELSEWHERE)).all()
+    assert (played.floats[passed, 0] == inputs[passed, 0] / inputs[passed, 1]).all()
+
+
+@pytest.mark.parametrize("size", [2.0**-1000, 2.0**-700, 2.0**-260, 2.0**-100, 2.0**200, 2.0**500, 2.0**900])
+def test_numbers_at_the_ends_of_the_floats_are_certain_or_left_open(size):
+    """Where products lose bits below the floats, or overflow, lanes do not say that they know."""
+    rng = random.Random(str(size))
+    tape = Tape()
+    a, b, c = (tape.input(x) for x in (1.0, 2.0, 3.0))
+    results = [a.exact() * b.exact() * c.exact(), a.exact() / b.exact() + c.exact(), a.exact() * b.exact() - c.exact()]
+    for one in results:
+        tape.write_wide(one)
+        tape.write(number.rounded(one))
+    inputs = [[size * rng.uniform(1, 2) for _ in range(3)] for _ in range(40)]
+    played = in_lanes(tape, inputs)
+    for row in np.flatnonzero(played.state == HELD).tolist():
+        x, y, z = map(Fraction, inputs[row])
+        for k, truth in enumerate((x * y * z, x / y + z, x * y - z)):
+            assert abs(sum_of(played.wides[row, k]) - truth) <= error_of(played.wides[row, k])
+            assert played.floats[row, k] == float(truth)
+    assert (played.state == HELD).all() or not 2.0**-260 <= size <= 2.0**200
