@@ -121,9 +121,10 @@ def one_kind(name: str, count: int) -> dict[str, float]:
 
 
 def once(name: str, count: int) -> dict[str, float]:
-    """Microseconds for each body, prepared when some of the kind have been; the most memory that the process took.
+    """Microseconds for each body, prepared when some of the kind have been; the system's share; most memory taken.
 
-    Few bodies are prepared several times, and the least is told.
+    The system's is to hand out memory that is touched for the first time. Few bodies are prepared several times, and
+    the least is told.
     """
     import conicoid as co
 
@@ -132,15 +133,17 @@ def once(name: str, count: int) -> dict[str, float]:
     prepared = []
     for _ in range(RUNS if count <= COUNTS[1] else 1):
         scene = co.Scene([make(rng) for _ in range(count)])
-        begin = time.process_time()
+        before = resource.getrusage(resource.RUSAGE_SELF)
         scene.prepare()
-        prepared.append(time.process_time() - begin)
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1 << 20)
-    return {"again": min(prepared) * 1e6 / count, "GiB": memory}
+        after = resource.getrusage(resource.RUSAGE_SELF)
+        system = after.ru_stime - before.ru_stime
+        prepared.append((after.ru_utime - before.ru_utime + system, system))
+    total, system = (1e6 * seconds / count for seconds in min(prepared))
+    return {"all": total, "system": system, "GiB": after.ru_maxrss / (1 << 20)}
 
 
 def linear(gib: float) -> None:
-    """Microseconds for each body of scenes of every size that there is memory for, by the size before."""
+    """Microseconds for each body (the system's share) in scenes of every size that there is memory for."""
     print(
         "| a body | "
         + " | ".join(f"{count:,}" for count in COUNTS)
@@ -155,7 +158,7 @@ def linear(gib: float) -> None:
                 cells.append("")
                 continue
             told = in_a_process("--once", name, str(count))
-            cells.append(f"{told['again']:.1f}")
+            cells.append(f"{told['all']:.1f} ({told['system']:.1f})")
             memory = told["GiB"]
         print(f"| {name} | {' | '.join(cells)} | {memory:.2f} |", flush=True)
 
