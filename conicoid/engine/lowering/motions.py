@@ -15,6 +15,7 @@ from ...shapes.recorder import Tape
 from ..tables import Floats, Ints, Longs, Signs
 from ..tapes.lane_rows import COLUMNS
 from ..tapes.play import NOTHING, Given, Recording, in_fours, wide_row
+from ..tapes.tape import HELD
 from ..tapes.wide import WIDTH
 from . import recordings
 from .pattern import FRAME_NUMBERS
@@ -138,7 +139,7 @@ class Motions:
         """
         count = len(self._steps)
         table, kinds = np.zeros((count, _NUMBERS, COLUMNS)), np.full(count, -1, np.int8)
-        back, few, digits = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool), _Digits(count)
+        back, few, digits = np.full((count, FRAME_NUMBERS), np.nan), np.zeros(count, bool), _Digits(self._steps)
         for form, told in self._forms.items():
             rows, numbers = np.fromiter(told.rows.values(), np.int64, len(told.rows)), np.concatenate(told.numbers)
 
@@ -168,10 +169,10 @@ class Motions:
 class _Digits:
     """All digits of motions' numbers, worked out for those of which they are asked."""
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, steps: Sequence[tuple[Step, ...]]) -> None:
         self.alone: dict[int, Longs] = {}
-        self._sources: list[tuple[Recording, Floats]] = []
-        self._source, self._place = np.full(count, -1, np.int32), np.zeros(count, np.int32)
+        self._steps, self._sources = steps, list[tuple[Recording, Floats]]()
+        self._source, self._place = np.full(len(steps), -1, np.int32), np.zeros(len(steps), np.int32)
 
     def played(self, rows: Longs, recording: Recording, inputs: Floats) -> None:
         """These motions are what a recording gives for inputs."""
@@ -179,14 +180,19 @@ class _Digits:
         self._sources.append((recording, inputs))
 
     def __call__(self, rows: Ints) -> Longs:
-        """(rows, 25, WIDTH) of some motions."""
+        """(rows, 25, WIDTH) of some motions.
+
+        Four floats may settle what 253 bits leave open, as their sums have gaps: such a motion is worked out alone.
+        """
         found = np.zeros((len(rows), _NUMBERS, WIDTH), np.int64)
         for number, (recording, inputs) in enumerate(self._sources):
             mine = np.flatnonzero(self._source[rows] == number)
             if len(mine):
                 inputs, none = inputs[self._place[rows[mine]]], np.zeros(len(mine), np.int32)
-                _, wides, _ = recording.in_digits(inputs, NOTHING.digits(none[:1]), none)
+                _, wides, state = recording.in_digits(inputs, NOTHING.digits(none[:1]), none)
                 found[mine, : wides.shape[1]] = wides
+                for row in rows[mine[state != HELD]].tolist():
+                    self.alone[row] = _worked_out_motion(Motion(self._steps[row]))[1]
         for place, row in enumerate(rows.tolist()):
             if row in self.alone:
                 found[place] = self.alone[row]

@@ -206,7 +206,8 @@ class Recording:
             which: Ints = inverse.reshape(-1).astype(np.int32)
             played.floats[left], wides, played.state[left] = self.in_digits(inputs[left], given.digits(mine), which)
             if self.wide_outputs:
-                played.fours[left] = in_fours(wides)
+                held = played.held[left]  # of what is open there are no numbers
+                played.fours[left[held]] = in_fours(wides[held])
         return played
 
     def in_lanes(self, inputs: Floats, given: Floats, rows: Ints) -> Played:
