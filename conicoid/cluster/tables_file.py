@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from ..engine.lowering.edited.edit import Kept
+from ..engine.lowering.edited.kept import Kept
 from ..engine.prepared import Prepared
 from ..formats.atomic import replacing
 from ..shapes.labels import Labels

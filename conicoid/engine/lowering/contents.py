@@ -49,6 +49,10 @@ class Exact:
         """
         self._shapes, self._starts, self._first, self._first_outline = shapes, starts, first, first_outline
 
+    def of(self, shapes: Shapes) -> Exact:
+        """The same of other entries that have as many bodies and surfaces."""
+        return Exact(shapes, self._starts, self._first, self._first_outline)
+
     def __getitem__(self, index: int) -> Surface:
         _, surfaces, own = self._of(index)
         return surfaces[own]

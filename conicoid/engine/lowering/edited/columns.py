@@ -53,7 +53,7 @@ SURFACE = {"cell_quadric": CELLS, "plane_surface": CELL_PLANES, "sheet_surface":
 SIDES = {"cell_side": "cell_quadric", "plane_side": "plane_surface", "sheet_side": "sheet_surface",
          "polygon_side": "polygon_surface"}  # fmt: skip
 """Columns of surfaces, and the sides of them."""
-_AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
+AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
 ENTRIES = ("entry_kind", "entry_index", "entry_body", "body_face")
 OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
@@ -217,7 +217,7 @@ class Columns:
     def _move_surfaces(self, tables: Tables) -> None:
         """Kinds and rows where no surface stands for another: those of both scenes, rows of each kind counting on."""
         single, total = len(self.merged.kinds), self.pieces.total
-        of_kinds = [self.pieces.moved(SURFACES, _AXES[kind]) for kind in sorted(_AXES)]
+        of_kinds = [self.pieces.moved(SURFACES, AXES[kind]) for kind in sorted(AXES)]
         for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
             side = self.joined.sides[source].tables
             shifts = np.array([shift for *_, shift in others], np.int32)

@@ -6,35 +6,25 @@ All tables but those of the trees are those of the scene lowered from the beginn
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ....shapes.base import Shape
 from ....shapes.body import Body
-from ...tables import STEPS, Floats, Geometry, Tables, shared, steps
+from ...tables import STEPS, Floats, Geometry, Tables, room_for, shared, steps
 from .. import ExactTables, Lowered, lower
 from ..contents import Exact
-from ..laid import BODIES, CORNERS, ENTRIES, FACES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
+from ..laid import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
 from ..layout import balls_direct
 from ..stages import Progress, Stages
 from ..surfaces import Remainders
 from .columns import Columns
+from .exchange import Exchange, ShapesOf, apart, completed, keeps_rows, none_near
 from .joined import Joined
+from .kept import Kept
 from .limits import Limits
 from .merging import Merging
-from .near import Frame, Places
 from .pieces import Pieces, Runs
-
-
-@dataclass(frozen=True)
-class Kept:
-    """What is known of a scene that was edited, for the next time."""
-
-    frame: Frame | None = None
-    places: Places | None = None
-    size: float | None = None
 
 
 class Edit:
@@ -74,7 +64,7 @@ class Edit:
             joined.column(FRAMES, lambda side: side.frames, np.float64),
             body_frame,
             np.repeat(np.arange(len(counts), dtype=np.int32), counts),
-            self._paint(),
+            joined.paint(),
             len(laid.which),
             rest,
             ExactTables(self._exact, self.columns.single),
@@ -82,35 +72,14 @@ class Edit:
         )
         return lowered, Kept(self.merged.frame, self.merged.places, size)
 
-    def _paint(self) -> dict[int, Any]:
-        """The materials of faces that have their own."""
-        if not any(side.face_paint for side in self.joined.sides):
-            return {}
-        found: dict[int, Any] = {}
-        for source, rows, at in self.pieces.on(FACES):
-            paint = self.joined.sides[source].face_paint
-            if len(paint) > rows.stop - rows.start:
-                mine = [row for row in range(rows.start, rows.stop) if row in paint]
-            else:
-                mine = [row for row in paint if rows.start <= row < rows.stop]
-            found.update((row - rows.start + at.start, paint[row]) for row in mine)
-        return found
+    def geometry(self, empty: Tables) -> Geometry:
+        """Memory for tables of these shapes."""
+        return room_for(empty)
 
 
-class _Shapes(Sequence[Shape]):
-    """The shapes of bodies."""
-
-    def __init__(self, bodies: Sequence[Body]) -> None:
-        self._bodies = bodies
-
-    def __getitem__(self, number: Any) -> Any:
-        return self._bodies[number].shape
-
-    def __len__(self) -> int:
-        return len(self._bodies)
-
-
-def edit(old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Progress | None) -> Edit | None:
+def edit(
+    old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Progress | None
+) -> Edit | Exchange | None:
     """An edited scene that has runs of an old one; None where it is as well lowered from the beginning."""
     if old.laid is None or 2 * len(found.fresh) > len(bodies):
         return None
@@ -119,7 +88,12 @@ def edit(old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress
     new = lower([bodies[number] for number in found.fresh], Stages(told, len(found.fresh)))
     if new.laid is None:
         return None
-    return Edit(old, new, Pieces.of(found.pieces, (old.laid, new.laid)), bodies, kept)
+    pieces = Pieces.of(found.pieces, (old.laid, new.laid))
+    if keeps_rows(old.laid, new.laid, found, len(bodies)):
+        kept = completed(kept, old, new)
+        if apart(old.laid, new.laid, pieces) and none_near(kept, new, pieces):
+            return Exchange(old, new, pieces, bodies, found, kept)
+    return Edit(old, new, pieces, bodies, kept)
 
 
 def _exact(bodies: Sequence[Body], joined: Joined) -> Exact:
@@ -133,4 +107,4 @@ def _exact(bodies: Sequence[Body], joined: Joined) -> Exact:
     starts = np.zeros(len(bodies), np.int64)
     for source, rows, at, shift in pieces.moved(ENTRIES, BODIES):
         starts[at] = joined.laid[source].first_body[rows] + shift
-    return Exact(_Shapes(bodies), starts, firsts[0], firsts[1])
+    return Exact(ShapesOf(bodies), starts, firsts[0], firsts[1])

@@ -26,7 +26,7 @@ Mask = npt.NDArray[np.bool_]
 
 
 @dataclass
-class _Uses:
+class Uses:
     """Which surface bounds which cell, sheet or polygon of which body; sheets are numbered behind cells."""
 
     surfaces: Longs
@@ -108,30 +108,37 @@ class Limits:
         found = now[other]
         return np.unique(found if columns.ids is None else columns.ids[found]).astype(np.int64)
 
-    def _uses(self, surfaces: Mask, owners: Mask) -> _Uses:
+    def _uses(self, surfaces: Mask, owners: Mask) -> Uses:
         """All uses of some surfaces, and by some owners."""
         tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
         cells = np.flatnonzero(marked[tables.cell_quadric] | owners[: self.owners[1]])
-        cells = cells[tables.cell_quadric[cells] >= 0]
         planes = marked[tables.plane_surface]
         own = np.flatnonzero(owners[: self.owners[1]])
         planes[_ranges(tables.cell_first, own)] = True
-        rows = np.flatnonzero(planes)
+        others = [
+            np.flatnonzero(marked[column] | owners[self.owners[kind] : self.owners[kind + 1]])
+            for column, kind in ((tables.sheet_surface, 1), (tables.polygon_surface, 2))
+        ]
+        return self._of_rows(cells, np.flatnonzero(planes), *others)
+
+    def _of_rows(self, cells: Longs, rows: Longs, sheets: Longs, polygons: Longs) -> Uses:
+        """The uses by some cells of their quadrics, by cells of some planes, by some sheets and polygons."""
+        tables = self.tables
+        cells = cells[tables.cell_quadric[cells] >= 0]
         found = [
             (tables.cell_quadric[cells], cells, CELLS),
             (tables.plane_surface[rows], _owner(tables.cell_first, rows), CELLS),
         ]
-        for column, axis, kind in ((tables.sheet_surface, SHEETS, 1), (tables.polygon_surface, POLYGONS, 2)):
-            mine = np.flatnonzero(marked[column] | owners[self.owners[kind] : self.owners[kind + 1]])
-            found.append((column[mine], mine, axis))
+        found.append((tables.sheet_surface[sheets], sheets, SHEETS))
+        found.append((tables.polygon_surface[polygons], polygons, POLYGONS))
         parts = []
         for kind, (of, owner, axis) in zip((0, 0, 1, 2), found, strict=True):
             body = np.searchsorted(self.laid.starts(axis), owner, side="right") - 1 if len(owner) else owner
             traced = tables.entry_kind[body] != BALL if axis == CELLS else np.ones(len(owner), bool)
             parts.append((of[traced], owner[traced] + self.owners[kind], body[traced]))
-        return _Uses(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+        return Uses(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
-    def _put(self, uses: _Uses, surfaces: Mask, owners: Mask, size: float) -> None:
+    def _put(self, uses: Uses, surfaces: Mask, owners: Mask, size: float) -> None:
         tables, rest = self.tables, self.rest
         surface, owner, users = uses.surfaces, uses.owners, uses.bodies
         reach, bounded = reaches(tables, self.boxes, surface, users, size)

@@ -7,6 +7,8 @@ scene is edited, so that only the new surfaces need new numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +17,7 @@ from ....shapes.row_vectors import dot_rows, lengths
 from ...tables import QUADRIC, SPHERE, Floats, Longs
 from ..surfaces import ALONG, CLOSE, coefficients
 
+Marks: TypeAlias = npt.NDArray[np.uint16]
 _ROOM = 4.0
 """The unit is so many times the size of the scene, which may grow before all numbers are worked out again."""
 _BUCKETS = 1 << 16
@@ -77,15 +80,27 @@ class Places:
     spheres: Floats
     quadrics: Floats
 
+    @cached_property
+    def marks(self) -> tuple[Marks, Marks, Marks]:
+        """In which of many parts of a unit each is."""
+        return _bucket(self.planes), _bucket(self.spheres), _bucket(self.quadrics)
 
-def near(places: Floats, new: Floats) -> Longs:
-    """Rows of places that are as close to one of the new ones as surfaces may be that are one."""
+    @classmethod
+    def marked(cls, planes: Floats, spheres: Floats, quadrics: Floats, *marks: Marks) -> Places:
+        """These, with the marks of each."""
+        made = cls(planes, spheres, quadrics)
+        vars(made)["marks"] = marks
+        return made
+
+
+def near(places: Floats, marks: Marks, new: Floats) -> Longs:
+    """Rows of places, by them and their marks, that are as close to a new one as surfaces may be that are one."""
     if not len(places) or not len(new):
         return np.zeros(0, np.int64)
     marked = np.zeros(_BUCKETS, bool)
     for off in (-1.0, 0.0, 1.0):
         marked[_bucket(new + 2 * off * CLOSE)] = True
-    rows = np.flatnonzero(marked[_bucket(places)])
+    rows = np.flatnonzero(marked[marks])
     ordered = np.sort(new)
     low = np.searchsorted(ordered, places[rows] - 2 * CLOSE, side="left")
     high = np.searchsorted(ordered, places[rows] + 2 * CLOSE, side="right")
@@ -93,7 +108,7 @@ def near(places: Floats, new: Floats) -> Longs:
     return found
 
 
-def _bucket(places: Floats) -> npt.NDArray[np.uint16]:
+def _bucket(places: Floats) -> Marks:
     """In which of many parts of a unit each place is; any, where it is no number."""
     with np.errstate(invalid="ignore"):
         return (places * _BUCKETS).astype(np.int64).astype(np.uint16)

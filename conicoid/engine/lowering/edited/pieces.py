@@ -106,6 +106,19 @@ class Pieces:
         total = ends[-1] if len(found) else np.zeros(18, np.int64)
         return cls([run[0] for run in found], begin, end, ends - (end - begin), total)
 
+    def only(self, source: int) -> Pieces:
+        """Those of one of the scenes."""
+        mine = [k for k, which in enumerate(self.sources) if which == source]
+        return Pieces([source] * len(mine), self.begin[mine], self.end[mine], self.at[mine], self.total)
+
+    def after_rows(self, bounds: Longs) -> Pieces:
+        """These behind pieces of the old scene that stay where they are; bounds (2 n, 18): first rows and ends."""
+        begin, end = bounds[0::2], bounds[1::2]
+        return Pieces(
+            [_KEPT] * len(begin) + self.sources, np.concatenate([begin, self.begin]),
+            np.concatenate([end, self.end]), np.concatenate([begin, self.at]), self.total,
+        )  # fmt: skip
+
     def on(self, axis: int) -> list[tuple[int, slice, slice]]:
         """(source, its rows, where they come to) of all pieces that have rows of a kind."""
         parts = zip(

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...lowering.edited.edit import Edit
+from ...lowering.edited.exchange import Exchange
 from ...lowering.laid import BODIES, LEAVES, PROGRAMS
 from ...tables import Floats, Ints, Tables
 from ..leaf import ROWS
@@ -110,7 +111,7 @@ class Trees:
             at += len(part)
 
 
-def patched(old: Tables, woods: Woods, edit: Edit) -> Trees:
+def patched(old: Tables, woods: Woods, edit: Edit | Exchange) -> Trees:
     """The trees of an edited scene."""
     planted, starts = _Planted(), [[np.zeros(1, np.int32)] for _ in range(3)]
     new = programs_of(edit.joined.sides[1].tables)
@@ -141,7 +142,7 @@ def patched(old: Tables, woods: Woods, edit: Edit) -> Trees:
     return Trees(tables, planted.boxes, found)
 
 
-def _entries(old: _Grove, woods: Woods, edit: Edit, planted: _Planted) -> Woods:
+def _entries(old: _Grove, woods: Woods, edit: Edit | Exchange, planted: _Planted) -> Woods:
     """Plant the tree over the entries, and that of loose ones; of the woods only what is known of these."""
     count = len(edit.boxes)
     number = np.full(len(edit.joined.sides[0].boxes) + 1, -1, np.int32)  # of each entry before; the last is none
