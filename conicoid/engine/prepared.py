@@ -70,7 +70,8 @@ class Prepared:
                 getattr(tables, name)[...] = column
         trees.put_boxes(tables.node_boxes)
         lowered, kept = made.fill(geometry, empty)
-        put_items(geometry, lowered.boxes, int(trees.woods.places[-1]))
+        tables.leaf_items[trees.kept] = self.lowered.tables.leaf_items[trees.kept]
+        put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
         return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)
 
     def labelled(self, bodies: Sequence[Body]) -> Prepared:

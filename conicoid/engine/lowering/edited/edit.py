@@ -90,9 +90,9 @@ def edit(
         return None
     pieces = Pieces.of(found.pieces, (old.laid, new.laid))
     if keeps_rows(old.laid, new.laid, found, len(bodies)):
-        kept = completed(kept, old, new)
-        if apart(old.laid, new.laid, pieces) and none_near(kept, new, pieces):
-            return Exchange(old, new, pieces, bodies, found, kept)
+        kept, own = completed(kept, old, new)
+        if apart(old.laid, new.laid, pieces) and none_near(kept.places, own, pieces):
+            return Exchange(old, new, pieces, bodies, found, kept, own)
     return Edit(old, new, pieces, bodies, kept)
 
 

@@ -99,10 +99,8 @@ def apart(old: Laid, new: Laid, pieces: Pieces) -> bool:
     return bool((fresh[first] == fresh).all())
 
 
-def none_near(kept: Known, new: Lowered, pieces: Pieces) -> bool:
+def none_near(places: Places, own: Places, pieces: Pieces) -> bool:
     """Is no new surface so close to one of the others that they may be one?"""
-    places, tables = kept.places, new.tables
-    own = kept.frame.places(tables.planes, tables.spheres, tables.quadrics)
     curved = np.concatenate([own.spheres, own.quadrics])
     groups = (PLANES, own.planes), (SPHERES, curved), (QUADRICS, curved)
     for (axis, numbers), column, marks in zip(
@@ -130,37 +128,42 @@ class ShapesOf(Sequence[Shape]):
         return len(self._bodies)
 
 
-def completed(kept: Kept, old: Lowered, new: Lowered) -> Known:
-    """What is known of the old scene, with what exchanges of its entries for new ones need."""
+def completed(kept: Kept, old: Lowered, new: Lowered) -> tuple[Known, Places]:
+    """What is known of the old scene, with what exchanges of its entries for new ones need; places of the new ones."""
     frame, places, records = kept.frame, kept.places, (new.tables.planes, new.tables.spheres, new.tables.quadrics)
-    if frame is not None and places is not None and frame.fits(*records):
-        if isinstance(kept, Known):
-            return kept
-    else:
+    own = frame.places_within(*records) if frame is not None and places is not None else None
+    if isinstance(kept, Known) and own is not None:
+        return kept, own
+    if frame is None or places is None or own is None:
         tables = old.tables
         every = [np.concatenate(pair) for pair in zip(
             (tables.planes, tables.spheres, tables.quadrics), records, strict=True)]  # fmt: skip
         frame = Frame.of(*every)
-        places = frame.places(tables.planes, tables.spheres, tables.quadrics)
+        places, own = frame.places(tables.planes, tables.spheres, tables.quadrics), frame.places(*records)
     size = kept.size
     if size is None and not np.isfinite(old.boxes).all():
         size = size_of(old.tables, old.boxes)
     assert old.laid is not None
-    return Known(frame, places, size, stores=Stores(), stamps=stamped(len(old.laid.first_body) - 1))
+    return Known(frame, places, size, stores=Stores(), stamps=stamped(len(old.laid.first_body) - 1)), own
 
 
 class Exchange:
     """A scene some of whose entries are exchanged, in the memory of one that is gone, or in new memory."""
 
     def __init__(
-        self, old: Lowered, new: Lowered, pieces: Pieces, bodies: Sequence[Body], found: Runs, kept: Known
+        self,
+        old: Lowered,
+        new: Lowered,
+        pieces: Pieces,
+        bodies: Sequence[Body],
+        found: Runs,
+        kept: Known,
+        own: Places,
     ) -> None:
         assert old.laid is not None
         self.joined, self.pieces, self.kept = Joined((old, new), pieces), pieces, kept
         self._bodies, self._fresh = bodies, found.fresh
-        tables = new.tables
-        places = kept.frame.places(tables.planes, tables.spheres, tables.quadrics)
-        sides = _beside(old, kept.places), _beside(new, places)
+        sides = _beside(old, kept.places), _beside(new, own)
         opened, some = _taken(kept, old.laid, pieces, found.fresh)
         beside = opened.beside if opened else {name: column.copy() for name, column in sides[0].items()}
         for name, axis in BESIDE.items():

@@ -88,13 +88,14 @@ class Merging:
         """Numbers by which near surfaces are found: new ones for what is new, if there are some for the rest."""
         new = self.joined.sides[1].tables
         records = new.planes, new.spheres, new.quadrics
-        if frame is None or old is None or not frame.fits(*records):
+        own = frame.places_within(*records) if frame is not None and old is not None else None
+        if frame is None or old is None or own is None:
             tables = self.joined.sides[0].tables
             every = [np.concatenate(pair) for pair in zip(
                 (tables.planes, tables.spheres, tables.quadrics), records, strict=True)]  # fmt: skip
             frame = Frame.of(*every)
-            old = frame.places(tables.planes, tables.spheres, tables.quadrics)
-        both = old, frame.places(*records)
+            old, own = frame.places(tables.planes, tables.spheres, tables.quadrics), frame.places(*records)
+        both = old, own
         joined = self.joined
         return frame, Places(
             joined.of_both(PLANES, both[0].planes, both[1].planes),

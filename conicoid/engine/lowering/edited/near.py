@@ -66,10 +66,13 @@ class Frame:
         curved = _place(self._of_curved(spheres, quadrics), 6)
         return Places(_place(self._of_planes(planes), 3), curved[: len(spheres)], curved[len(spheres) :])
 
-    def fits(self, planes: Floats, spheres: Floats, quadrics: Floats) -> bool:
-        """Are these no larger than the units?"""
-        numbers = self._of_curved(spheres, quadrics)[:, 6:], self._of_planes(planes)[:, 3:]
-        return all(bool((np.abs(part) <= 1.0).all()) for part in numbers)
+    def places_within(self, planes: Floats, spheres: Floats, quadrics: Floats) -> Places | None:
+        """The same; None for records that are larger than the units."""
+        flat, curved = self._of_planes(planes), self._of_curved(spheres, quadrics)
+        if not all(bool((np.abs(part) <= 1.0).all()) for part in (flat[:, 3:], curved[:, 6:])):
+            return None
+        numbers = _place(curved, 6)
+        return Places(_place(flat, 3), numbers[: len(spheres)], numbers[len(spheres) :])
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ def near(places: Floats, marks: Marks, new: Floats) -> Longs:
     marked = np.zeros(_BUCKETS, bool)
     for off in (-1.0, 0.0, 1.0):
         marked[_bucket(new + 2 * off * CLOSE)] = True
-    rows = np.flatnonzero(marked[marks])
+    rows = np.flatnonzero(marked.take(marks))
     ordered = np.sort(new)
     low = np.searchsorted(ordered, places[rows] - 2 * CLOSE, side="left")
     high = np.searchsorted(ordered, places[rows] + 2 * CLOSE, side="right")

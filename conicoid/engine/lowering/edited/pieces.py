@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress, count
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +60,7 @@ def _alike(old: Sequence[Body], new: Sequence[Body]) -> int:
 def _in_order(old: Sequence[Body], new: Sequence[Body]) -> list[tuple[int, int, int]]:
     """(first, last, which of the old) of new bodies that are kept, in rising order; an empty one at the end."""
     if len(old) == len(new):
-        other = [place for place, same in enumerate(map(operator.is_, old, new)) if not same]
+        other = list(compress(count(), map(operator.is_not, old, new)))
         other = [place for place in other if old[place].shape is not new[place].shape]
         begins = [0, *(place + 1 for place in other)]
         parts = [(a, b, a) for a, b in zip(begins, [*other, len(new)], strict=True) if b > a]
