@@ -136,10 +136,7 @@ def completed(kept: Kept, old: Lowered, new: Lowered) -> tuple[Known, Places]:
         return kept, own
     if frame is None or places is None or own is None:
         tables = old.tables
-        every = [np.concatenate(pair) for pair in zip(
-            (tables.planes, tables.spheres, tables.quadrics), records, strict=True)]  # fmt: skip
-        frame = Frame.of(*every)
-        places, own = frame.places(tables.planes, tables.spheres, tables.quadrics), frame.places(*records)
+        frame, places, own = Frame.around((tables.planes, tables.spheres, tables.quadrics), records)
     size = kept.size
     if size is None and not np.isfinite(old.boxes).all():
         size = size_of(old.tables, old.boxes)

@@ -91,10 +91,7 @@ class Merging:
         own = frame.places_within(*records) if frame is not None and old is not None else None
         if frame is None or old is None or own is None:
             tables = self.joined.sides[0].tables
-            every = [np.concatenate(pair) for pair in zip(
-                (tables.planes, tables.spheres, tables.quadrics), records, strict=True)]  # fmt: skip
-            frame = Frame.of(*every)
-            old, own = frame.places(tables.planes, tables.spheres, tables.quadrics), frame.places(*records)
+            frame, old, own = Frame.around((tables.planes, tables.spheres, tables.quadrics), records)
         both = old, own
         joined = self.joined
         return frame, Places(

@@ -17,6 +17,8 @@ from ....shapes.row_vectors import dot_rows, lengths
 from ...tables import QUADRIC, SPHERE, Floats, Longs
 from ..surfaces import ALONG, CLOSE, coefficients
 
+Records: TypeAlias = tuple[Floats, Floats, Floats]
+"""Tables of planes, spheres and quadrics."""
 Marks: TypeAlias = npt.NDArray[np.uint16]
 _ROOM = 4.0
 """The unit is so many times the size of the scene, which may grow before all numbers are worked out again."""
@@ -33,8 +35,9 @@ class Frame:
     unit: float
 
     @classmethod
-    def of(cls, planes: Floats, spheres: Floats, quadrics: Floats) -> Frame:
-        """One that fits these records."""
+    def around(cls, old: Records, new: Records) -> tuple[Frame, Places, Places]:
+        """One that fits the records of two scenes, and the numbers of both."""
+        planes, spheres, quadrics = (np.concatenate(pair) for pair in zip(old, new, strict=True))
         anchors = np.concatenate([spheres[:, :3], quadrics[:, :3]])
         first = cls(_middle(planes[:, 4:]), 1.0, _middle(anchors), 1.0)
         flat, curved = first._of_planes(planes), first._of_curved(spheres, quadrics)
@@ -42,7 +45,14 @@ class Frame:
         with np.errstate(over="ignore"):
             reach = float(np.abs(curved[:, 6:9]).max(initial=0.0))
             reach = max(reach, float(np.sqrt(np.abs(curved[:, 9]).max(initial=0.0))))
-        return cls(first.middle_of_planes, _ROOM * of_planes or 1.0, first.middle, _ROOM * reach or 1.0)
+        found = cls(first.middle_of_planes, _ROOM * of_planes or 1.0, first.middle, _ROOM * reach or 1.0)
+        flat[:, 3] /= found.unit_of_planes
+        _scale(curved, found.unit)
+        both, curves = _place(flat, 3), _place(curved, 6)
+        round_, rest = curves[: len(spheres)], curves[len(spheres) :]
+        ends = [len(table) for table in old]
+        parts = [(part[:end], part[end:]) for part, end in zip((both, round_, rest), ends, strict=True)]
+        return found, Places(*(part for part, _ in parts)), Places(*(part for _, part in parts))
 
     def _of_planes(self, planes: Floats) -> Floats:
         """Unit normals, and offsets about the middle."""
@@ -56,18 +66,11 @@ class Frame:
         kind = np.repeat(np.array([SPHERE, QUADRIC], np.int8), [len(spheres), len(quadrics)])
         row = np.concatenate([np.arange(len(spheres)), np.arange(len(quadrics))]).astype(np.int32)
         numbers = coefficients(kind, row, spheres, quadrics, self.middle)
-        numbers[:, 6:9] /= self.unit
-        numbers[:, 9] /= self.unit
-        numbers[:, 9] /= self.unit
+        _scale(numbers, self.unit)
         return numbers
 
-    def places(self, planes: Floats, spheres: Floats, quadrics: Floats) -> Places:
-        """The numbers of records."""
-        curved = _place(self._of_curved(spheres, quadrics), 6)
-        return Places(_place(self._of_planes(planes), 3), curved[: len(spheres)], curved[len(spheres) :])
-
     def places_within(self, planes: Floats, spheres: Floats, quadrics: Floats) -> Places | None:
-        """The same; None for records that are larger than the units."""
+        """The numbers of records; None where these are larger than the units."""
         flat, curved = self._of_planes(planes), self._of_curved(spheres, quadrics)
         if not all(bool((np.abs(part) <= 1.0).all()) for part in (flat[:, 3:], curved[:, 6:])):
             return None
@@ -115,6 +118,13 @@ def _bucket(places: Floats) -> Marks:
     """In which of many parts of a unit each place is; any, where it is no number."""
     with np.errstate(invalid="ignore"):
         return (places * _BUCKETS).astype(np.int64).astype(np.uint16)
+
+
+def _scale(numbers: Floats, unit: float) -> None:
+    """Coefficients in other units of length."""
+    numbers[:, 6:9] /= unit
+    numbers[:, 9] /= unit
+    numbers[:, 9] /= unit
 
 
 def _middle(anchors: Floats) -> Floats:
