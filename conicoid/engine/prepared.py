@@ -59,17 +59,14 @@ class Prepared:
             return None
         vars(self)["kept"] = made.kept
         trees = patched(self.lowered.tables, self.woods, made)
-        shapes: dict[str, Any] = {
-            name: np.broadcast_to(np.zeros((), kind), shape) for name, (shape, kind) in made.sizes.items()
-        }
-        empty = Tables(**shapes, **trees.tables)
+        empty = Tables(**made.shapes, **trees.tables)
         geometry = made.geometry(empty)
         tables = shared(empty, geometry)
         for name, column in trees.tables.items():
             if name not in ("node_boxes", "leaf_items"):
                 getattr(tables, name)[...] = column
         trees.put_boxes(tables.node_boxes)
-        lowered, kept = made.fill(geometry, empty)
+        lowered, kept = made.fill(geometry, tables)
         tables.leaf_items[trees.kept] = self.lowered.tables.leaf_items[trees.kept]
         put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
         return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)

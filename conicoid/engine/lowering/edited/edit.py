@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ....shapes.body import Body
-from ...tables import STEPS, Floats, Geometry, Tables, room_for, shared, steps
+from ...tables import STEPS, Floats, Geometry, Tables, room_for, steps
 from .. import ExactTables, Lowered, lower
 from ..contents import Exact
 from ..laid import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
@@ -28,7 +28,7 @@ from .pieces import Pieces, Runs
 
 
 class Edit:
-    """An edited scene whose tables are still to be filled in: `sizes` says how large they are."""
+    """An edited scene whose tables are still to be filled in: those of `shapes` are as large, but for the trees."""
 
     def __init__(self, old: Lowered, new: Lowered, pieces: Pieces, bodies: Sequence[Body], kept: Kept) -> None:
         self.joined, self.pieces, self.kept = Joined((old, new), pieces), pieces, kept
@@ -38,11 +38,13 @@ class Edit:
         self.merged = merged
         self.boxes: Floats = self.joined.column(BODIES, lambda side: side.boxes, np.float64)
         self.kinds = self.columns.laid.patterns.entries[self.columns.laid.which, 2]  # of entries, for what they cost
-        self.sizes: dict[str, tuple[tuple[int, ...], Any]] = self.columns.sizes()
+        self.shapes: dict[str, Any] = {
+            name: np.broadcast_to(np.zeros((), kind), shape) for name, (shape, kind) in self.columns.sizes().items()
+        }
 
-    def fill(self, geometry: Geometry, empty: Tables) -> tuple[Lowered, Kept]:
+    def fill(self, geometry: Geometry, tables: Tables) -> tuple[Lowered, Kept]:
         """Write the tables to where there is room for them; trees are left as they are."""
-        tables, joined = shared(empty, geometry), self.joined
+        joined = self.joined
         self.columns.fill(tables)
         direct = balls_direct(tables)
         tables.entry_kind[:], tables.entry_index[:] = direct.entry_kind, direct.entry_index

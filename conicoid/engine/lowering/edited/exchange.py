@@ -170,9 +170,7 @@ class Exchange:
         self._laid = _exchanged(self.joined)
         self.boxes: Floats = beside["boxes"]
         self.kinds = self._laid.patterns.entries[self._laid.which, 2]
-        self.sizes: dict[str, tuple[tuple[int, ...], Any]] = {
-            name: (column.shape, column.dtype) for name, column in old.tables._asdict().items() if name not in TREES
-        }
+        self.shapes: dict[str, Any] = {k: v for k, v in old.tables._asdict().items() if k not in TREES}
 
     def geometry(self, empty: Tables) -> Geometry:
         """Memory for tables of these shapes, in which all rows are but those that differ."""
@@ -186,13 +184,13 @@ class Exchange:
         made = self._opened.geometry(empty)
         assert made is not None
         tables, old = shared(empty, made), self.joined.sides[0].tables
-        for name in self.sizes:
+        for name in self.shapes:
             getattr(tables, name)[...] = getattr(old, name)
         return made
 
-    def fill(self, geometry: Geometry, empty: Tables) -> tuple[Lowered, Known]:
+    def fill(self, geometry: Geometry, tables: Tables) -> tuple[Lowered, Known]:
         """Write the tables where they differ; trees are left as they are."""
-        tables, joined, beside, kept = shared(empty, geometry), self.joined, self._beside, self.kept
+        joined, beside, kept = self.joined, self._beside, self.kept
         columns, (old, _) = _Columns(joined, self._some, self._laid), joined.sides
         columns.fill(tables)
         rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import compress, count
 from typing import NamedTuple
 
@@ -93,6 +94,7 @@ class Pieces:
     end: Longs
     at: Longs  # where these come to
     total: Longs  # (18,)
+    _on: dict[int, list[tuple[int, slice, slice]]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def of(cls, found: Sequence[Run], laid: tuple[Laid, Laid]) -> Pieces:
@@ -122,15 +124,22 @@ class Pieces:
 
     def on(self, axis: int) -> list[tuple[int, slice, slice]]:
         """(source, its rows, where they come to) of all pieces that have rows of a kind."""
-        parts = zip(
-            self.sources, self.begin[:, axis].tolist(), self.end[:, axis].tolist(), self.at[:, axis].tolist(),
-            strict=True,
-        )  # fmt: skip
-        return [(source, slice(a, b), slice(at, at + b - a)) for source, a, b, at in parts if b > a]
+        if axis not in self._on:
+            parts = zip(
+                self.sources, self.begin[:, axis].tolist(), self.end[:, axis].tolist(), self.at[:, axis].tolist(),
+                strict=True,
+            )  # fmt: skip
+            self._on[axis] = [(source, slice(a, b), slice(at, at + b - a)) for source, a, b, at in parts if b > a]
+        return self._on[axis]
 
     def moved(self, axis: int, beside: int) -> list[tuple[int, slice, slice, int]]:
         """`on`, and by how much numbers of rows of another kind grow there."""
-        shifts = (self.at - self.begin)[:, beside].tolist()
-        chosen = (self.end > self.begin)[:, axis].tolist()
-        of_pieces = [shift for shift, there in zip(shifts, chosen, strict=True) if there]
+        shifts, begin, end = self._shifts[beside], self.begin[:, axis].tolist(), self.end[:, axis].tolist()
+        of_pieces = [shift for shift, a, b in zip(shifts, begin, end, strict=True) if b > a]
         return [(*part, shift) for part, shift in zip(self.on(axis), of_pieces, strict=True)]
+
+    @cached_property
+    def _shifts(self) -> list[list[int]]:
+        """By how much the numbers of rows of each kind grow in each piece."""
+        found: list[list[int]] = (self.at - self.begin).T.tolist()
+        return found
