@@ -73,6 +73,46 @@ def moved(scene, rng):
     return scene
 
 
+def standing(rng):
+    """A body that stands on the floor z = 0, or is as high as others, or is the same ball as others."""
+    x, y = rng.uniform(-4, 4, 2).tolist()
+    kinds = [
+        lambda: co.Box((x, y, 0), (x + 0.5, y + 0.3, 1)),
+        lambda: co.Box((x, y, 0), (x + 0.5, y + 0.3, 1)) - co.Sphere(0.3, (x, y, 1)),
+        lambda: co.Cylinder((x, y, 0), (x, y, 2), 0.2),
+        lambda: ~co.HalfSpace((0, 0, 1), 0) & co.Sphere(1, (x, y, 0)),
+        lambda: co.Sphere(0.2, (1, 1, 1)),
+        lambda: co.Ellipsoid((0.2, 0.2, 0.2)).rotate("x", 20).translate((1, 1, 1)),
+        lambda: co.Box((0, 0, 0), (1, 1, 1)).rotate((1, 2, 3), 30) & ~co.Sphere(0.2, (1, 1, 1)),
+        lambda: co.Disc((x, y, 2), (0, 0, 1), 0.5),
+    ]
+    return kinds[rng.integers(0, len(kinds))]()
+
+
+def slid(scene, rng):
+    """Bodies slid along the floor, or raised, or swapped with others that stand there."""
+    for _ in range(rng.integers(1, 3)):
+        name, what = str(rng.integers(0, 20)), rng.integers(0, 12)
+        along = (*rng.uniform(-0.3, 0.3, 2).tolist(), 0.0)
+        if what == 0:
+            scene = scene.replace(name, standing(rng))
+        elif what == 1:
+            scene = scene.moved(name, (0, 0, 1))
+        else:
+            scene = scene.moved(name, along)
+    return scene
+
+
+@pytest.mark.parametrize(("seed", "more"), [
+    (0, ()), (1, (co.Plane((0, 0, 1), 0),)), (2, (co.HalfSpace((0, 0, 1), 0),)),
+    (3, (co.Spheres([(1, 1, 1), (2, 2, 2)], 0.2),)),
+])  # fmt: skip
+def test_what_stands_on_one_floor_is_slid_along_it(seed, more):
+    rng = np.random.default_rng(seed)
+    first = co.Scene([*(co.Body(standing(rng), name=str(k)) for k in range(24)), *more])
+    chain(first, seed, slid, 60)
+
+
 def leaves(scene):
     """The items of the leaves of the tree over the entries: each leaf's, by its first place."""
     found, tree = {}, Nodes(scene)
@@ -123,25 +163,34 @@ def taken(monkeypatch):
     (4, 25, (CUBE.translate((7, 0, 0)), CUBE.translate((9, 0, 0)), co.Spheres([(7.0, 5, 5)], 1.0), co.Sphere(1, (7, 5, 5)))),
 ])  # fmt: skip
 def test_a_chain_of_exchanges_with_scenes_that_are_held(seed, count, more, taken):
-    chain(seed, count, more, 40)
+    chain(bodies(count, seed, more), seed, moved, 40)
     assert sum(taken) > 8
 
 
 @pytest.mark.deep
 @pytest.mark.parametrize("seed", range(5, 35))
 def test_long_chains_of_exchanges(seed, taken):
-    chain(seed, 20 + 90 * (seed % 4), (co.Plane((0, 0, 1), -3),) if seed % 3 == 0 else (), 150)
+    more = (co.Plane((0, 0, 1), -3),) if seed % 3 == 0 else ()
+    chain(bodies(20 + 90 * (seed % 4), seed, more), seed, moved, 150)
     assert sum(taken) > 20
 
 
-def chain(seed, count, more, edits):
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(4, 24))
+def test_long_chains_on_one_floor(seed):
+    rng = np.random.default_rng(seed)
+    more = [(), (co.Plane((0, 0, 1), 0),), (co.Spheres([(1, 1, 1), (2, 2, 2)], 0.2),)][seed % 3]
+    first = co.Scene([*(co.Body(standing(rng), name=str(k)) for k in range(24 + 20 * (seed % 4))), *more])
+    chain(first, seed, slid, 100)
+
+
+def chain(scene, seed, edit, edits):
     """Edits one after the other, each compared with the scene from the beginning, some scenes being held meanwhile."""
     rng = np.random.default_rng(seed)
-    scene = bodies(count, seed, more)
     scene.prepare()
     held = [(scene, content(scene))] if seed % 2 else []
     for number in range(edits):
-        scene = moved(scene if rng.random() < 0.8 or not held else held[-1][0], rng)
+        scene = edit(scene if rng.random() < 0.8 or not held else held[-1][0], rng)
         fresh = co.Scene(scene.bodies)
         same_tables(scene, fresh)
         Nodes(scene).check()
@@ -155,6 +204,12 @@ def chain(seed, count, more, edits):
             same_answers(scene, fresh, rng, 60)
             for one, _ in held:
                 same_answers(one, co.Scene(one.bodies), rng, 60)
+
+
+def test_a_chain_of_exchanges_that_write_all_rows(taken, monkeypatch):
+    monkeypatch.setattr(exchange, "_MOST", 0)
+    chain(bodies(30, 6, (co.Spheres([(1, 1, 1), (2, 2, 2)], 0.2),)), 6, moved, 20)
+    assert sum(taken) > 4
 
 
 def test_the_memory_of_a_scene_that_is_gone_is_taken_again(taken):

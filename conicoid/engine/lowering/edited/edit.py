@@ -30,6 +30,8 @@ from .pieces import Pieces, Runs
 class Edit:
     """An edited scene whose tables are still to be filled in: those of `shapes` are as large, but for the trees."""
 
+    keeps_items = False
+
     def __init__(self, old: Lowered, new: Lowered, pieces: Pieces, bodies: Sequence[Body], kept: Kept) -> None:
         self.joined, self.pieces, self.kept = Joined((old, new), pieces), pieces, kept
         self._exact = _exact(bodies, self.joined)

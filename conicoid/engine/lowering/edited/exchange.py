@@ -44,7 +44,7 @@ from .pieces import Pieces, Runs
 from .stores import Opened, Stores, restamped, stamped
 
 _MOST = 128
-"""So many pieces are written one by one; beyond that a scene is as well put together anew."""
+"""So many pieces are written one by one; more are as well written all at once."""
 BESIDE = {
     "boxes": BODIES, "frames": FRAMES, "planes": PLANES, "spheres": SPHERES, "quadrics": QUADRICS, "vertices": CORNERS,
     "place_of_planes": PLANES, "place_of_spheres": SPHERES, "place_of_quadrics": QUADRICS,
@@ -106,11 +106,11 @@ def none_near(places: Places, own: Places, pieces: Pieces) -> bool:
     for (axis, numbers), column, marks in zip(
         groups, (places.planes, places.spheres, places.quadrics), places.marks, strict=True
     ):
-        found = near(column, marks, numbers)
+        found, fresh = near(column, marks, numbers), np.zeros(len(column), bool)
         for source, _, at in pieces.on(axis):
             if source == 1:
-                found = found[(found < at.start) | (found >= at.stop)]
-        if len(found):
+                fresh[at] = True
+        if not fresh[found].all():
             return False
     return True
 
@@ -146,6 +146,8 @@ def completed(kept: Kept, old: Lowered, new: Lowered) -> tuple[Known, Places]:
 
 class Exchange:
     """A scene some of whose entries are exchanged, in the memory of one that is gone, or in new memory."""
+
+    keeps_items = True
 
     def __init__(
         self,
@@ -212,7 +214,7 @@ class Exchange:
 
 
 def _taken(kept: Known, laid: Laid, pieces: Pieces, fresh: list[int]) -> tuple[Opened | None, Pieces]:
-    """The memory of a scene that is gone, and what is to be written there; no memory, and what is new, if none fits."""
+    """The memory of a scene that is gone, if there is any, and what is to be written there; else what is new."""
     new, opened = pieces.only(1), kept.stores.take()
     if opened is None:
         return None, new
@@ -220,7 +222,7 @@ def _taken(kept: Known, laid: Laid, pieces: Pieces, fresh: list[int]) -> tuple[O
     other[fresh] = False
     bounds = np.flatnonzero(np.diff(other, prepend=False, append=False))
     if len(bounds) > 2 * _MOST:
-        return None, new
+        bounds = np.array([0, len(other)])
     return opened, new.after_rows(laid.rows_up_to(bounds)) if len(bounds) else new
 
 

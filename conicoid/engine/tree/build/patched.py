@@ -145,7 +145,7 @@ def patched(old: Tables, woods: Woods, edit: Edit | Exchange) -> Trees:
         leaf_items=np.broadcast_to(0.0, ROWS * planted.places),
         extent=extent_of(survey(edit.boxes)),
     )
-    stays = isinstance(edit, Exchange) and int(places[-1]) == int(woods.places[-1])
+    stays = edit.keeps_items and int(places[-1]) == int(woods.places[-1])
     return Trees(tables, planted.boxes, found, parts if stays else [])
 
 
