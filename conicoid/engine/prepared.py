@@ -67,8 +67,9 @@ class Prepared:
                 getattr(tables, name)[...] = column
         trees.put_boxes(tables.node_boxes)
         lowered, kept = made.fill(geometry, tables)
-        tables.leaf_items[trees.kept] = self.lowered.tables.leaf_items[trees.kept]
+        trees.keep_items(tables, self.lowered.tables)
         put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
+        made.close(kept)
         return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)
 
     def labelled(self, bodies: Sequence[Body]) -> Prepared:

@@ -35,6 +35,16 @@ class Shapes(Protocol):
     def __getitem__(self, number: int, /) -> Shape: ...
 
 
+class ShapesOf:
+    """The shapes of bodies, each read when it is asked for, as not all of the bodies may be there yet."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._bodies = bodies
+
+    def __getitem__(self, number: int) -> Shape:
+        return self._bodies[number].shape
+
+
 class Exact:
     """The surfaces of a scene's bodies before they were rounded, in the order of the bodies; outlines of polygons.
 

@@ -13,16 +13,17 @@ import numpy as np
 from ....shapes.body import Body
 from ...tables import STEPS, Floats, Geometry, Tables, room_for, steps
 from .. import ExactTables, Lowered, lower
-from ..contents import Exact
+from ..contents import Exact, ShapesOf
 from ..laid import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
 from ..layout import balls_direct
 from ..stages import Progress, Stages
 from ..surfaces import Remainders
 from .columns import Columns
-from .exchange import Exchange, ShapesOf, apart, completed, keeps_rows, none_near
+from .exchange import Exchange
+from .exchangeable import apart, completed, keeps_rows, none_near
 from .joined import Joined
 from .kept import Kept
-from .limits import Limits
+from .limits import LimitsOfEdited
 from .merging import Merging
 from .pieces import Pieces, Runs
 
@@ -56,7 +57,7 @@ class Edit:
             joined.column(QUADRICS, lambda side: side.rest.quadrics, np.float64),
             joined.column(CORNERS, lambda side: side.rest.vertices, np.float64),
         )
-        size = Limits(self.columns, tables, self.boxes, rest).put(self.kept.size)
+        size = LimitsOfEdited(self.columns, tables, self.boxes, rest).put(self.kept.size)
         geometry.places[STEPS] = steps(tables)
         laid = self.columns.laid
         body_frame = np.empty(len(laid.which), np.int32)
@@ -75,6 +76,9 @@ class Edit:
             laid,
         )
         return lowered, Kept(self.merged.frame, self.merged.places, size)
+
+    def close(self, kept: Kept) -> None:
+        """All tables have been written; their memory is nobody's but this scene's."""
 
     def geometry(self, empty: Tables) -> Geometry:
         """Memory for tables of these shapes."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any
 
 from ...tables import Longs
 from .near import Frame, Places
@@ -20,11 +21,18 @@ class Kept:
 
 @dataclass(frozen=True)
 class Known(Kept):
-    """The same; whose memory may be taken, and by which edit the rows of each entry were written: see `stores`."""
+    """The same; whose memory may be taken, and by which edit the rows of each entry were written: see `stores`.
 
-    frame: Frame
-    places: Places
-    size: float | None
+    Stamps are told apart in one process alone, and a copy's memory is its own: so what is pickled, or copied, is only
+    what `Kept` has. Edits of it begin with new stamps, and with nobody's memory.
+    """
+
+    frame: Frame = field()  # of these three none may be left out, as they may where nothing is known
+    places: Places = field()
+    size: float | None = field()
     _: KW_ONLY
     stores: Stores
     stamps: Longs
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Kept, (self.frame, self.places, self.size)

@@ -4,6 +4,10 @@ Scenes that come from one another by exchanging entries for others with as many 
 places. Each says of its entries by which edit their rows were written, its stamps: where those of two scenes are equal
 so are the rows. Memory comes back when nothing is left of a scene that reads it: neither itself nor an answer, a thread
 or an array that was taken out of it. So a scene that somebody holds is never written to.
+
+That nothing is left is told by the count of references to what all arrays of a scene hold, and not by the collector of
+cycles: it does not look into NumPy's arrays, so it takes what these hold for something that is in use. Did it look into
+them, it would tell of a cycle that is gone before what is in it is asked, by `__del__`, whether it is to come back.
 """
 
 from __future__ import annotations
@@ -118,6 +122,7 @@ class Opened:
         if integers > len(self._store.integers) or floats + SPARE > len(self._store.floats):
             return None
         out = self._out(self._store.integers), self._out(self._store.floats)
+        out[1][places[EXTENT] + tables.extent.size : floats + SPARE] = 0.0  # all between two tables is 0, and behind
         return Geometry(places, out[0][:integers], out[1][: floats + SPARE])
 
     def close(self, stores: Stores, stamps: Longs) -> None:

@@ -109,6 +109,15 @@ class Trees:
         """Of the items of leaves those that are what they were, but for leaves of `parts` of the children of nodes."""
         return slice(ROWS * int(self.woods.places[-1]), ROWS * self.woods.main[1] if self.parts else 0)
 
+    def keep_items(self, tables: Tables, before: Tables) -> None:
+        """Copy the items of leaves that are what they were; where no leaf has an item are zeros, whatever was there.
+
+        Of scenes that were edited in the same way so all numbers are equal, in whatever memory they are.
+        """
+        tables.leaf_items[self.kept] = before.leaf_items[self.kept]
+        held = tables.tree_order[int(self.woods.places[-1]) :]
+        tables.leaf_items.reshape(-1, ROWS)[held < 0] = 0.0
+
     def put_boxes(self, node_boxes: Floats) -> None:
         """Write the boxes of the nodes."""
         at = 0
