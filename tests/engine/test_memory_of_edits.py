@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import gc
 import itertools
 import os
@@ -16,7 +17,8 @@ from conicoid.cluster.edition import edition
 from conicoid.cluster.tables_file import opened, write_tables
 from conicoid.engine.lowering.edited import stores
 from conicoid.engine.lowering.edited.exchange import Exchange
-from tests.engine.exchanges import bodies, content, moved, note_memory_taken
+from conicoid.engine.lowering.edited.kept import Kept, Known
+from tests.engine.exchanges import bodies, bored, content, moved, note_memory_taken
 from tests.engine.test_edited import same_answers, same_tables
 
 
@@ -181,18 +183,110 @@ def test_pickles_and_files_of_tables(tmp_path):
     assert sizes[0] < 1.2 * sizes[1]
 
 
-def test_an_edit_that_is_broken_off_leaves_nothing_behind(monkeypatch):
+def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
+    """Stamps of another process are other edits', though they be the same numbers."""
+    scene = bodies(30)
+    for number in range(4):
+        scene = scene.moved(str(number), (0, 0.2, 0))
+        scene.prepare()
+    for copied in (lambda thing: pickle.loads(pickle.dumps(thing)), copy.deepcopy):
+        made = copied(scene.prepared)
+        assert type(made.kept) is Kept
+        assert np.array_equal(made.kept.places.planes, scene.prepared.kept.places.planes)
+        made.kept.places.planes[:] = np.nan  # its own numbers
+        assert not np.isnan(scene.prepared.kept.places.planes).any()
+
+    monkeypatch.setattr(stores, "_edits", itertools.count(100))  # as in one process
+    there = edited(edited(scene.prepared, "10"), "3")
+    sent = pickle.dumps(there)
+    monkeypatch.setattr(stores, "_edits", itertools.count(100))  # as in another, which was forked before
+    one = edited(pickle.loads(sent), "4")
+    other = edited(one, "3")
+    edited(one, "6")  # gone at once
+    last = edited(other, "7")
+    assert content(of(last)) == content(co.Scene(list(last.entries)))
+
+
+def edited(prepared, name):
+    """One body moved, without a scene."""
+    made = prepared.edited(co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
+    assert isinstance(made.kept, Known)
+    return made
+
+
+def of(prepared):
+    """A scene that is prepared."""
+    scene = co.Scene(list(prepared.entries))
+    scene._prepared = prepared
+    return scene
+
+
+def test_numbers_of_what_was_edited_in_the_same_way_are_equal_in_any_memory(taken):
+    """Those between tables, behind them and of places in no leaf, too, as they go into files."""
+    first = bodies(300, 3, (co.Plane((0, 0, 1), -3), co.HalfSpace((1, 0, 0), -20)))
+    first.prepare()
+    alone, gaps = [], 0
+    for holds in (False, True):
+        taken.clear()
+        held, scene = [], first
+        for number in range(40):
+            scene = scene.moved(str(number % 25), (0.1, 0, 0.01 * number))
+            scene.prepare()
+            held += [scene] if holds else []
+            alone += [] if holds else [[part.tobytes() for part in scene.geometry]]
+            tables = scene.lowered.tables
+            of_no_leaf = tables.tree_order[int(scene.prepared.woods.places[-1]) :] < 0
+            assert not tables.leaf_items.reshape(-1, 8)[of_no_leaf].any()
+            gaps += of_no_leaf.sum()
+        assert sum(taken[1:]) > 20 or holds
+        assert not any(taken[1:]) or not holds
+    assert gaps > 100
+    for scene, numbers in zip(held, alone, strict=True):
+        assert [part.tobytes() for part in scene.geometry] == numbers
+
+
+def test_the_collector_of_cycles_does_not_look_into_arrays():
+    """What `stores` relies on."""
+    assert not gc.is_tracked(np.zeros(3))
+    assert not gc.is_tracked(np.asarray(stores._Part(np.zeros(3), stores._Held())))
+
+
+def test_a_scene_that_comes_back_out_of_a_cycle_that_was_gone():
+    back, first = [], bodies(30)
+    first.prepare()
+
+    class Window:
+        def __init__(self, scene):
+            self.scene, self.own = scene, self
+
+        def __del__(self):
+            for number in range(3, 9):  # takes whatever memory is to be had
+                first.moved("0", (0, 0, 0.1)).moved(str(number), (0.5, 0.1, 0)).prepare()
+            back.append(self.scene)
+
+    scene = first.moved("1", (0, 0, 0.1))
+    scene.prepare()
+    scene = scene.moved("2", (0, 0, 0.1))
+    expected = content(scene)
+    Window(scene)
+    del scene
+    gc.collect()
+    assert content(back[0]) == expected
+
+
+@pytest.mark.parametrize("last", ["fill", "close"])
+def test_an_edit_that_is_broken_off_leaves_nothing_behind(monkeypatch, last):
     scene = bodies(30).moved("0", (0, 0, 0.1)).moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
     scene.prepare()
     before = content(scene)
-    fill = Exchange.fill
+    step = getattr(Exchange, last)
 
     def broken(self, *arguments):
-        fill(self, *arguments)
+        step(self, *arguments)
         raise KeyboardInterrupt
 
     edited = scene.moved("3", (1, 0, 0)).moved("4", (1, 0, 0))
-    monkeypatch.setattr(Exchange, "fill", broken)
+    monkeypatch.setattr(Exchange, last, broken)
     with pytest.raises(KeyboardInterrupt):
         edited.prepare()
     monkeypatch.undo()
