@@ -110,13 +110,14 @@ class Trees:
         return slice(ROWS * int(self.woods.places[-1]), ROWS * self.woods.main[1] if self.parts else 0)
 
     def keep_items(self, tables: Tables, before: Tables) -> None:
-        """Copy the items of leaves that are what they were; where no leaf has an item are zeros, whatever was there.
+        """Copy the items of leaves that are what they were; zeros come to places that no leaf has, whatever was there.
 
-        Of scenes that were edited in the same way so all numbers are equal, in whatever memory they are.
+        Of scenes that were edited in the same way so all numbers are equal, in whatever memory they are. But for places
+        of bodies' trees, which have no items: where such a tree grew, that of entries begins later than it did, and
+        what it had there before stays, as to write to them all would take memory that nobody reads.
         """
         tables.leaf_items[self.kept] = before.leaf_items[self.kept]
-        held = tables.tree_order[int(self.woods.places[-1]) :]
-        tables.leaf_items.reshape(-1, ROWS)[held < 0] = 0.0
+        tables.leaf_items.reshape(-1, ROWS)[tables.tree_order < 0] = 0.0
 
     def put_boxes(self, node_boxes: Floats) -> None:
         """Write the boxes of the nodes."""
