@@ -81,7 +81,7 @@ def test_a_wall_that_stays_in_common_with_the_next_body(exchanged):
 
 
 def chain(seed, edits):
-    rng = np.random.default_rng(seed)
+    rng, rays = np.random.default_rng(seed), np.random.default_rng(seed)
     scene, kinds = neighbours(rng)
     scene.prepare()
     held = scene
@@ -89,7 +89,7 @@ def chain(seed, edits):
         scene = rearranged(scene if rng.random() < 0.95 else held, rng, kinds)
         same(scene)
         if number % 10 == 0:
-            same_answers(scene, co.Scene(scene.bodies), rng, 60)
+            same_answers(scene, co.Scene(scene.bodies), rays, 60)
         held = scene if rng.random() < 0.2 else held
 
 
@@ -103,4 +103,4 @@ def test_groups_that_touch_in_ever_other_ways(seed, exchanged):
 @pytest.mark.parametrize("seed", range(5, 25))
 def test_groups_that_touch_in_ever_other_ways_for_long(seed, exchanged):
     chain(seed, 400)
-    assert sum(exchanged) > 0
+    assert len(exchanged) > 10
