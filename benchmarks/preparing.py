@@ -1,6 +1,6 @@
-"""What comes before the first ray: preparing bodies of each kind, and whole processes from a scene file to a picture.
+"""What comes before the first ray: preparing bodies of each kind, edits, whole processes from a file to a picture.
 
-    python benchmarks/preparing.py [--many 100000]
+    python benchmarks/preparing.py [--many 100000] [--pictures | --edits]
     python benchmarks/preparing.py --linear [--memory 24]      # from 1,000 bodies to 1,000,000
 
 Preparing is timed in a process of its own for each kind, processor time on one core, first with nothing recorded (which
@@ -201,6 +201,37 @@ def whole_processes(folder: Path) -> None:
             print(f"| {kind} | {count:,} | {a:.2f} s | {b:.2f} s | {b / a:.2f} × |")
 
 
+def edits(count: int = 10_000, turns: int = 24) -> None:
+    """One body of many moved, up to the next first hit: what is held of the scenes before says whose memory is free."""
+    import conicoid as co
+    from conicoid.bench.preparing import _MOVED
+
+    ways = {
+        "each from the last": lambda first, held, last, k: last.moved(k, (0, 0, -0.01)),
+        "the same, hits are held": lambda first, held, last, k: last.moved(k, (0, 0, -0.01)),
+        "each from the first": lambda first, held, last, k: first.moved(7, (0, 0, -0.001 * k)),
+        "each is held": lambda first, held, last, k: last.moved(k, (0, 0, -0.01)),
+    }
+    print(f"\n| one of {count:,} moved, ms (of processors) | | first | second | then |\n|---|---|---|---|---|")
+    for kind, (name, shapes) in _MOVED.items():
+        for way, edit in ways.items():
+            first: Any = co.Scene(shapes(count))
+            first.first_hit((0, 0, -3), (0.01, 0.02, 1))
+            last, held, hits, found = first, [], None, []
+            for k in np.random.default_rng(5).permutation(count)[:turns].tolist():
+                first = first if way == "each from the first" else None
+                begin = time.perf_counter(), time.process_time()
+                last = edit(first, held, last, k)
+                t = last.first_hit((0, 0, -3), (0.01, 0.02, 1))
+                found.append((time.perf_counter() - begin[0], time.process_time() - begin[1]))
+                hits = t if "hits" in way else None
+                held += [last] if way == "each is held" else []
+            rows = [*found[:2], tuple(map(statistics.median, zip(*found[2:], strict=True)))]
+            cells = [f"{1e3 * wall:.1f} ({1e3 * cpu:.1f})" for wall, cpu in rows]
+            print(f"| {name} ({kind}) | {way} | {' | '.join(cells)} |", flush=True)
+            del hits, last, held
+
+
 def seconds(command: list[str]) -> float:
     own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     begin = time.perf_counter()
@@ -215,6 +246,7 @@ def main() -> None:
     parser.add_argument("--linear", action="store_true", help="preparing alone, from 1,000 bodies to 1,000,000")
     parser.add_argument("--memory", type=float, default=24.0, help="GiB that --linear may take, by what fewer took")
     parser.add_argument("--once", nargs=2, metavar=("KIND", "COUNT"), help=argparse.SUPPRESS)
+    parser.add_argument("--edits", action="store_true", help="one body moved among many, alone")
     parser.add_argument("--one", nargs=2, metavar=("KIND", "COUNT"), help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.pictures:
@@ -226,6 +258,9 @@ def main() -> None:
         return
     if arguments.once:
         print(json.dumps(once(arguments.once[0], int(arguments.once[1]))))
+        return
+    if arguments.edits:
+        edits()
         return
     if arguments.one:
         print(json.dumps(one_kind(arguments.one[0], int(arguments.one[1]))))
@@ -244,6 +279,7 @@ def main() -> None:
             f"| {name} | {small['made']:.1f} | {small['first']:.1f} | {small['again']:.1f} | {' | '.join(cells)} |",
             flush=True,
         )
+    edits()
     with tempfile.TemporaryDirectory() as folder:
         whole_processes(Path(folder))
 

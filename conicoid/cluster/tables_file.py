@@ -23,7 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from ..engine.lowering.edited.edit import Kept
+from ..engine.lowering.contents import ShapesOf
+from ..engine.lowering.edited.kept import Kept
 from ..engine.prepared import Prepared
 from ..formats.atomic import replacing
 from ..shapes.labels import Labels
@@ -196,16 +197,6 @@ class _Opened(Prepared):
     def edited(self, bodies: Sequence[Any], progress: Any = None) -> Prepared | None:
         """What edits need beyond the tables is not in the file: others are prepared from the beginning."""
         return self if bodies is self.entries else None
-
-
-class ShapesOf:
-    """The shapes of bodies that may still have to be read."""
-
-    def __init__(self, bodies: Sequence[Any]) -> None:
-        self._bodies = bodies
-
-    def __getitem__(self, number: int) -> Any:
-        return self._bodies[number].shape
 
 
 class LaterBodies(Sequence[Any]):

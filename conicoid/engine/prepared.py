@@ -17,11 +17,12 @@ from ..shapes.repeated import Repeated
 from ..shapes.repeated_labels import labels_of
 from . import lowering
 from .lowering import Lowered
-from .lowering.edited.edit import Kept, edit
+from .lowering.edited.edit import edit
+from .lowering.edited.kept import Kept
 from .lowering.edited.pieces import runs
 from .lowering.stages import PLANTED, Progress, Stages
 from .surface.decide import Rest
-from .tables import Geometry, Tables, room_for, shared
+from .tables import Geometry, Tables, shared
 from .tree.build import Woods, with_trees
 from .tree.build.leaf_items import put_items
 from .tree.build.patched import patched
@@ -56,19 +57,19 @@ class Prepared:
         made = edit(self.lowered, bodies, found, self.kept, progress)
         if made is None:
             return None
+        vars(self)["kept"] = made.kept
         trees = patched(self.lowered.tables, self.woods, made)
-        shapes: dict[str, Any] = {
-            name: np.broadcast_to(np.zeros((), kind), shape) for name, (shape, kind) in made.sizes.items()
-        }
-        empty = Tables(**shapes, **trees.tables)
-        geometry = room_for(empty)
+        empty = Tables(**made.shapes, **trees.tables)
+        geometry = made.geometry(empty)
         tables = shared(empty, geometry)
         for name, column in trees.tables.items():
             if name not in ("node_boxes", "leaf_items"):
                 getattr(tables, name)[...] = column
         trees.put_boxes(tables.node_boxes)
-        lowered, kept = made.fill(geometry, empty)
-        put_items(geometry, lowered.boxes, int(trees.woods.places[-1]))
+        lowered, kept = made.fill(geometry, tables)
+        trees.keep_items(tables, self.lowered.tables)
+        put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
+        made.close(kept)
         return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)
 
     def labelled(self, bodies: Sequence[Body]) -> Prepared:

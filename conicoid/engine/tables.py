@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -179,7 +180,7 @@ SPARE = 8  # floats after the last: leaves are read eight at a time
 _LINE = 8  # floats in a line of memory; every table of floats begins at one
 
 
-def _aligned(count: int) -> Floats:
+def aligned(count: int) -> Floats:
     """An array that begins at a line of memory."""
     room = np.zeros(count + _LINE)  # memory that nobody writes to is never taken
     skip = -room.ctypes.data % (_LINE * room.itemsize) // room.itemsize
@@ -204,14 +205,21 @@ def pack(columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> G
 
 def room_for(tables: Tables) -> Geometry:
     """Room for tables of these shapes end to end, which the caller fills, floats being 0; and then `STEPS`."""
+    places, integers, floats = places_of(tables)
+    return Geometry(places, np.empty(integers, np.int32), aligned(floats + SPARE))
+
+
+def places_of(tables: Tables, order: Sequence[int] = range(LENGTHS)) -> tuple[Longs, int, int]:
+    """(`Geometry.places`, how many integers, how many floats) of tables of these shapes end to end in some order."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
     places = np.zeros(2 * LENGTHS + 2, np.int64)
     ends = [0, 0]
-    for k, table in enumerate(arrays):
+    for k in order:
+        table = arrays[k]
         real = table.dtype == np.float64
         places[k], places[LENGTHS + k] = ends[real], table.size
         ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
-    return Geometry(places, np.empty(ends[0], np.int32), _aligned(ends[1] + SPARE))
+    return places, ends[0], ends[1]
 
 
 def steps(tables: Tables) -> int:

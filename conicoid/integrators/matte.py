@@ -142,12 +142,13 @@ def _light(
         both = (dot(-dx, -dy, -dz, nx, ny, nz) > 0.0) & (cosine > 0.0)
         lambert = choose(both, (1.0 / math.pi) * cosine, 0.0)
         r, g, b = rows[R + i] * lambert, rows[G + i] * lambert, rows[B + i] * lambert
-        rows[R + i] = r * (part * intensity[0])
-        rows[G + i] = g * (part * intensity[1])
-        rows[B + i] = b * (part * intensity[2])
+        lit = r + g + b > 0.0  # not where there is no hit, whose place and distance may be no numbers
+        rows[R + i] = choose(lit, r * (part * intensity[0]), 0.0)
+        rows[G + i] = choose(lit, g * (part * intensity[1]), 0.0)
+        rows[B + i] = choose(lit, b * (part * intensity[2]), 0.0)
         shadow[OX + i], shadow[OY + i], shadow[OZ + i] = x + 0.0, y + 0.0, z + 0.0
         shadow[DX + i], shadow[DY + i], shadow[DZ + i] = lx, ly, lz
-        shadow[T_MAX + i] = choose(r + g + b > 0.0, end, -math.inf)
+        shadow[T_MAX + i] = choose(lit, end, -math.inf)
 
 
 @inline

@@ -59,6 +59,8 @@ class Exposure:
         """Tiles that are done in this pass and not yet handed over."""
         self._left: set[int] = set()
         """The same, of the passes before."""
+        self._changed: set[int] = set()
+        """Tiles in which this pass adds samples."""
         self._saved = time.monotonic()
 
     def go_on(self, progress: Progress | None = None, preview: Preview | None = None, keep: Keep | None = None) -> None:
@@ -69,7 +71,7 @@ class Exposure:
         """
         if self.keeps:
             self.film[:] = pixels_of(self.sums)
-        begun = int(self.sums[..., COUNT].min(initial=self.job.samples)) if self.keeps else 0
+        begun = self._begun() if self.keeps else 0
         for last, squares in self._passes(preview is not None or keep is not None):
             self._run(last, squares, begun, progress, keep)
             begun = last
@@ -86,14 +88,18 @@ class Exposure:
         if not self.keeps:
             yield job.samples, np.zeros(0, np.int8)
             return
-        missing = self.sums[::SQUARE, ::SQUARE, COUNT].ravel()[self._wanted(job.samples) != 0]
-        at = int(missing.min(initial=job.samples))
+        at = self._begun()
         while at < job.samples:
             after = next_end(at) if is_watched or job.noise is not None else at + STEP
             at = min(job.samples, after) if job.is_progressive else job.samples
             squares = self._wanted(at)
             if squares.any():
                 yield at, squares
+
+    def _begun(self) -> int:
+        """The fewest samples that a square has which is to get more."""
+        count = self.sums[::SQUARE, ::SQUARE, COUNT].ravel()
+        return int(count[self._wanted(self.job.samples) != 0].min(initial=self.job.samples))
 
     def _wanted(self, last: int) -> Any:
         """(squares,): which get samples in a pass that ends with `last`."""
@@ -110,7 +116,10 @@ class Exposure:
 
     def _run(self, last: int, squares: Any, begun: int, progress: Progress | None, keep: Keep | None) -> None:
         """One pass."""
-        fill = tiles.tile_kernel(self.job.integrator)
+        fill, across = tiles.tile_kernel(self.job.integrator), -(-self.job.width // SQUARE)
+        row, column = np.divmod(np.flatnonzero(squares), across)
+        changed = set((row * SQUARE // SIDE * -(-self.job.width // SIDE) + column * SQUARE // SIDE).tolist())
+        self._changed = changed
 
         def work(geometry: Geometry, first: int, end: int) -> None:
             with self._lock:
@@ -121,7 +130,7 @@ class Exposure:
             finally:
                 with self._lock:
                     self._busy -= 1
-                    self._finished.update(mine)
+                    self._finished.update(changed.intersection(mine))
 
         def told(done: int, count: int) -> None:
             if keep is not None:
@@ -149,7 +158,7 @@ class Exposure:
         while self._busy > 0 and time.monotonic() < until:
             time.sleep(0.01)
         if keep is not None and self._busy == 0:
-            self._finished |= self._left | set(range(self.begin, self.end))
+            self._finished |= self._left | self._changed
             self._hand_over(keep, True)
 
     def _hand_over(self, keep: Keep, is_end: bool) -> None:
@@ -163,10 +172,10 @@ class Exposure:
         self._left -= new
         self._saved = time.monotonic()
         if new:
-            keep(_ranges(sorted(new)))
+            keep(ranges(sorted(new)))
 
 
-def _ranges(numbers: list[int]) -> list[tuple[int, int]]:
+def ranges(numbers: list[int]) -> list[tuple[int, int]]:
     """Numbers in order as ranges (begin, end)."""
     steps = np.flatnonzero(np.diff(numbers) != 1) + 1
     return [(int(part[0]), int(part[-1]) + 1) for part in np.split(np.array(numbers), steps)]

@@ -13,19 +13,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..film.sums import SUMS, pixels_of
 from ..shapes.vector import FloatArray
+from . import passes
 from .frame import SQUARE
 from .passes import Exposure
 from .picture import Exposed, Job
 
 if TYPE_CHECKING:
     from ..engine.threads import Progress
-    from .passes import Preview
+    from .passes import Keep, Preview
 
 
 def moments(shutter: tuple[float, float], times: int) -> list[float]:
@@ -68,17 +70,47 @@ def render_open(
     kept: where sums are read from first, `kept.read(sums)`, and written to, `kept.add(sums, tiles)`, or None.
     """
     sums = no_sums(job)
-    if kept is not None:
-        kept.read(sums)
+    if kept is None:
+        _expose(scene, job, fixed, sums, progress, preview, None)
+        return Exposed(pixels_of(sums), sums)
+    kept.read(sums)
+    new = _New(kept, sums)
+    try:
+        _expose(scene, job, fixed, sums, progress, preview, new.add)
+    finally:
+        new.write()
+    return Exposed(pixels_of(sums), sums)
+
+
+def _expose(
+    scene: Any, job: Job, fixed: bool, sums: FloatArray, progress: Progress | None, preview: Preview | None,
+    keep: Keep | None,
+) -> None:  # fmt: skip
     for still, part in stills(scene, job, fixed, sums):
         exposure = Exposure(still, part, True, goes_on=True)
         exposure.sums = sums
-        exposure.go_on(
-            _as_part(progress, part.samples, job.samples),
-            preview,
-            None if kept is None else lambda tiles: kept.add(sums, tiles),
-        )
-    return Exposed(pixels_of(sums), sums)
+        exposure.go_on(_as_part(progress, part.samples, job.samples), preview, keep)
+
+
+class _New:
+    """Tiles with new samples, which are written every few seconds: moments may be much shorter."""
+
+    def __init__(self, kept: Any, sums: FloatArray) -> None:
+        self._kept, self._sums, self._tiles, self._written = kept, sums, set[int](), monotonic()
+
+    def add(self, tiles: list[tuple[int, int]]) -> None:
+        """Remember tiles, and write all if it is time."""
+        for begin, end in tiles:
+            self._tiles.update(range(begin, end))
+        if monotonic() - self._written >= passes.SAVED_EVERY:
+            self.write()
+
+    def write(self) -> None:
+        """Write those that are not yet."""
+        if self._tiles:
+            self._kept.add(self._sums, passes.ranges(sorted(self._tiles)))
+        self._tiles.clear()
+        self._written = monotonic()
 
 
 def _as_part(progress: Progress | None, samples: int, of: int) -> Progress | None:

@@ -118,7 +118,8 @@ def test_packets_of_a_square_meet_what_each_meets_alone(bodies, kind, any_hit):
             best, met = np.empty((2 * count, 64)), np.empty((2 * count, 64))
             found = traced(geometry, origins, directions, numbers, together, any_hit, best, met)
             answers.append((best, met))
-            most.append(found) if together else None
+            if together:
+                most.append(found)
         (best, met), (alone, alone_met) = answers
         assert np.array_equal(best < np.inf, alone < np.inf)
         if not any_hit:

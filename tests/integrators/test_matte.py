@@ -41,6 +41,30 @@ def test_as_ray_by_ray(bodies, light):
     assert np.array_equal(together, alone)
 
 
+@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize("up", [(0, 0, 1), (1, 0, 0)])
+def test_rays_along_an_axis_that_meet_nothing(light, up):
+    """Where their places at infinity are no numbers: 0 times infinity."""
+    camera = co.OrthographicCamera((0, -9, 0), (0, 0, 0), up=up, height=4)
+    settings = dict(camera=camera, lights=[LIGHTS[light]], background="black")
+    ball = co.Body(co.Sphere(1), GREY)
+    together, alone = (
+        co.Scene([ball, *more], **settings).render(24, 24, 4, "direct").pixels for more in ((), (OUT_OF_SIGHT,))
+    )
+    assert np.isfinite(together).all()
+    assert (together[0] == 0).all()
+    assert (together > 0).any()
+    assert np.array_equal(together, alone)
+
+
+def test_a_light_on_the_wall_that_it_lights():
+    """There is no way from it to the point where it is; its neighbours see it at a right angle to their normals."""
+    light = co.PointLight((0, 0, 0), 1, falloff="inverse_square")
+    camera = co.OrthographicCamera((0, 0, 1), (0, 0, 0), up=(0, 1, 0), height=2)
+    scene = co.Scene([co.Body(co.Box((-1, -1, -1), (1, 1, 0)), GREY)], [light], camera, "black")
+    assert np.isfinite(scene.render(3, 3, 1, "direct").pixels).all()
+
+
 def test_a_point_over_a_floor_and_its_shadow():
     """I cos(a) / d² of intensity I, times the albedo: 1 / π of Lambert's law is in the unit of intensity."""
     floor = co.Body(co.Box((-9, -9, -1), (9, 9, 0)), co.matte((0.5, 0.25, 1)))

@@ -9,6 +9,7 @@ import pytest
 
 import conicoid as co
 from conicoid.film.passes import in_squares
+from conicoid.film.sums import SUMS
 
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 RADIUS, WAY = 0.3, 1.4
@@ -216,6 +217,19 @@ def test_noise_is_judged_when_all_moments_are_seen():
     assert samples[18:22].max() == 5 * ROUND + 3
     rms = np.sqrt(in_squares(error.astype(float) ** 2, 8))
     assert ((rms <= 0.02 * (1 + 1e-6)) | (samples[::8, ::8] == samples.max())).all()
+
+
+def test_progress_goes_forward_where_some_are_done():
+    told = []
+    moving_ball().render(**UNTIL, samples=3 * ROUND, progress=lambda done, count: told.append(done / count))
+    assert told == sorted(told)
+    assert len(told) > 14
+
+
+def test_moments_write_what_is_new(tmp_path):
+    """Not every tile after every moment: it is written when it is time, and in the end."""
+    moving_ball().render(**UNTIL, samples=3 * ROUND, resume=tmp_path / "file")
+    assert (tmp_path / "file").stat().st_size < 1.5 * 70 * 40 * SUMS * 8 + 10_000
 
 
 def test_noise_that_ends_the_work_leaves_the_mean_of_the_moments():

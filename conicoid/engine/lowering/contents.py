@@ -35,6 +35,16 @@ class Shapes(Protocol):
     def __getitem__(self, number: int, /) -> Shape: ...
 
 
+class ShapesOf:
+    """The shapes of bodies, each read when it is asked for, as not all of the bodies may be there yet."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        self._bodies = bodies
+
+    def __getitem__(self, number: int) -> Shape:
+        return self._bodies[number].shape
+
+
 class Exact:
     """The surfaces of a scene's bodies before they were rounded, in the order of the bodies; outlines of polygons.
 
@@ -48,6 +58,10 @@ class Exact:
         first, first_outline: of each body, the number of its first surface, and of its first outline.
         """
         self._shapes, self._starts, self._first, self._first_outline = shapes, starts, first, first_outline
+
+    def of(self, shapes: Shapes) -> Exact:
+        """The same of other entries that have as many bodies and surfaces."""
+        return Exact(shapes, self._starts, self._first, self._first_outline)
 
     def __getitem__(self, index: int) -> Surface:
         _, surfaces, own = self._of(index)

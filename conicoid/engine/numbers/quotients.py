@@ -15,7 +15,7 @@ from .vectors import dot
 
 @inline
 def quotient(a: float, b: float, inverse: float) -> float:
-    """a / b to the bit, for finite b > 0 and inverse = 1 / b.
+    """a / b to the bit, for finite b from 2⁻⁹⁰⁰ on and inverse = 1 / b.
 
     The first quotient may be 1.5 units of the last place off, the second is within one, from where the third is a / b.
     What remains at each step must be exact: |a| and |a / b| are 0 or from 2⁻⁹⁰⁰ to 2⁹⁰⁰. Smaller ones may lose

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +31,7 @@ from ..laid import (
 )  # fmt: skip
 from .joined import Joined
 from .merging import Merged
+from .pieces import Pieces
 
 PLAIN = {
     "planes": PLANES, "quadrics": QUADRICS, "cell_face": CELLS, "plane_face": CELL_PLANES, "leaf_negated": LEAVES,
@@ -53,7 +55,7 @@ SURFACE = {"cell_quadric": CELLS, "plane_surface": CELL_PLANES, "sheet_surface":
 SIDES = {"cell_side": "cell_quadric", "plane_side": "plane_surface", "sheet_side": "sheet_surface",
          "polygon_side": "polygon_surface"}  # fmt: skip
 """Columns of surfaces, and the sides of them."""
-_AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
+AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
 ENTRIES = ("entry_kind", "entry_index", "entry_body", "body_face")
 OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
@@ -77,73 +79,25 @@ class Numbers:
     turned: Signs | None  # whether each is turned over there; None: none is
 
 
-class Columns:
-    """Fills the tables of an edited scene."""
+class Filling(ABC):
+    """Fills tables where some pieces of two scenes come to; what surfaces and entries are is told by those below."""
 
-    def __init__(self, joined: Joined, merged: Merged) -> None:
-        self.joined, self.pieces, self.merged = joined, joined.pieces, merged
-        self.leads = None if merged.first is None else np.flatnonzero(merged.first == np.arange(merged.count))
-        self.ids = self._ids()
-        self.laid = self._laid()
-        self.numbers = self._numbers(0), self._numbers(1)
-
-    def _laid(self) -> Laid:
-        """Which rows are whose."""
-        (old, new), merged = self.joined.laid, self.merged
-        patterns, numbers = old.patterns.joined(new.patterns)
-        which = self.joined.of_both(BODIES, old.which, numbers[new.which])
-        bodies = self.joined.of_entries(old.first_body, new.first_body)
-        frames = self.joined.of_entries(old.first_frame, new.first_frame)
-        given = merged.kinds, merged.given, merged.senses, merged.first
-        return Laid(patterns, which, bodies, frames, *given, self.ids)
+    def __init__(self, joined: Joined, pieces: Pieces, laid: Laid, numbers: tuple[Numbers, Numbers]) -> None:
+        """laid: of the new scene. numbers: in it, of the surfaces of each of the two."""
+        self.joined, self.pieces, self.laid, self.numbers = joined, pieces, laid, numbers
 
     @property
-    def surfaces(self) -> int:
-        """How many surfaces the table has."""
-        return self.merged.count if self.leads is None else len(self.leads)
+    def ids(self) -> Ints | None:
+        """The number in the table of each surface given; None: its own."""
+        return self.laid.ids
 
-    @property
-    def single(self) -> Longs:
-        """See `ExactTables.single`."""
-        single = int(self.pieces.total[SURFACES])
-        return np.arange(single) if self.leads is None else self.leads[self.leads < single]
+    @abstractmethod
+    def _put_surfaces(self, tables: Tables) -> None:
+        """Write kinds and rows of the surfaces, and the spheres."""
 
-    def _ids(self) -> Ints | None:
-        """The number in the table of each surface given."""
-        if self.leads is None or self.merged.first is None:
-            return None
-        number = np.zeros(self.merged.count, np.int32)
-        number[self.leads] = np.arange(len(self.leads), dtype=np.int32)
-        ids: Ints = number[self.merged.first]
-        return ids
-
-    def _numbers(self, source: int) -> Numbers:
-        """The numbers of the surfaces of a scene's table."""
-        laid, numbers = self.joined.laid[source], self.joined.numbers_of_surfaces(source)
-        if self.ids is None and laid.ids is None:
-            return Numbers(None, None)
-        there = np.flatnonzero(numbers >= 0)
-        before = there if laid.ids is None else laid.ids[there]
-        count = len(numbers) if laid.ids is None else int(laid.ids.max(initial=-1)) + 1
-        ids = np.full(count + 1, -1, np.int32)
-        ids[before] = numbers[there] if self.ids is None else self.ids[numbers[there]]
-        turned = np.ones(count + 1, np.int8)
-        turned[before] = _senses(laid.senses, laid.given, there)
-        turned[before] *= _senses(self.merged.senses, self.merged.given, numbers[there])
-        return Numbers(ids, None if (turned == 1).all() else turned)
-
-    def sizes(self) -> dict[str, tuple[tuple[int, ...], Any]]:
-        """Shape and kind of number of every column but those of the trees."""
-        total, old = self.pieces.total.tolist(), self.joined.sides[0].tables
-        axes = PLAIN | {name: axes[0] for name, axes in COUNTING.items()} | SURFACE
-        axes |= {name: SURFACE[of] for name, of in SIDES.items()} | dict.fromkeys(ENTRIES, BODIES)
-        counts = {name: total[axis] for name, axis in axes.items()}
-        counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
-        counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
-        counts |= dict(face_maps=total[FACES], map_rows=3 * total[FACES])
-        return {
-            name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
-        }
+    @abstractmethod
+    def _put_entries(self, tables: Tables) -> None:
+        """Write what the tree holds."""
 
     def fill(self, tables: Tables) -> None:
         """Write all columns but those of the trees; limits are right but for what `limits` finds anew."""
@@ -197,6 +151,82 @@ class Columns:
             if turned is not None:
                 column[at] *= turned[getattr(side, of)[rows]]
 
+    def framed(self, column: Ints, beside: int, sides: list[Ints]) -> None:
+        """Columns of bodies with numbers of another kind, or -1 - k for the frame k of bulk balls."""
+        parts = zip(self.pieces.moved(BODIES, beside), self.pieces.moved(BODIES, BALL_FRAMES), strict=True)
+        for (source, rows, at, shift), (_, _, _, frames) in parts:
+            numbers = sides[source][rows]
+            column[at] = np.where(numbers < 0, numbers - frames, numbers + shift) if shift or frames else numbers
+
+
+class Columns(Filling):
+    """Fills the tables of an edited scene."""
+
+    def __init__(self, joined: Joined, merged: Merged) -> None:
+        self.joined, self.merged = joined, merged
+        self.leads = None if merged.first is None else np.flatnonzero(merged.first == np.arange(merged.count))
+        ids = self._ids()
+        numbers = self._numbers(ids, 0), self._numbers(ids, 1)
+        super().__init__(joined, joined.pieces, self._laid(ids), numbers)
+
+    def _laid(self, ids: Ints | None) -> Laid:
+        """Which rows are whose."""
+        (old, new), merged = self.joined.laid, self.merged
+        patterns, numbers = old.patterns.joined(new.patterns)
+        which = self.joined.of_both(BODIES, old.which, numbers[new.which])
+        bodies = self.joined.of_entries(old.first_body, new.first_body)
+        frames = self.joined.of_entries(old.first_frame, new.first_frame)
+        given = merged.kinds, merged.given, merged.senses, merged.first
+        return Laid(patterns, which, bodies, frames, *given, ids)
+
+    @property
+    def surfaces(self) -> int:
+        """How many surfaces the table has."""
+        return self.merged.count if self.leads is None else len(self.leads)
+
+    @property
+    def single(self) -> Longs:
+        """See `ExactTables.single`."""
+        single = int(self.pieces.total[SURFACES])
+        return np.arange(single) if self.leads is None else self.leads[self.leads < single]
+
+    def _ids(self) -> Ints | None:
+        """The number in the table of each surface given."""
+        if self.leads is None or self.merged.first is None:
+            return None
+        number = np.zeros(self.merged.count, np.int32)
+        number[self.leads] = np.arange(len(self.leads), dtype=np.int32)
+        ids: Ints = number[self.merged.first]
+        return ids
+
+    def _numbers(self, own: Ints | None, source: int) -> Numbers:
+        """The numbers of the surfaces of a scene's table."""
+        laid, numbers = self.joined.laid[source], self.joined.numbers_of_surfaces(source)
+        if own is None and laid.ids is None:
+            return Numbers(None, None)
+        there = np.flatnonzero(numbers >= 0)
+        before = there if laid.ids is None else laid.ids[there]
+        count = len(numbers) if laid.ids is None else int(laid.ids.max(initial=-1)) + 1
+        ids = np.full(count + 1, -1, np.int32)
+        ids[before] = numbers[there] if own is None else own[numbers[there]]
+        turned = np.ones(count + 1, np.int8)
+        turned[before] = _senses(laid.senses, laid.given, there)
+        turned[before] *= _senses(self.merged.senses, self.merged.given, numbers[there])
+        return Numbers(ids, None if (turned == 1).all() else turned)
+
+    def sizes(self) -> dict[str, tuple[tuple[int, ...], Any]]:
+        """Shape and kind of number of every column but those of the trees."""
+        total, old = self.pieces.total.tolist(), self.joined.sides[0].tables
+        axes = PLAIN | {name: axes[0] for name, axes in COUNTING.items()} | SURFACE
+        axes |= {name: SURFACE[of] for name, of in SIDES.items()} | dict.fromkeys(ENTRIES, BODIES)
+        counts = {name: total[axis] for name, axis in axes.items()}
+        counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
+        counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
+        counts |= dict(face_maps=total[FACES], map_rows=3 * total[FACES])
+        return {
+            name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
+        }
+
     def _put_surfaces(self, tables: Tables) -> None:
         """Kinds and rows of the surfaces, and the spheres, bulk balls last."""
         tables.spheres[:] = self.joined.of_spheres(*(side.tables.spheres for side in self.joined.sides))
@@ -217,7 +247,7 @@ class Columns:
     def _move_surfaces(self, tables: Tables) -> None:
         """Kinds and rows where no surface stands for another: those of both scenes, rows of each kind counting on."""
         single, total = len(self.merged.kinds), self.pieces.total
-        of_kinds = [self.pieces.moved(SURFACES, _AXES[kind]) for kind in sorted(_AXES)]
+        of_kinds = [self.pieces.moved(SURFACES, AXES[kind]) for kind in sorted(AXES)]
         for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
             side = self.joined.sides[source].tables
             shifts = np.array([shift for *_, shift in others], np.int32)
@@ -243,10 +273,3 @@ class Columns:
         tables.entry_body[:] = np.arange(len(which))
         sides = [side.tables.body_face for side in self.joined.sides]
         self.framed(tables.body_face, FACES, sides)
-
-    def framed(self, column: Ints, beside: int, sides: list[Ints]) -> None:
-        """Columns of bodies with numbers of another kind, or -1 - k for the frame k of bulk balls."""
-        parts = zip(self.pieces.moved(BODIES, beside), self.pieces.moved(BODIES, BALL_FRAMES), strict=True)
-        for (source, rows, at, shift), (_, _, _, frames) in parts:
-            numbers = sides[source][rows]
-            column[at] = np.where(numbers < 0, numbers - frames, numbers + shift) if shift or frames else numbers

@@ -6,39 +6,32 @@ All tables but those of the trees are those of the scene lowered from the beginn
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ....shapes.base import Shape
 from ....shapes.body import Body
-from ...tables import STEPS, Floats, Geometry, Tables, shared, steps
+from ...tables import STEPS, Floats, Geometry, Tables, room_for, steps
 from .. import ExactTables, Lowered, lower
-from ..contents import Exact
-from ..laid import BODIES, CORNERS, ENTRIES, FACES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
+from ..contents import Exact, ShapesOf
+from ..laid import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
 from ..layout import balls_direct
 from ..stages import Progress, Stages
 from ..surfaces import Remainders
 from .columns import Columns
+from .exchange import Exchange
+from .exchangeable import apart, completed, keeps_rows, none_near
 from .joined import Joined
-from .limits import Limits
+from .kept import Kept
+from .limits import LimitsOfEdited
 from .merging import Merging
-from .near import Frame, Places
 from .pieces import Pieces, Runs
 
 
-@dataclass(frozen=True)
-class Kept:
-    """What is known of a scene that was edited, for the next time."""
-
-    frame: Frame | None = None
-    places: Places | None = None
-    size: float | None = None
-
-
 class Edit:
-    """An edited scene whose tables are still to be filled in: `sizes` says how large they are."""
+    """An edited scene whose tables are still to be filled in: those of `shapes` are as large, but for the trees."""
+
+    keeps_items = False
 
     def __init__(self, old: Lowered, new: Lowered, pieces: Pieces, bodies: Sequence[Body], kept: Kept) -> None:
         self.joined, self.pieces, self.kept = Joined((old, new), pieces), pieces, kept
@@ -48,11 +41,13 @@ class Edit:
         self.merged = merged
         self.boxes: Floats = self.joined.column(BODIES, lambda side: side.boxes, np.float64)
         self.kinds = self.columns.laid.patterns.entries[self.columns.laid.which, 2]  # of entries, for what they cost
-        self.sizes: dict[str, tuple[tuple[int, ...], Any]] = self.columns.sizes()
+        self.shapes: dict[str, Any] = {
+            name: np.broadcast_to(np.zeros((), kind), shape) for name, (shape, kind) in self.columns.sizes().items()
+        }
 
-    def fill(self, geometry: Geometry, empty: Tables) -> tuple[Lowered, Kept]:
+    def fill(self, geometry: Geometry, tables: Tables) -> tuple[Lowered, Kept]:
         """Write the tables to where there is room for them; trees are left as they are."""
-        tables, joined = shared(empty, geometry), self.joined
+        joined = self.joined
         self.columns.fill(tables)
         direct = balls_direct(tables)
         tables.entry_kind[:], tables.entry_index[:] = direct.entry_kind, direct.entry_index
@@ -62,7 +57,7 @@ class Edit:
             joined.column(QUADRICS, lambda side: side.rest.quadrics, np.float64),
             joined.column(CORNERS, lambda side: side.rest.vertices, np.float64),
         )
-        size = Limits(self.columns, tables, self.boxes, rest).put(self.kept.size)
+        size = LimitsOfEdited(self.columns, tables, self.boxes, rest).put(self.kept.size)
         geometry.places[STEPS] = steps(tables)
         laid = self.columns.laid
         body_frame = np.empty(len(laid.which), np.int32)
@@ -74,7 +69,7 @@ class Edit:
             joined.column(FRAMES, lambda side: side.frames, np.float64),
             body_frame,
             np.repeat(np.arange(len(counts), dtype=np.int32), counts),
-            self._paint(),
+            joined.paint(),
             len(laid.which),
             rest,
             ExactTables(self._exact, self.columns.single),
@@ -82,35 +77,17 @@ class Edit:
         )
         return lowered, Kept(self.merged.frame, self.merged.places, size)
 
-    def _paint(self) -> dict[int, Any]:
-        """The materials of faces that have their own."""
-        if not any(side.face_paint for side in self.joined.sides):
-            return {}
-        found: dict[int, Any] = {}
-        for source, rows, at in self.pieces.on(FACES):
-            paint = self.joined.sides[source].face_paint
-            if len(paint) > rows.stop - rows.start:
-                mine = [row for row in range(rows.start, rows.stop) if row in paint]
-            else:
-                mine = [row for row in paint if rows.start <= row < rows.stop]
-            found.update((row - rows.start + at.start, paint[row]) for row in mine)
-        return found
+    def close(self, kept: Kept) -> None:
+        """All tables have been written; their memory is nobody's but this scene's."""
+
+    def geometry(self, empty: Tables) -> Geometry:
+        """Memory for tables of these shapes."""
+        return room_for(empty)
 
 
-class _Shapes(Sequence[Shape]):
-    """The shapes of bodies."""
-
-    def __init__(self, bodies: Sequence[Body]) -> None:
-        self._bodies = bodies
-
-    def __getitem__(self, number: Any) -> Any:
-        return self._bodies[number].shape
-
-    def __len__(self) -> int:
-        return len(self._bodies)
-
-
-def edit(old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Progress | None) -> Edit | None:
+def edit(
+    old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Progress | None
+) -> Edit | Exchange | None:
     """An edited scene that has runs of an old one; None where it is as well lowered from the beginning."""
     if old.laid is None or 2 * len(found.fresh) > len(bodies):
         return None
@@ -119,7 +96,12 @@ def edit(old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress
     new = lower([bodies[number] for number in found.fresh], Stages(told, len(found.fresh)))
     if new.laid is None:
         return None
-    return Edit(old, new, Pieces.of(found.pieces, (old.laid, new.laid)), bodies, kept)
+    pieces = Pieces.of(found.pieces, (old.laid, new.laid))
+    if keeps_rows(old.laid, new.laid, found, len(bodies)):
+        kept, own = completed(kept, old, new)
+        if apart(old.laid, new.laid, pieces) and none_near(kept.places, own, pieces):
+            return Exchange(old, new, pieces, bodies, found, kept, own)
+    return Edit(old, new, pieces, bodies, kept)
 
 
 def _exact(bodies: Sequence[Body], joined: Joined) -> Exact:
@@ -133,4 +115,4 @@ def _exact(bodies: Sequence[Body], joined: Joined) -> Exact:
     starts = np.zeros(len(bodies), np.int64)
     for source, rows, at, shift in pieces.moved(ENTRIES, BODIES):
         starts[at] = joined.laid[source].first_body[rows] + shift
-    return Exact(_Shapes(bodies), starts, firsts[0], firsts[1])
+    return Exact(ShapesOf(bodies), starts, firsts[0], firsts[1])

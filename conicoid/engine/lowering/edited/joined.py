@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...tables import Floats, Ints, Longs, Tables
-from ..laid import BALLS, ENTRIES, SPHERES, SURFACES, Laid
+from ..laid import BALLS, ENTRIES, FACES, SPHERES, SURFACES, Laid
 from ..surfaces import Remainders
 from .pieces import Pieces
 
@@ -55,6 +55,20 @@ class Joined:
         """The same, of what sides have."""
         old, new = (np.asarray(of(side), dtype) for side in self.sides)
         return self.of_both(axis, old, new)
+
+    def paint(self) -> dict[int, Any]:
+        """The materials of faces that have their own."""
+        if not any(side.face_paint for side in self.sides):
+            return {}
+        found: dict[int, Any] = {}
+        for source, rows, at in self.pieces.on(FACES):
+            paint = self.sides[source].face_paint
+            if len(paint) > rows.stop - rows.start:
+                mine = [row for row in range(rows.start, rows.stop) if row in paint]
+            else:
+                mine = [row for row in paint if rows.start <= row < rows.stop]
+            found.update((row - rows.start + at.start, paint[row]) for row in mine)
+        return found
 
     def of_entries(self, old: Longs, new: Longs) -> Longs:
         """How many there are up to each entry of the list, and in all."""

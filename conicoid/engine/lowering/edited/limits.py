@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,13 +21,13 @@ from ..limits import (
     with_limits,
 )  # fmt: skip
 from ..surfaces import Remainders
-from .columns import Columns
+from .columns import Columns, Filling
 
 Mask = npt.NDArray[np.bool_]
 
 
 @dataclass
-class _Uses:
+class Uses:
     """Which surface bounds which cell, sheet or polygon of which body; sheets are numbered behind cells."""
 
     surfaces: Longs
@@ -34,10 +35,19 @@ class _Uses:
     bodies: Longs
 
 
-class Limits:
+@dataclass
+class Changed:
+    """Which surfaces, and which cells, sheets and polygons, may have other limits, and all uses of and by these."""
+
+    surfaces: Mask
+    owners: Mask
+    uses: Uses
+
+
+class Limits(ABC):
     """Puts right the limits in tables that are otherwise finished."""
 
-    def __init__(self, columns: Columns, tables: Tables, boxes: Floats, rest: Remainders) -> None:
+    def __init__(self, columns: Filling, tables: Tables, boxes: Floats, rest: Remainders) -> None:
         self.columns, self.tables, self.boxes, self.rest = columns, tables, boxes, rest
         self.laid: Laid = columns.laid
         counts = len(tables.cell_quadric), len(tables.sheet_surface), len(tables.polygon_surface)
@@ -57,12 +67,91 @@ class Limits:
                 if name.endswith("_limits"):
                     getattr(self.tables, name)[:] = column
             return size
-        surfaces, owners = self._changed()
-        uses = self._uses(surfaces, owners)
-        self._put(uses, surfaces, owners, size or 1.0)
+        self._put(self._changed(), size or 1.0)
         return size
 
-    def _changed(self) -> tuple[Mask, Mask]:
+    @abstractmethod
+    def _changed(self) -> Changed:
+        """What may have other limits than those that the tables have."""
+
+    @abstractmethod
+    def _unread(self, kind: int) -> Longs:
+        """Records of a kind that have limits though others stand for them."""
+
+    def _of_rows(self, cells: Longs, rows: Longs, sheets: Longs, polygons: Longs) -> Uses:
+        """The uses by some cells of their quadrics, by cells of some planes, by some sheets and polygons."""
+        tables = self.tables
+        cells = cells[tables.cell_quadric[cells] >= 0]
+        found = [
+            (tables.cell_quadric[cells], cells, CELLS),
+            (tables.plane_surface[rows], _owner(tables.cell_first, rows), CELLS),
+        ]
+        found.append((tables.sheet_surface[sheets], sheets, SHEETS))
+        found.append((tables.polygon_surface[polygons], polygons, POLYGONS))
+        parts = []
+        for kind, (of, owner, axis) in zip((0, 0, 1, 2), found, strict=True):
+            body = np.searchsorted(self.laid.starts(axis), owner, side="right") - 1 if len(owner) else owner
+            traced = tables.entry_kind[body] != BALL if axis == CELLS else np.ones(len(owner), bool)
+            parts.append((of[traced], owner[traced] + self.owners[kind], body[traced]))
+        return Uses(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+    def _put(self, changed: Changed, size: float) -> None:
+        tables, rest, surfaces, owners, uses = self.tables, self.rest, changed.surfaces, changed.owners, changed.uses
+        surface, owner, users = uses.surfaces, uses.owners, uses.bodies
+        reach, bounded = reaches(tables, self.boxes, surface, users, size)
+        kappa = kappas(tables, rest, surface, reach)
+        flat = tables.surface_kind[surface] == PLANE
+        place, count = np.unique(owner, return_inverse=True)
+        of_owners = limits_of_owners(
+            flat, count.reshape(-1), reach, bounded, kappa, self.boxes[users], size, len(place)
+        )
+        for kind, column in enumerate((tables.cell_limits, tables.sheet_limits, tables.polygon_limits)):
+            first, last = self.owners[kind], self.owners[kind + 1]
+            column[owners[first:last]] = 0.0, np.inf
+            mine = (place >= first) & (place < last)
+            mine[mine] = owners[place[mine]]
+            column[place[mine] - first] = of_owners[mine]
+        self._put_programs(owners)
+        which, at = np.unique(surface, return_inverse=True)
+        each = np.zeros((3, len(which)))
+        for numbers, of_use in zip(each, (reach, kappa, ~bounded), strict=True):
+            np.maximum.at(numbers, at.reshape(-1), of_use)
+        for kind, column in ((PLANE, tables.plane_limits), (QUADRIC, tables.quadric_limits)):
+            column[self._unread(kind)] = 0.0
+            mine = np.flatnonzero(surfaces[which] & (tables.surface_kind[which] == kind))
+            own, r, k, endless = which[mine], *each[:, mine]
+            column[tables.surface_row[own]] = (
+                limits_of_planes(tables, rest, own, r, k) if kind == PLANE
+                else limits_of_quadrics(tables, own, r, k, endless)
+            )  # fmt: skip
+
+    def _put_programs(self, owners: Mask) -> None:
+        """Programs of which a cell has other limits."""
+        tables = self.tables
+        leaves = np.flatnonzero(owners[tables.leaf_cell])
+        programs = np.unique(_owner(tables.program_leaf, leaves))
+        if not len(programs):
+            return
+        rows = _ranges(tables.program_leaf, programs)
+        each = np.repeat(np.arange(len(programs)), np.diff(tables.program_leaf)[programs])
+        tables.program_limits[programs] = limits_of_programs(
+            each, tables.cell_limits[tables.leaf_cell[rows]], len(programs)
+        )
+
+
+class LimitsOfEdited(Limits):
+    """Limits of an edited scene, in which surfaces may be used in other places than before."""
+
+    columns: Columns
+
+    def __init__(self, columns: Columns, tables: Tables, boxes: Floats, rest: Remainders) -> None:
+        super().__init__(columns, tables, boxes, rest)
+
+    def _changed(self) -> Changed:
+        surfaces, owners = self._marked()
+        return Changed(surfaces, owners, self._uses(surfaces, owners))
+
+    def _marked(self) -> tuple[Mask, Mask]:
         """Surfaces that are used in other places than before, and what is to be looked at for itself."""
         tables, columns, pieces = self.tables, self.columns, self.columns.pieces
         surfaces, owners = np.zeros(columns.surfaces, bool), np.zeros(int(self.owners[-1]), bool)
@@ -108,58 +197,18 @@ class Limits:
         found = now[other]
         return np.unique(found if columns.ids is None else columns.ids[found]).astype(np.int64)
 
-    def _uses(self, surfaces: Mask, owners: Mask) -> _Uses:
+    def _uses(self, surfaces: Mask, owners: Mask) -> Uses:
         """All uses of some surfaces, and by some owners."""
         tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
         cells = np.flatnonzero(marked[tables.cell_quadric] | owners[: self.owners[1]])
-        cells = cells[tables.cell_quadric[cells] >= 0]
         planes = marked[tables.plane_surface]
         own = np.flatnonzero(owners[: self.owners[1]])
         planes[_ranges(tables.cell_first, own)] = True
-        rows = np.flatnonzero(planes)
-        found = [
-            (tables.cell_quadric[cells], cells, CELLS),
-            (tables.plane_surface[rows], _owner(tables.cell_first, rows), CELLS),
+        others = [
+            np.flatnonzero(marked[column] | owners[self.owners[kind] : self.owners[kind + 1]])
+            for column, kind in ((tables.sheet_surface, 1), (tables.polygon_surface, 2))
         ]
-        for column, axis, kind in ((tables.sheet_surface, SHEETS, 1), (tables.polygon_surface, POLYGONS, 2)):
-            mine = np.flatnonzero(marked[column] | owners[self.owners[kind] : self.owners[kind + 1]])
-            found.append((column[mine], mine, axis))
-        parts = []
-        for kind, (of, owner, axis) in zip((0, 0, 1, 2), found, strict=True):
-            body = np.searchsorted(self.laid.starts(axis), owner, side="right") - 1 if len(owner) else owner
-            traced = tables.entry_kind[body] != BALL if axis == CELLS else np.ones(len(owner), bool)
-            parts.append((of[traced], owner[traced] + self.owners[kind], body[traced]))
-        return _Uses(*(np.concatenate(each) for each in zip(*parts, strict=True)))
-
-    def _put(self, uses: _Uses, surfaces: Mask, owners: Mask, size: float) -> None:
-        tables, rest = self.tables, self.rest
-        surface, owner, users = uses.surfaces, uses.owners, uses.bodies
-        reach, bounded = reaches(tables, self.boxes, surface, users, size)
-        kappa = kappas(tables, rest, surface, reach)
-        flat = tables.surface_kind[surface] == PLANE
-        place, count = np.unique(owner, return_inverse=True)
-        of_owners = limits_of_owners(
-            flat, count.reshape(-1), reach, bounded, kappa, self.boxes[users], size, len(place)
-        )
-        for kind, column in enumerate((tables.cell_limits, tables.sheet_limits, tables.polygon_limits)):
-            first, last = self.owners[kind], self.owners[kind + 1]
-            column[owners[first:last]] = 0.0, np.inf
-            mine = (place >= first) & (place < last)
-            mine[mine] = owners[place[mine]]
-            column[place[mine] - first] = of_owners[mine]
-        self._put_programs(owners)
-        which, at = np.unique(surface, return_inverse=True)
-        each = np.zeros((3, len(which)))
-        for numbers, of_use in zip(each, (reach, kappa, ~bounded), strict=True):
-            np.maximum.at(numbers, at.reshape(-1), of_use)
-        for kind, column in ((PLANE, tables.plane_limits), (QUADRIC, tables.quadric_limits)):
-            column[self._unread(kind)] = 0.0
-            mine = np.flatnonzero(surfaces[which] & (tables.surface_kind[which] == kind))
-            own, r, k, endless = which[mine], *each[:, mine]
-            column[tables.surface_row[own]] = (
-                limits_of_planes(tables, rest, own, r, k) if kind == PLANE
-                else limits_of_quadrics(tables, own, r, k, endless)
-            )  # fmt: skip
+        return self._of_rows(cells, np.flatnonzero(planes), *others)
 
     def _unread(self, kind: int) -> Longs:
         """Records of a kind for which others stand."""
@@ -168,19 +217,6 @@ class Limits:
             return np.zeros(0, np.int64)
         members = np.flatnonzero(kinds == kind)
         return np.flatnonzero(first[members] != members)
-
-    def _put_programs(self, owners: Mask) -> None:
-        """Programs of which a cell has other limits."""
-        tables = self.tables
-        leaves = np.flatnonzero(owners[tables.leaf_cell])
-        programs = np.unique(_owner(tables.program_leaf, leaves))
-        if not len(programs):
-            return
-        rows = _ranges(tables.program_leaf, programs)
-        each = np.repeat(np.arange(len(programs)), np.diff(tables.program_leaf)[programs])
-        tables.program_limits[programs] = limits_of_programs(
-            each, tables.cell_limits[tables.leaf_cell[rows]], len(programs)
-        )
 
 
 def _owner(first: npt.NDArray[np.int32], rows: Longs) -> Longs:

@@ -6,18 +6,19 @@ is worked out anew where a new surface may belong to it, or where that is gone w
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ....shapes.surface import Key, Surface
-from ...tables import PLANE, QUADRIC, SPHERE, Ints, Longs, Signs
+from ...tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..contents import Exact
 from ..laid import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, Laid
 from ..surfaces import Remainders, Surfaces, finished
 from .joined import Joined
-from .near import Frame, Places, near
+from .near import Frame, Marks, Places, near
 
 
 @dataclass
@@ -87,13 +88,11 @@ class Merging:
         """Numbers by which near surfaces are found: new ones for what is new, if there are some for the rest."""
         new = self.joined.sides[1].tables
         records = new.planes, new.spheres, new.quadrics
-        if frame is None or old is None or not frame.fits(*records):
+        own = frame.places_within(*records) if frame is not None and old is not None else None
+        if frame is None or old is None or own is None:
             tables = self.joined.sides[0].tables
-            every = [np.concatenate(pair) for pair in zip(
-                (tables.planes, tables.spheres, tables.quadrics), records, strict=True)]  # fmt: skip
-            frame = Frame.of(*every)
-            old = frame.places(tables.planes, tables.spheres, tables.quadrics)
-        both = old, frame.places(*records)
+            frame, old, own = Frame.around((tables.planes, tables.spheres, tables.quadrics), records)
+        both = old, own
         joined = self.joined
         return frame, Places(
             joined.of_both(PLANES, both[0].planes, both[1].planes),
@@ -129,14 +128,14 @@ class Merging:
         mark = np.zeros(self.single + self.balls, bool)
         mark[fresh] = True
         curved = self._numbers(SPHERE), self._numbers(QUADRIC)
-        groups = [
-            ([places.planes], [self._numbers(PLANE)]),
-            ([places.spheres, places.quadrics], list(curved)),
+        groups: list[tuple[list[Floats], Sequence[Marks], list[Longs]]] = [
+            ([places.planes], [places.marks[0]], [self._numbers(PLANE)]),
+            ([places.spheres, places.quadrics], places.marks[1:], list(curved)),
         ]
         found = []
-        for of_rows, numbers in groups:
+        for of_rows, marks, numbers in groups:
             new = np.concatenate([part[mark[which]] for part, which in zip(of_rows, numbers, strict=True)])
-            found += [which[near(part, new)] for part, which in zip(of_rows, numbers, strict=True)]
+            found += [which[near(part, own, new)] for part, own, which in zip(of_rows, marks, numbers, strict=True)]
         beside: Any = np.concatenate(found)
         beside = beside[~mark[beside]]
         if first is not None:

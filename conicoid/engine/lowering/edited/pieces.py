@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import compress, count
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +61,7 @@ def _alike(old: Sequence[Body], new: Sequence[Body]) -> int:
 def _in_order(old: Sequence[Body], new: Sequence[Body]) -> list[tuple[int, int, int]]:
     """(first, last, which of the old) of new bodies that are kept, in rising order; an empty one at the end."""
     if len(old) == len(new):
-        other = [place for place, same in enumerate(map(operator.is_, old, new)) if not same]
+        other = list(compress(count(), map(operator.is_not, old, new)))
         other = [place for place in other if old[place].shape is not new[place].shape]
         begins = [0, *(place + 1 for place in other)]
         parts = [(a, b, a) for a, b in zip(begins, [*other, len(new)], strict=True) if b > a]
@@ -92,6 +94,7 @@ class Pieces:
     end: Longs
     at: Longs  # where these come to
     total: Longs  # (18,)
+    _on: dict[int, list[tuple[int, slice, slice]]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def of(cls, found: Sequence[Run], laid: tuple[Laid, Laid]) -> Pieces:
@@ -106,17 +109,37 @@ class Pieces:
         total = ends[-1] if len(found) else np.zeros(18, np.int64)
         return cls([run[0] for run in found], begin, end, ends - (end - begin), total)
 
+    def only(self, source: int) -> Pieces:
+        """Those of one of the scenes."""
+        mine = [k for k, which in enumerate(self.sources) if which == source]
+        return Pieces([source] * len(mine), self.begin[mine], self.end[mine], self.at[mine], self.total)
+
+    def after_rows(self, bounds: Longs) -> Pieces:
+        """These behind pieces of the old scene that stay where they are; bounds (2 n, 18): first rows and ends."""
+        begin, end = bounds[0::2], bounds[1::2]
+        return Pieces(
+            [_KEPT] * len(begin) + self.sources, np.concatenate([begin, self.begin]),
+            np.concatenate([end, self.end]), np.concatenate([begin, self.at]), self.total,
+        )  # fmt: skip
+
     def on(self, axis: int) -> list[tuple[int, slice, slice]]:
         """(source, its rows, where they come to) of all pieces that have rows of a kind."""
-        parts = zip(
-            self.sources, self.begin[:, axis].tolist(), self.end[:, axis].tolist(), self.at[:, axis].tolist(),
-            strict=True,
-        )  # fmt: skip
-        return [(source, slice(a, b), slice(at, at + b - a)) for source, a, b, at in parts if b > a]
+        if axis not in self._on:
+            parts = zip(
+                self.sources, self.begin[:, axis].tolist(), self.end[:, axis].tolist(), self.at[:, axis].tolist(),
+                strict=True,
+            )  # fmt: skip
+            self._on[axis] = [(source, slice(a, b), slice(at, at + b - a)) for source, a, b, at in parts if b > a]
+        return self._on[axis]
 
     def moved(self, axis: int, beside: int) -> list[tuple[int, slice, slice, int]]:
         """`on`, and by how much numbers of rows of another kind grow there."""
-        shifts = (self.at - self.begin)[:, beside].tolist()
-        chosen = (self.end > self.begin)[:, axis].tolist()
-        of_pieces = [shift for shift, there in zip(shifts, chosen, strict=True) if there]
+        shifts, begin, end = self._shifts[beside], self.begin[:, axis].tolist(), self.end[:, axis].tolist()
+        of_pieces = [shift for shift, a, b in zip(shifts, begin, end, strict=True) if b > a]
         return [(*part, shift) for part, shift in zip(self.on(axis), of_pieces, strict=True)]
+
+    @cached_property
+    def _shifts(self) -> list[list[int]]:
+        """By how much the numbers of rows of each kind grow in each piece."""
+        found: list[list[int]] = (self.at - self.begin).T.tolist()
+        return found

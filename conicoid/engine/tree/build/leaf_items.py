@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from ....compiler.jit import inline, kernel
 from ... import tables as table
@@ -17,9 +18,15 @@ from .round_cells import around_cell
 _CHUNK = 1 << 14
 
 
-def put_items(geometry: Geometry, boxes: Floats, place: int) -> None:
-    """Fill the table LEAF_ITEMS, for the scene's own tree, which begins at a place; boxes (n, 6) of the entries."""
-    run_chunks(lambda a, b: _put_leaves(geometry, boxes, place, False, a, b), _children(geometry), _CHUNK)
+def put_items(geometry: Geometry, boxes: Floats, place: int, parts: Sequence[tuple[int, int]] = ()) -> None:
+    """Fill the table LEAF_ITEMS, for the scene's own tree, which begins at a place; boxes (n, 6) of the entries.
+
+    parts: the first and last of some children of nodes whose leaves alone are written, beside those of roots.
+    """
+    for begin, end in parts:
+        _put_leaves(geometry, boxes, place, False, begin, end)
+    if not parts:
+        run_chunks(lambda a, b: _put_leaves(geometry, boxes, place, False, a, b), _children(geometry), _CHUNK)
     roots = int(length(geometry, table.ROOTS))
     run_chunks(lambda a, b: _put_leaves(geometry, boxes, place, True, a, b), roots, _CHUNK)
 

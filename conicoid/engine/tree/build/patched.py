@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...lowering.edited.edit import Edit
+from ...lowering.edited.exchange import Exchange
 from ...lowering.laid import BODIES, LEAVES, PROGRAMS
 from ...tables import Floats, Ints, Tables
 from ..leaf import ROWS
@@ -101,6 +102,22 @@ class Trees:
     tables: dict[str, Any]
     boxes: list[Floats]
     woods: Woods
+    parts: list[tuple[int, int]]
+
+    @property
+    def kept(self) -> slice:
+        """Of the items of leaves those that are what they were, but for leaves of `parts` of the children of nodes."""
+        return slice(ROWS * int(self.woods.places[-1]), ROWS * self.woods.main[1] if self.parts else 0)
+
+    def keep_items(self, tables: Tables, before: Tables) -> None:
+        """Copy the items of leaves that are what they were; zeros come to places that no leaf has, whatever was there.
+
+        Of scenes that were edited in the same way so all numbers are equal, in whatever memory they are. But for places
+        of bodies' trees, which have no items: where such a tree grew, that of entries begins later than it did, and
+        what it had there before stays, as to write to them all would take memory that nobody reads.
+        """
+        tables.leaf_items[self.kept] = before.leaf_items[self.kept]
+        tables.leaf_items.reshape(-1, ROWS)[tables.tree_order < 0] = 0.0
 
     def put_boxes(self, node_boxes: Floats) -> None:
         """Write the boxes of the nodes."""
@@ -110,7 +127,7 @@ class Trees:
             at += len(part)
 
 
-def patched(old: Tables, woods: Woods, edit: Edit) -> Trees:
+def patched(old: Tables, woods: Woods, edit: Edit | Exchange) -> Trees:
     """The trees of an edited scene."""
     planted, starts = _Planted(), [[np.zeros(1, np.int32)] for _ in range(3)]
     new = programs_of(edit.joined.sides[1].tables)
@@ -124,7 +141,7 @@ def patched(old: Tables, woods: Woods, edit: Edit) -> Trees:
         )
         planted.add(grove.children[a:b], grove.boxes[a:b], grove.order[p:q] + np.int32(leaf), grove.roots[r:s], a, p)
     depth, (nodes, places, ends) = max(woods.depth, new.depth), map(np.concatenate, starts)
-    found = _entries(groves[0], woods, edit, planted)
+    found, parts = _entries(groves[0], woods, edit, planted)
     found = dataclasses.replace(found, nodes=nodes, places=places, depth=depth)
     roots = np.concatenate(planted.roots)
     stack = len(roots) - ends[-1] + WIDTH * (found.levels + 1)
@@ -138,11 +155,17 @@ def patched(old: Tables, woods: Woods, edit: Edit) -> Trees:
         leaf_items=np.broadcast_to(0.0, ROWS * planted.places),
         extent=extent_of(survey(edit.boxes)),
     )
-    return Trees(tables, planted.boxes, found)
+    stays = edit.keeps_items and int(places[-1]) == int(woods.places[-1])
+    return Trees(tables, planted.boxes, found, parts if stays else [])
 
 
-def _entries(old: _Grove, woods: Woods, edit: Edit, planted: _Planted) -> Woods:
-    """Plant the tree over the entries, and that of loose ones; of the woods only what is known of these."""
+def _entries(
+    old: _Grove, woods: Woods, edit: Edit | Exchange, planted: _Planted
+) -> tuple[Woods, list[tuple[int, int]]]:
+    """Plant the tree over the entries, and that of loose ones; of the woods only what is known of these.
+
+    Then of the children of nodes those that are leaves with others in them than before; none where all may be that.
+    """
     count = len(edit.boxes)
     number = np.full(len(edit.joined.sides[0].boxes) + 1, -1, np.int32)  # of each entry before; the last is none
     fresh = []
@@ -163,11 +186,13 @@ def _entries(old: _Grove, woods: Woods, edit: Edit, planted: _Planted) -> Woods:
         forest.end_tree()
         grove = _Grove.of_forest(forest)
         planted.add(grove.children, grove.boxes, grove.order, grove.roots, 0, 0)
-        return dataclasses.replace(
+        made = dataclasses.replace(
             woods, levels=levels, main=(planted.nodes, planted.places, planted.root_count),
             loose=np.zeros(0, np.int32), left=0,
         )  # fmt: skip
-    children, boxes, roots = _without(old, woods, order)
+        return made, []
+    children, boxes, roots, changed = _without(old, woods, order)
+    parts = [(WIDTH * planted.nodes + child, WIDTH * planted.nodes + child + 1) for child in changed]
     planted.add(children, boxes, order, roots, int(woods.nodes[-1]), main.start)
     end = planted.nodes, planted.places, planted.root_count
     forest = Forest()
@@ -176,11 +201,14 @@ def _entries(old: _Grove, woods: Woods, edit: Edit, planted: _Planted) -> Woods:
     grove = _Grove.of_forest(forest)
     planted.add(grove.children, grove.boxes, loose[grove.order], grove.roots, 0, 0)
     levels = max(woods.levels, len(forest.trees) and max(tree.levels for tree in forest.trees))
-    return dataclasses.replace(woods, levels=levels, main=end, loose=loose, left=left)
+    made = dataclasses.replace(woods, levels=levels, main=end, loose=loose, left=left)
+    return made, [*parts, (WIDTH * end[0], WIDTH * planted.nodes)]
 
 
-def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints]:
+def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints, list[int]]:
     """(children, boxes, roots) of the tree over the entries without those for which `order` is -1, which is put right.
+
+    Then which of the children are leaves that others have left.
 
     In a leaf the entries that stay come first; the places behind them belong to no leaf.
     """
@@ -196,7 +224,8 @@ def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints
     gone = np.flatnonzero(order < 0)
     leaf = by_place[np.searchsorted(first[by_place], gone, side="right") - 1]
     within = gone < first[leaf] + count[leaf]
-    found = []
+    found: list[int] = []
+    changed: list[int] = []
     for which in np.unique(leaf[within]).tolist():
         begin, size = int(first[which]), int(count[which])
         members = order[begin : begin + size]
@@ -206,8 +235,7 @@ def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints
         code = leaf_code(begin + places, len(stay)) if len(stay) else 0
         if which < len(held):
             flat[held[which]] = code
-            if not code:
-                found.append(int(held[which]))
+            (changed if code else found).append(int(held[which]))
         else:
             roots[beside[which - len(held)]] = code or _NO_ROOT
     roots = roots[roots != _NO_ROOT]
@@ -225,4 +253,4 @@ def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints
         boxes = boxes.copy()
         boxes[at // WIDTH, :3, at % WIDTH] = np.inf
         boxes[at // WIDTH, 3:, at % WIDTH] = -np.inf
-    return children, boxes, roots
+    return children, boxes, roots, changed

@@ -1,0 +1,88 @@
+"""May entries of a scene be exchanged for others, so that all other rows stay where they are and as they are?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import Lowered
+from ..laid import PLANES, QUADRICS, SPHERES, SURFACES, Laid
+from ..limits import size_of
+from .kept import Kept, Known
+from .near import Frame, Places, near
+from .pieces import Pieces, Runs
+from .stores import Stores, stamped
+
+
+def keeps_rows(old: Laid, new: Laid, found: Runs, entries: int) -> bool:
+    """Has each new entry as many rows of every kind as that in whose place it comes? Bulk balls have none of these."""
+    if entries != len(old.first_body) - 1 or not new.which.all():
+        return False
+    fresh = np.array(found.fresh, np.int64)
+    counts = np.diff(old.first_body)[fresh]
+    if not np.array_equal(counts, np.diff(new.first_body)):
+        return False
+    if np.diff(old.first_frame)[fresh].any() or new.first_frame.any():
+        return False
+    firsts = np.repeat(old.first_body[fresh] - new.first_body[:-1], counts)
+    which = old.which[firsts + np.arange(len(new.which))]
+    rows = old.patterns.counts[which], new.patterns.counts[new.which]
+    return bool(which.all() and np.array_equal(*rows))
+
+
+def apart(old: Laid, new: Laid, pieces: Pieces) -> bool:
+    """Are the same surfaces one with the same others as before, where new ones are one with no others?
+
+    That they are not is another question: see `none_near`. What this asks is that
+
+    - no surface of what is gone was one with a surface that stays;
+    - no surface of what is new is one with a surface of another piece, before or behind it;
+    - within each piece every new surface takes the record of the one of the same place as that in whose place it comes.
+
+    Then `Laid.first` and `Laid.ids` stay what they are. What is one surface is new, or stays, as a whole, and lies
+    within one piece of what is new: so the rows of its record grow by what those of all its members grow by. Nothing
+    less would do for the second: a record of another piece has its number, and its row, by how that piece moves.
+    """
+    if old.first is None:  # every surface stood for itself
+        return new.first is None
+    fresh = np.zeros(len(old.first), bool)
+    for source, rows, at, shift in pieces.moved(SURFACES, SURFACES):
+        if source == 1:
+            fresh[at] = True
+            first = np.arange(rows.start, rows.stop) if new.first is None else new.first[rows]
+            if (first < rows.start).any() or (first >= rows.stop).any():
+                return False
+            if not np.array_equal(old.first[at], first + shift):
+                return False
+    return bool((fresh[old.first] == fresh).all())
+
+
+def none_near(places: Places, own: Places, pieces: Pieces) -> bool:
+    """Is no new surface so close to one of the others that they may be one?"""
+    curved = np.concatenate([own.spheres, own.quadrics])
+    groups = (PLANES, own.planes), (SPHERES, curved), (QUADRICS, curved)
+    for (axis, numbers), column, marks in zip(
+        groups, (places.planes, places.spheres, places.quadrics), places.marks, strict=True
+    ):
+        found, fresh = near(column, marks, numbers), np.zeros(len(column), bool)
+        for source, _, at in pieces.on(axis):
+            if source == 1:
+                fresh[at] = True
+        if not fresh[found].all():
+            return False
+    return True
+
+
+def completed(kept: Kept, old: Lowered, new: Lowered) -> tuple[Known, Places]:
+    """What is known of the old scene, with what exchanges of its entries for new ones need; places of the new ones."""
+    frame, places, records = kept.frame, kept.places, (new.tables.planes, new.tables.spheres, new.tables.quadrics)
+    own = frame.places_within(*records) if frame is not None and places is not None else None
+    if isinstance(kept, Known) and own is not None:
+        return kept, own
+    if frame is None or places is None or own is None:
+        tables = old.tables
+        frame, places, own = Frame.around((tables.planes, tables.spheres, tables.quadrics), records)
+    size = kept.size
+    if size is None and not np.isfinite(old.boxes).all():
+        size = size_of(old.tables, old.boxes)
+    assert old.laid is not None
+    return Known(frame, places, size, stores=Stores(), stamps=stamped(len(old.laid.first_body) - 1)), own

@@ -1,0 +1,156 @@
+"""Memory of edited scenes: the next one takes that of one that is gone, and writes only the rows in which it differs.
+
+Scenes that come from one another by exchanging entries for others with as many rows have their rows in the same
+places. Each says of its entries by which edit their rows were written, its stamps: where those of two scenes are equal
+so are the rows. Memory comes back when nothing is left of a scene that reads it: neither itself nor an answer, a thread
+or an array that was taken out of it. So a scene that somebody holds is never written to.
+
+That nothing is left is told by the count of references to what all arrays of a scene hold, and not by the collector of
+cycles: it does not look into NumPy's arrays, so it takes what these hold for something that is in use. Did it look into
+them, it would tell of a cycle that is gone before what is in it is asked, by `__del__`, whether it is to come back.
+"""
+
+from __future__ import annotations
+
+import math
+import weakref
+from collections import deque
+from itertools import count
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...tables import (
+    EXTENT,
+    LEAF_ITEMS,
+    LENGTHS,
+    NODE_BOXES,
+    NODE_CHILDREN,
+    ROOTS,
+    SPARE,
+    TREE_DEPTH,
+    TREE_ORDER,
+    TREE_ROOT,
+    Floats,
+    Geometry,
+    Ints,
+    Longs,
+    Tables,
+    aligned,
+    places_of,
+)
+
+Array = npt.NDArray[Any]
+_TREES = (LEAF_ITEMS, NODE_BOXES, EXTENT, NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
+_ORDER = (*(k for k in range(LENGTHS) if k not in _TREES), *_TREES)
+"""Trees come last, so that they may grow; the items of leaves first of these, of which most are never written."""
+_NODE = 64
+"""More than the numbers, of either kind, of a node or of what a leaf says of an entry."""
+MOST = 1 << 30
+"""Bytes of memory that are kept for the next scene."""
+_edits = count(1)
+
+
+def stamped(entries: int) -> Longs:
+    """Stamps of a scene whose rows are equal to nobody's."""
+    return np.full(entries, next(_edits), np.int64)
+
+
+def restamped(stamps: Longs, fresh: list[int]) -> Longs:
+    """The stamps of a scene in which some entries are new."""
+    found = stamps.copy()
+    found[fresh] = next(_edits)
+    return found
+
+
+class _Held:
+    """Is there as long as somebody reads one of the arrays that were handed out with it."""
+
+    __slots__ = ("__weakref__",)
+
+
+class _Part:
+    """An array that is handed out."""
+
+    def __init__(self, array: Array, held: _Held) -> None:
+        self.__array_interface__ = array.__array_interface__
+        self._array, self._held = array, held
+
+
+class Store:
+    """The memory of one scene at a time: what kernels take, and what else has rows, by name."""
+
+    def __init__(self, integers: Ints, floats: Floats, beside: dict[str, Array] | None = None) -> None:
+        self.integers, self.floats, self.beside = integers, floats, beside or {}
+        self.stamps: Longs = np.zeros(0, np.int64)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        return self.integers.nbytes + self.floats.nbytes + sum(array.nbytes for array in self.beside.values())
+
+
+class Opened:
+    """A store for the next scene; nobody else has it. `close` says that the scene is finished."""
+
+    def __init__(self, store: Store) -> None:
+        self._store, self._held = store, _Held()
+        self.stamps = store.stamps
+        self.beside = {name: self._out(array) for name, array in store.beside.items()}
+
+    @classmethod
+    def new(cls, tables: Tables) -> Opened:
+        """Room for a scene with tables of these shapes; its trees may grow by those of what moves about."""
+        _, integers, floats = places_of(tables, _ORDER)
+        more = len(tables.node_children) // 4 + 4 * math.isqrt(len(tables.entry_kind)) + 8
+        room = aligned(floats + more * _NODE + SPARE)
+        return cls(Store(np.empty(integers + more * _NODE, np.int32), room))
+
+    def _out(self, array: Array) -> Array:
+        return np.asarray(_Part(array, self._held))
+
+    def put(self, name: str, array: Array) -> Array:
+        """Keep an array that nobody else has; returns it as it may be handed out."""
+        self._store.beside[name] = array
+        self.beside[name] = out = self._out(array)
+        return out
+
+    def geometry(self, tables: Tables) -> Geometry | None:
+        """The memory for tables of these shapes; None where trees have grown out of it."""
+        places, integers, floats = places_of(tables, _ORDER)
+        if integers > len(self._store.integers) or floats + SPARE > len(self._store.floats):
+            return None
+        out = self._out(self._store.integers), self._out(self._store.floats)
+        out[1][places[EXTENT] + tables.extent.size : floats + SPARE] = 0.0  # all between two tables is 0, and behind
+        return Geometry(places, out[0][:integers], out[1][: floats + SPARE])
+
+    def close(self, stores: Stores, stamps: Longs) -> None:
+        """The scene is finished: when it is gone the memory goes to others of its kind."""
+        self._store.stamps = stamps
+        weakref.finalize(self._held, _give, weakref.ref(stores), self._store).atexit = False
+
+
+class Stores:
+    """What scenes with their rows in the same places share: at most one store that nobody reads."""
+
+    def __init__(self) -> None:
+        self._free: deque[Store] = deque(maxlen=1)
+
+    def take(self) -> Opened | None:
+        """A store in which an earlier scene's rows are; None if there is none."""
+        try:
+            return Opened(self._free.pop())
+        except IndexError:
+            return None
+
+    def give(self, store: Store) -> None:
+        """A store of which nobody reads anything. It may come at any time: nothing here waits for a lock."""
+        if store.nbytes <= MOST:
+            self._free.append(store)
+
+
+def _give(stores: weakref.ref[Stores], store: Store) -> None:
+    known = stores()
+    if known is not None:
+        known.give(store)

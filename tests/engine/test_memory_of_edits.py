@@ -1,0 +1,336 @@
+"""Whose memory an edited scene takes: nobody's who could still read it, in threads, forks, answers and files."""
+
+from __future__ import annotations
+
+import copy
+import gc
+import itertools
+import os
+import pickle
+import threading
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.cluster.edition import edition
+from conicoid.cluster.tables_file import opened, write_tables
+from conicoid.engine.lowering.edited import stores
+from conicoid.engine.lowering.edited.exchange import Exchange
+from conicoid.engine.lowering.edited.kept import Kept, Known
+from tests.engine.exchanges import bodies, content, moved, note_memory_taken
+from tests.engine.test_edited import same_answers, same_tables
+
+
+@pytest.fixture
+def taken(monkeypatch):
+    return note_memory_taken(monkeypatch)
+
+
+def test_the_memory_of_a_scene_that_is_gone_is_taken_again(taken):
+    scene, places = bodies(30), []
+    scene.prepare()
+    for number in range(6):
+        scene = scene.moved(str(number), (0, 0.1, 0))
+        places.append(scene.geometry.floats.ctypes.data)
+    assert taken == [False, False, True, True, True, True]
+    assert len(set(places)) == 2
+    first = bodies(30)
+    first.prepare()
+    taken.clear()
+    for number in range(5):  # as a slider does: each from the same
+        now = first.moved("3", (0, 0.1 * number, 0))
+        same_tables(now, co.Scene(now.bodies))
+    assert taken == [False, True, True, True, True]
+
+
+@pytest.mark.parametrize("holder", [
+    lambda scene: scene.first_hit((0, 0, 9), (0, 0, -1)), lambda scene: scene.spans((0, 0, 9), (0, 0, -1)),
+    lambda scene: scene.lowered.tables.planes[3:5], lambda scene: scene.geometry.floats, lambda scene: scene.geometry,
+    lambda scene: scene.lowered.boxes, lambda scene: scene.lowered.rest.quadrics[:1], lambda scene: scene.prepared,
+    lambda scene: memoryview(scene.lowered.frames), lambda scene: scene.replace(background="red"),
+    lambda scene: np.asarray(scene.prepared.rest.planes).reshape(-1, 7).T,
+])  # fmt: skip
+def test_whatever_is_left_of_a_scene_keeps_its_memory(holder):
+    first = bodies(30)
+    first.prepare()
+    scene = first.moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
+    scene.prepare()
+    numbers, floats = content(scene), scene.geometry.floats.ctypes.data
+    held = holder(scene)
+    scene = scene.moved("3", (0.1, 0, 0))
+    scene.prepare()
+    for number in range(4, 12):
+        scene = scene.moved(str(number), (0.1, 0, 0))
+        assert scene.geometry.floats.ctypes.data != floats
+    del held
+    again = first.moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
+    assert content(again)[:30] == numbers[:30]
+
+
+def test_hits_of_a_scene_that_is_gone_say_what_they_said():
+    rng = np.random.default_rng(2)
+    scene = bodies(40)
+    rays = rng.normal(size=(300, 3)) * 6, rng.normal(size=(300, 3))
+    kept = []
+    for number in range(12):
+        scene = scene.moved(str(number), (0, 0.3, 0))
+        hits = scene.first_hit(*rays)
+        kept.append((hits, co.Scene(scene.bodies).first_hit(*rays)))
+    scene = scene.moved("0", (0, 0, 2))
+    scene.prepare()
+    for hits, others in kept:  # worked out only now
+        for name in ("point", "normal", "uv", "local_point", "entering", "t_error", "before", "after"):
+            assert np.array_equal(getattr(hits, name), getattr(others, name), equal_nan=True), name
+
+
+def test_threads_that_exchange_in_one_scene_at_once():
+    scene, failed = bodies(60), []
+    scene.prepare()
+    before = content(scene)
+
+    def work(seed):
+        try:
+            rng = np.random.default_rng(seed)
+            for _ in range(6):
+                mine = scene
+                for _ in range(3):
+                    mine = moved(mine, rng)
+                    same_tables(mine, co.Scene(mine.bodies))
+                same_answers(mine, co.Scene(mine.bodies), rng, 40)
+        except BaseException as error:
+            failed.append(error)
+
+    threads = [threading.Thread(target=work, args=(seed,)) for seed in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not failed, failed[0]
+    assert content(scene) == before
+
+
+def test_a_thread_that_asks_while_scenes_come_and_go():
+    scene, rays = bodies(200), (np.random.default_rng(3).normal(size=(20_000, 3)) * 5, (0.1, 0.2, 1.0))
+    scene = scene.moved("0", (0, 0, 0.1)).moved("1", (0, 0, 0.1))
+    expected = [co.Scene(scene.bodies).first_hit(*rays).t]
+    for number in range(2, 8):
+        expected.append(co.Scene(moved_by(scene, number).bodies).first_hit(*rays).t)
+    told, wrong = threading.Barrier(2), []
+
+    def ask(one, number):
+        told.wait()
+        wrong.extend(number for _ in range(3) if not np.array_equal(one.first_hit(*rays).t, expected[number]))
+
+    for number in range(8):
+        now = scene if number in (0, 1) else moved_by(scene, number)
+        now.prepare()
+        thread = threading.Thread(target=ask, args=(now, 0 if number < 2 else number - 1))
+        thread.start()
+        del now
+        told.wait()
+        for other in range(10, 16):
+            moved_by(scene, other).prepare()
+        thread.join()
+    assert wrong == []
+
+
+def moved_by(scene, number):
+    return scene.moved(str(number), (0, 0.01 * number, 0))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks")
+def test_a_fork_edits_what_its_parent_edits():
+    scene = bodies(30).moved("0", (0, 0, 0.1)).moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
+    scene.prepare()
+    before = content(scene)
+    reading, writing = os.pipe()
+    forked = os.fork()
+    if forked == 0:
+        right = 1
+        try:
+            mine = scene
+            for number in range(3, 9):
+                mine = mine.moved(str(number), (0.2, 0, 0))
+                same_tables(mine, co.Scene(mine.bodies))
+            right = 0 if content(scene) == before else 2
+        finally:
+            os.write(writing, bytes([right]))
+            os._exit(0)
+    mine = scene
+    for number in range(8, 2, -1):
+        mine = mine.moved(str(number), (0, 0.2, 0))
+        same_tables(mine, co.Scene(mine.bodies))
+    assert os.read(reading, 1) == b"\0"
+    os.waitpid(forked, 0)
+    assert content(scene) == before
+
+
+def test_pickles_and_files_of_tables(tmp_path):
+    scene = bodies(30)
+    for number in range(5):
+        scene = scene.moved(str(number), (0, 0.2, 0))
+    scene.prepare()
+    again = pickle.loads(pickle.dumps(scene))
+    same_tables(scene, again)
+    sizes = []
+    for number, one in enumerate((scene, again)):
+        path = tmp_path / f"{number}.tables"
+        digest = write_tables(path, edition(), one.prepared, (co.Scene, one._parts[1:], ()), pickle.dumps(one))
+        sizes.append(path.stat().st_size)
+        read = opened(path, edition(), digest)
+        assert content(read)[:20] == content(scene)[:20]
+    assert sizes[0] < 1.2 * sizes[1]
+
+
+def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
+    """Stamps of another process are other edits', though they be the same numbers."""
+    scene = bodies(30)
+    for number in range(4):
+        scene = scene.moved(str(number), (0, 0.2, 0))
+        scene.prepare()
+    for copied in (lambda thing: pickle.loads(pickle.dumps(thing)), copy.deepcopy):
+        made = copied(scene.prepared)
+        assert type(made.kept) is Kept
+        assert np.array_equal(made.kept.places.planes, scene.prepared.kept.places.planes)
+        made.kept.places.planes[:] = np.nan  # its own numbers
+        assert not np.isnan(scene.prepared.kept.places.planes).any()
+
+    monkeypatch.setattr(stores, "_edits", itertools.count(100))  # as in one process
+    there = edited(edited(scene.prepared, "10"), "3")
+    sent = pickle.dumps(there)
+    monkeypatch.setattr(stores, "_edits", itertools.count(100))  # as in another, which was forked before
+    one = edited(pickle.loads(sent), "4")
+    other = edited(one, "3")
+    edited(one, "6")  # gone at once
+    last = edited(other, "7")
+    assert content(of(last)) == content(co.Scene(list(last.entries)))
+
+
+def edited(prepared, name):
+    """One body moved, without a scene."""
+    made = prepared.edited(co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
+    assert isinstance(made.kept, Known)
+    return made
+
+
+def of(prepared):
+    """A scene that is prepared."""
+    scene = co.Scene(list(prepared.entries))
+    scene._prepared = prepared
+    return scene
+
+
+def test_numbers_of_what_was_edited_in_the_same_way_are_equal_in_any_memory(taken):
+    """Those between tables, behind them and of places in no leaf, too, as they go into files."""
+    first = bodies(300, 3, (co.Plane((0, 0, 1), -3), co.HalfSpace((1, 0, 0), -20)))
+    first.prepare()
+    alone, gaps = [], 0
+    for holds in (False, True):
+        taken.clear()
+        held, scene = [], first
+        for number in range(40):
+            scene = scene.moved(str(number % 25), (0.1, 0, 0.01 * number))
+            scene.prepare()
+            held += [scene] if holds else []
+            alone += [] if holds else [[part.tobytes() for part in scene.geometry]]
+            tables = scene.lowered.tables
+            of_no_leaf = tables.tree_order < 0
+            assert not tables.leaf_items.reshape(-1, 8)[of_no_leaf].any()
+            gaps += of_no_leaf.sum()
+        assert sum(taken[1:]) > 20 or holds
+        assert not any(taken[1:]) or not holds
+    assert gaps > 100
+    for scene, numbers in zip(held, alone, strict=True):
+        assert [part.tobytes() for part in scene.geometry] == numbers
+
+
+def test_the_collector_of_cycles_does_not_look_into_arrays():
+    """What `stores` relies on."""
+    assert not gc.is_tracked(np.zeros(3))
+    assert not gc.is_tracked(np.asarray(stores._Part(np.zeros(3), stores._Held())))
+
+
+def test_a_scene_that_comes_back_out_of_a_cycle_that_was_gone():
+    back, first = [], bodies(30)
+    first.prepare()
+
+    class Window:
+        def __init__(self, scene):
+            self.scene, self.own = scene, self
+
+        def __del__(self):
+            for number in range(3, 9):  # takes whatever memory is to be had
+                first.moved("0", (0, 0, 0.1)).moved(str(number), (0.5, 0.1, 0)).prepare()
+            back.append(self.scene)
+
+    scene = first.moved("1", (0, 0, 0.1))
+    scene.prepare()
+    scene = scene.moved("2", (0, 0, 0.1))
+    expected = content(scene)
+    Window(scene)
+    del scene
+    gc.collect()
+    assert content(back[0]) == expected
+
+
+@pytest.mark.parametrize("last", ["fill", "close"])
+def test_an_edit_that_is_broken_off_leaves_nothing_behind(monkeypatch, last):
+    scene = bodies(30).moved("0", (0, 0, 0.1)).moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
+    scene.prepare()
+    before = content(scene)
+    step = getattr(Exchange, last)
+
+    def broken(self, *arguments):
+        step(self, *arguments)
+        raise KeyboardInterrupt
+
+    edited = scene.moved("3", (1, 0, 0)).moved("4", (1, 0, 0))
+    monkeypatch.setattr(Exchange, last, broken)
+    with pytest.raises(KeyboardInterrupt):
+        edited.prepare()
+    monkeypatch.undo()
+    assert content(scene) == before
+    same_tables(edited, co.Scene(edited.bodies))
+    for number in range(5, 9):
+        scene = scene.moved(str(number), (1, 0, 0))
+        same_tables(scene, co.Scene(scene.bodies))
+
+
+def test_memory_is_given_up_with_the_last_scene(monkeypatch):
+    """Nobody keeps a scene's memory when all scenes that it might be taken for are gone."""
+    alive = itertools.count(), []
+
+    class Watched(stores.Store):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            alive[1].append(next(alive[0]))
+            self.number = alive[1][-1]
+
+        def __del__(self):
+            alive[1].remove(self.number)
+
+    monkeypatch.setattr(stores, "Store", Watched)
+    first = bodies(30)
+    first.prepare()
+    scene = first
+    for number in range(5):
+        scene = scene.moved(str(number), (0, 0.1, 0))
+        scene.prepare()
+    assert len(alive[1]) == 2  # the last one's, and one to be taken
+    del scene
+    gc.collect()
+    assert len(alive[1]) == 1
+    del first
+    gc.collect()
+    assert alive[1] == []
+
+
+def test_much_memory_is_not_kept(monkeypatch, taken):
+    monkeypatch.setattr(stores, "MOST", 1000)
+    scene = bodies(30)
+    for number in range(5):
+        scene = scene.moved(str(number), (0, 0.1, 0))
+        scene.prepare()
+    same_tables(scene, co.Scene(scene.bodies))
+    assert taken == [False] * 4  # the first of five was prepared from the beginning
