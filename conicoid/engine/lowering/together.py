@@ -153,7 +153,8 @@ class Together:
             results += found
             self.paints.update(block.paints)
             for shape, number in left:
-                self.add(shape, number)
+                if not self.add(shape, number):
+                    raise AssertionError("a shape was lowered with others once, and is not taken again")
         found, rest = self._all((lambda *_: None) if blocks else told)
         return results + found, rest
 

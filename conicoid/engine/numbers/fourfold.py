@@ -2,8 +2,9 @@
 
 A number is (a, b, c, d, error): the exact value lies within `error` of a + b + c + d. What a sum or a product has no
 room for is added to the bound, all of it, so that only the identities of `errorfree` have to be believed. An error of
-zero says that the number is exact. That is rigorous as long as no part of a product is lost below the floats; where one
-might be, LEAST is added, which is far more.
+zero says that the number is exact; zero times any number is an exact zero, and what is no number says so itself. That
+is rigorous as long as no part of a product is lost below the floats; where one might be, LEAST is added, which is far
+more.
 
 Floats are in order: |b| <= 2^-50 |a|, |c| <= 2^-50 |b|, |d| <= 2^-52 |c|; where they are not, the error is infinite.
 Infinities and NaN make numbers whose error is infinite or no number, and no test holds for these.
@@ -32,7 +33,7 @@ class Four(NamedTuple):
 
 
 LEAST = 2.0**-900
-"""Products below may lose bits. Added to every error that is not zero, so that none is lost where it is multiplied."""
+"""Products below may lose bits. Added to the error of every product and quotient where it is not zero."""
 UNKNOWN = math.inf
 _GROWN = 1.0 + 2.0**-40
 """More than adding up a few errors may lose of them."""
