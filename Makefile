@@ -5,7 +5,9 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.14 pyth
 
 VENV := .venv
 BIN := $(VENV)/bin
-PYTEST := $(BIN)/python -m pytest --numprocesses=auto --maxprocesses=4 --dist=worksteal
+# One process more than there are cores, as some tests wait: for browsers, clusters and interrupts
+PYTEST = $(BIN)/python -m pytest --dist=worksteal \
+	--numprocesses=$(shell $(BIN)/python -c "import os; print(min(5, (os.cpu_count() or 1) + 1))")
 READY := $(VENV)/.ready
 DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
