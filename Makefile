@@ -5,9 +5,7 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.14 pyth
 
 VENV := .venv
 BIN := $(VENV)/bin
-# One process more than there are cores, as some tests wait: for browsers, clusters and interrupts
-PYTEST = $(BIN)/python -m pytest --dist=worksteal \
-	--numprocesses=$(shell $(BIN)/python -c "import os; print(min(5, (os.cpu_count() or 1) + 1))")
+PYTEST := $(BIN)/python -m pytest --numprocesses=auto --maxprocesses=4 --dist=worksteal
 READY := $(VENV)/.ready
 DOCS_READY := $(VENV)/.docs
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet

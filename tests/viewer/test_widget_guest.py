@@ -64,9 +64,11 @@ def test_it_draws_in_its_cell_and_leaves_the_page_alone(browser, tmp_path, width
     assert before.std() > 10
     smaller = co.Scene([co.Body(co.Sphere(0.2), RED, name="ball")], lights=[co.AmbientLight(1)], camera=CAMERA)
     page.evaluate("window.change(" + json.dumps(smaller.view(height=300).data) + ")")
-    page.wait_for_timeout(600)
-    page.wait_for_function("document.querySelector('.quality').textContent.includes('samples')")
-    assert np.abs(seen(page) - before).max() > 30
+    for _ in range(300):  # until it is drawn: at once, or when a busy machine comes to it
+        if changed := np.abs(seen(page) - before).max() > 30:
+            break
+        page.wait_for_timeout(100)
+    assert changed
     page.evaluate("window.end()")
     assert errors == []
     context.close()
