@@ -15,7 +15,7 @@ from ..render.frame import SQUARE
 from ..render.passes import Exposure
 from ..render.picture import Exposed, Job, light_of
 from ..render.shutter import no_sums, render_open, stills
-from ..render.tiles import SIDE, tile_corner, tile_total
+from ..render.tiles import SIDE, tile_corner, tile_total, tiles_of_squares
 from .checkpoint import Checkpoint
 from .course import Course, Piece, closing
 from .pace import Pace
@@ -190,7 +190,7 @@ def _gaps(sums: Any, total: int, job: Job) -> list[tuple[int, int]]:
     """The tiles in which some pixels are to get samples."""
     row, column = np.nonzero(job.wanted(sums, job.samples, SQUARE))
     done = np.ones(total + 1, np.bool_)
-    done[row * SQUARE // SIDE * -(-job.width // SIDE) + column * SQUARE // SIDE] = False
+    done[tiles_of_squares(row, column, job.width)] = False
     steps = np.diff(np.concatenate([[True], done]).astype(np.int8))
     begins, ends = np.flatnonzero(steps < 0).tolist(), np.flatnonzero(steps > 0).tolist()
     return list(zip(begins, ends, strict=True))

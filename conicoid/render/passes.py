@@ -21,7 +21,7 @@ from .tiles import SIDE
 from .view import view_of
 
 if TYPE_CHECKING:
-    from ..engine.tables import Geometry
+    from ..engine.tables import Geometry, Longs
     from ..engine.threads import Progress
 
 Preview: TypeAlias = Callable[[Film, FloatArray], Any]
@@ -108,9 +108,9 @@ class Exposure:
         rows, columns = -(-self.job.height // SQUARE), -(-self.job.width // SQUARE)
         found = np.zeros((rows, columns), np.int8)
         part = self.job.wanted(self.sums[top * SIDE : bottom * SIDE], last, SQUARE)
-        row, column = np.indices(part.shape)
-        tile = (top + row * SQUARE // SIDE) * across + column * SQUARE // SIDE
+        places: Longs = np.indices(part.shape)
         first = top * SIDE // SQUARE
+        tile = tiles.tiles_of_squares(first + places[0], places[1], self.job.width)
         found[first : first + len(part)] = part & (self.begin <= tile) & (tile < self.end)
         return found.ravel()
 
@@ -118,7 +118,7 @@ class Exposure:
         """One pass."""
         fill, across = tiles.tile_kernel(self.job.integrator), -(-self.job.width // SQUARE)
         row, column = np.divmod(np.flatnonzero(squares), across)
-        changed = set((row * SQUARE // SIDE * -(-self.job.width // SIDE) + column * SQUARE // SIDE).tolist())
+        changed = set(tiles.tiles_of_squares(row, column, self.job.width).tolist())
         self._changed = changed
 
         def work(geometry: Geometry, first: int, end: int) -> None:

@@ -22,7 +22,7 @@ from ..engine.packets.lanes import LANES, put_ray
 from ..engine.packets.packet import Packet, new_packet
 from ..engine.packets.square import Square, new_square
 from ..engine.ray import Ray
-from ..engine.tables import Floats, Geometry, Signs, halted, whole
+from ..engine.tables import Floats, Geometry, Longs, Signs, halted, whole
 from ..film.sums import SUMS
 from ..integrators import INTEGRATORS
 from ..integrators.samples import Samples, Settings, no_memory, nothing_left
@@ -51,6 +51,11 @@ SIDE = 32
 def tile_total(width: int, height: int) -> int:
     """How many tiles a film has."""
     return -(-width // SIDE) * -(-height // SIDE)
+
+
+def tiles_of_squares(rows: Longs, columns: Longs, width: int) -> Longs:
+    """The tiles in which squares lie, by the squares' rows and columns."""
+    return rows * SQUARE // SIDE * -(-width // SIDE) + columns * SQUARE // SIDE
 
 
 @inline
