@@ -4,7 +4,6 @@
     .ci/wheel.py              build it, and try it
     .ci/wheel.py WHEEL        try this one
     .ci/wheel.py --whole      with the whole fast suite (`make test-wheel`), some 20 minutes
-    .ci/wheel.py --made FOLDER    build it of what `native.build --folder FOLDER` made on the way of the same sources
 
 Tests are copied to where no source of the package is. A sample of them runs with the best level of machine code, and
 the digests of all answers with each level that this processor can run. Tests of the compiler are left out
@@ -20,7 +19,9 @@ import subprocess
 import sys
 import tempfile
 import venv
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 TOOLS = "pytest", "hypothesis", "python-flint"
@@ -62,10 +63,9 @@ SAMPLE = (
 )
 
 
-def built(folder: Path, made: Path | None) -> Path:
-    """The wheel for this machine, of what was made on the way of another build if there is one."""
-    command = [sys.executable, "-m", "native.wheels", "host", "--out", str(folder)]
-    subprocess.run(command + (["--folder", str(made)] if made else []), cwd=ROOT, check=True)
+def built(folder: Path) -> Path:
+    """The wheel for this machine."""
+    subprocess.run([sys.executable, "-m", "native.wheels", "host", "--out", str(folder)], cwd=ROOT, check=True)
     return next(folder.glob("*.whl"))
 
 
@@ -107,16 +107,18 @@ def suite(folder: Path) -> Path:
     return folder
 
 
-def passes(python: Path, folder: Path, level: str, tests: tuple[str, ...]) -> bool:
-    """Do tests pass with a level?"""
-    environment = users() | {"CONICOID_LEVEL": level, "CONICOID_CACHE_DIR": str(folder / "must-stay-empty")}
-    print(f"{level}: {' '.join(tests[:1])}, {len(tests)} in all", flush=True)
+def passes(python: Path, folder: Path, level: str, tests: tuple[str, ...], shown: bool = True) -> bool:
+    """Do tests pass with a level? What they print is shown as it comes, or when they have ended."""
+    cache = folder / f"must-stay-empty-{level}"
+    environment = users() | {"CONICOID_LEVEL": level, "CONICOID_CACHE_DIR": str(cache)}
     command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
-    done = subprocess.run(command, cwd=folder, env=environment, check=False).returncode == 0
-    if (folder / "must-stay-empty").exists():
+    kept: dict[str, Any] = {} if shown else {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    done = subprocess.run(command, cwd=folder, env=environment, check=False, **kept)
+    print(f"{level}: {' '.join(tests[:1])}, {len(tests)} in all\n{done.stdout or ''}", flush=True)
+    if cache.exists():
         print(f"{level}: something was written to the cache of kernels")
         return False
-    return done
+    return done.returncode == 0
 
 
 def main() -> int:
@@ -124,18 +126,19 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("wheel", nargs="?", type=Path)
     parser.add_argument("--whole", action="store_true")
-    parser.add_argument("--made", type=Path, metavar="FOLDER")
     wanted = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="wheel-") as name:
         folder = Path(name)
-        wheel = wanted.wheel.resolve() if wanted.wheel else built(folder / "dist", wanted.made)
+        wheel = wanted.wheel.resolve() if wanted.wheel else built(folder / "dist")
         python = installed(wheel, folder / "venv", *(ALL_TOOLS if wanted.whole else ()))
         (folder / "suite").mkdir()
         tests = suite(folder / "suite")
         *older, best = levels(python, tests)
-        fine = [passes(python, tests, level, EACH_LEVEL) for level in older]
         everything = "tests", "--numprocesses=auto", "--maxprocesses=4", "--dist=worksteal"
-        fine.append(passes(python, tests, best, everything if wanted.whole else EACH_LEVEL + SAMPLE))
+        with ThreadPoolExecutor() as pool:  # the older levels beside the best
+            trials = [pool.submit(passes, python, tests, level, EACH_LEVEL, False) for level in older]
+            fine = [passes(python, tests, best, everything if wanted.whole else EACH_LEVEL + SAMPLE)]
+            fine += [trial.result() for trial in trials]
     print(f"{wheel.name}: {'works' if all(fine) else 'fails'}, {', '.join((*older, best))}")
     return 0 if all(fine) else 1
 

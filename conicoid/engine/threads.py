@@ -28,6 +28,8 @@ Progress = Callable[[int, int], None]
 
 _AT_ONCE = 1 << 24
 """So many steps of rays the main thread takes itself: some tens of milliseconds."""
+_BRIEF = 1 << 11
+"""So many steps of rays are too few for several threads: a millisecond of work, and starting them takes some tenths."""
 _SHORT, _LONG = 0.01, 0.04
 """Seconds that a chunk should take, at least and at most, where its number of rays does not predict it."""
 _FIRST = 8  # the first chunk is so many times smaller than the largest
@@ -171,6 +173,15 @@ def run_on(
         mine.places[HALT] = 1
 
     _together(_Work(lambda begin, end: work(mine, begin, end), count, chunk, True), progress, halt)
+
+
+def chunk_of_rays(geometry: Geometry, count: int, most: int, rays: int) -> int:
+    """`chunk_size` of `count` packets of `rays` rays in all; the whole where it is too brief for several threads.
+
+    Of the steps that a ray may take at most, a line through many bodies takes about the square root.
+    """
+    brief = rays * rays * int(geometry.places[STEPS]) <= _BRIEF * _BRIEF
+    return count if brief else chunk_size(count, most)
 
 
 def _keeps_waiting(geometry: Geometry, rays: int) -> bool:

@@ -14,7 +14,7 @@ from .intervals import same, table
 from .rays import mixed_rays, random_rays
 from .trees import tree
 
-SEEDS = [(seed, grid) for seed in range(4) for grid in (False, True)]
+SEEDS = [(seed, grid) for seed in range(6) for grid in (False, True)]
 
 
 def spans_of(shape: Any, rays: Any) -> tuple[Any, Any, Any]:
@@ -30,7 +30,10 @@ def assert_equal(one: Any, other: Any, rays: Any) -> None:
         assert np.allclose(a, b, rtol=1e-12, atol=1e-12)
 
 
-@pytest.fixture(params=SEEDS, ids=lambda pair: f"{'grid' if pair[1] else 'random'} {pair[0]}")
+@pytest.fixture(
+    params=[pair if pair[0] < 2 else pytest.param(pair, marks=pytest.mark.deep) for pair in SEEDS],
+    ids=lambda pair: f"{'grid' if pair[1] else 'random'} {pair[0]}",
+)
 def pair(request: Any) -> tuple[Any, Any, Any]:
     """Two solids and rays."""
     seed, grid = request.param

@@ -93,6 +93,18 @@ def test_every_chunk_once(four_threads, count, progress):
     assert max(b - a for a, b in seen) <= 100
 
 
+@pytest.mark.parametrize(("rays", "one"), [(700, True), (30_000, False)])
+def test_few_rays_in_small_scenes_start_no_thread(four_threads, monkeypatch, rays, one):
+    """It would take longer than their work; many rays are shared out."""
+    begun = few_threads(monkeypatch, 4)
+    origins = np.random.default_rng(0).normal(size=(rays, 3))
+    for ask in (SCENE.first_hit, SCENE.occluded, SCENE.crossings, SCENE.spans):
+        ask(origins, (0.1, 0.2, -1.0))
+        assert not begun or not one
+    SCENE.body_at(origins)
+    assert bool(begun) != one
+
+
 def test_chunks_grow_while_they_are_short_and_shrink_when_they_are_long():
     assert [threads.next_size(size, 0.001, 32) for size in (1, 4, 16, 20, 32)] == [2, 8, 32, 32, 32]
     assert threads.next_size(16, 0.02, 32) == 16

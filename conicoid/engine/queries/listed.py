@@ -11,7 +11,7 @@ from ..arrays.listed import Listed, _Piece
 from ..certified.settle import settled_rows
 from ..ray import RayArrays
 from ..tables import Geometry
-from ..threads import chunk_size, run_on
+from ..threads import chunk_of_rays, run_on
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -30,7 +30,7 @@ def listed(scene: Prepared, rays: RayArrays, width: int, packets: int, spans: bo
         rows = trace_rows(geometry, rays, width, spans, begin, end, counts, doubts)
         pieces.append(_Piece(rows, counts, offsets[:-1], width, begin, end))
 
-    run_on(scene.geometry, work, packets, chunk_size(packets, _PACKETS), count)
+    run_on(scene.geometry, work, packets, chunk_of_rays(scene.geometry, packets, _PACKETS, count), count)
     doubtful = np.flatnonzero(doubts)
     if not len(doubtful):
         np.cumsum(counts, out=offsets[1:])

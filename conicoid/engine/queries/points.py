@@ -16,7 +16,7 @@ from ..answers.rays import points_array
 from ..certified.membership import locate_packets
 from ..certified.settle import settle_bodies
 from ..prepared import Prepared
-from ..threads import chunk_size, run_on
+from ..threads import chunk_of_rays, run_on
 
 _CHUNK = 64  # packets that a thread takes at a time
 _PACKET = 64  # points of a packet
@@ -62,7 +62,7 @@ def first_after(scene: Prepared, points: FloatArray, after: Any, width: int = 0)
         scene.geometry,
         lambda geometry, a, b: locate_packets(geometry, scene.rest, points, after, width, a, b, bodies, still),
         packets,
-        chunk_size(packets, _CHUNK),
+        chunk_of_rays(scene.geometry, packets, _CHUNK, count),
         count,
     )
     settle_bodies(scene, points, after, np.flatnonzero(still), bodies)

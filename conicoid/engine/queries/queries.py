@@ -22,7 +22,7 @@ from ..packets.tile import tile_count
 from ..prepared import Prepared
 from ..ray import RayArrays
 from ..streams.order import ray_order
-from ..threads import chunk_size, run_on
+from ..threads import chunk_of_rays, chunk_size, run_on
 from .listed import listed
 from .scan_lines import row_length
 
@@ -154,7 +154,7 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
             scene.geometry,
             lambda geometry, a, b: trace_first(geometry, arrays, width, a, b, found),
             tiles,
-            chunk_size(tiles, _TILES),
+            chunk_of_rays(scene.geometry, tiles, _TILES, len(arrays.origins)),
             len(arrays.origins),
         )
     doubtful = np.flatnonzero(is_doubtful(found.turn))
@@ -196,7 +196,7 @@ def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
             scene.geometry,
             lambda geometry, a, b: trace_occluded(geometry, arrays, width, a, b, result),
             tiles,
-            chunk_size(tiles, _TILES),
+            chunk_of_rays(scene.geometry, tiles, _TILES, len(arrays.origins)),
             len(arrays.origins),
         )
         doubtful = np.flatnonzero(is_doubtful(result))
