@@ -36,15 +36,27 @@ class Walls:
             a, b = np.where(inside, middle, a), np.where(inside, b, middle)
         return (a + b) / 2
 
-    def is_wall(self, points, sides=96, within=EPSILON):
-        """Are there points inside and outside within 2^-30 of each? For the tips of needles in many directions."""
+    def has_both_sides(self, points, within, sides=96):
+        """Are there points inside and outside at a distance of each, in some directions?"""
         away = self.rng.normal(size=(sides, 1, 3))
         beside = points[None] + within * away / np.linalg.norm(away, axis=-1, keepdims=True)
         value = self.field(beside.reshape(-1, 3)).reshape(sides, -1)
-        found = (value <= 0).any(axis=0) & (value > 0).any(axis=0)
-        for i in np.flatnonzero(~found) if sides < 30_000 else ():
-            found[i] = self.is_wall(points[i : i + 1], 30_000, within)[0]
+        return (value <= 0).any(axis=0) & (value > 0).any(axis=0)
+
+    def is_wall(self, points, within=EPSILON):
+        """Are there points inside and outside within 2^-30 of each? For the tips of needles in many directions."""
+        found = self.has_both_sides(points, within)
+        for i in np.flatnonzero(~found):
+            found[i] = self.has_both_sides(points[i : i + 1], within, 30_000)[0]
         return found
+
+    def first_wall(self, points, halved):
+        """The first of points that is one, as the one that was `halved` is."""
+        found = self.has_both_sides(points, EPSILON)
+        for i in range(halved):
+            if found[i] or self.has_both_sides(points[i : i + 1], EPSILON, 30_000)[0]:
+                return i
+        return halved
 
     def nearest(self, x):
         """(distance, point, whether Newton found it) of the nearest wall that is found from a point."""
@@ -69,11 +81,10 @@ class Walls:
                     if point is not None:
                         found.append(point)
         found = np.array(found)
-        newton = (np.arange(len(found)) > 0)[keep := self.is_wall(found)]
-        found = found[keep]
         distances = np.sqrt(((found - x) ** 2).sum(axis=1))
-        k = int(np.argmin(distances))
-        return distances[k], found[k], bool(newton[k])
+        nearest = np.argsort(distances, kind="stable")
+        k = nearest[self.first_wall(found[nearest], int(np.flatnonzero(nearest == 0)[0]))]
+        return distances[k], found[k], bool(k > 0)
 
 
 def stationary(x, start, surfaces):

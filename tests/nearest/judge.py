@@ -7,7 +7,7 @@ import numpy as np
 import conicoid as co
 
 from .bodies import BODIES
-from .force import Walls
+from .force import EPSILON, Walls
 
 ROUNDED = 4e-16
 """Of the oracle's own numbers and of the answers' last digits."""
@@ -75,9 +75,9 @@ def _told(name, x, away, found, walls, widest):
         yield f"{name}: {len(wide)} of {len(x)} errors are wide, such as {found.error[wide[0]]} at {x[wide[0]].tolist()}"
     near = proved & (np.abs(x).max(axis=1) < 50)  # of farther ones a point is known less well than its distance
     points = found.point.astype(np.longdouble)
-    of_wall = np.where(sharp, walls.is_wall(points), walls.is_wall(points, within=TOUCHING))
-    for i in np.flatnonzero(near & ~of_wall):
-        yield f"{name}: no wall at {found.point[i].tolist()}, from {x[i].tolist()}"
+    for which, within in ((near & sharp, EPSILON), (near & ~sharp, TOUCHING)):
+        for i in np.flatnonzero(which)[~walls.is_wall(points[which], within)]:
+            yield f"{name}: no wall at {found.point[i].tolist()}, from {x[i].tolist()}"
     unit = np.linalg.norm(found.normal, axis=1)
     for i in np.flatnonzero(proved & ~(np.abs(unit - 1) < 1e-12)):
         yield f"{name}: a normal {found.normal[i]} at {found.point[i].tolist()}"
