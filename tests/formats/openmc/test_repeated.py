@@ -24,7 +24,7 @@ CONE = '<surface id="2" type="z-cone" coeffs="0 0.05 -0.4 0.09"/>'
 PIPE = '<surface id="3" type="x-cylinder" coeffs="0.1 -0.2 0.15"/>'
 WALL = '<surface id="4" type="plane" coeffs="1 2 0.5 0.1"/>'
 GENERAL = '<surface id="5" type="quadric" coeffs="1 2 3 0.2 0.1 0 0.1 0 0.2 -0.1"/>'
-AROUND = '<surface id="9" type="sphere" coeffs="0.3 0.2 0.1 3.1" boundary="vacuum"/>'
+AROUND = '<surface id="9" type="sphere" coeffs="0.3 0.2 0.1 2.3" boundary="vacuum"/>'
 CELLS = (
     '<cell id="1" universe="1" material="1" region="-1"/>',
     '<cell id="2" universe="1" material="2" region="1 -2 -4"/>',
