@@ -215,15 +215,25 @@ def _is_null(node: Node) -> bool:
     return is_null(node) and not is_nothing(node)
 
 
-_IN_BODIES = {
-    **dict.fromkeys(("color", "colour"), "its material may be a colour"),
-    **dict.fromkeys(REGISTRY, "known: material, move, name, shape; write {shape: {Name: {...}}}"),
-    **dict.fromkeys(
-        ("type", "kind", "radius", "center"), "known: material, move, name, shape; write {shape: {Sphere: {radius: 2}}}"
-    ),
-    **dict.fromkeys(
-        ("translate", "rotate", "scale", "transform", "position", "rotation", "translation"),
-        "motions are a list: {move: [{translate: [0, 0, 1]}]}",
-    ),
-}
-"""What is no entry of a body."""
+class _Elsewhere(dict[str, str]):
+    """What is no entry of a body, and where it stands. Shapes are asked for only where there is a mistake."""
+
+    def get(self, name: str, default: Any = None) -> Any:
+        if name not in self and name in REGISTRY:
+            return "known: material, move, name, shape; write {shape: {Name: {...}}}"
+        return super().get(name, default)
+
+
+_IN_BODIES = _Elsewhere(
+    {
+        **dict.fromkeys(("color", "colour"), "its material may be a colour"),
+        **dict.fromkeys(
+            ("type", "kind", "radius", "center"),
+            "known: material, move, name, shape; write {shape: {Sphere: {radius: 2}}}",
+        ),
+        **dict.fromkeys(
+            ("translate", "rotate", "scale", "transform", "position", "rotation", "translation"),
+            "motions are a list: {move: [{translate: [0, 0, 1]}]}",
+        ),
+    }
+)
