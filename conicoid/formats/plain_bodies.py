@@ -89,12 +89,12 @@ class PlainBodies:
             raise Unusual
         return body
 
-    def accepts(self, name: str | None, line: int, steps: int) -> bool:
-        """Count a body, in whose motions there are so many steps, and its name; False where either cannot be."""
+    def accepts(self, name: str | None, line: int, steps: int, parts: int = 0) -> bool:
+        """Count a body of so many parts, with so many steps in its motions, and its name; False if it cannot be."""
         if name in self.names:
             return False
-        if not self.shapes.allowance.take(steps=steps):
-            self.shapes.allowance.take(steps=-steps)
+        if not self.shapes.allowance.take(parts, steps):
+            self.shapes.allowance.take(-parts, -steps)
             return False
         if name is not None:
             self.names[name] = line

@@ -135,8 +135,7 @@ class SceneReader:
             if i % _AT_ONCE == 0:
                 ready = made_together(i, items[i : i + _AT_ONCE], plain)
             made = ready.get(i)
-            if made is not None and plain.accepts(made.body.name, made.name_line, made.steps):
-                shapes.charge(item, f"bodies[{i}]", made.parts)
+            if made is not None and plain.accepts(made.body.name, made.name_line, made.steps, made.parts):
                 bodies.append(made.body)
                 continue
             body = self._alike(item, i, plain, shapes) if type(item) is Alike else self._item(item, i, plain, shapes)

@@ -102,11 +102,7 @@ class ShapeReader:
 
     def charge_body(self, node: Standing, where: str, shape: Shape) -> None:
         """Count the parts of a body, and stop reading where the file has more than its length accounts for."""
-        self.charge(node, where, 1 + self.size(shape))
-
-    def charge(self, node: Standing, where: str, parts: int) -> None:
-        """`charge_body` for one of which the parts are counted."""
-        self._charge(node, where, self.allowance.take(parts=parts))
+        self._charge(node, where, self.allowance.take(parts=1 + self.size(shape)))
 
     def _charge(self, node: Standing, where: str, borne: bool) -> None:
         if not borne:

@@ -73,3 +73,9 @@ def test_an_angle_that_is_no_multiple_of_a_right_one_imports_what_computes_its_s
 
 def test_scene_files_know_all_shapes(tmp_path):
     assert set(OTHER_SHAPES.split()) <= imported("from conicoid.shapes import REGISTRY; list(REGISTRY)", tmp_path)
+
+
+def test_a_scene_file_imports_the_shapes_that_it_has(tmp_path):
+    found = imported("co.load(sys.argv[1])", tmp_path, BARREL)
+    assert "conicoid.shapes.ellipsoid" in found
+    assert found & {"conicoid.shapes.quadric", "conicoid.shapes.polygon", "conicoid.shapes.mesh"} == set()
