@@ -28,7 +28,8 @@ def run() -> NoReturn:
     except SystemExit as end:
         code = end.code
     others = [thread for thread in threading.enumerate() if thread is not threading.main_thread() and not thread.daemon]
-    if others or not (code is None or isinstance(code, int)):
+    is_watched = sys.getprofile() is not None or sys.gettrace() is not None  # whoever does tells in the end what it saw
+    if others or is_watched or not (code is None or isinstance(code, int)):
         sys.exit(code)
     atexit._run_exitfuncs()
     with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, or none
