@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -18,7 +17,6 @@ from .shapes.validate import path as checked_path
 if TYPE_CHECKING:
     from .formats.imports import Imported
 
-_log = logging.getLogger("conicoid")
 _TOLD = 12
 """Notes of an import that are shown at once."""
 
@@ -62,8 +60,11 @@ def _scene_of(path: str | os.PathLike[str], parts: Imported) -> Scene:
     scene = Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
     scene._notes = parts.notes
     if parts.remarks:
+        import logging
+
         more = [] if len(parts.remarks) <= _TOLD else [f"... and {len(parts.remarks) - _TOLD:,} more in scene.notes"]
-        _log.warning("%s", "\n".join(f"{os.fspath(path)}: {note}" for note in [*parts.remarks[:_TOLD], *more]))
+        told = "\n".join(f"{os.fspath(path)}: {note}" for note in [*parts.remarks[:_TOLD], *more])
+        logging.getLogger("conicoid").warning("%s", told)
     return scene
 
 

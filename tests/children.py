@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 BOUND = 10.0
 """Seconds within which Ctrl-C must be over: what it is sent into would take minutes."""
-COMMAND = "from conicoid.__main__ import main; main()"
+COMMAND = "from conicoid.__main__ import run; run()"
 needs_signals = pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a signal")
 
 

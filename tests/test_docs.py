@@ -18,6 +18,7 @@ from conicoid import scene_queries
 from conicoid.engine import queries
 from conicoid.integrators import INTEGRATORS, Integrator
 from conicoid.shapes import REGISTRY
+from conicoid.shapes.base import REGISTERED
 
 from .machine_code import needs_compiler
 
@@ -132,7 +133,7 @@ def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) ->
         assert module.CoolingTower is REGISTRY["CoolingTower"]
         run_tests(test)
     finally:
-        REGISTRY.pop("CoolingTower")
+        REGISTERED.pop("CoolingTower")
 
 
 @needs_compiler

@@ -97,6 +97,7 @@ class Pattern:
         self.rows = text.count("\n")
         self.number_of = {id(place.node): k for k, place in enumerate(places)}
         self.row_of = [place.node.line - 1 for place in places]
+        self.is_number = [place.node.plain and _is_decimal(place.node.text) for place in places]
         parts, end = [], 0
         for place in places:
             opening = "" if place.node.plain else text[place.begin]

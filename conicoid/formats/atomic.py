@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import secrets
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,7 +19,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises OSError, naming `path`, where that cannot be a file, its folder cannot be written to, or the disk is full.
     """
     final = checked_place(path)
-    partial = final.with_name(f".{final.stem[:40]}-{secrets.token_hex(4)}{final.suffix}")
+    partial = final.with_name(f".{final.stem[:40]}-{os.urandom(4).hex()}{final.suffix}")
     with _named(path, partial):
         descriptor = os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
         try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import itertools
 import os
@@ -199,6 +198,8 @@ def keep_array(path: Path, values: FloatArray) -> None:
 
 def content_digest(values: FloatArray) -> str:
     """SHA-256 of the .npy file of an array, in hexadecimal digits."""
+    import hashlib
+
     found = hashlib.sha256()
     for piece in pieces(values):
         found.update(piece)
@@ -207,6 +208,8 @@ def content_digest(values: FloatArray) -> str:
 
 def _holds(path: Path, digest: str) -> bool:
     """Whether a file, no link, has this content: somebody may have written into it."""
+    import hashlib
+
     try:
         if path.is_symlink():
             return False

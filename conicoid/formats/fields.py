@@ -18,6 +18,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..shapes import REGISTRY, Shape
+from ..shapes.base import REGISTERED
 from ..shapes.color import color_hint
 from ..shapes.looks import matte
 from ..shapes.makers import CONSTRUCTORS
@@ -133,7 +134,7 @@ class ShapeKind(Kind):
 
     def __init__(self, base: type[Shape]) -> None:
         self.base = base
-        if base.__name__ in REGISTRY:
+        if base.__name__ in REGISTERED:
             self.phrase = f"a {base.__name__}, {{{base.__name__}: {{...}}}}"
         else:
             self.phrase = (
@@ -145,7 +146,7 @@ class ShapeKind(Kind):
 
     def schema(self) -> Schema:
         name = self.base.__name__
-        if name not in REGISTRY:
+        if name not in REGISTERED:
             return {"$ref": f"#/$defs/{name.lower()}"}
         return {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"$ref": "#/$defs/reference"}]}
 
@@ -267,13 +268,21 @@ def fields_of(make: Callable[..., Any]) -> dict[str, Field]:
     source = (
         make if dataclasses.is_dataclass(make) else getattr(make, "__init__", make) if isinstance(make, type) else make
     )
-    hints = get_type_hints(source, localns=dict(REGISTRY))
+    hints = _hints(source)
     parameters = inspect.signature(make).parameters
     return {
         name: Field(kind_of(hints.get(name, Any)), parameter.default)
         for name, parameter in parameters.items()
         if name != "motion" or not (isinstance(make, type) and issubclass(make, Shape))
     }
+
+
+def _hints(source: Any) -> dict[str, Any]:
+    """The type hints of a class or function; shapes may be named that its file does not import."""
+    try:
+        return get_type_hints(source, localns={})
+    except NameError:
+        return get_type_hints(source, localns=dict(REGISTRY))
 
 
 def kind_of(hint: Any) -> Kind:

@@ -28,7 +28,7 @@ from .shape_nodes import MAX_STEPS, ShapeReader, moved_by, operand_field
 Quick: TypeAlias = Callable[[Node], Any]
 
 _NUMBER = re.compile(DECIMAL)
-_DEEPEST = 20
+DEEPEST = 20
 
 
 class Unusual(Exception):
@@ -73,11 +73,11 @@ class PlainBodies:
         material: Material | None = None
         for key, value in node.entries.items():
             if key == "shape":
-                shape = self._shape(value, 0)
+                shape = self.shape(value, 0)
             elif key == "name":
-                name = _text(value)
+                name = text_of(value)
             elif key == "material":
-                material = self._material(value)
+                material = self.material(value)
             elif key != "move":
                 raise Unusual
         if shape is None or name in self.names:
@@ -85,16 +85,24 @@ class PlainBodies:
         if "move" in node.entries:
             shape = self._moved(shape, node.entries["move"])
         body = Body(shape, material, name)
-        if not self.shapes.allowance.take(steps=self.steps):
-            self.shapes.allowance.take(steps=-self.steps)
+        if not self.accepts(name, 0 if name is None else node.entries["name"].line, self.steps):
             raise Unusual
-        if name is not None:
-            self.names[name] = node.entries["name"].line
         return body
 
-    def _material(self, node: Node) -> Material:
+    def accepts(self, name: str | None, line: int, steps: int, parts: int = 0) -> bool:
+        """Count a body of so many parts, with so many steps in its motions, and its name; False if it cannot be."""
+        if name in self.names:
+            return False
+        if not self.shapes.allowance.take(parts, steps):
+            self.shapes.allowance.take(-parts, -steps)
+            return False
+        if name is not None:
+            self.names[name] = line
+        return True
+
+    def material(self, node: Node) -> Material:
         """A material by its name, or a colour."""
-        name = _text(node)
+        name = text_of(node)
         found = self.materials.get(name) or self.colors.get(name)
         if isinstance(found, Material):
             return found
@@ -103,7 +111,7 @@ class PlainBodies:
         made = self.colors[name] = as_material("matte", name)
         return made
 
-    def _shape(self, node: Node, depth: int) -> Shape:
+    def shape(self, node: Node, depth: int) -> Shape:
         known = self.shapes.read_nodes.get(id(node)) if self.lasting else None
         if known is not None:
             if isinstance(known, Bad):
@@ -112,17 +120,17 @@ class PlainBodies:
             return shape
         if type(node) is Scalar:
             return self._named(node)
-        if type(node) is not Table or len(node.entries) - ("move" in node.entries) != 1 or depth > _DEEPEST:
+        if type(node) is not Table or len(node.entries) - ("move" in node.entries) != 1 or depth > DEEPEST:
             raise Unusual
         head = next(name for name in node.entries if name != "move")
         value = node.entries[head]
         if head == "shape":
-            shape = self._shape(value, depth + 1)
+            shape = self.shape(value, depth + 1)
         else:
-            made_by = _made_by(head)
-            if made_by is None:
+            made = made_by(head)
+            if made is None:
                 raise Unusual
-            shape = self._primitive(made_by, value) if made_by.fields else self._boolean(made_by, value, depth)
+            shape = self.built(made, value, depth)
         if "move" in node.entries:
             shape = self._moved(shape, node.entries["move"])
         if self.lasting:
@@ -130,30 +138,34 @@ class PlainBodies:
         return shape
 
     def _named(self, node: Node) -> Shape:
-        found = self.shapes.built.get(_text(node))
+        found = self.shapes.built.get(text_of(node))
         if found is None or isinstance(found, Bad):
             raise Unusual
         return found
 
-    def _primitive(self, made_by: _MadeBy, node: Node) -> Shape:
+    def built(self, made: MadeBy, node: Node, depth: int) -> Shape:
+        """A primitive of its fields, or a combination of its operands."""
+        if made.fields:
+            return made.make(**self.values(made, node))
+        if not made.several:
+            return made.make(self.shape(node, depth + 1))
+        if type(node) is not Listing or not node.items:
+            raise Unusual
+        return made.make(tuple([self.shape(item, depth + 1) for item in node.items]))
+
+    def values(self, made: MadeBy, node: Node) -> dict[str, Any]:
+        """The values of a primitive's fields."""
         if type(node) is not Table:
             raise Unusual
-        fields, values = made_by.fields, {}
+        fields, values = made.fields, {}
         for name, value in node.entries.items():
             if name not in fields:
                 raise Unusual
             values[name] = fields[name](value)
-        for name in made_by.required:
+        for name in made.required:
             if name not in values:
                 raise Unusual
-        return made_by.make(**values)
-
-    def _boolean(self, made_by: _MadeBy, node: Node, depth: int) -> Shape:
-        if not made_by.several:
-            return made_by.make(self._shape(node, depth + 1))
-        if type(node) is not Listing or not node.items:
-            raise Unusual
-        return made_by.make(tuple([self._shape(item, depth + 1) for item in node.items]))
+        return values
 
     def _moved(self, shape: Shape, node: Node) -> Shape:
         if type(node) is not Listing or len(node.items) > MAX_STEPS:
@@ -162,7 +174,7 @@ class PlainBodies:
         if motion is None:
             motion = STILL
             for step in node.items:
-                motion = _followed(motion, step)
+                motion = followed(motion, step)
             if self.lasting:
                 self.shapes.motions[id(node)] = motion
         if isinstance(motion, Bad):
@@ -172,7 +184,7 @@ class PlainBodies:
 
 
 @dataclass(frozen=True)
-class _MadeBy:
+class MadeBy:
     """How a class is made: from fields by name, or, where there are none, from one operand or several."""
 
     make: Callable[..., Shape]
@@ -182,16 +194,16 @@ class _MadeBy:
 
 
 @cache
-def _made_by(name: str) -> _MadeBy | None:
+def made_by(name: str) -> MadeBy | None:
     """None for what is not a class, and for bulk shapes."""
     cls = REGISTRY.get(name)
     if cls is None or issubclass(cls, Bulk):
         return None
     operand = operand_field(cls)
     if operand is not None:
-        return _MadeBy(cls, {}, (), isinstance(operand, Several))
+        return MadeBy(cls, {}, (), isinstance(operand, Several))
     fields = fields_of(cls)
-    return _MadeBy(
+    return MadeBy(
         cls,
         {name: _quick(field.kind) for name, field in fields.items()},
         tuple(name for name, field in fields.items() if field.required),
@@ -201,7 +213,7 @@ def _made_by(name: str) -> _MadeBy | None:
 def _quick(kind: Kind) -> Quick:
     """What reads the plainest nodes of a kind."""
     if type(kind) is Number:
-        return _number
+        return number
     if type(kind) is Fixed or type(kind) is Several:
         return _list(_quick(kind.item), kind.count if isinstance(kind, Fixed) else None)
     return _quick(kind.item) if type(kind) is Maybe else _unusual
@@ -220,35 +232,35 @@ def _list(item: Quick, count: int | None) -> Quick:
     return read
 
 
-def _number(node: Node) -> float:
+def number(node: Node) -> float:
     if type(node) is not Scalar or not node.plain or not _NUMBER.fullmatch(node.text):
         raise Unusual
     return float(node.text)
 
 
-_vector = _list(_number, 3)
-_matrix = _list(_list(_number, 4), 4)
+vector_of = _list(number, 3)
+matrix_of = _list(_list(number, 4), 4)
 
 
-def _text(node: Node) -> str:
+def text_of(node: Node) -> str:
     if type(node) is not Scalar or not is_text(node) or not node.text:
         raise Unusual
     return node.text
 
 
-def _followed(motion: Motion, step: Node) -> Motion:
+def followed(motion: Motion, step: Node) -> Motion:
     """The motion followed by one more step."""
     if type(step) is not Table or len(step.entries) != 1:
         raise Unusual
     ((verb, value),) = step.entries.items()
     if verb == "translate":
-        return motion.translate(_vector(value))
+        return motion.translate(vector_of(value))
     if verb == "scale":
-        return motion.scale(_number(value) if type(value) is Scalar else _vector(value))
+        return motion.scale(number(value) if type(value) is Scalar else vector_of(value))
     if verb == "transform":
-        return motion.transform(_matrix(value))
+        return motion.transform(matrix_of(value))
     if verb != "rotate" or type(value) is not Table or value.entries.keys() != {"axis", "degrees"}:
         raise Unusual
     axis = value.entries["axis"]
-    direction = axis.text if type(axis) is Scalar and axis.text in AXES and is_text(axis) else _vector(axis)
-    return motion.rotate(direction, _number(value.entries["degrees"]))
+    direction = axis.text if type(axis) is Scalar and axis.text in AXES and is_text(axis) else vector_of(axis)
+    return motion.rotate(direction, number(value.entries["degrees"]))

@@ -13,6 +13,7 @@ from ..shapes.body import Body
 from ..shapes.material import Material, renamed
 from ..shapes.suggestion import known_names
 from .alike import Alike, Bodies, Item
+from .alike_bodies import Made, made_together
 from .bulk_nodes import read_index
 from .expansion import Allowance
 from .fields import MaterialKind
@@ -29,6 +30,8 @@ Progress: TypeAlias = Callable[[int, int], Any]
 
 _STEP = 500
 """Bodies from one report of progress to the next."""
+_AT_ONCE = 8192
+"""Bodies that are looked at together."""
 
 
 @dataclass(frozen=True)
@@ -125,9 +128,16 @@ class SceneReader:
             return ()
         bodies, plain = [], PlainBodies(shapes, self.reader.materials, self.body_names)
         items: Sequence[Item] = node.items if self.items is None else self.items
+        ready: dict[int, Made] = {}
         for i, item in enumerate(items):
             if self.progress is not None and i % _STEP == 0:
                 self.progress(i, len(items))
+            if i % _AT_ONCE == 0:
+                ready = made_together(i, items[i : i + _AT_ONCE], plain)
+            made = ready.get(i)
+            if made is not None and plain.accepts(made.body.name, made.name_line, made.steps, made.parts):
+                bodies.append(made.body)
+                continue
             body = self._alike(item, i, plain, shapes) if type(item) is Alike else self._item(item, i, plain, shapes)
             if isinstance(body, Body):
                 shapes.charge_body(item, f"bodies[{i}]", body.shape)
@@ -204,15 +214,25 @@ def _is_null(node: Node) -> bool:
     return is_null(node) and not is_nothing(node)
 
 
-_IN_BODIES = {
-    **dict.fromkeys(("color", "colour"), "its material may be a colour"),
-    **dict.fromkeys(REGISTRY, "known: material, move, name, shape; write {shape: {Name: {...}}}"),
-    **dict.fromkeys(
-        ("type", "kind", "radius", "center"), "known: material, move, name, shape; write {shape: {Sphere: {radius: 2}}}"
-    ),
-    **dict.fromkeys(
-        ("translate", "rotate", "scale", "transform", "position", "rotation", "translation"),
-        "motions are a list: {move: [{translate: [0, 0, 1]}]}",
-    ),
-}
-"""What is no entry of a body."""
+class _Elsewhere(dict[str, str]):
+    """What is no entry of a body, and where it stands. Shapes are asked for only where there is a mistake."""
+
+    def get(self, name: str, default: Any = None) -> Any:
+        if name not in self and name in REGISTRY:
+            return "known: material, move, name, shape; write {shape: {Name: {...}}}"
+        return super().get(name, default)
+
+
+_IN_BODIES = _Elsewhere(
+    {
+        **dict.fromkeys(("color", "colour"), "its material may be a colour"),
+        **dict.fromkeys(
+            ("type", "kind", "radius", "center"),
+            "known: material, move, name, shape; write {shape: {Sphere: {radius: 2}}}",
+        ),
+        **dict.fromkeys(
+            ("translate", "rotate", "scale", "transform", "position", "rotation", "translation"),
+            "motions are a list: {move: [{translate: [0, 0, 1]}]}",
+        ),
+    }
+)

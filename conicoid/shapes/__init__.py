@@ -1,29 +1,70 @@
 """What a user can say: frozen dataclasses, data only.
 
 Every file here that defines a shape registers it by defining it; scene files and the contract
-tests find it in `REGISTRY`, for which all files are imported: whoever makes a ball needs only its own.
+tests find it in `REGISTRY`, which imports what it is asked for: whoever makes a ball needs only its own file.
 """
 
 from __future__ import annotations
 
+import functools
 import importlib
-from typing import TYPE_CHECKING, Any
+import re
+from collections.abc import Iterator, Mapping
 
 from .base import REGISTERED, Shape, Sheet, Solid
 
-if TYPE_CHECKING:
-    REGISTRY: dict[str, type[Shape]]
-    """Scene-file name -> class, for every shape a user can write."""
-
 __all__ = ["REGISTRY", "Shape", "Sheet", "Solid"]
 
+_BOOLEANS = dict.fromkeys(("Union", "Intersection", "Difference", "Complement"), "region")
+"""What is not in a file of its own name, and is asked for all the time."""
+_CAPITAL = re.compile(r"(?<=.)(?=[A-Z])")
 
-def __getattr__(name: str) -> Any:
-    if name != "REGISTRY":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+class Registry(Mapping[str, type[Shape]]):
+    """Scene-file name -> class, for every shape a user can write; in the order of files, a user's own last."""
+
+    def __getitem__(self, name: str) -> type[Shape]:
+        if name not in REGISTERED:
+            _import_named(name)
+        return REGISTERED[name]
+
+    def __iter__(self) -> Iterator[str]:
+        _import_all()
+        own = f"{__name__}."
+        return iter(sorted(REGISTERED, key=lambda name: _place(REGISTERED[name].__module__, own)))
+
+    def __len__(self) -> int:
+        _import_all()
+        return len(REGISTERED)
+
+
+REGISTRY = Registry()
+
+
+def _place(module: str, own: str) -> tuple[bool, str]:
+    """Where in the order a file's shapes are."""
+    return (False, module) if module.startswith(own) else (True, "")
+
+
+def _import_named(name: str) -> None:
+    """Import the file of a shape, which has its name; all files if there is none, or it has no such shape."""
+    files = _files()
+    file = _BOOLEANS.get(name) or _CAPITAL.sub("_", name).lower()
+    if file in files:
+        importlib.import_module(f"{__name__}.{file}")
+    if name not in REGISTERED:
+        _import_all()
+
+
+@functools.cache
+def _import_all() -> None:
+    for file in sorted(_files()):
+        importlib.import_module(f"{__name__}.{file}")
+
+
+@functools.cache
+def _files() -> frozenset[str]:
+    """The names of the files here."""
     import pkgutil
 
-    for module in pkgutil.iter_modules(__path__):
-        importlib.import_module(f"{__name__}.{module.name}")
-    globals()["REGISTRY"] = REGISTERED
-    return REGISTERED
+    return frozenset(module.name for module in pkgutil.iter_modules(__path__))

@@ -108,6 +108,10 @@ class Shape(ABC):
     def _moved(self, motion: Motion) -> Self:
         """The shape under another motion: its fields have been checked and are those of this one."""
         motion.check(type(self).__name__)
+        return self._with_motion(motion)
+
+    def _with_motion(self, motion: Motion) -> Self:
+        """`_moved`, by a motion that was checked."""
         kind = type(self)
         made = kind.__new__(kind)
         vars(made).update(said(self), motion=motion)

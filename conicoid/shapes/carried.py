@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterable
 from functools import cache, cached_property
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -26,6 +29,14 @@ def restore(thing: Any, state: dict[str, Any]) -> None:
     """Give an object its attributes back; arrays are read-only, which pickles do not keep."""
     vars(thing).update({name: aligned(value) for name, value in state.items()})
     read_only(thing)
+
+
+def made_of(kind: type[Any], count: int, **fields: Iterable[Any]) -> list[Any]:
+    """So many objects of a class with these values of their fields, all of them, of which each was checked before."""
+    made = list(map(object.__new__, repeat(kind, count)))
+    for name, values in fields.items():
+        deque(map(object.__setattr__, made, repeat(name), values), maxlen=0)
+    return made
 
 
 def aligned(value: Any) -> Any:

@@ -63,15 +63,14 @@ def linear_rgb(color: Color, owner: str = "color", field: str = "value") -> Vect
 
 def _bytes(owner: str, field: str, text: str) -> tuple[int, int, int]:
     """Red, green and blue of "#rgb", "#rrggbb" or a CSS name, 0 to 255."""
+    if text.startswith("#") and len(text) in (4, 7) and all(digit in _HEX for digit in text[1:]):
+        red, green, blue = bytes.fromhex(text[1:] if len(text) == 7 else "".join(2 * digit for digit in text[1:]))
+        return red, green, blue
     from PIL import ImageColor
 
-    known = text.lower() in ImageColor.colormap or (text.startswith("#") and len(text) in (4, 7))
-    try:
-        if not known:
-            raise ValueError
-        red, green, blue = ImageColor.getrgb(text)[:3]
-    except ValueError:
-        raise ValueError(f"{owner}: {field} must be {_EXPECTED}, got {shown(text)}{color_hint(text)}") from None
+    if text.lower() not in ImageColor.colormap:
+        raise ValueError(f"{owner}: {field} must be {_EXPECTED}, got {shown(text)}{color_hint(text)}")
+    red, green, blue = ImageColor.getrgb(text)[:3]
     return red, green, blue
 
 

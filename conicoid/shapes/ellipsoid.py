@@ -39,8 +39,10 @@ class Ellipsoid(EllipticSolid):
     coefficients: Vector | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        x, y, z = vector("Ellipsoid", "radii", self.radii)
-        radii = tuple(positive("Ellipsoid", f"radii[{i}]", r) for i, r in enumerate((x, y, z)))
+        radii = vector("Ellipsoid", "radii", self.radii)
+        for i, r in enumerate(radii):
+            if not r > 0:
+                positive("Ellipsoid", f"radii[{i}]", r)
         if self.coefficients is not None:
             given, radii = radii, self._from_coefficients()
             if self.radii is not _DEFAULT_RADII and given != radii:  # a motion gives both again

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import warnings
-from hashlib import blake2b
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +26,8 @@ class Pixels:
     """A picture (height, width, 3): bytes of sRGB, or float32 of linear light. Compared by its content."""
 
     def __init__(self, array: Any) -> None:
+        from hashlib import blake2b
+
         self.array = array
         self.array.setflags(write=False)
         head = f"{array.dtype} {array.shape};".encode()

@@ -28,7 +28,7 @@ __all__ = [
     "AXES", "STILL", "Affine", "Frame", "Motion", "Rotate", "Scale", "Step", "Transform", "Translate", "named_axis",
 ]  # fmt: skip
 
-_CERTAIN = LARGEST * (1 - 1e-6)
+CERTAIN = LARGEST * (1 - 1e-6)
 """Bounds below this leave nothing open: what floats lose in them is far less, for a million steps."""
 
 _MOST_SHOWN = 8
@@ -193,7 +193,7 @@ class Motion:
     def check(self, owner: str) -> None:
         """Refuse a product that leaves the domain of numbers: by bounds, and exactly where they leave it open."""
         stretch, back, shift = self.reach
-        if stretch <= _CERTAIN and back <= _CERTAIN and shift <= _CERTAIN:
+        if stretch <= CERTAIN and back <= CERTAIN and shift <= CERTAIN:
             return
         try:
             inverse = self.inverse_matrix[:3, :3]

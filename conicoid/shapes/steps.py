@@ -21,7 +21,7 @@ Affine: TypeAlias = tuple[ex.Rows, ex.Row]
 
 NOWHERE: ex.Row = (ex.ZERO, ex.ZERO, ex.ZERO)
 """The shift of what keeps the origin."""
-_CLEAR = 2.0**-40
+CLEAR = 2.0**-40
 """A determinant above this share of the product of its rows is not zero, and known to four digits."""
 
 
@@ -168,7 +168,7 @@ class Transform(_Step):
         volume = abs(a[0] * across[0] + a[1] * across[1] + a[2] * across[2])
         x, y, z = _size(a), _size(b), _size(c)
         # The columns of the adjugate are cross products of two rows, no longer than the product of their lengths
-        back = 1.01 * (x * y + y * z + z * x) / volume if volume > _CLEAR * (x * y * z) else math.inf
+        back = 1.01 * (x * y + y * z + z * x) / volume if volume > CLEAR * (x * y * z) else math.inf
         return Reach(x + y + z, back, _size(row[3] for row in self.matrix[:3]))
 
 

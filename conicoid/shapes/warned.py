@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import warnings
+from collections.abc import Iterator
+from contextvars import ContextVar
 
 _PACKAGE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")
+_REFUSED = ContextVar("refused", default=False)
+
+
+class Warned(Exception):
+    """There is something to warn of, where nothing is to be said yet."""
+
+
+@contextlib.contextmanager
+def refused() -> Iterator[None]:
+    """Warnings are exceptions, `Warned`, meanwhile: what is tried here is done in another way, which tells of them."""
+    token = _REFUSED.set(True)
+    try:
+        yield
+    finally:
+        _REFUSED.reset(token)
 
 
 def warn(message: str) -> None:
     """A UserWarning at the first line of the stack that is neither of this package nor made by Python for it."""
+    if _REFUSED.get():
+        raise Warned(message)
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and _is_inner(frame.f_code.co_filename):
         level, frame = level + 1, frame.f_back

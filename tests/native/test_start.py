@@ -53,7 +53,7 @@ def imported(work: str, folder, *words: object) -> set[str]:
         (FIRST_HIT, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS, OTHER_SHAPES)),
         (MOVED, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS)),
         (PICTURE, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS)),
-        (f"{PICTURE}; co.Image(numpy.zeros((2, 2, 3))).save('o.png')", (COMPILING, TERMINAL, "yaml OpenEXR multiprocessing", NUMBERS)),
+        (f"{PICTURE}; co.Image(numpy.zeros((2, 2, 3))).save('o.png')", (COMPILING, TERMINAL, "yaml PIL OpenEXR multiprocessing", NUMBERS)),
     ],
 )  # fmt: skip
 def test_nothing_that_is_not_needed(tmp_path, work, without):
@@ -72,4 +72,22 @@ def test_an_angle_that_is_no_multiple_of_a_right_one_imports_what_computes_its_s
 
 
 def test_scene_files_know_all_shapes(tmp_path):
-    assert set(OTHER_SHAPES.split()) <= imported("from conicoid.shapes import REGISTRY", tmp_path)
+    assert set(OTHER_SHAPES.split()) <= imported("from conicoid.shapes import REGISTRY; list(REGISTRY)", tmp_path)
+
+
+def test_a_scene_file_imports_the_shapes_that_it_has(tmp_path):
+    found = imported("co.load(sys.argv[1])", tmp_path, BARREL)
+    assert "conicoid.shapes.ellipsoid" in found
+    assert (
+        found
+        & {
+            "hashlib",
+            "logging",
+            "secrets",
+            "PIL",
+            "conicoid.shapes.quadric",
+            "conicoid.shapes.polygon",
+            "conicoid.shapes.mesh",
+        }
+        == set()
+    )
