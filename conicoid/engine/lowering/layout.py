@@ -40,8 +40,9 @@ class Layout:
         given = Given.of(self.contents.groups, self.surfaces)
         records = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
         quadric_rest, shared = given.rows_of_rests(self.contents.groups, self.surfaces)
-        lost = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items() if kind != QUADRIC}
-        lost[QUADRIC] = np.empty((given.count(QUADRIC) - shared, SIZES[QUADRIC]))
+        # Of walls along the axes nothing is lost: memory that nobody writes to is never taken
+        lost = {kind: np.zeros((given.count(kind), size)) for kind, size in SIZES.items() if kind != QUADRIC}
+        lost[QUADRIC] = np.zeros((given.count(QUADRIC) - shared, SIZES[QUADRIC]))
         alike = [lost[QUADRIC]]
         senses = np.ones(len(given.leads), np.int8)
         for group, number, mine, which in given.places_of(self.contents.groups, self.surfaces):
@@ -53,9 +54,9 @@ class Layout:
                 row: Any = given.row[mine[some]]
                 records[kind][row] = columns_of(group, which, some, column, column + size)
                 senses[given.rank[mine[some]]] = columns_of(group, which, some, sense, sense + 1)[:, 0]
-                if not formed:
-                    row = quadric_rest[row] if kind == QUADRIC else row
-                    lost[kind][row] = columns_of(group, which, some, column + size, sense)
+                rests = None if formed else columns_of(group, which, some, column + size, sense)
+                if rests is not None and (rests.any() or np.signbit(rests).any()):
+                    lost[kind][quadric_rest[row] if kind == QUADRIC else row] = rests
         rest = Remainders(lost[PLANE], lost[SPHERE], end_to_end(alike))
         balls = [balls.spheres for balls in self.contents.balls]
         kinds = given.kinds[given.leads]

@@ -150,16 +150,18 @@ class Together:
         left then may find enough of their like among those that others left. told(done, count) is called now and then.
         """
         results: list[Found] = []
-        blocks = [*self._blocks_of_plans(), *self._blocks_of_single()]
-        for done, block in enumerate(blocks):
-            told(done, len(blocks) + 1)
+        pending = [*self._blocks_of_plans(), *self._blocks_of_single()]
+        count = len(pending)
+        for done in range(count):
+            told(done, count + 1)
+            block = pending.pop(0)  # then nobody holds it, nor what its bodies are made of
             found, left = block._all(lambda *_: None)
             results += found
             self.paints.update(block.paints)
             for shape, number in left:
                 if not self.add(shape, number):
                     raise AssertionError("a shape was lowered with others once, and is not taken again")
-        found, rest = self._all((lambda *_: None) if blocks else told)
+        found, rest = self._all((lambda *_: None) if count else told)
         return results + found, rest
 
     def _blocks_of_plans(self) -> Iterator[Together]:
