@@ -54,7 +54,9 @@ class Rows:
         if not isinstance(columns, slice):
             return self.tables[self.table[columns]][some, self.column[columns]]
         table, column = self.table[columns], self.column[columns]
-        ends = [*np.flatnonzero(np.diff(table)) + 1, len(table)]
+        ends = [len(table)]
+        if len(self.tables) > 1:
+            ends = [*(np.flatnonzero(table[1:] != table[:-1]) + 1).tolist(), len(table)]
         if len(ends) == 1 and ends[0] > 0:
             return _taken(self.tables[table[0]], some, column)
         found, begin = np.empty((len(self.tables[0][some]), len(column))), 0
@@ -67,7 +69,7 @@ class Rows:
 def _taken(table: Floats, some: Any, columns: Ints) -> Floats:
     """Some columns of some rows."""
     first, count = int(columns[0]), len(columns)
-    if int(columns[-1]) == first + count - 1 and (np.diff(columns) == 1).all():
+    if int(columns[-1]) == first + count - 1 and (columns[1:] > columns[:-1]).all():
         found: Floats = table[some, first : first + count]
         return found
     return table[some].take(columns, axis=1)
