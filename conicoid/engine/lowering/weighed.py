@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ...compiler.jit import inline, kernel
 from ...compiler.shapes import shaped
 from ..surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
@@ -38,11 +40,9 @@ class Records(NamedTuple):
 
     @classmethod
     def of(cls, tables: Tables, rest: Remainders) -> Records:
-        """Those of a scene."""
-        t = tables
-        return cls(
-            t.surface_kind, t.surface_row, t.planes, t.spheres, t.quadrics, t.quadric_rest, rest.planes, rest.quadrics
-        )
+        """Those of a scene. In finished tables all integers are of one type."""
+        t, kind = tables, tables.surface_kind.astype(np.int8, copy=False)
+        return cls(kind, t.surface_row, t.planes, t.spheres, t.quadrics, t.quadric_rest, rest.planes, rest.quadrics)
 
 
 @inline
