@@ -1,4 +1,4 @@
-"""The limits of a scene (`engine.lowering.limits`) by NumPy, every step for all uses at once: an oracle for the kernels."""
+"""The limits of a scene (`engine.lowering.limits`) by NumPy, all uses at once: an oracle for the kernels."""
 
 from __future__ import annotations
 
