@@ -1,6 +1,6 @@
 """What comes before the first ray: preparing bodies of each kind, edits, whole processes from a file to a picture.
 
-    python benchmarks/preparing.py [--many 100000] [--pictures | --edits]
+    python benchmarks/preparing.py [--many 100000] [--pictures | --edits | --bulk]
     python benchmarks/preparing.py --linear [--memory 24]      # from 1,000 bodies to 1,000,000
 
 Preparing is timed in a process of its own for each kind, processor time on one core, first with nothing recorded (which
@@ -28,7 +28,9 @@ import numpy as np
 
 RUNS = 3
 COUNTS = 1_000, 10_000, 100_000, 1_000_000
+BULK = "`Spheres`", "`Triangles`", "`Ellipsoids`", "`Discs`", "`Cylinders`", "`Cones`", "`Boxes`", "`Capsules`"
 LINEAR = (
+    *BULK,
     "`Sphere`",
     "`Box`",
     "`Box`, turned",
@@ -101,16 +103,43 @@ def kinds() -> dict[str, Any]:
     }
 
 
+def bulk(name: str, rng: Any, count: int) -> Any:
+    """Many small bodies in one entry, far apart."""
+    import conicoid as co
+
+    at, along = rng.uniform(-50, 50, (count, 3)), 0.1 * rng.normal(size=(count, 3))
+    radii = rng.uniform(0.05, 0.1, count)
+    makers = {
+        "`Spheres`": lambda: co.Spheres(at, radii),
+        "`Triangles`": lambda: co.Triangles(at, at + along, at + 0.1 * rng.normal(size=(count, 3))),
+        "`Ellipsoids`": lambda: co.Ellipsoids(at, rng.uniform(0.1, 0.3, (count, 3))),
+        "`Discs`": lambda: co.Discs(at, along, radii),
+        "`Cylinders`": lambda: co.Cylinders(at, at + along, radii),
+        "`Cones`": lambda: co.Cones(at, at + along, radii, radii / 2),
+        "`Boxes`": lambda: co.Boxes(at, at + rng.uniform(0.05, 0.1, (count, 3))),
+        "`Capsules`": lambda: co.Capsules(at, at + along, radii),
+    }
+    return makers[name]()
+
+
+def shapes_of(name: str, rng: Any, count: int) -> list[Any]:
+    """So many bodies of a kind."""
+    if name in BULK:
+        return [bulk(name, rng, count)]
+    make = kinds()[name]
+    return [make(rng) for _ in range(count)]
+
+
 def one_kind(name: str, count: int) -> dict[str, float]:
     """Microseconds for each body: made, prepared the first time, prepared again (other bodies of the kind)."""
     import conicoid as co
 
-    make, rng = kinds()[name], np.random.default_rng(1)
+    rng = np.random.default_rng(1)
     co.Scene([co.Sphere()]).prepare()  # what any scene needs is imported
     made, prepared = [], []
     for _ in range(1 + RUNS):
         begin = time.process_time()
-        shapes = [make(rng) for _ in range(count)]
+        shapes = shapes_of(name, rng, count)
         made.append(time.process_time() - begin)
         scene = co.Scene(shapes)
         begin = time.process_time()
@@ -128,11 +157,11 @@ def once(name: str, count: int) -> dict[str, float]:
     """
     import conicoid as co
 
-    make, rng = kinds()[name], np.random.default_rng(1)
-    co.Scene([make(rng) for _ in range(200)]).prepare()
+    rng = np.random.default_rng(1)
+    co.Scene(shapes_of(name, rng, 200)).prepare()
     prepared = []
     for _ in range(RUNS if count <= COUNTS[1] else 1):
-        scene = co.Scene([make(rng) for _ in range(count)])
+        scene = co.Scene(shapes_of(name, rng, count))
         before = resource.getrusage(resource.RUSAGE_SELF)
         scene.prepare()
         after = resource.getrusage(resource.RUSAGE_SELF)
@@ -142,7 +171,7 @@ def once(name: str, count: int) -> dict[str, float]:
     return {"all": total, "system": system, "GiB": after.ru_maxrss / (1 << 20)}
 
 
-def linear(gib: float) -> None:
+def linear(gib: float, names: tuple[str, ...] = LINEAR) -> None:
     """Microseconds for each body (the system's share) in scenes of every size that there is memory for."""
     print(
         "| a body | "
@@ -151,7 +180,7 @@ def linear(gib: float) -> None:
         + "|---" * (len(COUNTS) + 1)
         + "|"
     )
-    for name in LINEAR:
+    for name in names:
         cells, memory = [], 0.0
         for before, count in zip((0, *COUNTS), COUNTS, strict=False):
             if before and memory * count / before > gib:
@@ -244,6 +273,7 @@ def main() -> None:
     parser.add_argument("--many", type=int, default=100_000, help="bodies of the largest scenes of primitives")
     parser.add_argument("--pictures", action="store_true", help="whole processes alone")
     parser.add_argument("--linear", action="store_true", help="preparing alone, from 1,000 bodies to 1,000,000")
+    parser.add_argument("--bulk", action="store_true", help="the same for many bodies in one entry alone")
     parser.add_argument("--memory", type=float, default=24.0, help="GiB that --linear may take, by what fewer took")
     parser.add_argument("--once", nargs=2, metavar=("KIND", "COUNT"), help=argparse.SUPPRESS)
     parser.add_argument("--edits", action="store_true", help="one body moved among many, alone")
@@ -253,8 +283,8 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             whole_processes(Path(folder))
         return
-    if arguments.linear:
-        linear(arguments.memory)
+    if arguments.linear or arguments.bulk:
+        linear(arguments.memory, BULK if arguments.bulk else LINEAR)
         return
     if arguments.once:
         print(json.dumps(once(arguments.once[0], int(arguments.once[1]))))
@@ -269,7 +299,7 @@ def main() -> None:
         f"{date.today()}, {platform.processor() or platform.machine()}, Python {platform.python_version()}, µs a body\n"
     )
     print("| a body | made | 1,000 at first | 1,000 | 10,000 | many |\n|---|---|---|---|---|---|")
-    for name in kinds():
+    for name in (*kinds(), *BULK):
         small = in_a_process("--one", name, "1000")
         boolean = "3 cylinders" in name or "&" in name
         large = in_a_process("--one", name, "10000") if "turned" not in name or "&" not in name else None

@@ -12,9 +12,9 @@ import pytest
 
 import conicoid as co
 from conicoid.engine import lowering
+from conicoid.engine.lowering.clusters import ALONG, clusters
 from conicoid.engine.lowering.motions import Chains, Motions
 from conicoid.engine.lowering.said import said, said_of_all
-from conicoid.engine.lowering.surfaces import ALONG, _clusters
 from conicoid.shapes.motion import Rotate, Scale, Translate
 
 from .tapes.test_recorded import KINDS
@@ -70,6 +70,16 @@ def test_frames_of_bodies_that_are_turned_or_only_moved():
         assert lowered.frames[lowered.body_frame[number]].tolist() == expected.tolist()
 
 
+class Rows:
+    """Features that are given."""
+
+    def __init__(self, rows):
+        self.rows = rows
+
+    def places(self, along, which):
+        return self.rows[which] @ along
+
+
 def test_surfaces_that_agree_along_one_direction_by_chance_are_parted():
     """Rows with one place along `ALONG`: equal ones stay together, in whatever order, and others do not."""
     rng = np.random.default_rng(3)
@@ -78,7 +88,7 @@ def test_surfaces_that_agree_along_one_direction_by_chance_are_parted():
     assert np.ptp(rows @ ALONG) < 1e-14
     which = rng.integers(0, 40, 200)
     noise = 1e-14 * rng.uniform(-1, 1, (200, 10))
-    found = [group.tolist() for group in _clusters(np.arange(200), rows[which] + noise)]
+    found = [group.tolist() for group in clusters(np.arange(200), Rows(rows[which] + noise))]
     sizes = Counter(which.tolist())
     assert sorted(len(group) for group in found) == sorted(size for size in sizes.values() if size > 1)
     assert all(len({int(which[member]) for member in group}) == 1 for group in found)

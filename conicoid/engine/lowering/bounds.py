@@ -22,23 +22,34 @@ from ..tables import Floats
 from .assembly import UNBOUNDED
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS
 from .plan import folded
+from .rows import Rows
 from .trees import EMPTY
 
 Mask = npt.NDArray[np.bool_]
 
 
-def box_columns(rows: Floats) -> Floats:
+def box_columns(rows: Rows) -> Floats:
     """The boxes in rows of primitives without polygons, which end with box and frame."""
-    return rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
+    boxes: Floats = rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
+    return boxes
 
 
 @dataclass
 class _Part:
-    """A primitive of each body: its boxes, is it a ball, and for which bodies is it that, or an upright box."""
+    """A primitive of each body: its boxes, and what kind of shape it is."""
 
     boxes: Floats
-    is_ball: bool
-    simple: Mask
+    kind: type
+    rows: Rows
+
+    @property
+    def is_ball(self) -> bool:
+        """Is it a ball, where it is `simple`?"""
+        return issubclass(self.kind, Sphere)
+
+    def simple(self) -> Mask:
+        """For which bodies is it a ball, or an upright box?"""
+        return simple(self.kind, self.rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3])
 
 
 @dataclass
@@ -54,7 +65,7 @@ class _Bounded:
     parts: tuple[_Part, ...] | None = ()
 
 
-def boxes_of(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[Floats]) -> tuple[Floats, Mask]:
+def boxes_of(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[Rows]) -> tuple[Floats, Mask]:
     """Boxes (n, 6) of bodies with a row for each of their primitives, and for which of them they are known."""
     primitives = [_of_primitive(shape, of_part) for shape, of_part in zip(leaves, rows, strict=True)]
     whole: _Bounded = folded(key, primitives, _combined)
@@ -64,10 +75,9 @@ def boxes_of(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[Fl
     return np.where(np.asarray((found[:, :3] > found[:, 3:]).any(axis=1))[:, None], EMPTY, found), whole.known
 
 
-def _of_primitive(shape: Shape, rows: Floats) -> _Bounded:
+def _of_primitive(shape: Shape, rows: Rows) -> _Bounded:
     boxes = box_columns(rows)
-    back = rows[:, -FRAME_NUMBERS:].reshape(-1, 3, 4)[:, :, :3]
-    part = _Part(boxes, isinstance(shape, Sphere), simple(type(shape), back))
+    part = _Part(boxes, type(shape), rows)
     return _Bounded(boxes, np.ones(len(rows), bool), _is_hole(shape), (part,))
 
 
@@ -120,4 +130,4 @@ def _around(boxes: Sequence[Floats]) -> Floats:
 def _common(parts: Sequence[_Part]) -> tuple[Floats, Mask]:
     """(the boxes around what primitives have in common, are these known)."""
     boxes, good = within_balls([part.boxes for part in parts], [part.is_ball for part in parts])
-    return boxes, np.asarray(np.logical_and.reduce([good, *(part.simple for part in parts)]))
+    return boxes, np.asarray(np.logical_and.reduce([good, *(part.simple() for part in parts)]))

@@ -17,8 +17,9 @@ from ...shapes.cells import Cell, Not, Tree
 from ..tables import CELL, REGION, Floats
 from .assembly import UNBOUNDED, Assembly, Slot
 from .bounds import box_columns
-from .pattern import BOX_NUMBERS, UV_NUMBERS, Pattern
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, UV_NUMBERS, Pattern
 from .plan import folded
+from .rows import Rows, blocks
 from .trees import cells, combined, widened
 
 
@@ -88,20 +89,27 @@ class Composition:
         boxes = [-1 if box is UNBOUNDED else box for box in assembly.leaf_bounds]
         return cls(Pattern.of(assembly, kind, index, angular), sources, boxes, faces)
 
-    def rows(self, parts: Sequence[Floats], boxes: Floats, frames: Floats) -> Floats:
-        """Rows of bodies from those of their parts, (n, columns) each, their boxes and their frames."""
-        count, at = len(boxes), 0
-        rows = np.empty((count, self.pattern.width))
-        for part, first, last in self.sources:
-            rows[:, at : at + last - first] = parts[part][:, first:last]
-            at += last - first
-        grown = {part: widened(box_columns(parts[part])) for part in set(self.boxes) if part >= 0}
-        for part in self.boxes:
-            rows[:, at : at + BOX_NUMBERS] = grown[part] if part >= 0 else UNBOUNDED
-            at += BOX_NUMBERS
-        rows[:, at : at + BOX_NUMBERS] = boxes
-        rows[:, at + BOX_NUMBERS :] = frames
-        return rows
+    def rows(self, parts: Sequence[Rows], boxes: Floats, frames: Floats) -> Rows:
+        """Rows of bodies from those of their parts, their boxes and their frames."""
+        grown = {part: _table(_grown(parts[part])) for part in set(self.boxes) if part >= 0}
+        if -1 in self.boxes:
+            grown[-1] = _table(np.broadcast_to(np.array(UNBOUNDED), (len(boxes), BOX_NUMBERS)))
+        sources = [(parts[part], first, last) for part, first, last in self.sources]
+        sources += [(grown[part], 0, BOX_NUMBERS) for part in self.boxes]
+        return Rows.joined([*sources, (_table(boxes), 0, BOX_NUMBERS), (_table(frames), 0, FRAME_NUMBERS)])
+
+
+def _grown(rows: Rows) -> Floats:
+    """The boxes of parts as those of leaves, which are wider."""
+    found = np.empty((len(rows), BOX_NUMBERS))
+    for some in blocks(len(rows)):
+        found[some] = widened(box_columns(rows[some]))
+    return found
+
+
+def _table(values: Floats) -> Rows:
+    """A table with all of its columns, in their order."""
+    return Rows.of(values, np.arange(values.shape[1], dtype=np.int32))
 
 
 @lru_cache(maxsize=64)

@@ -129,6 +129,7 @@ class Collected:
         stages.bodies(done)
         self.contents.groups.extend(Group(pattern, numbers, rows) for pattern, numbers, rows in found)
         self.paints.update(self._together.paints)
+        self._together = Together()  # what the bodies are made of is not needed any more
         for more, (shape, number) in enumerate(alone, start=1):
             self._add(shape, number)
             stages.bodies(done + more)

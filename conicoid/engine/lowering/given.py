@@ -128,8 +128,10 @@ class Leading:
         return self.exact.name(int(self.leads[index]))
 
 
-def columns_of(group: Group, which: Ints | None, first: int, last: int) -> Floats:
-    """Some columns of some of a group's bodies; of all, for None."""
+def columns_of(group: Group, which: Ints | None, some: slice, first: int, last: int) -> Floats:
+    """Some columns of some of a group's bodies, which are a part of these; None: of all."""
     if which is None:
-        return group.rows[:, first:last]
-    return group.rows.of(which, first, last) if isinstance(group.rows, MovedRows) else group.rows[which, first:last]
+        return group.rows[some, first:last]
+    if isinstance(group.rows, MovedRows):
+        return group.rows.of(which[some], first, last)
+    return group.rows[which[some], first:last]

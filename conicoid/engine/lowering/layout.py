@@ -13,6 +13,7 @@ from .limits import with_limits
 from .maps import frames_of, maps_of_faces, shares_frame
 from .pattern import BOX_NUMBERS, SIZES, Group
 from .places import Contents, Places
+from .rows import blocks
 from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, end_to_end, finished
 
 
@@ -39,21 +40,23 @@ class Layout:
         given = Given.of(self.contents.groups, self.surfaces)
         records = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
         quadric_rest, shared = given.rows_of_rests(self.contents.groups, self.surfaces)
-        lost = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items() if kind != QUADRIC}
-        lost[QUADRIC] = np.empty((given.count(QUADRIC) - shared, SIZES[QUADRIC]))
+        # Of walls along the axes nothing is lost: memory that nobody writes to is never taken
+        lost = {kind: np.zeros((given.count(kind), size)) for kind, size in SIZES.items() if kind != QUADRIC}
+        lost[QUADRIC] = np.zeros((given.count(QUADRIC) - shared, SIZES[QUADRIC]))
         alike = [lost[QUADRIC]]
         senses = np.ones(len(given.leads), np.int8)
         for group, number, mine, which in given.places_of(self.contents.groups, self.surfaces):
             kind, column, sense = group.pattern.records[number]
-            row: Any = given.row[mine]
-            size = SIZES[kind]
-            records[kind][row] = columns_of(group, which, column, column + size)
-            senses[given.rank[mine]] = columns_of(group, which, sense, sense + 1)[:, 0]
-            if kind == QUADRIC and has_form(group, column):
+            size, formed = SIZES[kind], kind == QUADRIC and has_form(group, column)
+            if formed:
                 alike.append(group.rows[:1, column + size : sense])
-            else:
-                row = quadric_rest[row] if kind == QUADRIC else row
-                lost[kind][row] = columns_of(group, which, column + size, sense)
+            for some in blocks(len(mine)):
+                row: Any = given.row[mine[some]]
+                records[kind][row] = columns_of(group, which, some, column, column + size)
+                senses[given.rank[mine[some]]] = columns_of(group, which, some, sense, sense + 1)[:, 0]
+                rests = None if formed else columns_of(group, which, some, column + size, sense)
+                if rests is not None and (rests.any() or np.signbit(rests).any()):
+                    lost[kind][quadric_rest[row] if kind == QUADRIC else row] = rests
         rest = Remainders(lost[PLANE], lost[SPHERE], end_to_end(alike))
         balls = [balls.spheres for balls in self.contents.balls]
         kinds = given.kinds[given.leads]

@@ -15,18 +15,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
-from ..tables import CELL, POLYGON, REGION, SHEET, SPHERE, Floats, Tables
-from .apart import apart
+from ..tables import CELL, POLYGON, REGION, SHEET, Floats, Tables
+from .apart import apart, empty
 from .surfaces import Remainders
+from .weighed import Records, put_limits_of_planes, put_limits_of_quadrics, size_of_records, weigh
 
 Whole = npt.NDArray[Any]
 
-_CHUNK, _USES = 1 << 14, 1 << 17
-_LEAST = 1e-100
-"""Times the square of a direction's least component that is still a number."""
-_WIDE, _WIDEST = 2.0**10, 2.0**20
-"""Bodies without an end are taken to be so many times as large as the scene; those of exact planes, so many times."""
+_USES = 1 << 17
 
 
 @dataclass
@@ -65,17 +61,20 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
         own = np.flatnonzero(kind == which)
         uses.add(column[index[own]], base + index[own], own)
     parts = list(zip(uses.surfaces, uses.owners, uses.entries, strict=True))
-    size = size_of(tables, boxes) if any(len(surface) for surface, _, _ in parts) else 1.0
+    size = 1.0 if np.isfinite(boxes).all() else size_of(tables, boxes)  # else nothing depends on it
     limits = apart(no_limits(cells + sheets + polygons))
     per_surface = np.zeros((3, max(int(surface.max(initial=-1)) for surface, _, _ in parts) + 1))
+    records = Records.of(tables, rest)
     for surface, owner, users in parts:
-        for begin in range(0, len(surface), _USES):
-            some = slice(begin, begin + _USES)
-            _weigh(tables, boxes, rest, size, (surface[some], owner[some], users[some]), limits, per_surface)
+        weigh_all(records, boxes, size, (surface, surface, owner, users), limits, per_surface)
     of_cells = limits[:cells]
+    of_planes, of_quadrics = (empty((len(table), 2), np.float64) for table in (tables.planes, tables.quadrics))
+    every = np.arange(per_surface.shape[1], dtype=np.int32)
+    put_limits_of_planes(records, every, per_surface, of_planes)
+    put_limits_of_quadrics(records, every, per_surface, of_quadrics)
     return tables._replace(
-        plane_limits=apart(_planes(tables, rest, *per_surface[:2])),
-        quadric_limits=apart(_quadrics(tables, *per_surface)),
+        plane_limits=of_planes,
+        quadric_limits=of_quadrics,
         cell_limits=of_cells,
         program_limits=apart(_merged(tables, of_cells)),
         sheet_limits=limits[cells : cells + sheets],
@@ -93,65 +92,9 @@ def _entries_of_programs(tables: Tables) -> Whole:
     return entries
 
 
-def _anchors(tables: Tables, surface: Whole) -> Floats:
-    """(n, 3) anchors of surfaces."""
-    kind, row = tables.surface_kind[surface], tables.surface_row[surface]
-    anchors = np.empty((len(surface), 3))
-    for which, table, first in ((0, tables.planes, 4), (1, tables.spheres, 0), (2, tables.quadrics, 0)):
-        anchors[kind == which] = table[row[kind == which], first : first + 3]
-    return anchors
-
-
-def reaches(
-    tables: Tables, boxes: Floats, surface: Whole, entry: Whole, size: float
-) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """(how far from its anchor a surface is used, is that bounded) of every use."""
-    anchors = _anchors(tables, surface)
-    low, high = boxes[entry, :3], boxes[entry, 3:]
-    bounded = np.asarray(np.isfinite(low).all(axis=1) & np.isfinite(high).all(axis=1))
-    away = np.where(bounded[:, None], np.maximum(np.abs(low - anchors), np.abs(high - anchors)), 0.0)
-    reach = np.sqrt((away**2).sum(axis=1)) * (1 + 1e-12) + 1e-300
-    reach = np.where(bounded, reach, _WIDE * size)
-    ball = tables.surface_kind[surface] == SPHERE
-    reach[ball] = tables.spheres[tables.surface_row[surface[ball]], 3]
-    return reach, bounded
-
-
 def size_of(tables: Tables, boxes: Floats) -> float:
     """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics."""
-    numbers = [np.abs(tables.planes[:, 4:7]).ravel(), np.abs(tables.quadrics[:, :3]).ravel()]
-    for begin in range(0, len(boxes), _CHUNK):
-        part = np.abs(boxes[begin : begin + _CHUNK])
-        numbers.append(np.max(part, where=np.isfinite(part), initial=0.0, keepdims=True).ravel())
-    for begin in range(0, len(tables.quadrics), _CHUNK):
-        a, b, k = _sizes(tables.quadrics[begin : begin + _CHUNK])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            numbers += [np.sqrt(k / a), b / a, k / b]
-    known = np.concatenate(numbers)
-    return float(np.max(known[np.isfinite(known)], initial=0.0)) or 1.0
-
-
-def _sizes(quadrics: Floats) -> tuple[Floats, Floats, Floats]:
-    """Bounds on the second-order, linear and constant terms at distance 1 from the anchor."""
-    rows = np.sqrt((quadrics[:, 3:12].reshape(-1, 3, 3) ** 2).sum(axis=2))
-    squares, linear = np.abs(quadrics[:, 12:15]), np.abs(quadrics[:, 15:18])
-    return (squares * rows**2).sum(axis=1), (linear * rows).sum(axis=1), np.abs(quadrics[:, 18])
-
-
-def kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> Floats:
-    """kappa of every use of a surface."""
-    kind, row = tables.surface_kind[surface], tables.surface_row[surface]
-    kappa = np.full(len(surface), KAPPA_OF_BALLS)
-    flat, curved = kind == 0, kind == 2
-    kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), KAPPA_OF_PLANES, 0.0)
-    off = np.sqrt((rest.quadrics[tables.quadric_rest[row[curved]], :3] ** 2).sum(axis=1))
-    kappa[curved] = KAPPA + 8.0 * off / reach[curved]
-    return kappa
-
-
-def _inexact(rest: Floats) -> npt.NDArray[np.bool_]:
-    """Was anything rounded in each record?"""
-    return np.asarray((rest != 0.0).any(axis=1))
+    return size_of_records(tables.planes, tables.quadrics, boxes) or 1.0
 
 
 def no_limits(count: int) -> Floats:
@@ -161,103 +104,14 @@ def no_limits(count: int) -> Floats:
     return limits
 
 
-def _weigh(
-    tables: Tables, boxes: Floats, rest: Remainders, size: float, uses: tuple[Whole, Whole, Whole], limits: Floats,
-    per_surface: Floats,
-) -> None:  # fmt: skip
-    """Take some uses, surfaces with their owners and entries, into the limits of owners and the most of surfaces.
-
-    per_surface (3, surfaces): the largest reach, the largest kappa, whether some use has no end.
-    """
-    surface, owner, users = uses
-    reach, bounded = reaches(tables, boxes, surface, users, size)
-    kappa = kappas(tables, rest, surface, reach)
-    limit_owners(limits, tables.surface_kind[surface] == 0, owner, reach, bounded, kappa, boxes[users], size)
-    for numbers, of_use in zip(per_surface, (reach, kappa, ~bounded), strict=True):
-        np.maximum.at(numbers, surface, of_use)
-
-
-def limits_of_owners(
-    flat: Any, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, boxes: Floats, size: float, count: int
-) -> Floats:
-    """(count, 2): the limits of owners by uses, `boxes` being those of the uses' bodies."""
-    limits = no_limits(count)
-    limit_owners(limits, flat, owner, reach, bounded, kappa, boxes, size)
-    return limits
-
-
-def limit_owners(
-    limits: Floats, flat: Any, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, boxes: Floats, size: float
+def weigh_all(
+    records: Records, boxes: Floats, size: float, uses: tuple[Whole, Whole, Whole, Whole], limits: Floats, most: Floats
 ) -> None:
-    """Take uses into the limits of their owners."""
-    around = np.where(bounded, np.abs(np.where(bounded[:, None], boxes, 0.0)).sum(axis=1), _WIDE * size)
-    exact = ~bounded & flat & (kappa == 0)
-    off = 0.5 * np.sqrt(kappa) * reach + RELATIVE * np.where(exact, _WIDEST * size, around)
-    np.maximum.at(limits[:, 0], owner, off)
-    far = np.where(bounded, FAR * reach, np.where(exact, _WIDEST * size, _WIDE * size))
-    np.minimum.at(limits[:, 1], owner, far)
-
-
-def _planes(tables: Tables, rest: Remainders, reach: Floats, kappa: Floats) -> Floats:
-    """(planes, 2): the square of the least rate that is certain, for |d| = 1; the least height of parallel rays."""
-    result = np.zeros((len(tables.planes), 2))
-    own = np.flatnonzero(tables.surface_kind[: len(reach)] == 0)
-    result[tables.surface_row[own]] = limits_of_planes(tables, rest, own, reach[own], kappa[own])
-    return result
-
-
-def limits_of_planes(tables: Tables, rest: Remainders, own: Whole, reach: Floats, kappa: Floats) -> Floats:
-    """`plane_limits` of some surfaces that are planes."""
-    row = tables.surface_row[own]
-    result = np.empty((len(own), 2))
-    length = np.sqrt((tables.planes[row, :3] ** 2).sum(axis=1))
-    result[:, 0] = (np.maximum(2.0 * np.sqrt(kappa), 2.0**-40) * length) ** 2
-    plain = (
-        ~_inexact(rest.planes[row]) & ((tables.planes[row, :3] != 0).sum(axis=1) == 1) & (tables.planes[row, 3] == 0)
-    )
-    slack = 2.0**-40 * (length * reach + np.abs(tables.planes[row, 3]))
-    result[:, 1] = np.where(plain, 0.0, slack)
-    return result
-
-
-def _quadrics(tables: Tables, reach: Floats, kappa: Floats, endless: Floats) -> Floats:
-    """(quadrics, 2): the least discriminant that is certain, for |d| = 1; the least value along rulings.
-
-    The latter is infinite where a body has no end and a direction's part along an axis that bends is a sum: rounding
-    may have made that 0, where the ray comes to a wall, however far away.
-    """
-    result = np.zeros((len(tables.quadrics), 2))
-    own = np.flatnonzero(tables.surface_kind[: len(reach)] == 2)
-    result[tables.surface_row[own]] = limits_of_quadrics(tables, own, reach[own], kappa[own], endless[own])
-    return result
-
-
-def limits_of_quadrics(tables: Tables, own: Whole, r: Floats, share: Floats, endless: Floats) -> Floats:
-    """`quadric_limits` of some surfaces that are quadrics."""
-    result = np.empty((len(own), 2))
-    for begin in range(0, len(own), _CHUNK):
-        some = slice(begin, begin + _CHUNK)
-        quadrics = tables.quadrics[tables.surface_row[own[some]]]
-        _put_limits_of_quadrics(result[some], quadrics, r[some], share[some], endless[some])
-    return result
-
-
-def _put_limits_of_quadrics(result: Floats, quadrics: Floats, r: Floats, share: Floats, endless: Floats) -> None:
-    """`limits_of_quadrics` of a part of them."""
-    a, b, k = _sizes(quadrics)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        terms = 10.0 * a * r * r + 6.0 * b * r + k
-        result[:, 0] = np.where(r > 0, 4.0 * share * (terms / r) ** 2, math.inf)
-    result[:, 1] = np.where((endless > 0) & ~_plain(quadrics), math.inf, share * terms)
-
-
-def _plain(quadrics: Floats) -> npt.NDArray[np.bool_]:
-    """Is each axis along which a quadric bends one of the world's, and its coefficient no number that underflows?"""
-    rows, squares, linear = quadrics[:, 3:12].reshape(-1, 3, 3), quadrics[:, 12:15], quadrics[:, 15:18]
-    size = np.abs(rows).max(axis=2)
-    curved = (squares == 0) | (np.abs(squares) * size**2 > _LEAST)
-    along = ((rows != 0).sum(axis=2) <= 1) & curved & ((linear == 0) | (np.abs(linear) * size > _LEAST))
-    return np.asarray((along | ((squares == 0) & (linear == 0))).all(axis=1))
+    """`weigh` for all uses: their surfaces, the places of these in `most`, their owners and entries."""
+    surface, place, owner, entry = (np.ascontiguousarray(each, np.int32) for each in uses)
+    for begin in range(0, len(surface), _USES):  # Ctrl-C is heard in between
+        end = min(len(surface), begin + _USES)
+        weigh(records, boxes, size, surface, place, owner, entry, begin, end, limits, most)
 
 
 def _merged(tables: Tables, cells: Floats) -> Floats:

@@ -13,6 +13,7 @@ from ..tables import MAP_SIZE, Floats, Ints
 from .moved import MovedRows
 from .pattern import FRAME_NUMBERS, UV_NUMBERS, Group
 from .places import Contents, Places
+from .rows import blocks
 from .surfaces import end_to_end
 
 _ROWS = UV_NUMBERS // MAP_SIZE
@@ -29,7 +30,8 @@ def maps_of_faces(contents: Contents, faces: Places) -> tuple[Ints, Floats]:
         first, each = faces.first[group.bodies], len(p.angular)
         if not isinstance(group.rows, MovedRows):
             at = own.rows(group, each)
-            rows[at] = group.rows[:, p.uv_at : p.bounds_at].reshape(len(group.bodies), -1, UV_NUMBERS)
+            for some in blocks(len(group.bodies)):
+                rows[at[some]] = group.rows[some, p.uv_at : p.bounds_at].reshape(len(at[some]), each, UV_NUMBERS)
             maps[faces.rows(group, each)] = _ROWS * at[:, :, None] + np.arange(_ROWS)
         else:
             for k, column in enumerate(range(p.uv_at, p.bounds_at, MAP_SIZE)):

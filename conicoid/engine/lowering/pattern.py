@@ -19,6 +19,7 @@ from .assembly import Assembly
 
 if TYPE_CHECKING:
     from .moved import MovedRows
+    from .rows import Rows
 
 SIZES = {PLANE: PLANE_SIZE, SPHERE: SPHERE_SIZE, QUADRIC: QUADRIC_SIZE}
 UV_NUMBERS, BOX_NUMBERS, FRAME_NUMBERS = 12, 6, 12
@@ -113,6 +114,6 @@ class Group:
 
     pattern: Pattern
     bodies: Ints
-    rows: Floats | MovedRows
+    rows: Floats | MovedRows | Rows
     ball_frame: int = 0
     """-1 - k for balls that share frame k; 0 for bodies with faces of their own."""

@@ -79,7 +79,8 @@ class Many:
 
     def frames_of(self, rows: Ints, known: Floats) -> Floats:
         """`Planned.frames_of`"""
-        return np.tile(known[self.frame] if self.frame >= 0 else frame_of(self.shape.motion), (len(rows), 1))
+        own = known[self.frame] if self.frame >= 0 else frame_of(self.shape.motion)
+        return np.broadcast_to(own, (len(rows), FRAME_NUMBERS))
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """`Planned.columns`"""

@@ -28,6 +28,7 @@ from .motions import Chains, Motions, given_motion, translations
 from .parts import Part, worked_out
 from .pattern import FRAME_NUMBERS
 from .plan import primitives
+from .rows import Rows
 from .said import again, said, said_of_all
 
 
@@ -173,10 +174,10 @@ class Primitives:
 
     def lowered(
         self, told: Callable[[int], Any] = lambda _: None
-    ) -> tuple[list[tuple[Form, Ints, Floats]], list[tuple[Shape, int]]]:
+    ) -> tuple[list[tuple[Form, Ints, Rows]], list[tuple[Shape, int]]]:
         """(form, places, rows) of those that could be lowered together, and the shapes and places that are left."""
         motions_given, similar, self.frames = self._motions.work_out()
-        results: list[tuple[Form, Ints, Floats]] = []
+        results: list[tuple[Form, Ints, Rows]] = []
         left: list[tuple[Shape, int]] = []
         every: list[tuple[Hashable, Like]] = [*self._like.items(), *self._many]
         for done, (key, like) in enumerate(every):
@@ -191,25 +192,31 @@ class Primitives:
 
     def _of_a_kind(
         self, key: Hashable, similar: bool | None, of: _Given
-    ) -> tuple[list[tuple[Form, Longs, Floats]], Longs]:
+    ) -> tuple[list[tuple[Form, Longs, Rows]], Longs]:
         """`lowered` for some shapes that are made alike, by their numbers among them; those that are left."""
         if similar is None:
             return [], np.arange(len(of.chosen))
         moved = isinstance(key, tuple) and key[1] == "moved"
 
-        def record(which: int, tape: Tape) -> Form:
+        def record(which: int, tape: Tape) -> tuple[Form, Ints]:
             shape, steps = of.like.of(int(of.chosen[which]))
             part = _record(shape, steps, tape, moved, similar)
             alone = worked_out(dataclasses.replace(shape, motion=Motion(steps)))
             if part.pattern != alone.pattern or list(map(_bits, part.row)) != list(map(_bits, alone.row)):
                 raise TypeError("it is not the same where it is recorded")
-            for number in part.row:
-                tape.write(number)
-            return FORMS.of(part.pattern, part.tree)
+            return FORMS.of(part.pattern, part.tree), _written(part, tape)
 
         given = of.motions_given if moved else NOTHING
         found, left = recordings.RECORDINGS.play((key, similar), record, of.numbers, given, of.motions)
-        return [(form, which, played.floats) for form, which, played in found], left
+        return [(form, which, Rows.of(played.floats, columns)) for (form, columns), which, played in found], left
+
+
+def _written(part: Part, tape: Tape) -> Ints:
+    """Have a tape write each number of a row once; which of those that it writes is in each column."""
+    places: dict[int, int] = {}
+    columns = [places.setdefault(tape.plain_of(number).register, len(places)) for number in part.row]
+    tape.written += places
+    return np.array(columns, np.int32)
 
 
 def _bits(number: Any) -> str:

@@ -8,8 +8,7 @@ their records represents all, and so gives the anchor, does not depend on the or
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Protocol
@@ -17,16 +16,12 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ...shapes.row_vectors import dot_rows, lengths
+from ...shapes.row_vectors import dot_rows
 from ...shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
+from .clusters import Curved, Flat, clusters, coefficients
+from .features import put_across_axes, put_first_across_axes
 
-CLOSE = 1e-11
-ALONG = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
-"""A direction in which surfaces of different rational coefficients have different places."""
-ACROSS = 1.0 / np.sqrt([31.0, 37.0, 41.0, 43.0, 47.0, 53.0, 59.0, 61.0, 67.0, 71.0]) * np.tile([1.0, -1.0], 5)
-"""Another such direction."""
-_APART = 1000 * CLOSE
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
 
@@ -128,10 +123,11 @@ class _Finish:
                 members = np.flatnonzero(kind == k)
                 plain = is_plain[members]
                 _merge_equal(first, members[plain], table[plain])
-        _merge_across_axes(first, np.flatnonzero((kind[:single] == PLANE) & is_plain[:single]), row, planes)
+        flat = np.flatnonzero((kind[:single] == PLANE) & is_plain[:single])
+        settled = _merge_across_axes(first, flat, row, planes)
         senses = np.ones(count, np.int8)
         senses[:single] = given.senses
-        self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics)
+        self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics, settled)
         # Number the representatives in the order they came
         leads = first == np.arange(count, dtype=np.int32)
         chosen = np.flatnonzero(leads[:single])
@@ -162,19 +158,20 @@ class _Finish:
         return self.exact.name(index)
 
     def _merge_exact(
-        self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Floats
-    ) -> None:
-        """Among records that are close, let the exact names decide."""
+        self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Floats,
+        settled: int,
+    ) -> None:  # fmt: skip
+        """Among records that are close, let the exact names decide; of so many planes it is settled which are one."""
         distinct = np.flatnonzero(first[: self.single] == np.arange(self.single))
-        flat = kind[distinct] == PLANE
-        clusters = list(_clusters(distinct[flat], _plane_features(planes[row[distinct[flat]]])))
-        curved = distinct[~flat]
+        is_flat = kind[distinct] == PLANE
+        flat, curved = distinct[is_flat], distinct[~is_flat]
+        close = list(clusters(flat, Flat.of(row[flat], planes))) if len(flat) > settled else []
         if len(curved):  # bulk balls among themselves are equal to the bit or not at all
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
-            clusters += _clusters(curved, _quadric_features(kind[curved], row[curved], spheres, quadrics))
+            close += clusters(curved, Curved.of(kind[curved], row[curved], spheres, quadrics))
         tables = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
         named: dict[int, tuple[int, int]] = {}
-        for cluster in clusters:
+        for cluster in close:
             equal: dict[Any, list[tuple[int, int]]] = {}
             for index in cluster.tolist():
                 key, sense = self._name(index, spheres, row)
@@ -197,10 +194,12 @@ class _Finish:
     ) -> npt.NDArray[np.int64]:
         """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
         single = self.single
-        middle = spheres[:1, :3].mean(axis=0) if len(spheres) else np.zeros(3)
+        if self.ball_count == 0:
+            return np.zeros(0, np.int64)
+        middle = spheres[:1, :3].mean(axis=0)
         numbers = coefficients(kind[curved], row[curved], spheres, quadrics, middle)
         round_ = np.abs(numbers[:, :6] - (1, 1, 1, 0, 0, 0)).max(axis=1) < _NEARLY
-        if self.ball_count == 0 or not round_.any():
+        if not round_.any():
             return np.zeros(0, np.int64)
         across = np.random.default_rng(20261123).normal(size=3)
         own = np.sort(-dot_rows(numbers[round_, 6:9], across))
@@ -250,106 +249,22 @@ def _merge_equal(first: Any, members: Any, table: Floats) -> None:
     first[members[order]] = members[order[head]]
 
 
-def _merge_across_axes(first: Any, members: Any, row: Ints, planes: Floats) -> None:
+def _merge_across_axes(first: Any, members: Any, row: Ints, planes: Floats) -> int:
     """Point planes that lie across an axis at the same place at the one whose record comes first in order.
 
-    For planes that nothing was rounded in, and whose anchors lie on them. Their exact names would say the same.
+    For planes that nothing was rounded in, and whose anchors lie on them. Their exact names would say the same. Returns
+    how many of those that lead have been settled so.
     """
     members = members[first[members] == members]
-    records = planes[row[members]]
-    along = records[:, :3] != 0
-    plain = (along.sum(axis=1) == 1) & (records[:, 3] == 0)
-    members, records, axis = members[plain], records[plain], along[plain].argmax(axis=1)
-    if len(members) < 2:
-        return
-    place = records[np.arange(len(records)), 4 + axis]
-    order = np.lexsort((*records.T[::-1], place, axis))
-    new = np.concatenate([[True], (np.diff(place[order]) != 0) | (np.diff(axis[order]) != 0)])
-    first[members[order]] = members[order[np.maximum.accumulate(np.where(new, np.arange(len(order)), 0))]]
-    first[:] = first[first]
-
-
-def _plane_features(planes: Floats) -> Floats:
-    """Unit normals and offsets about the middle of the scene, scaled to order one."""
-    normals, over, anchors = planes[:, :3], planes[:, 3], planes[:, 4:]
-    sizes = lengths(normals)
-    center = anchors.mean(axis=0) if len(anchors) else np.zeros(3)
-    offsets = ((anchors - center) * normals).sum(axis=1) - over
-    return _scaled(np.column_stack([normals / sizes[:, None], offsets / sizes]), 3, (3,), ())
-
-
-def _quadric_features(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats) -> Floats:
-    """Coefficients about the middle of the scene, scaled to order one."""
-    ball = kind == SPHERE
-    anchors = np.concatenate([spheres[row[ball], :3], quadrics[row[~ball], :3]])
-    middle = anchors.mean(axis=0) if len(anchors) else np.zeros(3)
-    return _scaled(coefficients(kind, row, spheres, quadrics, middle), 6, (6, 7, 8), (9,))
-
-
-def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
-    """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1."""
-    result = np.empty((len(kind), 10))
-    for begin in range(0, len(kind), _CHUNK):
-        some = slice(begin, begin + _CHUNK)
-        result[some] = _some_coefficients(kind[some], row[some], spheres, quadrics, middle)
-    return result
-
-
-def _some_coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
-    """`coefficients` of a part of the surfaces."""
-    count = len(kind)
-    ball = kind == SPHERE
-    anchors = np.empty((count, 3))
-    anchors[ball], anchors[~ball] = spheres[row[ball], :3], quadrics[row[~ball], :3]
-    p = anchors - middle
-    result = np.zeros((count, 10))
-    result[ball, :3] = 1.0
-    result[ball, 6:9] = -p[ball]
-    result[ball, 9] = (p[ball] ** 2).sum(axis=1) - spheres[row[ball], 3] ** 2
-    q = quadrics[row[~ball]]
-    w, s, b = q[:, 3:12].reshape(-1, 3, 3), q[:, 12:15], q[:, 15:18]
-    a = sum(s[:, k, None, None] * w[:, k, :, None] * w[:, k, None, :] for k in range(3))
-    shift = -dot_rows(w, p[~ball][:, None])
-    result[~ball, :6] = a[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
-    result[~ball, 6:9] = dot_rows(w.transpose(0, 2, 1), (s * shift + b)[:, None])
-    result[~ball, 9] = (s * shift**2 + 2 * b * shift).sum(axis=1) - q[:, 18]
-    size = np.abs(result[:, :6]).max(axis=1, keepdims=True, initial=0.0)
-    return result / np.where(size > 0, size, 1.0)
-
-
-def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second_order: tuple[int, ...]) -> Floats:
-    """Fix the sign by the leading columns; divide lengths and squared lengths by the scene's own."""
-    if not len(features):
-        return features
-    sign = np.sign(dot_rows(features[:, :leading], ALONG[:leading]))
-    features *= np.where(sign == 0, 1.0, sign)[:, None]
-    reach = np.abs(features[:, list(first_order)]).max()
-    reach = max(reach, math.sqrt(np.abs(features[:, list(second_order)]).max())) if second_order else reach
-    if reach > 0 and math.isfinite(reach):
-        features[:, list(first_order)] /= reach
-        features[:, list(second_order)] /= reach  # twice, as its square may be beyond float64
-        features[:, list(second_order)] /= reach
-    return features
-
-
-def _clusters(members: Any, features: Floats) -> Iterable[Any]:
-    """Groups of members whose features agree to about 1e-11 along `ALONG`, and nearly along another direction.
-
-    Of N members N² 1e-11 agree along one direction by chance, which for millions are more than can be named exactly. A
-    direction that has nothing to do with the first parts those, and none that are equal, by gaps a thousand times as
-    wide.
-    """
-    if len(members) < 2:
-        return
-    place = dot_rows(features, ALONG[: features.shape[1]])
-    order = np.argsort(place, kind="stable")
-    near = np.diff(place[order]) <= CLOSE
-    starts = np.flatnonzero(np.concatenate([[True], ~near]))
-    ends = np.concatenate([starts[1:], [len(order)]])
-    for start, end in zip(starts[ends - starts > 1], ends[ends - starts > 1], strict=True):
-        group = order[start:end]
-        across = dot_rows(features[group], ACROSS[: features.shape[1]])
-        sorted_ = np.argsort(across, kind="stable")
-        for part in np.split(sorted_, 1 + np.flatnonzero(np.diff(across[sorted_]) > _APART)):
-            if len(part) > 1:
-                yield members[group[np.sort(part)]]
+    axes, places = np.empty(len(members), np.int8), np.empty(len(members))
+    put_across_axes(planes, row[members], axes, places)
+    across = axes >= 0
+    if not across.all():
+        members, axes, places = members[across], axes[across], places[across]
+    least = np.empty(len(members), np.int64)
+    put_first_across_axes(planes, row[members], axes, places, np.argsort(places), least)
+    others = np.flatnonzero(least != np.arange(len(members)))
+    if len(others):
+        first[members[others]] = members[least[others]]
+        first[:] = first[first]
+    return len(members) - len(others)

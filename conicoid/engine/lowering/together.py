@@ -17,37 +17,41 @@ from ..tables import Floats, Ints
 from .bounds import box_columns, boxes_of
 from .composed import Composition, Form
 from .motions import Chains
-from .pattern import Pattern
+from .pattern import BOX_NUMBERS, Pattern
 from .plan import Plan, is_a, plan_of
 from .planned import Many, Planned, is_more
 from .recorded import Primitives
+from .rows import Rows, blocks
 from .said import places_by
 
-Found = tuple[Pattern, Ints, Floats]
+Found = tuple[Pattern, Ints, Rows]
 Told = Callable[[int, int], Any]
 _AT_ONCE = 8192
 """Primitives, alone or in Boolean bodies, that are lowered together where there are many."""
 
 
 @dataclass
-class _Rows:
-    """Where the rows of places are: which table, and which row of it."""
+class _Known:
+    """Where the rows of places are: in which rows, and which of these."""
 
     forms: list[Form]
-    tables: list[Floats]
-    table: Ints  # -1 where there is none
+    rows: list[Rows]
+    number: Ints  # -1 where there are none
     row: Ints
 
-    def of(self, places: Ints) -> Floats:
+    def of(self, places: Ints) -> Rows:
         """The rows of places whose forms are one."""
-        tables = np.unique(self.table[places])
-        if len(tables) == 1:
-            return self.tables[tables[0]][self.row[places]]
-        rows = np.empty((len(places), self.forms[tables[0]].pattern.width))
-        for table in tables.tolist():
-            mine = self.table[places] == table
-            rows[mine] = self.tables[table][self.row[places[mine]]]
-        return rows
+        numbers, row = self.number[places], self.row[places]
+        rows = self.rows[numbers[0]]
+        if (numbers == numbers[0]).all():
+            every = len(row) == len(rows) and (row == np.arange(len(row), dtype=np.int32)).all()
+            return rows if every else rows[row]
+        width = self.forms[numbers[0]].pattern.width
+        found = np.empty((len(places), width))
+        for number in np.unique(numbers).tolist():
+            mine = numbers == number
+            found[mine] = self.rows[number][row[mine], :]
+        return Rows.of(found, np.arange(width, dtype=np.int32))
 
 
 class Together:
@@ -146,16 +150,18 @@ class Together:
         left then may find enough of their like among those that others left. told(done, count) is called now and then.
         """
         results: list[Found] = []
-        blocks = [*self._blocks_of_plans(), *self._blocks_of_single()]
-        for done, block in enumerate(blocks):
-            told(done, len(blocks) + 1)
+        pending = [*self._blocks_of_plans(), *self._blocks_of_single()]
+        count = len(pending)
+        for done in range(count):
+            told(done, count + 1)
+            block = pending.pop(0)  # then nobody holds it, nor what its bodies are made of
             found, left = block._all(lambda *_: None)
             results += found
             self.paints.update(block.paints)
             for shape, number in left:
                 if not self.add(shape, number):
                     raise AssertionError("a shape was lowered with others once, and is not taken again")
-        found, rest = self._all((lambda *_: None) if blocks else told)
+        found, rest = self._all((lambda *_: None) if count else told)
         return results + found, rest
 
     def _blocks_of_plans(self) -> Iterator[Together]:
@@ -210,28 +216,29 @@ class Together:
                 rest += others
         return results, rest
 
-    def _composed(self, like: Planned | Many, rows: _Rows) -> tuple[list[Found], list[tuple[Shape, int]]]:
+    def _composed(self, like: Planned | Many, rows: _Known) -> tuple[list[Found], list[tuple[Shape, int]]]:
         """Bodies of one plan; those that are left."""
         _, plan = like.of(0)
         key, count = plan.key, len(plan.leaves)
         bodies, first, frame_rows = like.columns()
         places = first[:, None] + np.arange(count, dtype=np.int32)
         frames = like.frames_of(frame_rows, self._primitives.frames)
-        known = (rows.table[places] >= 0).all(axis=1) & ~np.isnan(frames[:, 0])
+        known = (rows.number[places] >= 0).all(axis=1) & ~np.isnan(frames[:, 0])
         left: list[tuple[Shape, int]] = [(like.of(i)[0], int(bodies[i])) for i in np.flatnonzero(~known).tolist()]
         numbers = {id(form): number for number, form in enumerate(rows.forms)}
         form_of = np.array([numbers[id(form)] for form in rows.forms], np.int32)
         results: list[Found] = []
-        for forms, chosen in _alike(form_of, rows.table[places], np.flatnonzero(known)):
+        for forms, chosen in _alike(form_of, rows.number[places], np.flatnonzero(known)):
             made = Composition.of(key, [rows.forms[form] for form in forms])
-            parts = [rows.of(places[chosen, part]) for part in range(count)]
+            some: Any = slice(None) if len(chosen) == len(bodies) else chosen
+            parts = [rows.of(places[some, part]) for part in range(count)]
             leaves = [leaf for leaf, _ in like.of(int(chosen[0]))[1].leaves]  # those of the others have the same forms
-            boxes, known_boxes = boxes_of(key, leaves, parts)
+            boxes, known_boxes = _boxes_of(key, leaves, parts)
             others = np.flatnonzero(~known_boxes)
             if len(others):
                 narrowed = [like.of(i) for i in chosen[others].tolist()]
                 boxes[others] = _narrowed(narrowed, [box_columns(part[others]) for part in parts])
-            results.append((made.pattern, bodies[chosen], made.rows(parts, boxes, frames[chosen])))
+            results.append((made.pattern, bodies[chosen], made.rows(parts, boxes, frames[some])))
             for i in chosen.tolist() if plan.painted else ():
                 painted = like.plans[i].painted if isinstance(like, Planned) else like.of(i)[1].painted
                 self._paint(int(bodies[i]), painted, made)
@@ -244,6 +251,14 @@ class Together:
         for first, last, material in painted:
             for face in range(ends[first], ends[last]):
                 paints.setdefault(face, material)
+
+
+def _boxes_of(key: Sequence[Hashable], leaves: Sequence[Shape], parts: Sequence[Rows]) -> tuple[Floats, Any]:
+    """`boxes_of`, some bodies at a time."""
+    boxes, known = np.empty((len(parts[0]), BOX_NUMBERS)), np.empty(len(parts[0]), bool)
+    for some in blocks(len(boxes)):
+        boxes[some], known[some] = boxes_of(key, leaves, [part[some] for part in parts])
+    return boxes, known
 
 
 def _narrowed(bodies: Sequence[tuple[Boolean, Plan]], parts: Sequence[Floats]) -> Floats:
@@ -263,6 +278,9 @@ def _alike(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int],
     if not len(which):
         return
     forms = form_of[tables[which]].astype(np.int64)
+    if (forms == forms[0]).all():
+        yield forms[0].tolist(), which
+        return
     code = forms[:, 0]
     for part in range(1, forms.shape[1]):
         code = np.unique(code, return_inverse=True)[1].reshape(-1) * len(form_of) + forms[:, part]
@@ -271,10 +289,10 @@ def _alike(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int],
         yield forms[example].tolist(), which[group.reshape(-1) == number]
 
 
-def _found_rows(found: list[tuple[Form, Ints, Floats]], count: int) -> _Rows:
+def _found_rows(found: list[tuple[Form, Ints, Rows]], count: int) -> _Known:
     """Rows by places."""
     table, row = np.full(count, -1, np.int32), np.zeros(count, np.int32)
     for number, (_, places, rows) in enumerate(found):
         table[places] = number
         row[places] = np.arange(len(rows), dtype=np.int32)
-    return _Rows([form for form, _, _ in found], [rows for _, _, rows in found], table, row)
+    return _Known([form for form, _, _ in found], [rows for _, _, rows in found], table, row)

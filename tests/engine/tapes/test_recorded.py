@@ -83,7 +83,7 @@ def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], 
     return {
         int(k): (pattern, row.tolist(), bodies.paints.get(int(k), {}))
         for pattern, numbers, rows in found
-        for k, row in zip(numbers, rows, strict=True)
+        for k, row in zip(numbers, rows[:, :], strict=True)
     }
 
 
@@ -142,7 +142,7 @@ def test_blocks_cut_from_balls_have_the_bounds_of_the_blocks():
     found, left = bodies.lowered()
     assert len(left) <= 5  # numbers that are exactly halfway between two floats are left open
     for pattern, numbers, rows in found:
-        for number_, row in zip(numbers.tolist(), rows, strict=True):
+        for number_, row in zip(numbers.tolist(), rows[:, :], strict=True):
             low, high = shapes[number_].bounds
             assert row[pattern.box_at : pattern.box_at + 6].tolist() == [*low, *high]
             assert high[0] == pytest.approx(number_ + 0.7 * (0.5 + number_), rel=1e-15)

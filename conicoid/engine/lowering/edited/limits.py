@@ -10,17 +10,9 @@ import numpy.typing as npt
 
 from ...tables import BALL, PLANE, QUADRIC, Floats, Longs, Tables
 from ..laid import CELLS, POLYGONS, SHEETS, Laid
-from ..limits import (
-    kappas,
-    limits_of_owners,
-    limits_of_planes,
-    limits_of_programs,
-    limits_of_quadrics,
-    reaches,
-    size_of,
-    with_limits,
-)  # fmt: skip
+from ..limits import limits_of_programs, no_limits, size_of, weigh_all, with_limits
 from ..surfaces import Remainders
+from ..weighed import Records, put_limits_of_planes, put_limits_of_quadrics
 from .columns import Columns, Filling
 
 Mask = npt.NDArray[np.bool_]
@@ -98,13 +90,11 @@ class Limits(ABC):
     def _put(self, changed: Changed, size: float) -> None:
         tables, rest, surfaces, owners, uses = self.tables, self.rest, changed.surfaces, changed.owners, changed.uses
         surface, owner, users = uses.surfaces, uses.owners, uses.bodies
-        reach, bounded = reaches(tables, self.boxes, surface, users, size)
-        kappa = kappas(tables, rest, surface, reach)
-        flat = tables.surface_kind[surface] == PLANE
-        place, count = np.unique(owner, return_inverse=True)
-        of_owners = limits_of_owners(
-            flat, count.reshape(-1), reach, bounded, kappa, self.boxes[users], size, len(place)
-        )
+        records = Records.of(tables, rest)
+        (place, at_owner), (which, at_surface) = (np.unique(each, return_inverse=True) for each in (owner, surface))
+        of_owners, most = no_limits(len(place)), np.zeros((3, len(which)))
+        in_order = surface, at_surface.reshape(-1), at_owner.reshape(-1), users
+        weigh_all(records, self.boxes, size, in_order, of_owners, most)
         for kind, column in enumerate((tables.cell_limits, tables.sheet_limits, tables.polygon_limits)):
             first, last = self.owners[kind], self.owners[kind + 1]
             column[owners[first:last]] = 0.0, np.inf
@@ -112,18 +102,13 @@ class Limits(ABC):
             mine[mine] = owners[place[mine]]
             column[place[mine] - first] = of_owners[mine]
         self._put_programs(owners)
-        which, at = np.unique(surface, return_inverse=True)
-        each = np.zeros((3, len(which)))
-        for numbers, of_use in zip(each, (reach, kappa, ~bounded), strict=True):
-            np.maximum.at(numbers, at.reshape(-1), of_use)
-        for kind, column in ((PLANE, tables.plane_limits), (QUADRIC, tables.quadric_limits)):
+        for kind, column, put in (
+            (PLANE, tables.plane_limits, put_limits_of_planes),
+            (QUADRIC, tables.quadric_limits, put_limits_of_quadrics),
+        ):
             column[self._unread(kind)] = 0.0
             mine = np.flatnonzero(surfaces[which] & (tables.surface_kind[which] == kind))
-            own, r, k, endless = which[mine], *each[:, mine]
-            column[tables.surface_row[own]] = (
-                limits_of_planes(tables, rest, own, r, k) if kind == PLANE
-                else limits_of_quadrics(tables, own, r, k, endless)
-            )  # fmt: skip
+            put(records, which[mine].astype(np.int32), np.ascontiguousarray(most[:, mine]), column)
 
     def _put_programs(self, owners: Mask) -> None:
         """Programs of which a cell has other limits."""

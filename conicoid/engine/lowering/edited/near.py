@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from ....shapes.row_vectors import dot_rows, lengths
 from ...tables import QUADRIC, SPHERE, Floats, Longs
-from ..surfaces import ALONG, CLOSE, coefficients
+from ..clusters import ALONG, CLOSE, coefficients
 
 Records: TypeAlias = tuple[Floats, Floats, Floats]
 """Tables of planes, spheres and quadrics."""

@@ -1,0 +1,145 @@
+"""Where surfaces lie side by side, and which planes across axes are one: kernels against formulas on whole arrays."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.engine.lowering import lower
+from conicoid.engine.lowering.clusters import ACROSS, ALONG, Curved, Flat, coefficients
+from conicoid.engine.lowering.features import put_across_axes, put_first_across_axes
+from conicoid.engine.tables import PLANE, QUADRIC, SPHERE
+
+from .test_lowered_scenes import solids_of
+
+
+def planes_of(rng, count):
+    """Normals of any size and sign, anchors on or beside the planes."""
+    planes = rng.normal(size=(count, 7)) * 2.0 ** rng.integers(-3, 4, (count, 1))
+    planes[::2, 3] = 0.0
+    return planes
+
+
+def place(features, leading, along):
+    """The sign is that by which what leads lies before `ALONG`."""
+    sign = np.where(features[:, :leading] @ ALONG[:leading] < 0, -1.0, 1.0)
+    return sign * (features @ along[: features.shape[1]])
+
+
+def offsets_of(planes):
+    """Of planes n·(x - anchor) + height = 0 from the mean of their anchors."""
+    size = np.linalg.norm(planes[:, :3], axis=1)
+    away = planes[:, 4:] - planes[:, 4:].mean(axis=0)
+    return (np.einsum("ij,ij->i", away, planes[:, :3]) - planes[:, 3]) / size
+
+
+def test_places_of_planes():
+    planes = planes_of(np.random.default_rng(1), 200)
+    offsets = offsets_of(planes)
+    normals = planes[:, :3] / np.linalg.norm(planes[:, :3], axis=1)[:, None]
+    features = np.column_stack([normals, offsets / np.abs(offsets).max()])
+    flat = Flat.of(np.arange(200, dtype=np.int32), planes)
+    assert flat.unit == pytest.approx(np.abs(offsets).max(), rel=1e-13)
+    for along in (ALONG, ACROSS):
+        expected = place(features, 3, along)
+        assert flat.places(along, slice(None)) == pytest.approx(expected, abs=1e-13)
+        assert flat.places(along, np.array([7, 3])) == pytest.approx(expected[[7, 3]], abs=1e-13)
+
+
+def test_a_plane_has_one_place_however_it_is_written():
+    """Another point of it as anchor, the normal longer and turned over."""
+    rng = np.random.default_rng(2)
+    planes = planes_of(rng, 50)
+    planes[:, 3] = 0
+    others = planes.copy()
+    others[:, 4:] += np.cross(planes[:, :3], rng.normal(size=(50, 3)))
+    others[:, :3] *= -rng.uniform(0.5, 2, (50, 1))
+    flat = Flat.of(np.arange(100, dtype=np.int32), np.concatenate([planes, others]))
+    places = flat.places(ALONG, slice(None))
+    assert places[:50] == pytest.approx(places[50:], abs=1e-13)
+    assert np.diff(np.sort(places[:50])).min() > 1e-6
+
+
+def matrices_of(kinds, rows, spheres, quadrics, middle):
+    """(n, 4, 4) the symmetric forms of what is curved about a point: of s y² + 2 b y - k with y = W (x - anchor)."""
+    forms = np.zeros((len(kinds), 4, 4))
+    for form, kind, row in zip(forms, kinds, rows, strict=True):
+        if kind == SPHERE:
+            anchor, w, s, b, k = spheres[row, :3], np.eye(3), np.ones(3), np.zeros(3), spheres[row, 3] ** 2
+        else:
+            q = quadrics[row]
+            anchor, w, s, b, k = q[:3], q[3:12].reshape(3, 3), q[12:15], q[15:18], q[18]
+        to_own = np.eye(4)
+        to_own[:3, :3], to_own[:3, 3] = w, w @ (middle - anchor)
+        own = np.diag([*s, -k])
+        own[:3, 3] = own[3, :3] = b
+        form[...] = to_own.T @ own @ to_own
+    return forms
+
+
+def test_coefficients_and_places_of_what_is_curved():
+    rng = np.random.default_rng(3)
+    spheres, quadrics = rng.uniform(0.5, 2, (30, 4)), rng.normal(size=(60, 19))
+    kinds = np.repeat(np.array([SPHERE, QUADRIC], np.int8), [30, 60])
+    rows = np.concatenate([rng.permutation(30), rng.permutation(60)]).astype(np.int32)
+    curved = Curved.of(kinds, rows, spheres, quadrics)
+    forms = matrices_of(kinds, rows, spheres, quadrics, np.array(curved.middle))
+    numbers = forms[:, (0, 1, 2, 0, 0, 1, 0, 1, 2, 3), (0, 1, 2, 1, 2, 2, 3, 3, 3, 3)]
+    numbers /= np.abs(numbers[:, :6]).max(axis=1, keepdims=True)
+    found = coefficients(kinds, rows, spheres, quadrics, np.array(curved.middle))
+    assert found == pytest.approx(numbers, rel=1e-11, abs=1e-12)
+    most = max(np.abs(numbers[:, 6:9]).max(), np.sqrt(np.abs(numbers[:, 9]).max()))
+    assert curved.unit == pytest.approx(most, rel=1e-12)
+    numbers[:, 6:9] /= most
+    numbers[:, 9] /= most**2
+    for along in (ALONG, ACROSS):
+        expected = place(numbers, 6, along)
+        assert curved.places(along, slice(None)) == pytest.approx(expected, abs=1e-12)
+        assert curved.places(along, np.array([40, 3])) == pytest.approx(expected[[40, 3]], abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_first_of_planes_across_an_axis(seed):
+    """By sorting axis, place and record at once; records are often equal, and some planes lie across no axis."""
+    rng = np.random.default_rng(seed)
+    planes, count = np.zeros((400, 7)), 300
+    planes[np.arange(400), rng.integers(0, 3, 400)] = rng.choice([0.5, 1.0], 400)
+    planes[:, 4:] = rng.integers(-2, 3, (400, 3))
+    planes[:, 4:] *= rng.choice([1.0, -1.0], (400, 3))  # zeros of both signs
+    planes[::7, 3], planes[::5, 1] = 0.25, 0.25
+    rows = rng.permutation(400)[:count].astype(np.int32)
+    axes, places = np.empty(count, np.int8), np.empty(count)
+    put_across_axes(planes, rows, axes, places)
+    records = planes[rows]
+    along = records[:, :3] != 0
+    assert (axes >= 0).tolist() == ((along.sum(axis=1) == 1) & (records[:, 3] == 0)).tolist()
+    which = np.flatnonzero(axes >= 0)
+    rows, axes, places, records = rows[which], axes[which], places[which], records[which]
+    assert axes.tolist() == along[which].argmax(axis=1).tolist()
+    assert places.tolist() == records[np.arange(len(which)), 4 + axes].tolist()
+    first = np.empty(len(which), np.int64)
+    put_first_across_axes(planes, rows, axes, places, np.argsort(places), first)
+    order = np.lexsort((*records.T[::-1], places, axes))
+    new = np.concatenate([[True], (np.diff(places[order]) != 0) | (np.diff(axes[order]) != 0)])
+    expected = np.empty(len(which), np.int64)
+    expected[order] = order[np.maximum.accumulate(np.where(new, np.arange(len(order)), 0))]
+    assert first.tolist() == expected.tolist()
+    assert len(set(first.tolist())) < len(which) / 3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_surfaces_are_one_where_their_names_are(seed):
+    """Every two surfaces of a random scene are compared by their exact names, none by where they lie."""
+    bricks = [co.Box((k, 0, 0), (k + 1, 1, 1)).rotate((1, 2, 3), 20) for k in range(4)]
+    lowered = lower([co.Body(shape) for shape in solids_of(random.Random(seed)) + bricks])
+    tables, exact = lowered.tables, lowered.exact
+    names = [exact.bodies.name(int(number))[0] for number in exact.single]
+    assert len(set(names)) == len(names) == len(tables.surface_kind)
+    given = len(lowered.laid.kinds)
+    every = {exact.bodies.name(number)[0] for number in range(given)}
+    assert every == set(names)
+    assert given >= len(names) + 15  # four sides and three walls between bricks are in common
+    assert (tables.surface_kind == PLANE).sum() >= 9
