@@ -17,17 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from ...shapes.base import Shape, Solid
-from ...shapes.cells import Cell
-from ...shapes.motion import STILL
+from ...shapes.base import Solid
 from ...shapes.repeated import Ints, Repeated, Shifts
 from ...shapes.surface import ORIGIN, PlaneSurface, QuadricSurface
 from ..tables import PLANE, PLANE_SIZE, Floats
-from .assembly import Assembly
-from .parts import Part, numbers_of_surfaces, own_frame, part_of
+from .alone import Alone
+from .parts import Part, part_of
 from .pattern import BOX_NUMBERS, SIZES, Pattern
 from .together import Together
-from .trees import Faces, world_tree
 
 FEWEST = 24
 """Bodies of a kind that are worth it."""
@@ -109,8 +106,13 @@ class MovedRows:
         return np.concatenate([box[:3] + (away - wider), box[3:] + (away + wider)], axis=1)
 
 
-def moved_rows(bodies: Repeated, kind: int, numbers: Ints) -> tuple[Pattern, MovedRows] | None:
-    """The pattern and the rows of the bodies of a kind; None where they have to be lowered one by one."""
+def moved_rows(
+    bodies: Repeated, kind: int, numbers: Ints, alone: Alone | None = None
+) -> tuple[Pattern, MovedRows] | None:
+    """The pattern and the rows of the bodies of a kind; None where they have to be lowered one by one.
+
+    alone: what is known of primitives that other kinds have in common with this one.
+    """
     if len(numbers) < FEWEST or not bodies.is_rigid(kind):
         return None
     first = bodies.shape(int(numbers[0]))
@@ -118,7 +120,7 @@ def moved_rows(bodies: Repeated, kind: int, numbers: Ints) -> tuple[Pattern, Mov
     if part.paints or part.outlines or not isinstance(first, Solid):
         return None
     try:
-        return _Moved(bodies, kind, numbers, part).rows()
+        return _Moved(bodies, kind, numbers, part, alone or Alone()).rows()
     except _OfOtherStructure:
         return None
 
@@ -139,8 +141,8 @@ class _Alone:
 class _Moved:
     """One run of `moved_rows`."""
 
-    def __init__(self, bodies: Repeated, kind: int, numbers: Ints, part: Part) -> None:
-        self.bodies, self.kind, self.numbers, self.part = bodies, kind, numbers, part
+    def __init__(self, bodies: Repeated, kind: int, numbers: Ints, part: Part, alone: Alone) -> None:
+        self.bodies, self.kind, self.part, self.alone = bodies, kind, part, alone
         self.shifts: Shifts = bodies.shifts.chosen(numbers)
         self.known: dict[int, Floats] = {}
         self.taken: list[int] = []  # columns that are those of another body with the same plane
@@ -190,7 +192,7 @@ class _Moved:
     def _alone(self, which: int) -> Floats:
         """The columns of one of the bodies but for its boxes, worked out alone."""
         if which not in self.known:
-            self.known[which] = np.array(_without_boxes(self.bodies.made(self.kind, self.shifts.of(which))))
+            self.known[which] = self.alone.numbers(self.bodies.made(self.kind, self.shifts.of(which)))
             if len(self.known[which]) != self._column(self.part.pattern.corners_at):
                 raise _OfOtherStructure
         return self.known[which]
@@ -286,19 +288,3 @@ def _least(groups: Ints, records: Floats) -> Ints:
     found = np.empty(len(groups), np.int32)
     found[order] = order[np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))]
     return found
-
-
-def _without_boxes(shape: Shape) -> list[float]:
-    """The row of a solid's numbers but for its boxes."""
-    assert isinstance(shape, Solid)
-    assembly, faces = Assembly(), Faces()
-    tree = world_tree(shape, STILL, faces)
-    if isinstance(tree, Cell):
-        assembly.cell(tree)
-    else:
-        assembly.program(tree, {})
-    return [
-        *numbers_of_surfaces(assembly),
-        *(number for _, numbers in faces.rows for number in numbers),
-        *(number for line in own_frame(shape).inverse_rows for number in line),
-    ]
