@@ -41,10 +41,10 @@ class Given:
                         lead[at[:, number]] = at[group.rows.leads[column], number]
         for same in _of_one_form(groups, places):
             numbers, anchors = (np.concatenate(part) for part in zip(*same, strict=True))
-            _, first, index = np.unique(anchors.view("V24").ravel(), return_index=True, return_inverse=True)
-            least = np.full(len(first), places.count, np.int32)
-            np.minimum.at(least, index, numbers)
-            lead[numbers] = least[index]
+            count, place = _numbered(anchors)
+            least = np.full(count, places.count, np.int32)
+            np.minimum.at(least, place, numbers)
+            lead[numbers] = least[place]
         is_lead = lead == np.arange(places.count, dtype=np.int32)
         row = np.empty(places.count, np.int32)
         for kind in SIZES:
@@ -106,6 +106,18 @@ def _of_one_form(groups: Sequence[Group], places: Places) -> list[list[tuple[Int
                     anchors = np.ascontiguousarray(group.rows[:, column : column + 3]) + 0.0
                     found.setdefault(form, []).append((first + number, anchors))
     return list(found.values())
+
+
+def _numbered(anchors: Floats) -> tuple[int, npt.NDArray[np.int64]]:
+    """(how many numbers there are, one for each row), the same for rows that are equal to the bit."""
+    count, number = 1, np.zeros(len(anchors), np.int64)
+    for axis in range(3):
+        values, index = np.unique(anchors[:, axis].view(np.int64), return_inverse=True)
+        count, number = count * len(values), number * len(values) + index.reshape(-1)
+        if count > 2 * len(anchors):
+            values, index = np.unique(number, return_inverse=True)
+            count, number = len(values), index.reshape(-1)
+    return count, number
 
 
 def has_form(group: Group, column: int) -> bool:

@@ -22,7 +22,7 @@ from .surfaces import Remainders
 
 Whole = npt.NDArray[Any]
 
-_CHUNK, _USES = 1 << 14, 1 << 17
+_CHUNK = 1 << 14
 _LEAST = 1e-100
 """Times the square of a direction's least component that is still a number."""
 _WIDE, _WIDEST = 2.0**10, 2.0**20
@@ -69,8 +69,8 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     limits = apart(no_limits(cells + sheets + polygons))
     per_surface = np.zeros((3, max(int(surface.max(initial=-1)) for surface, _, _ in parts) + 1))
     for surface, owner, users in parts:
-        for begin in range(0, len(surface), _USES):
-            some = slice(begin, begin + _USES)
+        for begin in range(0, len(surface), _CHUNK):
+            some = slice(begin, begin + _CHUNK)
             _weigh(tables, boxes, rest, size, (surface[some], owner[some], users[some]), limits, per_surface)
     of_cells = limits[:cells]
     return tables._replace(
@@ -98,8 +98,19 @@ def _anchors(tables: Tables, surface: Whole) -> Floats:
     kind, row = tables.surface_kind[surface], tables.surface_row[surface]
     anchors = np.empty((len(surface), 3))
     for which, table, first in ((0, tables.planes, 4), (1, tables.spheres, 0), (2, tables.quadrics, 0)):
-        anchors[kind == which] = table[row[kind == which], first : first + 3]
+        own = kind == which
+        if own.all():
+            return table[row, first : first + 3]
+        anchors[own] = table[row[own], first : first + 3]
     return anchors
+
+
+def _sums(rows: Floats) -> Floats:
+    """The sums of the last axis, from left to right as `np.sum` of few numbers has them, all rows at once."""
+    total: Floats = rows[..., 0].copy()
+    for column in range(1, rows.shape[-1]):
+        total += rows[..., column]
+    return total
 
 
 def reaches(
@@ -107,10 +118,13 @@ def reaches(
 ) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """(how far from its anchor a surface is used, is that bounded) of every use."""
     anchors = _anchors(tables, surface)
-    low, high = boxes[entry, :3], boxes[entry, 3:]
-    bounded = np.asarray(np.isfinite(low).all(axis=1) & np.isfinite(high).all(axis=1))
-    away = np.where(bounded[:, None], np.maximum(np.abs(low - anchors), np.abs(high - anchors)), 0.0)
-    reach = np.sqrt((away**2).sum(axis=1)) * (1 + 1e-12) + 1e-300
+    ends = boxes[entry]
+    bounded = np.isfinite(ends[:, 0])
+    for column in range(1, 6):
+        bounded &= np.isfinite(ends[:, column])
+    away = np.maximum(np.abs(ends[:, :3] - anchors), np.abs(ends[:, 3:] - anchors))
+    away[~bounded] = 0.0
+    reach = np.sqrt(_sums(away**2)) * (1 + 1e-12) + 1e-300
     reach = np.where(bounded, reach, _WIDE * size)
     ball = tables.surface_kind[surface] == SPHERE
     reach[ball] = tables.spheres[tables.surface_row[surface[ball]], 3]
@@ -133,9 +147,9 @@ def size_of(tables: Tables, boxes: Floats) -> float:
 
 def _sizes(quadrics: Floats) -> tuple[Floats, Floats, Floats]:
     """Bounds on the second-order, linear and constant terms at distance 1 from the anchor."""
-    rows = np.sqrt((quadrics[:, 3:12].reshape(-1, 3, 3) ** 2).sum(axis=2))
+    rows = np.sqrt(_sums(quadrics[:, 3:12].reshape(-1, 3, 3) ** 2))
     squares, linear = np.abs(quadrics[:, 12:15]), np.abs(quadrics[:, 15:18])
-    return (squares * rows**2).sum(axis=1), (linear * rows).sum(axis=1), np.abs(quadrics[:, 18])
+    return _sums(squares * rows**2), _sums(linear * rows), np.abs(quadrics[:, 18])
 
 
 def kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> Floats:
@@ -144,7 +158,7 @@ def kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> F
     kappa = np.full(len(surface), KAPPA_OF_BALLS)
     flat, curved = kind == 0, kind == 2
     kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), KAPPA_OF_PLANES, 0.0)
-    off = np.sqrt((rest.quadrics[tables.quadric_rest[row[curved]], :3] ** 2).sum(axis=1))
+    off = np.sqrt(_sums(rest.quadrics[tables.quadric_rest[row[curved]], :3] ** 2))
     kappa[curved] = KAPPA + 8.0 * off / reach[curved]
     return kappa
 
@@ -190,7 +204,7 @@ def limit_owners(
     limits: Floats, flat: Any, owner: Whole, reach: Floats, bounded: Any, kappa: Floats, boxes: Floats, size: float
 ) -> None:
     """Take uses into the limits of their owners."""
-    around = np.where(bounded, np.abs(np.where(bounded[:, None], boxes, 0.0)).sum(axis=1), _WIDE * size)
+    around = np.where(bounded, _sums(np.abs(boxes)), _WIDE * size)
     exact = ~bounded & flat & (kappa == 0)
     off = 0.5 * np.sqrt(kappa) * reach + RELATIVE * np.where(exact, _WIDEST * size, around)
     np.maximum.at(limits[:, 0], owner, off)
@@ -210,7 +224,7 @@ def limits_of_planes(tables: Tables, rest: Remainders, own: Whole, reach: Floats
     """`plane_limits` of some surfaces that are planes."""
     row = tables.surface_row[own]
     result = np.empty((len(own), 2))
-    length = np.sqrt((tables.planes[row, :3] ** 2).sum(axis=1))
+    length = np.sqrt(_sums(tables.planes[row, :3] ** 2))
     result[:, 0] = (np.maximum(2.0 * np.sqrt(kappa), 2.0**-40) * length) ** 2
     plain = (
         ~_inexact(rest.planes[row]) & ((tables.planes[row, :3] != 0).sum(axis=1) == 1) & (tables.planes[row, 3] == 0)

@@ -196,11 +196,13 @@ class _Finish:
         self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: Floats
     ) -> npt.NDArray[np.int64]:
         """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
+        if self.ball_count == 0:
+            return np.zeros(0, np.int64)
         single = self.single
         middle = spheres[:1, :3].mean(axis=0) if len(spheres) else np.zeros(3)
         numbers = coefficients(kind[curved], row[curved], spheres, quadrics, middle)
         round_ = np.abs(numbers[:, :6] - (1, 1, 1, 0, 0, 0)).max(axis=1) < _NEARLY
-        if self.ball_count == 0 or not round_.any():
+        if not round_.any():
             return np.zeros(0, np.int64)
         across = np.random.default_rng(20261123).normal(size=3)
         own = np.sort(-dot_rows(numbers[round_, 6:9], across))
