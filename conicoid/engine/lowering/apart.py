@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import mmap
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -25,13 +26,25 @@ def empty(shape: int | tuple[int, ...], dtype: Any) -> npt.NDArray[Any]:
         return np.zeros(sizes, dtype)
     flags = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_ANONYMOUS") else {}
     memory = mmap.mmap(-1, count * np.dtype(dtype).itemsize, **flags)
+    if hasattr(mmap, "MADV_HUGEPAGE"):
+        with suppress(OSError):  # as NumPy asks for, where the system has large pages
+            memory.madvise(mmap.MADV_HUGEPAGE)
     return np.frombuffer(memory, dtype, count).reshape(sizes)
 
 
 def apart(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """A copy of an array in memory of its own; itself, if it is small and no view of something larger."""
-    if array.nbytes < _LEAST and array.base is None:
+    """A copy of an array in memory of its own; itself, if it is small and no view of something larger, or has it."""
+    if (array.nbytes < _LEAST and array.base is None) or _has_its_own(array):
         return array
     copy = empty(array.shape, array.dtype)
     copy[...] = array
     return copy
+
+
+def _has_its_own(array: npt.NDArray[Any]) -> bool:
+    """Is it all of what `empty` has given?"""
+    owner: Any = array
+    while isinstance(owner, np.ndarray) and owner.base is not None:
+        owner = owner.base
+    memory = owner.obj if isinstance(owner, memoryview) else owner
+    return isinstance(memory, mmap.mmap) and len(memory) == array.nbytes
