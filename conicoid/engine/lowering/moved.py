@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -189,18 +190,30 @@ class _Moved:
         numbers = np.delete(moved.base[column : column + 2 * size + 1], [0, 1, 2])
         return replace(surface, anchor=ORIGIN).key(), numbers.tobytes()
 
+    def _made(self, which: int) -> Solid:
+        """The shape of one of the bodies."""
+        return self.bodies.made(self.kind, self.shifts.of(which))
+
+    def _numbers(self, shape: Solid) -> Floats:
+        """The columns of a body but for its boxes, worked out alone."""
+        numbers = self.alone.numbers(shape)
+        if len(numbers) != self._column(self.part.pattern.corners_at):
+            raise _OfOtherStructure
+        return numbers
+
     def _alone(self, which: int) -> Floats:
-        """The columns of one of the bodies but for its boxes, worked out alone."""
+        """Those of one of the bodies."""
         if which not in self.known:
-            self.known[which] = self.alone.numbers(self.bodies.made(self.kind, self.shifts.of(which)))
-            if len(self.known[which]) != self._column(self.part.pattern.corners_at):
-                raise _OfOtherStructure
+            self.known[which] = self._numbers(self._made(which))
         return self.known[which]
 
     def _work_out(self, leads: list[int]) -> None:
         """Make sure that bodies are known: those of several parts together, which is to the bit the same."""
         missing = [lead for lead in leads if lead not in self.known]
         if len(missing) < FEWEST or len(self.part.pattern.cells) < FEWEST:
+            shapes = list(map(self._made, missing))
+            self.alone.prepare(shapes)
+            self.known.update((lead, self._numbers(shape)) for lead, shape in zip(missing, shapes, strict=True))
             return
         together = Together()
         for lead in missing:
@@ -214,16 +227,24 @@ class _Moved:
             some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
             self.known.update(zip(numbers.tolist(), some, strict=True))
 
-    def _leads(self, key: Any) -> _Alone:
-        """One body for each value of a key; those on the diagonal, if there are some, as they serve several axes."""
+    @cached_property
+    def _aside(self) -> Floats:
+        """How far the bodies are from the diagonal of their shifts."""
         index = self.shifts.index
         share = index / (1.0 + index.max(axis=1, keepdims=True))
         some = index.max(axis=1) > 0
-        aside = np.ptp(share[some], axis=0) if some.any() else np.zeros(index.shape[1])
-        order = np.lexsort((aside, key))
-        begins = np.concatenate([[True], np.diff(np.asarray(key)[order]) != 0])
-        leads, which = order[begins], np.empty(len(order), np.int32)
-        which[order] = np.cumsum(begins) - 1
+        return np.ptp(share[some], axis=0) if some.any() else np.zeros(index.shape[1])
+
+    def _leads(self, key: Any) -> _Alone:
+        """One body for each value of a key; those on the diagonal, if there are some, as they serve several axes."""
+        key = np.asarray(key)
+        least = np.full(int(key.max()) + 1, np.inf)
+        np.minimum.at(least, key, self._aside)
+        there = np.isfinite(least)
+        which = (np.cumsum(there, dtype=np.int32) - np.int32(1))[key]
+        nearest = np.flatnonzero(self._aside == least[key])[::-1]
+        leads = np.empty(int(there.sum()), np.int64)
+        leads[which[nearest]] = nearest  # of equal ones the first
         self._work_out(leads.tolist())
         alone = np.array([self._alone(lead) for lead in leads.tolist()])
         return _Alone(leads.astype(np.int32), which, alone)
