@@ -67,15 +67,21 @@ def ask(scene: Prepared, kernel: Callable[..., Any], room: Room, *arguments: Any
 def settle_hits(scene: Prepared, rays: RayArrays, doubtful: Any, found: Found) -> None:
     """Decide the first hits of rays that may be doubtful, in place."""
     asked = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
+    rooms: list[Room] = []  # as large as the scene, so one for each thread, which its chunks use in turn
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        settle_first(geometry, halted_with(geometry, new_room(scene)), rays, asked, begin, end, found)
+        try:
+            room = rooms.pop()
+        except IndexError:
+            room = new_room(scene)
+        settle_first(geometry, halted_with(geometry, room), rays, asked, begin, end, found)
+        rooms.append(room)
 
     count = len(doubtful)
     run_on(scene.geometry, work, count, max(_CHUNK, count // 64), count)
     left = asked.which[asked.still == 1].tolist()
     if left:
-        room = new_room(scene)
+        room = rooms.pop() if rooms else new_room(scene)
         for i in left:
             rank_exactly(scene, room.ranks, rays, i)
             ask(scene, ranked_first, room, rays, i, found)
