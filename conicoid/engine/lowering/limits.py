@@ -67,11 +67,12 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     parts = list(zip(uses.surfaces, uses.owners, uses.entries, strict=True))
     size = size_of(tables, boxes) if any(len(surface) for surface, _, _ in parts) else 1.0
     limits = apart(no_limits(cells + sheets + polygons))
+    known = _of_planes(rest.planes), _of_anchors(rest.quadrics)
     per_surface = np.zeros((3, max(int(surface.max(initial=-1)) for surface, _, _ in parts) + 1))
     for surface, owner, users in parts:
         for begin in range(0, len(surface), _CHUNK):
             some = slice(begin, begin + _CHUNK)
-            _weigh(tables, boxes, rest, size, (surface[some], owner[some], users[some]), limits, per_surface)
+            _weigh(tables, boxes, known, size, (surface[some], owner[some], users[some]), limits, per_surface)
     of_cells = limits[:cells]
     return tables._replace(
         plane_limits=apart(_planes(tables, rest, *per_surface[:2])),
@@ -155,17 +156,35 @@ def _sizes(quadrics: Floats) -> tuple[Floats, Floats, Floats]:
 def kappas(tables: Tables, rest: Remainders, surface: Whole, reach: Floats) -> Floats:
     """kappa of every use of a surface."""
     kind, row = tables.surface_kind[surface], tables.surface_row[surface]
-    kappa = np.full(len(surface), KAPPA_OF_BALLS)
     flat, curved = kind == 0, kind == 2
-    kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), KAPPA_OF_PLANES, 0.0)
-    off = np.sqrt(_sums(rest.quadrics[tables.quadric_rest[row[curved]], :3] ** 2))
+    of_planes = _of_planes(rest.planes[row[flat]])
+    return _kappas(flat, curved, of_planes, _of_anchors(rest.quadrics[tables.quadric_rest[row[curved]]]), reach)
+
+
+def _of_planes(rest: Floats) -> Floats:
+    """kappa of planes, from what rounding took from their records."""
+    return np.where(_inexact(rest), KAPPA_OF_PLANES, 0.0)
+
+
+def _of_anchors(rest: Floats) -> Floats:
+    """How far the anchors of quadrics were rounded."""
+    return np.sqrt(_sums(rest[:, :3] ** 2))
+
+
+def _kappas(flat: Any, curved: Any, of_planes: Floats, off: Floats, reach: Floats) -> Floats:
+    """`kappas` of uses, of which some are planes and some are quadrics, from what is known of these."""
+    kappa = np.full(len(reach), KAPPA_OF_BALLS)
+    kappa[flat] = of_planes
     kappa[curved] = KAPPA + 8.0 * off / reach[curved]
     return kappa
 
 
 def _inexact(rest: Floats) -> npt.NDArray[np.bool_]:
     """Was anything rounded in each record?"""
-    return np.asarray((rest != 0.0).any(axis=1))
+    found = np.zeros(len(rest), bool)
+    for column in range(rest.shape[1]):
+        found |= rest[:, column] != 0.0
+    return found
 
 
 def no_limits(count: int) -> Floats:
@@ -176,17 +195,20 @@ def no_limits(count: int) -> Floats:
 
 
 def _weigh(
-    tables: Tables, boxes: Floats, rest: Remainders, size: float, uses: tuple[Whole, Whole, Whole], limits: Floats,
-    per_surface: Floats,
+    tables: Tables, boxes: Floats, known: tuple[Floats, Floats], size: float, uses: tuple[Whole, Whole, Whole],
+    limits: Floats, per_surface: Floats,
 ) -> None:  # fmt: skip
     """Take some uses, surfaces with their owners and entries, into the limits of owners and the most of surfaces.
 
+    known: kappa of each plane, and how far the anchor of each row of what was rounded of quadrics is off.
     per_surface (3, surfaces): the largest reach, the largest kappa, whether some use has no end.
     """
     surface, owner, users = uses
     reach, bounded = reaches(tables, boxes, surface, users, size)
-    kappa = kappas(tables, rest, surface, reach)
-    limit_owners(limits, tables.surface_kind[surface] == 0, owner, reach, bounded, kappa, boxes[users], size)
+    kind, row = tables.surface_kind[surface], tables.surface_row[surface]
+    flat, curved = kind == 0, kind == 2
+    kappa = _kappas(flat, curved, known[0][row[flat]], known[1][tables.quadric_rest[row[curved]]], reach)
+    limit_owners(limits, flat, owner, reach, bounded, kappa, boxes[users], size)
     for numbers, of_use in zip(per_surface, (reach, kappa, ~bounded), strict=True):
         np.maximum.at(numbers, surface, of_use)
 
@@ -207,9 +229,13 @@ def limit_owners(
     around = np.where(bounded, _sums(np.abs(boxes)), _WIDE * size)
     exact = ~bounded & flat & (kappa == 0)
     off = 0.5 * np.sqrt(kappa) * reach + RELATIVE * np.where(exact, _WIDEST * size, around)
-    np.maximum.at(limits[:, 0], owner, off)
     far = np.where(bounded, FAR * reach, np.where(exact, _WIDEST * size, _WIDE * size))
-    np.minimum.at(limits[:, 1], owner, far)
+    if (owner[1:] > owner[:-1]).all():
+        limits[owner, 0] = np.maximum(limits[owner, 0], off)
+        limits[owner, 1] = np.minimum(limits[owner, 1], far)
+    else:
+        np.maximum.at(limits[:, 0], owner, off)
+        np.minimum.at(limits[:, 1], owner, far)
 
 
 def _planes(tables: Tables, rest: Remainders, reach: Floats, kappa: Floats) -> Floats:

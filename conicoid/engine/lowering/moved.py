@@ -304,7 +304,8 @@ class _Moved:
 
 def _least(groups: Ints, records: Floats) -> Ints:
     """For each row the one of its group whose record comes first in order, as `surfaces` chooses among equals."""
-    order = np.lexsort((*records.T[::-1], groups))
+    differing = [column for column in records.T[::-1] if (column != column[0]).any()]
+    order = np.lexsort((*differing, groups))
     begins = np.concatenate([[True], np.diff(groups[order]) != 0])
     found = np.empty(len(groups), np.int32)
     found[order] = order[np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))]
