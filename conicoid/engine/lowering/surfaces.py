@@ -308,15 +308,27 @@ def _some_coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats
     result[ball, :3] = 1.0
     result[ball, 6:9] = -p[ball]
     result[ball, 9] = (p[ball] ** 2).sum(axis=1) - spheres[row[ball], 3] ** 2
-    q = quadrics[row[~ball]]
-    w, s, b = q[:, 3:12].reshape(-1, 3, 3), q[:, 12:15], q[:, 15:18]
-    a = sum(s[:, k, None, None] * w[:, k, :, None] * w[:, k, None, :] for k in range(3))
-    shift = -dot_rows(w, p[~ball][:, None])
-    result[~ball, :6] = a[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
-    result[~ball, 6:9] = dot_rows(w.transpose(0, 2, 1), (s * shift + b)[:, None])
-    result[~ball, 9] = (s * shift**2 + 2 * b * shift).sum(axis=1) - q[:, 18]
-    size = np.abs(result[:, :6]).max(axis=1, keepdims=True, initial=0.0)
-    return result / np.where(size > 0, size, 1.0)
+    if not ball.all():
+        result[~ball] = _of_quadrics(np.ascontiguousarray(quadrics[row[~ball]].T), np.ascontiguousarray(p[~ball].T)).T
+    size = np.abs(result[:, 0])
+    for column in range(1, 6):
+        np.maximum(size, np.abs(result[:, column]), out=size)
+    return result / np.where(size > 0, size, 1.0)[:, None]
+
+
+def _of_quadrics(q: Floats, p: Floats) -> Floats:
+    """(10, n) of records, (19, n), whose anchors are at p, (3, n)."""
+    result = np.empty((10, q.shape[1]))
+    w, s, b = q[3:12].reshape(3, 3, -1), q[12:15], q[15:18]
+    for row, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+        result[row] = sum(s[k] * w[k, i] * w[k, j] for k in range(3))
+    shift = [-(w[k, 0] * p[0] + w[k, 1] * p[1] + w[k, 2] * p[2]) for k in range(3)]
+    along = [s[k] * shift[k] + b[k] for k in range(3)]
+    for i in range(3):
+        result[6 + i] = w[0, i] * along[0] + w[1, i] * along[1] + w[2, i] * along[2]
+    x, y, z = (s[k] * shift[k] ** 2 + 2 * b[k] * shift[k] for k in range(3))
+    result[9] = x + y + z - q[18]
+    return result
 
 
 def _scaled(features: Floats, leading: int, first_order: tuple[int, ...], second_order: tuple[int, ...]) -> Floats:
