@@ -88,6 +88,13 @@ class MovedRows:
                 rows[:, a - first : b - first] = self._boxes(bodies, at)[:, a - at : b - at]
         return rows
 
+    def distinct(self, column: int) -> tuple[Floats, Ints]:
+        """Of a column that depends on at most one thing: (the different values, which of them each body has)."""
+        for each in self.gathered:
+            if each.first <= column < each.last:
+                return each.values[:, column - each.first], each.index
+        return self.base[column : column + 1], np.zeros(len(self), np.int32)
+
     def maps(self, at: int) -> tuple[Floats, Ints]:
         """Of the row of an affine map that begins at a column: (the different ones (n, 4), which each body has)."""
         for each in self.gathered:
