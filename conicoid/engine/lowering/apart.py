@@ -41,6 +41,14 @@ def apart(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return copy
 
 
+def give_back() -> None:
+    """Let the C library return what it keeps of freed memory to the system, where it is one that can: glibc."""
+    import ctypes
+
+    with suppress(AttributeError, OSError, TypeError):  # other libraries, and systems without one library for all
+        ctypes.CDLL(None).malloc_trim(0)
+
+
 def _has_its_own(array: npt.NDArray[Any]) -> bool:
     """Is it all of what `empty` has given?"""
     owner: Any = array
