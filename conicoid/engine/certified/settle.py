@@ -16,6 +16,7 @@ from .. import tables as table
 from ..arrays.first import trace_first_alone
 from ..arrays.found import Found
 from ..body.hit import is_doubtful
+from ..lowering.apart import empty
 from ..ray import Ray, RayArrays, scaled_ray
 from ..surface.decide import CROSSES, MISSES, Rest
 from ..tables import POLYGON, Geometry, length
@@ -32,20 +33,23 @@ _CHUNK = 256
 
 
 def new_room(scene: Prepared) -> Room:
-    """Room for one thread. Memory from `zeros` is taken only where it is written to."""
+    """Room for one thread, as large as the scene. Memory is taken only where it is written to."""
     geometry = scene.geometry
     surfaces, polygons = int(length(geometry, table.SURFACE_KIND)), int(length(geometry, table.POLYGON_SURFACE))
     most = 2 * surfaces + 8
 
     def whole(count: int) -> Any:
-        return np.zeros(count, np.int32)
+        return empty(count, np.int32, sparse=True)
+
+    def real(count: int) -> Any:
+        return empty(count, np.float64, sparse=True)
 
     ranks = Ranks(
         whole(surfaces), whole(surfaces), whole(2 * surfaces), whole(surfaces),
-        np.zeros(most), np.zeros(most), np.zeros(most), whole(most), np.zeros(most), whole(most), np.zeros(most),
+        real(most), real(most), real(most), whole(most), real(most), whole(most), real(most),
         whole(polygons), np.zeros(2, np.int64),
     )  # fmt: skip
-    return Room(scene.rest, Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks)
+    return Room(scene.rest, Geometry(geometry.places, geometry.integers, real(len(geometry.floats))), ranks)
 
 
 def halted_with(geometry: Geometry, room: Room) -> Room:

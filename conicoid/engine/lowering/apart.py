@@ -18,15 +18,15 @@ _LEAST = 1 << 20
 """Bytes that are worth it."""
 
 
-def empty(shape: int | tuple[int, ...], dtype: Any) -> npt.NDArray[Any]:
-    """An array of zeros, like `np.zeros`."""
+def empty(shape: int | tuple[int, ...], dtype: Any, sparse: bool = False) -> npt.NDArray[Any]:
+    """An array of zeros, like `np.zeros`. `sparse`: little of it will be written to, and only that takes memory."""
     sizes = shape if isinstance(shape, tuple) else (shape,)
     count = math.prod(sizes)
     if count * np.dtype(dtype).itemsize < _LEAST:
         return np.zeros(sizes, dtype)
     flags = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_ANONYMOUS") else {}
     memory = mmap.mmap(-1, count * np.dtype(dtype).itemsize, **flags)
-    if hasattr(mmap, "MADV_HUGEPAGE"):
+    if hasattr(mmap, "MADV_HUGEPAGE") and not sparse:
         with suppress(OSError):  # as NumPy asks for, where the system has large pages
             memory.madvise(mmap.MADV_HUGEPAGE)
     return np.frombuffer(memory, dtype, count).reshape(sizes)
