@@ -161,9 +161,11 @@ HALT = 2 * LENGTHS
 """In `Geometry.places`: not 0 if kernels are to end early; what they return then is discarded."""
 STEPS = HALT + 1
 """In `Geometry.places`: about how many steps one ray may take at most, if it meets all there is."""
+LEAVES, GATES = 2 * LENGTHS + 2, 2 * LENGTHS + 3
+"""In `Geometry.places`: the most leaves, and the most gates, of a program; at least 1."""
 
 
-@shaped(places="110", integers="*", floats="*")
+@shaped(places="112", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 
@@ -171,7 +173,7 @@ class Geometry(NamedTuple):
     it and write none of it.
     """
 
-    places: Longs  # [2 tables + 2] where each table begins, then their lengths; HALT, STEPS
+    places: Longs  # [2 tables + 4] where each table begins, then their lengths; HALT, STEPS, LEAVES, GATES
     integers: Ints
     floats: Floats
 
@@ -193,18 +195,18 @@ def pack(columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> G
     Each is taken out of `columns` as it is copied, so that a large scene is never in memory twice.
     """
     tables = Tables(**columns)
-    geometry, most = room_for(tables), steps(tables)
+    geometry = room_for(tables)
+    put_sizes(geometry, tables)
     del tables
     for k, name in enumerate(Tables._fields):
         table = columns.pop(name)
         if name not in later:
             _room(geometry, k, table)[...] = table
-    geometry.places[STEPS] = most
     return geometry
 
 
 def room_for(tables: Tables) -> Geometry:
-    """Room for tables of these shapes end to end, which the caller fills, floats being 0; and then `STEPS`."""
+    """Room for tables of these shapes end to end, which the caller fills, floats being 0; and then `put_sizes`."""
     places, integers, floats = places_of(tables)
     return Geometry(places, np.empty(integers, np.int32), aligned(floats + SPARE))
 
@@ -212,7 +214,7 @@ def room_for(tables: Tables) -> Geometry:
 def places_of(tables: Tables, order: Sequence[int] = range(LENGTHS)) -> tuple[Longs, int, int]:
     """(`Geometry.places`, how many integers, how many floats) of tables of these shapes end to end in some order."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
-    places = np.zeros(2 * LENGTHS + 2, np.int64)
+    places = np.zeros(2 * LENGTHS + 4, np.int64)
     ends = [0, 0]
     for k in order:
         table = arrays[k]
@@ -222,10 +224,14 @@ def places_of(tables: Tables, order: Sequence[int] = range(LENGTHS)) -> tuple[Lo
     return places, ends[0], ends[1]
 
 
-def steps(tables: Tables) -> int:
-    """Every entry and corner is met; and of a body every leaf, which may turn all gates."""
+def put_sizes(geometry: Geometry, tables: Tables) -> None:
+    """Put what is said of all programs into `geometry.places`.
+
+    For `STEPS` every entry and corner is met; and of a body every leaf, which may turn all gates.
+    """
     leaves, gates = (np.diff(first).astype(np.int64) for first in (tables.program_leaf, tables.program_gate))
-    return len(tables.entry_kind) + len(tables.vertices) + int(np.dot(leaves, gates))
+    geometry.places[STEPS] = len(tables.entry_kind) + len(tables.vertices) + int(np.dot(leaves, gates))
+    geometry.places[LEAVES], geometry.places[GATES] = (int(np.max(each, initial=1)) for each in (leaves, gates))
 
 
 def shared(tables: Tables, geometry: Geometry) -> Tables:

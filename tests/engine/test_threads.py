@@ -11,7 +11,7 @@ import pytest
 import conicoid as co
 from conicoid.compiler import beside
 from conicoid.engine import threads
-from conicoid.engine.tables import HALT, STEPS
+from conicoid.engine.tables import GATES, HALT, LEAVES, STEPS
 
 SCENE = co.Scene([co.Sphere(1) - co.Box((0, 0, 0), (2, 2, 2)), co.Spheres([(3, 0, 0), (5, 0, 0)], 0.5)])
 STEPS_OF_SCENE = 2 * 1 + 3  # a difference of two leaves has one gate; three entries
@@ -115,6 +115,34 @@ def test_chunks_grow_while_they_are_short_and_shrink_when_they_are_long():
 def test_steps_are_counted():
     assert SCENE.geometry.places[STEPS] == STEPS_OF_SCENE
     assert co.Scene([co.Polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)])]).geometry.places[STEPS] == 1 + 3
+
+
+def test_memory_of_a_thread_is_for_the_largest_body():
+    one, two = co.Sphere(1.0) - co.Box(), co.Sphere(1.0, (5, 0, 0)) - co.Box((4, 0, 0), (5, 1, 1)) - co.Sphere(0.2)
+    three = two | (co.Sphere(1.0, (9, 0, 0)) & co.Box((8, 0, 0), (9, 1, 1)))
+
+    def most(scene: co.Scene) -> list[int]:
+        return scene.geometry.places[[LEAVES, GATES]].tolist()
+
+    assert most(co.Scene([co.Sphere(1.0)])) == [1, 1]
+    assert most(co.Scene([one] * 3)) == [2, 1]
+    assert most(co.Scene([one, two])) == [3, 1]
+    assert most(co.Scene([one, three, two])) == [5, 3]  # the union, and each of its parts
+    scene = co.Scene([co.Body(one, name="one"), co.Body(two, name="two")])
+    scene.prepare()
+    assert most(scene.replace("one", three)) == [5, 3]
+
+
+def test_bodies_of_several_programs_are_asked_in_turn():
+    halves = [co.Sphere(1.0, (3 * k, 0, 0)) & co.HalfSpace((0, 0, 1), 0) for k in range(2)]
+    shells = [co.Sphere(1.0, (3 * k, 0, 0)) - co.Sphere(0.5, (3 * k, 0, 0)) for k in range(2, 4)]
+    scene = co.Scene([halves[0], shells[0], halves[1], shells[1]])
+    for _ in range(2):
+        for k, (z, inside) in enumerate([(-0.2, True), (0.2, False), (-0.7, True), (0.2, False)]):
+            x = (0, 3, 6, 9)[k]
+            assert scene.contains((x, 0.0, z)) == inside
+    points = [(x, 0.0, z) for z in (-0.7, 0.2, 0.7) for x in (0, 6, 3, 9)]
+    assert scene.contains(points).tolist() == [True] * 4 + [False] * 4 + [False, True, False, True]
 
 
 @pytest.mark.parametrize(("rays", "elsewhere"), [(1, False), ((1 << 24) // STEPS_OF_SCENE + 1, True)])

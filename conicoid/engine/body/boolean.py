@@ -4,7 +4,7 @@ Every leaf of a body's program gives the ends of its spans as events. They are s
 groups of equal t: all leaves of a group turn at once, and only if the body's value differs before
 and after the group is there a crossing. So coincident faces cancel or count once, without a tolerance.
 
-All of it relies on `scratch.counts` having every leaf outside at the beginning, and leaves it so (`turn_back`).
+All of it has every leaf outside in `scratch.counts` at the beginning (`hold`), and leaves it so (`turn_back`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..surface.nearness import Nearness, beyond, near, nearness_of
 from ..tables import Geometry, halted, halted_now_and_then, integer, whole
 from ..tree.walk import walk
 from .cell import cell_spans, place_face
-from .gates import root_value, turn_leaf
+from .gates import hold, put_outside, root_value, turn_leaf
 from .scratch import CROSS_ENTERS, CROSS_PLACE, CROSS_SENSE, CROSS_T, EVENT, KNOWN, LEAF, ON, PLACE, TIME, Scratch
 
 
@@ -133,6 +133,7 @@ def sweep(
     """
     t_min, t_max = ray.t_min, ray.t_max
     gates, event, unsure, found = scratch.counts, scratch.event, False, 0
+    hold(geometry, gates, program)
     done = _turned_until(geometry, scratch, 0, events, t_min, True)
     unsure |= (done > 0) & (done < events) and _unsettled(geometry, scratch, done, nearness)
     inside = root_value(geometry, gates, program)
@@ -174,8 +175,7 @@ def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> 
     """Undo the first `done` events: every leaf is outside again."""
     first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
     if last - first <= done:
-        for gate in range(first, last):
-            scratch.counts[gate] = integer(geometry, table.GATE_START, gate)
+        put_outside(geometry, scratch.counts, program)
         return
     for i in range(done - 1, -1, -1):
         if halted_now_and_then(geometry, i):
@@ -188,6 +188,7 @@ def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> 
 def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t: float) -> tuple[bool, bool]:
     """(inside just before t, inside just after t) of a region."""
     events, _ = gather(geometry, scratch, program, ray)
+    hold(geometry, scratch.counts, program)
     done = _turned_until(geometry, scratch, 0, events, t, False)
     before = root_value(geometry, scratch.counts, program)
     done = _turned_until(geometry, scratch, done, events, t, True)
@@ -217,6 +218,7 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
     ray = with_limits(ray, t, t)
     nearness = nearness_of(geometry, table.PROGRAM_LIMITS, program, ray, span_inverse(ray))
     events, unsure = gather(geometry, scratch, program, ray)
+    hold(geometry, scratch.counts, program)
     for sweep in range(2):
         for i in range(events):
             if halted_now_and_then(geometry, i):

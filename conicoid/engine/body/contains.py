@@ -15,7 +15,7 @@ from ..surface.quadric import Sphere, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
 from ..tables import BALL, CELL, PLANE, REGION, SPHERE, Geometry, integer, whole
 from .boolean import leaves_met
-from .gates import root_value, turn_leaf
+from .gates import hold, root_value, turn_leaf
 from .scratch import EVENT, LEAF, Scratch
 
 INSIDE = 1
@@ -99,6 +99,7 @@ def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x:
     if kind != REGION:
         return 0
     held, certain = 0, True
+    hold(geometry, scratch.counts, index)
     for k in range(leaves_met(geometry, scratch, index, point_ray(x, y, z))):
         if table.halted_now_and_then(geometry, k):
             break

@@ -11,6 +11,7 @@ from .. import tables as table
 from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry, Ints, Signs, integer, length
 from ..tree.walk import way_size
+from .gates import HELD
 
 TIME, EVENT = 2, 6
 """How many numbers in `time` and `event` belong to one event, and to the crossing with the same number."""
@@ -26,12 +27,13 @@ KNOWN = -1
 class Scratch(NamedTuple):
     """Scratch memory, sized for the largest body of a scene, allocated once for each chunk of rays.
 
-    Between rays `counts` has every leaf outside and found_leaves[KNOWN] is -1; whoever changes them restores them.
+    Between rays `counts` has every leaf outside (`gates.hold`) and found_leaves[KNOWN] is -1; whoever changes them
+    restores them.
     """
 
     time: Floats  # (TIME each) t of a region's events, the span ends of its leaves; of a body's crossings
     event: Ints  # (EVENT each) what they are
-    counts: Ints  # true inputs of every gate; between rays as they are with every leaf outside
+    counts: Ints  # true inputs of the gates of one program, see gates.py
     way: Floats  # of the walk through the scene's tree, see tree/walk.py
     inner_way: Floats  # of the walk through the tree of a body's leaves
     found: Ints  # entries whose boxes the ray meets
@@ -42,20 +44,16 @@ class Scratch(NamedTuple):
 @allocator
 def new_scratch(geometry: Geometry) -> Scratch:
     """Scratch memory for one thread."""
-    leaves = 1
-    for program in range(length(geometry, table.PROGRAM_LEAF) - 1):
-        its = integer(geometry, table.PROGRAM_LEAF, program + 1) - integer(geometry, table.PROGRAM_LEAF, program)
-        leaves = max(leaves, its)
+    leaves = geometry.places[table.LEAVES]
     events, depth = 4 * leaves + 4, integer(geometry, table.TREE_DEPTH, 0) + MOST_CHOSEN
-    gates = np.empty(length(geometry, table.GATE_START), np.int32)
-    for gate in range(len(gates)):
-        gates[gate] = integer(geometry, table.GATE_START, gate)
+    counts = np.empty(geometry.places[table.GATES] + 1, np.int32)
+    counts[HELD] = -1
     found_leaves = np.empty(leaves + 1, np.int32)
     found_leaves[KNOWN] = -1
     return Scratch(
         np.empty(TIME * events),
         np.empty(EVENT * events, np.int32),
-        gates,
+        counts,
         np.empty(way_size(depth)),
         np.empty(way_size(depth)),
         np.empty(length(geometry, table.ENTRY_KIND), np.int32),

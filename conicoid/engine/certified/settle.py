@@ -16,6 +16,7 @@ from .. import tables as table
 from ..arrays.first import trace_first_alone
 from ..arrays.found import Found
 from ..body.hit import is_doubtful
+from ..lowering.apart import empty
 from ..ray import Ray, RayArrays, scaled_ray
 from ..surface.decide import CROSSES, MISSES, Rest
 from ..tables import POLYGON, Geometry, length
@@ -32,20 +33,23 @@ _CHUNK = 256
 
 
 def new_room(scene: Prepared) -> Room:
-    """Room for one thread. Memory from `zeros` is taken only where it is written to."""
+    """Room for one thread, as large as the scene. Memory is taken only where it is written to."""
     geometry = scene.geometry
     surfaces, polygons = int(length(geometry, table.SURFACE_KIND)), int(length(geometry, table.POLYGON_SURFACE))
     most = 2 * surfaces + 8
 
     def whole(count: int) -> Any:
-        return np.zeros(count, np.int32)
+        return empty(count, np.int32, sparse=True)
+
+    def real(count: int) -> Any:
+        return empty(count, np.float64, sparse=True)
 
     ranks = Ranks(
         whole(surfaces), whole(surfaces), whole(2 * surfaces), whole(surfaces),
-        np.zeros(most), np.zeros(most), np.zeros(most), whole(most), np.zeros(most), whole(most), np.zeros(most),
+        real(most), real(most), real(most), whole(most), real(most), whole(most), real(most),
         whole(polygons), np.zeros(2, np.int64),
     )  # fmt: skip
-    return Room(scene.rest, Geometry(geometry.places, geometry.integers, np.zeros(len(geometry.floats))), ranks)
+    return Room(scene.rest, Geometry(geometry.places, geometry.integers, real(len(geometry.floats))), ranks)
 
 
 def halted_with(geometry: Geometry, room: Room) -> Room:
@@ -67,15 +71,21 @@ def ask(scene: Prepared, kernel: Callable[..., Any], room: Room, *arguments: Any
 def settle_hits(scene: Prepared, rays: RayArrays, doubtful: Any, found: Found) -> None:
     """Decide the first hits of rays that may be doubtful, in place."""
     asked = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
+    rooms: list[Room] = []  # as large as the scene, so one for each thread, which its chunks use in turn
 
     def work(geometry: Geometry, begin: int, end: int) -> None:
-        settle_first(geometry, halted_with(geometry, new_room(scene)), rays, asked, begin, end, found)
+        try:
+            room = rooms.pop()
+        except IndexError:
+            room = new_room(scene)
+        settle_first(geometry, halted_with(geometry, room), rays, asked, begin, end, found)
+        rooms.append(room)
 
     count = len(doubtful)
     run_on(scene.geometry, work, count, max(_CHUNK, count // 64), count)
     left = asked.which[asked.still == 1].tolist()
     if left:
-        room = new_room(scene)
+        room = rooms.pop() if rooms else new_room(scene)
         for i in left:
             rank_exactly(scene, room.ranks, rays, i)
             ask(scene, ranked_first, room, rays, i, found)

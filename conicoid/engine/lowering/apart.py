@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import mmap
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -17,21 +18,41 @@ _LEAST = 1 << 20
 """Bytes that are worth it."""
 
 
-def empty(shape: int | tuple[int, ...], dtype: Any) -> npt.NDArray[Any]:
-    """An array of zeros, like `np.zeros`."""
+def empty(shape: int | tuple[int, ...], dtype: Any, sparse: bool = False) -> npt.NDArray[Any]:
+    """An array of zeros, like `np.zeros`. `sparse`: little of it will be written to, and only that takes memory."""
     sizes = shape if isinstance(shape, tuple) else (shape,)
     count = math.prod(sizes)
     if count * np.dtype(dtype).itemsize < _LEAST:
         return np.zeros(sizes, dtype)
     flags = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_ANONYMOUS") else {}
     memory = mmap.mmap(-1, count * np.dtype(dtype).itemsize, **flags)
+    if hasattr(mmap, "MADV_HUGEPAGE") and not sparse:
+        with suppress(OSError):  # as NumPy asks for, where the system has large pages
+            memory.madvise(mmap.MADV_HUGEPAGE)
     return np.frombuffer(memory, dtype, count).reshape(sizes)
 
 
 def apart(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """A copy of an array in memory of its own; itself, if it is small and no view of something larger."""
-    if array.nbytes < _LEAST and array.base is None:
+    """A copy of an array in memory of its own; itself, if it is small and no view of something larger, or has it."""
+    if (array.nbytes < _LEAST and array.base is None) or _has_its_own(array):
         return array
     copy = empty(array.shape, array.dtype)
     copy[...] = array
     return copy
+
+
+def give_back() -> None:
+    """Let the C library return what it keeps of freed memory to the system, where it is one that can: glibc."""
+    import ctypes
+
+    with suppress(AttributeError, OSError, TypeError):  # other libraries, and systems without one library for all
+        ctypes.CDLL(None).malloc_trim(0)
+
+
+def _has_its_own(array: npt.NDArray[Any]) -> bool:
+    """Is it all of what `empty` has given?"""
+    owner: Any = array
+    while isinstance(owner, np.ndarray) and owner.base is not None:
+        owner = owner.base
+    memory = owner.obj if isinstance(owner, memoryview) else owner
+    return isinstance(memory, mmap.mmap) and len(memory) == array.nbytes

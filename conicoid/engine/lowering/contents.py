@@ -19,6 +19,7 @@ from ...shapes.spheres import Spheres
 from ...shapes.surface import Key, Surface
 from ...shapes.vector import FloatArray
 from ..tables import Floats
+from .alone import Alone
 from .moved import moved_rows
 from .parts import part_of, stretched_balls
 from .pattern import Group, Pattern
@@ -167,9 +168,10 @@ class Collected:
         """`_take` for bodies that are one another moved."""
         self.contents.body_count, done = len(bodies), 0
         self.items = [1] * len(bodies)
+        alone = Alone()
         for kind, numbers in enumerate(bodies.members):
             stages.reached(0.0, READ, done, len(bodies))
-            found = moved_rows(bodies, kind, numbers)
+            found = moved_rows(bodies, kind, numbers, alone)
             done += len(numbers)
             if found is not None:
                 self.contents.groups.append(Group(found[0], numbers, found[1]))

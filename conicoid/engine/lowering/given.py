@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,9 @@ from .moved import MovedRows
 from .pattern import SIZES, Group
 from .places import Places
 from .surfaces import ExactSurfaces, SurfaceArrays
+
+_Anchors: TypeAlias = list[tuple[Floats, Ints]]
+"""Of each axis the different coordinates of anchors, and which of them each anchor has."""
 
 
 @dataclass
@@ -40,11 +44,11 @@ class Given:
                     if column in group.rows.leads:
                         lead[at[:, number]] = at[group.rows.leads[column], number]
         for same in _of_one_form(groups, places):
-            numbers, anchors = (np.concatenate(part) for part in zip(*same, strict=True))
-            _, first, index = np.unique(anchors.view("V24").ravel(), return_index=True, return_inverse=True)
-            least = np.full(len(first), places.count, np.int32)
-            np.minimum.at(least, index, numbers)
-            lead[numbers] = least[index]
+            numbers = np.concatenate([part for part, _ in same])
+            count, place = _numbered([anchors for _, anchors in same])
+            least = np.full(count, places.count, np.int32)
+            np.minimum.at(least, place, numbers)
+            lead[numbers] = least[place]
         is_lead = lead == np.arange(places.count, dtype=np.int32)
         row = np.empty(places.count, np.int32)
         for kind in SIZES:
@@ -94,18 +98,35 @@ class Given:
         return dataclasses.replace(surfaces, ids=ids, senses=senses, single=self.leads[surfaces.single])
 
 
-def _of_one_form(groups: Sequence[Group], places: Places) -> list[list[tuple[Ints, Floats]]]:
+def _of_one_form(groups: Sequence[Group], places: Places) -> list[list[tuple[Ints, _Anchors]]]:
     """Numbers and anchors of curved surfaces that are one if their anchors are."""
-    found: dict[Hashable, list[tuple[Ints, Floats]]] = {}
+    found: dict[Hashable, list[tuple[Ints, _Anchors]]] = {}
     for group in groups:
         if isinstance(group.rows, MovedRows):
             first = places.first[group.bodies]
             for number, (_, column, _) in enumerate(group.pattern.records):
                 form = group.rows.forms.get(column)
                 if form is not None:
-                    anchors = np.ascontiguousarray(group.rows[:, column : column + 3]) + 0.0
+                    anchors = [group.rows.distinct(column + axis) for axis in range(3)]
                     found.setdefault(form, []).append((first + number, anchors))
     return list(found.values())
+
+
+def _numbered(parts: Sequence[_Anchors]) -> tuple[int, npt.NDArray[np.int64]]:
+    """(how many numbers there are, one for each anchor), the same for anchors that are equal."""
+    total = sum(len(part[0][1]) for part in parts)
+    count, number = 1, np.zeros(total, np.int64)
+    for axis in range(3):
+        columns = [part[axis] for part in parts]
+        values, place = np.unique(np.concatenate([values for values, _ in columns]), return_inverse=True)
+        ends = np.cumsum([len(values) for values, _ in columns])
+        places = np.split(place.reshape(-1), ends[:-1])
+        index = np.concatenate([mine[which] for mine, (_, which) in zip(places, columns, strict=True)])
+        count, number = count * len(values), number * len(values) + index
+        if count > 2 * total:
+            values, index = np.unique(number, return_inverse=True)
+            count, number = len(values), index.reshape(-1)
+    return count, number
 
 
 def has_form(group: Group, column: int) -> bool:

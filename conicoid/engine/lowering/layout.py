@@ -16,6 +16,8 @@ from .places import Contents, Places
 from .rows import blocks
 from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, end_to_end, finished
 
+_CHUNK = 1 << 15
+
 
 class Layout:
     """The columns of `Tables` but for the tree, from the contents of a scene."""
@@ -79,79 +81,68 @@ class Layout:
 
     def _columns(self, surfaces: SurfaceArrays) -> dict[str, Any]:
         """Cells, programs, sheets and polygons."""
-        cell, planes_of = _table(self.cells, 3), np.zeros(self.cells.count, np.int32)
-        plane, leaf, gate = _table(self.planes, 3), _table(self.leaves, 4), _table(self.gates, 4)
-        program, sheet = _table(self.programs, 2), _table(self.sheets, 4)
-        polygon, corners = _table(self.polygons, 2), np.zeros(self.polygons.count, np.int32)
-        bounds, vertices = np.empty((self.leaves.count, BOX_NUMBERS)), np.empty((self.corners.count, 3))
+        cell, plane = _Columns(self.cells, "ibi"), _Columns(self.planes, "ibi")
+        leaf, gate = _Columns(self.leaves, "iibb"), _Columns(self.gates, "iibi")
+        program, sheet = _Columns(self.programs, "ii"), _Columns(self.sheets, "iibb")
+        polygon, corners = _Columns(self.polygons, "ii"), np.zeros(self.polygons.count, np.int32)
+        planes_of = empty(self.cells.count, np.int32)
+        bounds, vertices = empty((self.leaves.count, BOX_NUMBERS), np.float64), np.empty((self.corners.count, 3))
         for group in self.contents.groups:
             p = group.pattern
-            surface = self.surfaces.first[group.bodies]
-            first_program = self.programs.first[group.bodies]
-            self._put(cell, self.cells, group, p.cells, {0: surface})
-            planes_of[self.cells.rows(group, len(p.cells))] = p.cell_planes
-            self._put(plane, self.planes, group, p.planes, {0: surface})
-            self._put(program, self.programs, group, p.programs, {})
-            self._put(
-                leaf,
-                self.leaves,
-                group,
-                p.leaves,
-                {0: self.cells.first[group.bodies], 1: self.gates.first[group.bodies]},
+            surface, first_program, first_cell, first_gate = (
+                each.first[group.bodies] for each in (self.surfaces, self.programs, self.cells, self.gates)
             )
-            self._put(gate, self.gates, group, p.gates, {0: self.gates.first[group.bodies]})
-            self._put(sheet, self.sheets, group, p.sheets, {0: surface, 1: first_program})
-            self._put(polygon, self.polygons, group, p.polygons, {0: surface, 1: first_program})
+            cell.put(group, p.cells, {0: surface})
+            plane.put(group, p.planes, {0: surface})
+            program.put(group, p.programs, {})
+            leaf.put(group, p.leaves, {0: first_cell, 1: first_gate})
+            gate.put(group, p.gates, {0: first_gate})
+            sheet.put(group, p.sheets, {0: surface, 1: first_program})
+            polygon.put(group, p.polygons, {0: surface, 1: first_program})
+            for k, count in enumerate(p.cell_planes.tolist()):
+                planes_of[first_cell + np.int32(k)] = count
             corners[self.polygons.rows(group, len(p.polygons))] = p.corners
-            bounds[self.leaves.rows(group, len(p.leaves))] = group.rows[:, p.bounds_at : p.box_at].reshape(
-                len(group.rows), -1, BOX_NUMBERS
-            )
+            first_leaf = self.leaves.first[group.bodies]
+            for k in range(len(p.leaves)):
+                at = p.bounds_at + BOX_NUMBERS * k
+                bounds[first_leaf + np.int32(k)] = group.rows[:, at : at + BOX_NUMBERS]
             count = int(p.corners.sum())
             vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
                 len(group.rows), -1, 3
             )
-        cell_quadric, cell_sense = _resolved(surfaces, cell[:, 0])
-        plane_surface, plane_sense = _resolved(surfaces, plane[:, 0])
-        sheet_surface, sheet_sense = _resolved(surfaces, sheet[:, 0])
-        polygon_surface, polygon_sense = _resolved(surfaces, polygon[:, 0])
+        ids_and_senses = [_resolved(surfaces, each.columns[0]) for each in (cell, plane, sheet, polygon)]
+        (cell_quadric, cell_sense), (plane_surface, plane_sense) = ids_and_senses[:2]
+        (sheet_surface, sheet_sense), (polygon_surface, polygon_sense) = ids_and_senses[2:]
         columns = dict(
             cell_quadric=cell_quadric,
-            cell_side=cell[:, 1].astype(np.int8) * cell_sense,
-            cell_face=cell[:, 2],
+            cell_side=cell.signs(1, cell_sense),
+            cell_face=cell.columns[2],
             cell_first=_ends(planes_of),
             plane_surface=plane_surface,
-            plane_side=plane[:, 1].astype(np.int8) * plane_sense,
-            plane_face=plane[:, 2],
-            program_leaf=_ends(program[:, 0]),
-            program_gate=_ends(program[:, 1]),
-            leaf_cell=leaf[:, 0],
-            leaf_gate=leaf[:, 1],
-            leaf_negated=leaf[:, 2].astype(np.int8),
-            leaf_sense=leaf[:, 3].astype(np.int8),
+            plane_side=plane.signs(1, plane_sense),
+            plane_face=plane.columns[2],
+            program_leaf=_ends(program.columns[0]),
+            program_gate=_ends(program.columns[1]),
+            leaf_cell=leaf.columns[0],
+            leaf_gate=leaf.columns[1],
+            leaf_negated=leaf.columns[2],
+            leaf_sense=leaf.columns[3],
             leaf_bounds=bounds,
-            gate_parent=gate[:, 0],
-            gate_need=gate[:, 1],
-            gate_negated=gate[:, 2].astype(np.int8),
-            gate_start=gate[:, 3],
+            gate_parent=gate.columns[0],
+            gate_need=gate.columns[1],
+            gate_negated=gate.columns[2],
+            gate_start=gate.columns[3],
             sheet_surface=sheet_surface,
-            sheet_program=sheet[:, 1],
-            sheet_side=sheet[:, 2].astype(np.int8) * sheet_sense,
-            sheet_one_sided=sheet[:, 3].astype(np.int8),
+            sheet_program=sheet.columns[1],
+            sheet_side=sheet.signs(2, sheet_sense),
+            sheet_one_sided=sheet.columns[3],
             polygon_surface=polygon_surface,
             polygon_side=polygon_sense,
             polygon_first=_ends(corners),
-            polygon_program=polygon[:, 1],
+            polygon_program=polygon.columns[1],
             vertices=vertices,
         )
         return {name: apart(column) for name, column in columns.items()}
-
-    def _put(self, table: Ints, places: Places, group: Group, rows: Ints, shifts: dict[int, Ints]) -> None:
-        """Rows of a pattern for each body of a group; numbers in some columns count on from a body's first one."""
-        at = places.rows(group, len(rows))
-        table[at] = rows
-        for column, first in shifts.items():
-            numbers = rows[:, column]
-            table[at, column] = np.where(numbers < 0, numbers, numbers + first[:, None])
 
     def _entries(self, surfaces: SurfaceArrays) -> tuple[dict[str, Any], Floats]:
         """The leaves of the scene's tree in the order of their bodies, and what bodies need besides; boxes."""
@@ -205,8 +196,26 @@ class Layout:
         return lost
 
 
-def _table(places: Places, width: int) -> Ints:
-    return empty((places.count, width), np.int32)
+class _Columns:
+    """Columns of one table, which are filled group by group: "b" for those of small numbers, "i" for others."""
+
+    def __init__(self, places: Places, kinds: str) -> None:
+        self.places = places
+        self.columns: list[Any] = [empty(places.count, np.int8 if kind == "b" else np.int32) for kind in kinds]
+
+    def put(self, group: Group, rows: Ints, shifts: dict[int, Ints]) -> None:
+        """Rows of a pattern for each body of a group; numbers in some columns count on from a body's first one."""
+        first = self.places.first[group.bodies].astype(np.intp)
+        for k, row in enumerate(rows.tolist()):
+            at = first + k
+            for column, (values, number) in enumerate(zip(self.columns, row, strict=True)):
+                values[at] = shifts[column] + np.int32(number) if column in shifts and number >= 0 else number
+
+    def signs(self, column: int, senses: Signs) -> Signs:
+        """A column of signs, each times a sense."""
+        values: Signs = self.columns[column]
+        values *= senses
+        return values
 
 
 def _ends(counts: Ints) -> Ints:
@@ -216,9 +225,14 @@ def _ends(counts: Ints) -> Ints:
 
 def _resolved(surfaces: SurfaceArrays, numbers: Ints) -> tuple[Ints, Signs]:
     """(ids, senses) in the finished table of surfaces as they were added; -1 stays."""
-    ids, senses = np.full(len(numbers), -1, np.int32), np.ones(len(numbers), np.int8)
-    known = numbers >= 0
-    ids[known], senses[known] = surfaces.ids[numbers[known]], surfaces.senses[numbers[known]]
+    if not len(surfaces.ids):
+        return np.full(len(numbers), -1, np.int32), np.ones(len(numbers), np.int8)
+    ids, senses = empty(len(numbers), np.int32), empty(len(numbers), np.int8)
+    for begin in range(0, len(numbers), _CHUNK):
+        some = slice(begin, begin + _CHUNK)
+        missing, known = numbers[some] < 0, np.maximum(numbers[some], 0)
+        ids[some] = np.where(missing, np.int32(-1), surfaces.ids[known])
+        senses[some] = np.where(missing, np.int8(1), surfaces.senses[known])
     return ids, senses
 
 

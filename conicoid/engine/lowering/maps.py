@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..tables import MAP_SIZE, Floats, Ints
+from .apart import empty
 from .moved import MovedRows
 from .pattern import FRAME_NUMBERS, UV_NUMBERS, Group
 from .places import Contents, Places
@@ -23,7 +24,7 @@ def maps_of_faces(contents: Contents, faces: Places) -> tuple[Ints, Floats]:
     """`Tables.face_maps` and `map_rows`: first the rows of bodies that have their own, in order, then shared ones."""
     groups = contents.groups
     own = Places.of(contents, [0 if isinstance(each.rows, MovedRows) else len(each.pattern.angular) for each in groups])
-    maps, rows = np.empty((faces.count, _ROWS), np.int32), np.empty((own.count, UV_NUMBERS))
+    maps, rows = empty((faces.count, _ROWS), np.int32), np.empty((own.count, UV_NUMBERS))
     tables, count = [rows.reshape(-1, MAP_SIZE)], _ROWS * own.count
     for group in groups:
         p = group.pattern
@@ -36,7 +37,7 @@ def maps_of_faces(contents: Contents, faces: Places) -> tuple[Ints, Floats]:
         else:
             for k, column in enumerate(range(p.uv_at, p.bounds_at, MAP_SIZE)):
                 table, index = group.rows.maps(column)
-                maps[first + k // _ROWS, k % _ROWS] = index + np.int32(count)
+                maps[first + np.int32(k // _ROWS), k % _ROWS] = index + np.int32(count)
                 tables.append(table)
                 count += len(table)
         for face in np.flatnonzero(p.angular).tolist():

@@ -13,21 +13,19 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ...shapes.base import Shape, Solid
-from ...shapes.cells import Cell
-from ...shapes.motion import STILL
+from ...shapes.base import Solid
 from ...shapes.repeated import Ints, Repeated, Shifts
 from ...shapes.surface import ORIGIN, PlaneSurface, QuadricSurface
 from ..tables import PLANE, PLANE_SIZE, Floats
-from .assembly import Assembly
-from .parts import Part, numbers_of_surfaces, own_frame, part_of
+from .alone import Alone
+from .parts import Part, part_of
 from .pattern import BOX_NUMBERS, SIZES, Pattern
 from .together import Together
-from .trees import Faces, world_tree
 
 FEWEST = 24
 """Bodies of a kind that are worth it."""
@@ -90,6 +88,13 @@ class MovedRows:
                 rows[:, a - first : b - first] = self._boxes(bodies, at)[:, a - at : b - at]
         return rows
 
+    def distinct(self, column: int) -> tuple[Floats, Ints]:
+        """Of a column that depends on at most one thing: (the different values, which of them each body has)."""
+        for each in self.gathered:
+            if each.first <= column < each.last:
+                return each.values[:, column - each.first], each.index
+        return self.base[column : column + 1], np.zeros(len(self), np.int32)
+
     def maps(self, at: int) -> tuple[Floats, Ints]:
         """Of the row of an affine map that begins at a column: (the different ones (n, 4), which each body has)."""
         for each in self.gathered:
@@ -109,8 +114,13 @@ class MovedRows:
         return np.concatenate([box[:3] + (away - wider), box[3:] + (away + wider)], axis=1)
 
 
-def moved_rows(bodies: Repeated, kind: int, numbers: Ints) -> tuple[Pattern, MovedRows] | None:
-    """The pattern and the rows of the bodies of a kind; None where they have to be lowered one by one."""
+def moved_rows(
+    bodies: Repeated, kind: int, numbers: Ints, alone: Alone | None = None
+) -> tuple[Pattern, MovedRows] | None:
+    """The pattern and the rows of the bodies of a kind; None where they have to be lowered one by one.
+
+    alone: what is known of primitives that other kinds have in common with this one.
+    """
     if len(numbers) < FEWEST or not bodies.is_rigid(kind):
         return None
     first = bodies.shape(int(numbers[0]))
@@ -118,7 +128,7 @@ def moved_rows(bodies: Repeated, kind: int, numbers: Ints) -> tuple[Pattern, Mov
     if part.paints or part.outlines or not isinstance(first, Solid):
         return None
     try:
-        return _Moved(bodies, kind, numbers, part).rows()
+        return _Moved(bodies, kind, numbers, part, alone or Alone()).rows()
     except _OfOtherStructure:
         return None
 
@@ -139,8 +149,8 @@ class _Alone:
 class _Moved:
     """One run of `moved_rows`."""
 
-    def __init__(self, bodies: Repeated, kind: int, numbers: Ints, part: Part) -> None:
-        self.bodies, self.kind, self.numbers, self.part = bodies, kind, numbers, part
+    def __init__(self, bodies: Repeated, kind: int, numbers: Ints, part: Part, alone: Alone) -> None:
+        self.bodies, self.kind, self.part, self.alone = bodies, kind, part, alone
         self.shifts: Shifts = bodies.shifts.chosen(numbers)
         self.known: dict[int, Floats] = {}
         self.taken: list[int] = []  # columns that are those of another body with the same plane
@@ -187,18 +197,30 @@ class _Moved:
         numbers = np.delete(moved.base[column : column + 2 * size + 1], [0, 1, 2])
         return replace(surface, anchor=ORIGIN).key(), numbers.tobytes()
 
+    def _made(self, which: int) -> Solid:
+        """The shape of one of the bodies."""
+        return self.bodies.made(self.kind, self.shifts.of(which))
+
+    def _numbers(self, shape: Solid) -> Floats:
+        """The columns of a body but for its boxes, worked out alone."""
+        numbers = self.alone.numbers(shape)
+        if len(numbers) != self._column(self.part.pattern.corners_at):
+            raise _OfOtherStructure
+        return numbers
+
     def _alone(self, which: int) -> Floats:
-        """The columns of one of the bodies but for its boxes, worked out alone."""
+        """Those of one of the bodies."""
         if which not in self.known:
-            self.known[which] = np.array(_without_boxes(self.bodies.made(self.kind, self.shifts.of(which))))
-            if len(self.known[which]) != self._column(self.part.pattern.corners_at):
-                raise _OfOtherStructure
+            self.known[which] = self._numbers(self._made(which))
         return self.known[which]
 
     def _work_out(self, leads: list[int]) -> None:
         """Make sure that bodies are known: those of several parts together, which is to the bit the same."""
         missing = [lead for lead in leads if lead not in self.known]
         if len(missing) < FEWEST or len(self.part.pattern.cells) < FEWEST:
+            shapes = list(map(self._made, missing))
+            self.alone.prepare(shapes)
+            self.known.update((lead, self._numbers(shape)) for lead, shape in zip(missing, shapes, strict=True))
             return
         together = Together()
         for lead in missing:
@@ -212,16 +234,24 @@ class _Moved:
             some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
             self.known.update(zip(numbers.tolist(), some, strict=True))
 
-    def _leads(self, key: Any) -> _Alone:
-        """One body for each value of a key; those on the diagonal, if there are some, as they serve several axes."""
+    @cached_property
+    def _aside(self) -> Floats:
+        """How far the bodies are from the diagonal of their shifts."""
         index = self.shifts.index
         share = index / (1.0 + index.max(axis=1, keepdims=True))
         some = index.max(axis=1) > 0
-        aside = np.ptp(share[some], axis=0) if some.any() else np.zeros(index.shape[1])
-        order = np.lexsort((aside, key))
-        begins = np.concatenate([[True], np.diff(np.asarray(key)[order]) != 0])
-        leads, which = order[begins], np.empty(len(order), np.int32)
-        which[order] = np.cumsum(begins) - 1
+        return np.ptp(share[some], axis=0) if some.any() else np.zeros(index.shape[1])
+
+    def _leads(self, key: Any) -> _Alone:
+        """One body for each value of a key; those on the diagonal, if there are some, as they serve several axes."""
+        key = np.asarray(key)
+        least = np.full(int(key.max()) + 1, np.inf)
+        np.minimum.at(least, key, self._aside)
+        there = np.isfinite(least)
+        which = (np.cumsum(there, dtype=np.int32) - np.int32(1))[key]
+        nearest = np.flatnonzero(self._aside == least[key])[::-1]
+        leads = np.empty(int(there.sum()), np.int64)
+        leads[which[nearest]] = nearest  # of equal ones the first
         self._work_out(leads.tolist())
         alone = np.array([self._alone(lead) for lead in leads.tolist()])
         return _Alone(leads.astype(np.int32), which, alone)
@@ -281,24 +311,9 @@ class _Moved:
 
 def _least(groups: Ints, records: Floats) -> Ints:
     """For each row the one of its group whose record comes first in order, as `surfaces` chooses among equals."""
-    order = np.lexsort((*records.T[::-1], groups))
+    differing = [column for column in records.T[::-1] if (column != column[0]).any()]
+    order = np.lexsort((*differing, groups))
     begins = np.concatenate([[True], np.diff(groups[order]) != 0])
     found = np.empty(len(groups), np.int32)
     found[order] = order[np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))]
     return found
-
-
-def _without_boxes(shape: Shape) -> list[float]:
-    """The row of a solid's numbers but for its boxes."""
-    assert isinstance(shape, Solid)
-    assembly, faces = Assembly(), Faces()
-    tree = world_tree(shape, STILL, faces)
-    if isinstance(tree, Cell):
-        assembly.cell(tree)
-    else:
-        assembly.program(tree, {})
-    return [
-        *numbers_of_surfaces(assembly),
-        *(number for _, numbers in faces.rows for number in numbers),
-        *(number for line in own_frame(shape).inverse_rows for number in line),
-    ]

@@ -193,9 +193,9 @@ class _Finish:
         self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: Floats
     ) -> npt.NDArray[np.int64]:
         """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
-        single = self.single
         if self.ball_count == 0:
             return np.zeros(0, np.int64)
+        single = self.single
         middle = spheres[:1, :3].mean(axis=0)
         numbers = coefficients(kind[curved], row[curved], spheres, quadrics, middle)
         round_ = np.abs(numbers[:, :6] - (1, 1, 1, 0, 0, 0)).max(axis=1) < _NEARLY

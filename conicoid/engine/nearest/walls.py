@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..body.cell import NO_PLACE, quadric_place
-from ..body.gates import root_value, turn_leaf
+from ..body.gates import hold, root_value, turn_leaf
 from ..tables import Geometry, integer, whole
 from .form import form_at, length_of
 from .outline import is_within
@@ -73,6 +73,7 @@ def holds(geometry: Geometry, room: Room) -> bool:
     if program < 0:
         return room.sizes[SHEET_OF] == 1 or (leaves > 0 and _is_on(room, 0))
     counts = room.scratch.counts
+    hold(geometry, counts, whole(program))
     for k in range(leaves):
         if _is_on(room, k):
             turn_leaf(geometry, counts, whole(room.leaves[4 * k + LEAF]), True)

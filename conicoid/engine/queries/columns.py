@@ -16,7 +16,7 @@ from ...compiler.shapes import shaped
 from ...shapes.vector import FloatArray
 from .. import tables as table
 from ..body.boolean import crossing, region_crossings
-from ..body.gates import root_value, turn_leaf
+from ..body.gates import hold, root_value, turn_leaf
 from ..body.scratch import Scratch, new_scratch
 from ..body.shares import Prism, Shares, ball_shares, cell_shares, shared
 from ..prepared import Prepared
@@ -79,9 +79,10 @@ def _region_shares(
 ) -> Shares:  # fmt: skip
     """Of a Boolean body. Where several of its parts cross the voxel, each may be off by what lies between its bounds.
 
-    Relies on room.state[2] leaves in scratch.found_leaves, and on every leaf being outside in scratch.counts.
+    Relies on room.state[2] leaves in scratch.found_leaves.
     """
     turned, parts, off, only, of_only = 0, 0, 0.0, whole(-1), Shares(0.0, 0.0, 0.0)
+    hold(geometry, scratch.counts, program)
     for k in range(room.state[2]):
         leaf = whole(scratch.found_leaves[k])
         found = cell_shares(geometry, rest, integer(geometry, table.LEAF_CELL, leaf), prism)

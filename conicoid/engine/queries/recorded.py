@@ -15,7 +15,7 @@ from ...compiler.jit import inline, kernel
 from .. import tables as table
 from ..body.boolean import gather, inside_program_at, turn_back
 from ..body.cell import CellSpans, cell_spans, slab_of
-from ..body.gates import root_value, turn_leaf
+from ..body.gates import hold, root_value, turn_leaf
 from ..body.scratch import EVENT, LEAF, ON, PLACE, TIME, new_scratch
 from ..culling import balls_met, lowest_bit
 from ..numbers.errorfree import difference_of_products
@@ -166,9 +166,10 @@ def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> F
     ray, scale = scaled_ray(load_ray(rays, i))
     events, _ = gather(geometry, scratch, program, ray)
     rows = np.empty((events + 1, EVENT_COLUMNS))
-    root, done = integer(geometry, table.PROGRAM_GATE, program), 0
+    done = 0
+    hold(geometry, scratch.counts, program)
     rows[0, EVENT_T], rows[0, EVENT_LEAF], rows[0, EVENT_PLACE], rows[0, EVENT_ON] = -math.inf, -1.0, -1.0, 0.0
-    rows[0, EVENT_COUNT] = float(scratch.counts[root])
+    rows[0, EVENT_COUNT] = float(scratch.counts[0])
     rows[0, EVENT_INSIDE] = 1.0 if root_value(geometry, scratch.counts, program) else 0.0
     while done < events and not halted_now_and_then(geometry, done):
         first, t = done, scratch.time[TIME * done]
@@ -180,7 +181,7 @@ def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> F
             rows[done, EVENT_PLACE] = float(scratch.event[at + PLACE])
             rows[done, EVENT_ON], rows[done, EVENT_COUNT] = (
                 float(scratch.event[at + ON]),
-                float(scratch.counts[root]),
+                float(scratch.counts[0]),
             )
         inside = root_value(geometry, scratch.counts, program)
         for k in range(first, done):

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from ...shapes.base import Solid
 from ...shapes.repeated import Repeated, Shift
 from .block import Block, CellPiece, Flat, P
-from .narrowing import Part, Side
-from .placement import ORIGIN
+from .narrowing import Part, Side, moved
+from .placement import ORIGIN, Placement
 from .solids import SolidMaker
 from .surfaces import FlatSurface, RoundSurface
 
@@ -72,10 +72,11 @@ class ImportedBodies(PlacedBodies[CellPiece]):
 
     def made(self, kind: int, shift: Shift) -> Solid:
         """A piece moved by a shift."""
-        context, maker = self._pieces[kind].context, self._maker
+        groups, maker = [(motion, group.parts) for motion, group in self._pieces[kind].context.groups], self._maker
         if shift != ORIGIN:
-            context, maker = context.moved(shift), SolidMaker()
-        return maker.solid((motion, group.parts) for motion, group in context.groups)
+            place, maker = Placement(shift=shift), SolidMaker()
+            groups = [(motion, tuple(moved(part, place) for part in parts)) for motion, parts in groups]
+        return maker.solid(groups)
 
     def is_rigid(self, kind: int) -> bool:
         """Is no part of a piece so thin that rounding may close it, at any of its places?

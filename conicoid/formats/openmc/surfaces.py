@@ -37,7 +37,9 @@ class FlatSurface:
 
     def placed(self, place: Placement) -> FlatSurface:
         normal = place.turn.apply(self.normal)
-        return FlatSurface(normal, self.offset + sum(n * s for n, s in zip(normal, place.shift, strict=True)))
+        return FlatSurface(
+            normal, self.offset + sum(n * s for n, s in zip(normal, place.shift, strict=True) if n and s)
+        )
 
     @property
     def axis(self) -> int | None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ....shapes.body import Body
-from ...tables import STEPS, Floats, Geometry, Tables, room_for, steps
+from ...tables import Floats, Geometry, Tables, put_sizes, room_for
 from .. import ExactTables, Lowered, lower
 from ..contents import Exact, ShapesOf
 from ..laid import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
@@ -58,7 +58,7 @@ class Edit:
             joined.column(CORNERS, lambda side: side.rest.vertices, np.float64),
         )
         size = LimitsOfEdited(self.columns, tables, self.boxes, rest).put(self.kept.size)
-        geometry.places[STEPS] = steps(tables)
+        put_sizes(geometry, tables)
         laid = self.columns.laid
         body_frame = np.empty(len(laid.which), np.int32)
         self.columns.framed(body_frame, FRAMES, [side.body_frame for side in joined.sides])

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ....shapes.body import Body
-from ...tables import STEPS, Floats, Geometry, Tables, shared, steps
+from ...tables import Floats, Geometry, Tables, put_sizes, shared
 from .. import ExactTables, Lowered
 from ..contents import ShapesOf
 from ..laid import BODIES, CORNERS, FRAMES, PLANES, QUADRICS, SPHERES, SURFACES, Laid
@@ -103,7 +103,7 @@ class Exchange:
         columns.fill(tables)
         rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])
         size = LimitsOfNew(columns, tables, self.boxes, rest).put(kept.size)
-        geometry.places[STEPS] = steps(tables)
+        put_sizes(geometry, tables)
         body_frame = old.body_frame.copy()
         columns.framed(body_frame, FRAMES, [side.body_frame for side in joined.sides])
         lowered = dataclasses.replace(

@@ -8,9 +8,13 @@ its own with all that is unbounded along the same; only what is unbounded along 
 from __future__ import annotations
 
 from ...lowering import Lowered
+from ...lowering.apart import give_back
 from ...tables import NODE_BOXES, Geometry, pack
 from .leaf_items import put_items
 from .woods import COSTS, Woods, extent_of, programs_of
+
+_MANY = 1 << 16
+"""Entries of which the temporary arrays are worth giving back at once."""
 
 
 def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
@@ -25,12 +29,17 @@ def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
     levels = forest.levels
     forest.end_tree()
     columns = {**tables._asdict(), **forest.columns(), "extent": extent_of(survey)}
+    many = len(tables.entry_kind) >= _MANY
     del tables
+    if many:
+        give_back()
     geometry = pack(columns, later=("node_boxes", "leaf_items"))
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
     place, woods = forest.places[-2], Woods.of(forest, depth, levels)
     del forest  # what trees were built from is as large as what follows
     put_items(geometry, lowered.boxes, place)
+    if many:
+        give_back()
     return geometry, woods
 
 
