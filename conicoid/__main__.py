@@ -28,13 +28,23 @@ def run() -> NoReturn:
     except SystemExit as end:
         code = end.code
     others = [thread for thread in threading.enumerate() if thread is not threading.main_thread() and not thread.daemon]
-    is_watched = sys.getprofile() is not None or sys.gettrace() is not None  # whoever does tells in the end what it saw
-    if others or is_watched or not (code is None or isinstance(code, int)):
+    if others or _goes_on() or not (code is None or isinstance(code, int)):
         sys.exit(code)
     atexit._run_exitfuncs()
+    code = _last_words(code)
     with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, or none
         sys.stderr.flush()
     os._exit((code or 0) & 0xFF)
+
+
+def _goes_on() -> bool:
+    """Does somebody wait for the end: a profiler that tells then what it saw, or a prompt?"""
+    if sys.getprofile() is not None or sys.gettrace() is not None:
+        return True
+    monitoring: Any = getattr(sys, "monitoring", None)  # from Python 3.12 on
+    if monitoring is not None and any(monitoring.get_tool(number) is not None for number in range(6)):
+        return True
+    return bool(sys.flags.inspect or os.environ.get("PYTHONINSPECT"))
 
 
 def main() -> NoReturn:
@@ -98,4 +108,4 @@ def _end_now(*_: object) -> None:
 
 
 if __name__ == "__main__":
-    run()
+    (run if vars(sys.modules["__main__"]) is globals() else main)()  # another program goes on

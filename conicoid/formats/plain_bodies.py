@@ -193,12 +193,15 @@ class MadeBy:
     several: bool = False
 
 
-@cache
 def made_by(name: str) -> MadeBy | None:
     """None for what is not a class, and for bulk shapes."""
     cls = REGISTRY.get(name)
-    if cls is None or issubclass(cls, Bulk):
-        return None
+    return None if cls is None or issubclass(cls, Bulk) else _made_of(cls)
+
+
+@cache
+def _made_of(cls: type[Shape]) -> MadeBy:
+    """How its objects are made."""
     operand = operand_field(cls)
     if operand is not None:
         return MadeBy(cls, {}, (), isinstance(operand, Several))

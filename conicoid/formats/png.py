@@ -15,6 +15,7 @@ from .srgb import srgb_bytes, srgb_words
 _PERCEPTUAL = b"\x00"  # rendering intent in the sRGB chunk
 _LEVEL = 3  # of zlib: half the time of 6, and pictures of smooth bodies are no larger
 _DEEP_LEVEL = 6
+_MOST = 1 << 30  # bytes of a chunk, which must be fewer than 2^31
 _RGB, _UP = 2, 2  # the type of colour, and the filter of a row
 
 
@@ -42,7 +43,8 @@ def _file(codes: Any, bits: int, level: int) -> bytes:
     np.subtract(rows[1:], rows[:-1], out=lines[1:, 1:])
     header = struct.pack(">IIBBBBB", width, height, bits, _RGB, 0, 0, 0)
     data = zlib.compress(lines.data, level)
-    parts = ((b"IHDR", header), (b"sRGB", _PERCEPTUAL), (b"IDAT", data), (b"IEND", b""))
+    pieces = [(b"IDAT", data[begin : begin + _MOST]) for begin in range(0, len(data), _MOST)]
+    parts = ((b"IHDR", header), (b"sRGB", _PERCEPTUAL), *pieces, (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(
         struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts
     )

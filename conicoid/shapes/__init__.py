@@ -21,11 +21,19 @@ _CAPITAL = re.compile(r"(?<=.)(?=[A-Z])")
 
 
 class Registry(Mapping[str, type[Shape]]):
-    """Scene-file name -> class, for every shape a user can write; in the order of files, a user's own last."""
+    """Scene-file name -> class, for every shape a user can write; in the order of files, a user's own last.
+
+    The file of a name is imported, or waited for where another thread imports it: its class is made by then.
+    """
 
     def __getitem__(self, name: str) -> type[Shape]:
+        if not isinstance(name, str):
+            raise KeyError(name)
+        file = _file_of(name)
+        if file is not None:
+            importlib.import_module(file)
         if name not in REGISTERED:
-            _import_named(name)
+            _import_all()
         return REGISTERED[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -37,6 +45,9 @@ class Registry(Mapping[str, type[Shape]]):
         _import_all()
         return len(REGISTERED)
 
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
 
 REGISTRY = Registry()
 
@@ -46,14 +57,11 @@ def _place(module: str, own: str) -> tuple[bool, str]:
     return (False, module) if module.startswith(own) else (True, "")
 
 
-def _import_named(name: str) -> None:
-    """Import the file of a shape, which has its name; all files if there is none, or it has no such shape."""
-    files = _files()
+@functools.lru_cache(maxsize=1024)
+def _file_of(name: str) -> str | None:
+    """The file that has the name of a shape, as a module; None if there is none."""
     file = _BOOLEANS.get(name) or _CAPITAL.sub("_", name).lower()
-    if file in files:
-        importlib.import_module(f"{__name__}.{file}")
-    if name not in REGISTERED:
-        _import_all()
+    return f"{__name__}.{file}" if file in _files() else None
 
 
 @functools.cache

@@ -63,8 +63,10 @@ class Shape(ABC):
             setattr(cls, "__repr__", Shape.__repr__)  # noqa: B010 (a dataclass leaves one that is there)
         if "__post_init__" in vars(cls):
             setattr(cls, "__post_init__", _with_checked_motion(vars(cls)["__post_init__"]))  # noqa: B010 (as above)
-        if not abstract:
-            REGISTERED[cls.__name__] = cls
+        known = REGISTERED.get(cls.__name__)
+        is_ours = cls.__module__.startswith(f"{__package__}.")
+        if not abstract and (known is None or not is_ours or known.__module__.startswith(f"{__package__}.")):
+            REGISTERED[cls.__name__] = cls  # in place of a user's own of this name only another of theirs
 
     def __post_init__(self) -> None:
         self._check_motion()

@@ -7,6 +7,7 @@ import pytest
 import conicoid as co
 from conicoid.shapes import REGISTRY
 
+from ..children import child
 from .examples import LISTED, derived, examples_of
 
 
@@ -32,3 +33,66 @@ def test_usual_field_names_need_no_entry(name):
     """What a new shape would go through: an instance made from its fields alone."""
     assert name in LISTED
     assert type(derived(REGISTRY[name])[0]) is REGISTRY[name]
+
+
+HALF_MADE = """
+import dataclasses, sys, threading
+import conicoid as co
+from conicoid.shapes import REGISTRY
+process, found = dataclasses._process_class, []
+
+def ask():
+    found.append([field.name for field in dataclasses.fields(REGISTRY["RegularPrism"])])
+
+def slow(cls, *words, **keywords):
+    if cls.__name__ == "RegularPrism":
+        other = threading.Thread(target=ask)
+        other.start()
+        other.join(0.5)
+        threads.append(other)
+    return process(cls, *words, **keywords)
+
+threads, dataclasses._process_class = [], slow
+ask()
+threads[0].join()
+print(found[0] == found[1] and "radius" in found[0])
+"""
+
+
+def test_a_shape_whose_file_another_thread_imports_is_waited_for(tmp_path):
+    """It is registered before it is finished."""
+    with child(HALF_MADE, cwd=tmp_path) as running:
+        code, out, errors = running.end(60)
+    assert (code, out.strip()) == (0, "True"), errors
+
+
+def test_what_is_no_name_is_in_no_registry():
+    assert None not in REGISTRY
+    assert REGISTRY.get(5) is None
+
+
+OWN = """
+from dataclasses import dataclass
+import conicoid as co
+from conicoid.shapes import REGISTRY
+from conicoid.shapes.base import PrimitiveSolid
+
+@dataclass(frozen=True)
+class Polycone(PrimitiveSolid):
+    def tree(self):
+        return co.Sphere().tree()
+
+    def support(self, directions):
+        return co.Sphere().support(directions)
+
+assert co.Polycone is not Polycone
+assert len(list(REGISTRY)) > 50
+print(REGISTRY["Polycone"] is Polycone)
+"""
+
+
+def test_a_users_own_shape_keeps_its_name(tmp_path):
+    """Even where the file of ours that has it is imported later."""
+    with child(OWN, cwd=tmp_path) as running:
+        code, out, errors = running.end(60)
+    assert (code, out.strip()) == (0, "True"), errors
