@@ -110,14 +110,21 @@ def _exact() -> None:
 
 
 def _many() -> None:
-    """Bodies that are lowered together: in lanes, and beside a number halfway between two floats in digits."""
+    """Bodies lowered together: in lanes, beside numbers halfway between floats; surfaces that may be one; no end."""
     from .engine.lowering.recordings import FEWEST
     from .scene import Scene
+    from .shapes.half_space import HalfSpace
+    from .shapes.quadric import Quadric
     from .shapes.sphere import Sphere
+    from .shapes.spheres import Spheres
 
     for beside in (0.0, 2.0**-120):
         balls = [Sphere(1.0, (1.0, float(k), 0.0)) for k in range(FEWEST)]
         Scene([ball.translate((2.0**-53, 0.0, 0.0)).translate((beside, 0.0, 0.0)) for ball in balls]).prepare()
+    slanted = [HalfSpace((1.0, 2.0, 3.0), float(k)) for k in range(2)]
+    Scene(
+        [*slanted, Sphere(1.0), Quadric(coefficients=dict(xx=2, yy=1, zz=1, constant=-1)), Spheres([(1, 2, 3)], 1)]
+    ).prepare()
 
 
 def _explained() -> None:

@@ -193,8 +193,10 @@ static int take_record(Call *call, const Leaf **next, PyObject *given)
     if (leaf->kind != OPEN_GEOMETRY)
         return 0;
     const int64_t *places = call->buffers[first].buf;
-    if (call->lengths[first][0] < 2 * GEOMETRY_TABLES + 2)
+    if (call->lengths[first][0] < 2 * GEOMETRY_TABLES + 4)
         return wrong(call, leaf, PyExc_ValueError, "has too few places");
+    if (places[2 * GEOMETRY_TABLES + 2] < 1 || places[2 * GEOMETRY_TABLES + 3] < 1)
+        return wrong(call, leaf, PyExc_ValueError, "must have sizes of its largest body");
     for (int k = 0; k < GEOMETRY_TABLES; k++) {
         int64_t begin = places[k], length = places[GEOMETRY_TABLES + k];
         int64_t room = call->lengths[first + (GEOMETRY_IS_REAL[k] ? 2 : 1)][0];

@@ -49,6 +49,22 @@ def test_places_of_planes():
         assert flat.places(along, np.array([7, 3])) == pytest.approx(expected[[7, 3]], abs=1e-13)
 
 
+def test_copies_of_a_far_plane_move_nothing():
+    """Planes that were found equal are written down, too: places are worked out about those that are left.
+
+    A half-space turned about its own normal (1, 2, 3), and carried along its wall, is the same one.
+    """
+    far = 0.1 * 10**5
+    same = [
+        co.HalfSpace((1, 2, 3), k * 0.1).rotate((1, 2, 3), 17 + m).translate((3 * far * m, 0, -far * m))
+        for k in range(4)
+        for m in range(4)
+    ]
+    copied = co.HalfSpace((1, 2, 3), 0.7).translate((27 * far, 0, -9 * far))
+    lowered = lower([co.Body(shape) for shape in [*same, *[copied] * 1000]])
+    assert len(lowered.tables.surface_kind) == 4 + 1
+
+
 def test_a_plane_has_one_place_however_it_is_written():
     """Another point of it as anchor, the normal longer and turned over."""
     rng = np.random.default_rng(2)

@@ -145,6 +145,23 @@ def test_bodies_of_several_programs_are_asked_in_turn():
     assert scene.contains(points).tolist() == [True] * 4 + [False] * 4 + [False, True, False, True]
 
 
+def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
+    """More than are counted together: whatever a ray meets, each body's counts begin anew."""
+    many = co.Union([co.Sphere(0.4, (x, y, 0)) - co.Sphere(0.2, (x, y, 0)) for x in range(182) for y in range(182)])
+    shell = co.Sphere(1.0, (5, 5, 4)) - co.Sphere(0.5, (5, 5, 4))
+    half = co.Sphere(1.0, (5, 5, -4)) & co.HalfSpace((0, 0, 1), -4)
+    bodies = [many, shell, half]
+    scene = co.Scene(bodies)
+    assert scene.prepared.lowered.tables.gate_start.size > 1 << 15
+    points = np.random.default_rng(0).uniform(-0.3, 0.3, (50, 3)) + (5.0, 5.0, 9.0)
+    spans = scene.spans(points, (0.0, 0.0, -1.0))
+    assert len(spans.t_enter) > 150
+    for number, body in enumerate(bodies):
+        alone, own = co.Scene([body]).spans(points, (0.0, 0.0, -1.0)), spans.body == number
+        assert np.array_equal(spans.t_enter[own], alone.t_enter)
+        assert np.array_equal(spans.t_exit[own], alone.t_exit)
+
+
 @pytest.mark.parametrize(("rays", "elsewhere"), [(1, False), ((1 << 24) // STEPS_OF_SCENE + 1, True)])
 def test_what_may_take_long_is_not_done_by_the_thread_that_hears_of_control_c(rays, elsewhere):
     workers = []

@@ -9,6 +9,7 @@ import pytest
 
 import conicoid as co
 from conicoid.engine.lowering import lower
+from conicoid.engine.lowering.limits import with_limits
 
 from ..shapes.test_bulk import MOTIONS, many
 from . import limits_by_arrays
@@ -47,3 +48,13 @@ def test_of_many_in_one_entry(motion):
 
 def test_of_nothing():
     assert_same_limits([])
+
+
+def test_a_use_of_what_is_not_there_is_refused():
+    """Its owner would have no limit, and be trusted."""
+    lowered = lower([co.Body(co.Box()), co.Body(co.Sphere())])
+    tables = lowered.tables
+    beyond = tables.plane_surface.copy()
+    beyond[2] = len(tables.surface_kind)
+    with pytest.raises(IndexError, match="that they do not have"):
+        with_limits(tables._replace(plane_surface=beyond), lowered.boxes, lowered.rest)

@@ -4,35 +4,53 @@ A gate is true when at least `need` of its inputs are: 1 makes it a union, all o
 intersection. When a leaf turns, only the gates on its path to the root are updated, and only
 while they change; a wide union is one gate.
 
-`counts` has the true inputs of the gates of one program, and last the first of these (`HELD`): memory is as large as
-the largest program, and what a program begins with is written only where the one before it was another.
+`counts` has the true inputs of all gates of a scene that has few of them. Else it has those of one program, so that
+memory is as large as the largest program, and what a program begins with is written where the one before was another.
 """
 
 from __future__ import annotations
 
-from ...compiler.jit import inline
+import numpy as np
+
+from ...compiler.jit import allocator, inline
 from .. import tables as table
-from ..tables import Geometry, Ints, integer
+from ..tables import Geometry, Ints, integer, length
 
 HELD = -1
-"""Where in `counts` the first gate of the program is that they are of; -1 for none."""
+"""Where in `counts` the gate is that the first count is of; -1 for none."""
+_ALL = -2
+"""Where in `counts` 1 stands for those of all gates."""
+_FEW = 1 << 15
+"""Gates of a scene whose counts are held together: 128 KB."""
+
+
+@allocator
+def new_counts(geometry: Geometry) -> Ints:
+    """Counts with every leaf outside."""
+    total = length(geometry, table.GATE_START)
+    few = total <= _FEW
+    counts = np.empty((total if few else geometry.places[table.GATES]) + 2, np.int32)
+    counts[HELD], counts[_ALL] = (0, 1) if few else (-1, 0)
+    for gate in range(total if few else 0):
+        counts[gate] = integer(geometry, table.GATE_START, gate)
+    return counts
 
 
 @inline
 def hold(geometry: Geometry, counts: Ints, program: int) -> None:
-    """Let `counts` be those of a program, with every leaf outside; so they are, if it was the last that was held."""
+    """Let `counts` have those of a program, with every leaf outside; so it has, if that was the last that was held."""
     first = integer(geometry, table.PROGRAM_GATE, program)
-    if counts[HELD] != first:
-        put_outside(geometry, counts, program)
+    if counts[_ALL] == 0 and counts[HELD] != first:
         counts[HELD] = first
+        put_outside(geometry, counts, program)
 
 
 @inline
 def put_outside(geometry: Geometry, counts: Ints, program: int) -> None:
-    """Put every leaf of a program outside."""
+    """Put every leaf of a program that is held outside."""
     first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
     for gate in range(first, last):
-        counts[gate - first] = integer(geometry, table.GATE_START, gate)
+        counts[gate - counts[HELD]] = integer(geometry, table.GATE_START, gate)
 
 
 @inline

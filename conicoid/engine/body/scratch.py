@@ -11,7 +11,7 @@ from .. import tables as table
 from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry, Ints, Signs, integer, length
 from ..tree.walk import way_size
-from .gates import HELD
+from .gates import new_counts
 
 TIME, EVENT = 2, 6
 """How many numbers in `time` and `event` belong to one event, and to the crossing with the same number."""
@@ -33,7 +33,7 @@ class Scratch(NamedTuple):
 
     time: Floats  # (TIME each) t of a region's events, the span ends of its leaves; of a body's crossings
     event: Ints  # (EVENT each) what they are
-    counts: Ints  # true inputs of the gates of one program, see gates.py
+    counts: Ints  # true inputs of gates, see gates.py
     way: Floats  # of the walk through the scene's tree, see tree/walk.py
     inner_way: Floats  # of the walk through the tree of a body's leaves
     found: Ints  # entries whose boxes the ray meets
@@ -46,14 +46,12 @@ def new_scratch(geometry: Geometry) -> Scratch:
     """Scratch memory for one thread."""
     leaves = geometry.places[table.LEAVES]
     events, depth = 4 * leaves + 4, integer(geometry, table.TREE_DEPTH, 0) + MOST_CHOSEN
-    counts = np.empty(geometry.places[table.GATES] + 1, np.int32)
-    counts[HELD] = -1
     found_leaves = np.empty(leaves + 1, np.int32)
     found_leaves[KNOWN] = -1
     return Scratch(
         np.empty(TIME * events),
         np.empty(EVENT * events, np.int32),
-        counts,
+        new_counts(geometry),
         np.empty(way_size(depth)),
         np.empty(way_size(depth)),
         np.empty(length(geometry, table.ENTRY_KIND), np.int32),

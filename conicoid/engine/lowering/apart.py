@@ -25,7 +25,10 @@ def empty(shape: int | tuple[int, ...], dtype: Any, sparse: bool = False) -> npt
     if count * np.dtype(dtype).itemsize < _LEAST:
         return np.zeros(sizes, dtype)
     flags = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_ANONYMOUS") else {}
-    memory = mmap.mmap(-1, count * np.dtype(dtype).itemsize, **flags)
+    try:
+        memory = mmap.mmap(-1, count * np.dtype(dtype).itemsize, **flags)
+    except OSError:
+        raise MemoryError(f"the system gives no {count * np.dtype(dtype).itemsize:,} bytes more") from None
     if hasattr(mmap, "MADV_HUGEPAGE") and not sparse:
         with suppress(OSError):  # as NumPy asks for, where the system has large pages
             memory.madvise(mmap.MADV_HUGEPAGE)
@@ -43,10 +46,10 @@ def apart(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 def give_back() -> None:
     """Let the C library return what it keeps of freed memory to the system, where it is one that can: glibc."""
-    import ctypes
+    with suppress(Exception):  # other libraries and systems, a Python without ctypes, one that may not use it
+        import ctypes
 
-    with suppress(AttributeError, OSError, TypeError):  # other libraries, and systems without one library for all
-        ctypes.CDLL(None).malloc_trim(0)
+        ctypes.CDLL(None).malloc_trim(ctypes.c_size_t(0))
 
 
 def _has_its_own(array: npt.NDArray[Any]) -> bool:

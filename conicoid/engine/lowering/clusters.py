@@ -40,7 +40,7 @@ class Flat:
     @classmethod
     def of(cls, rows: Ints, planes: Floats) -> Flat:
         """In the unit of the scene."""
-        found = cls(rows, planes, _point(planes[:, 4:].mean(axis=0)))
+        found = cls(rows, planes, _point(planes[rows, 4:].mean(axis=0)))
         most = put_places_of_planes(planes, rows, found.middle, 1.0, ALONG[:4], ALONG[:3], np.empty(len(rows)))
         return replace(found, unit=_unit(most))
 

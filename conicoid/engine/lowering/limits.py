@@ -107,11 +107,15 @@ def no_limits(count: int) -> Floats:
 def weigh_all(
     records: Records, boxes: Floats, size: float, uses: tuple[Whole, Whole, Whole, Whole], limits: Floats, most: Floats
 ) -> None:
-    """`weigh` for all uses: their surfaces, the places of these in `most`, their owners and entries."""
+    """`weigh` for all uses: their surfaces, the places of these in `most`, their owners and entries.
+
+    Raises IndexError if one names what is not there: its owner would be trusted without a limit.
+    """
     surface, place, owner, entry = (np.ascontiguousarray(each, np.int32) for each in uses)
     for begin in range(0, len(surface), _USES):  # Ctrl-C is heard in between
         end = min(len(surface), begin + _USES)
-        weigh(records, boxes, size, surface, place, owner, entry, begin, end, limits, most)
+        if weigh(records, boxes, size, surface, place, owner, entry, begin, end, limits, most):
+            raise IndexError("the tables of a scene name surfaces, cells or boxes that they do not have")
 
 
 def _merged(tables: Tables, cells: Floats) -> Floats:

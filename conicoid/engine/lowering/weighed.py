@@ -126,14 +126,17 @@ def _larger(known: float, x: float) -> float:
 def weigh(
     records: Records, boxes: Floats, size: float, surface: Ints, place: Ints, owner: Ints, entry: Ints, begin: int,
     end: int, limits: Floats, most: Floats,
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
     """Take some uses into the limits of their owners, and into the most of their surfaces, which have places in it.
 
-    most: the largest reach, the largest kappa, 1 if some use has no end. size: that of the scene.
+    most: the largest reach, the largest kappa, 1 if some use has no end. size: that of the scene. Returns how many uses
+    name what is not there.
     """
+    strange = 0
     for use in range(begin, end):
         s, p, o, e = surface[use], place[use], owner[use], entry[use]
         if not (_is_row(records, s) and 0 <= p < most.shape[1] and 0 <= o < len(limits) and 0 <= e < len(boxes)):
+            strange += 1
             continue
         bounded = _is_bounded(boxes, e)
         reach = _reach(records, boxes, s, e, bounded, size)
@@ -151,6 +154,7 @@ def weigh(
         limits[o, 0], limits[o, 1] = _larger(limits[o, 0], off), -_larger(-limits[o, 1], -far)
         most[0, p], most[1, p] = _larger(most[0, p], reach), _larger(most[1, p], kappa)
         most[2, p] = most[2, p] if bounded else 1.0
+    return strange
 
 
 @kernel(surface="n", most="3 n", limits="out p 2")

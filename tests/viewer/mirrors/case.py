@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from conicoid.compiler.jit import helper, kernel
+from conicoid.engine.body.scratch import new_scratch
 
-from .table import new_scratch
 from .worlds import ROUNDING, SHIFT, Scene
 
 FAR = 1e30

@@ -181,6 +181,7 @@ def gates(world, scratch, x, out):
     first = engine.integer(geometry, engine.PROGRAM_LEAF, program)
     last = engine.integer(geometry, engine.PROGRAM_LEAF, program + 1)
     on, off = np.int64(x[1]), np.int64(x[2])
+    engine.hold(geometry, scratch.counts, program)
     out[0] = engine.root_value(geometry, scratch.counts, program)
     for leaf in range(first, last):
         if (on >> (leaf - first)) & 1:

@@ -25,10 +25,10 @@ from conicoid.engine.body.entry import (
     entry_crossings,
     entry_sides,
 )
-from conicoid.engine.body.gates import root_value, turn_leaf
+from conicoid.engine.body.gates import hold, new_counts, root_value, turn_leaf
 from conicoid.engine.body.hit import comes_first
 from conicoid.engine.body.media import media
-from conicoid.engine.body.scratch import EVENT, LEAF, ON, PLACE, TIME, new_scratch
+from conicoid.engine.body.scratch import EVENT, LEAF, ON, PLACE, TIME
 from conicoid.engine.body.sheet import polygon_crossings, sheet_crossings
 from conicoid.engine.body.spans import Slab, clip_slab, compose_spans
 from conicoid.engine.body.uv import turns, uv_at
@@ -128,7 +128,7 @@ MIRRORS = {
     "push_node": mirror(push_node),
     "push_roots": mirror(push_roots, case="traverse"),
     "leaf_range": mirror(leaf_range),
-    "start_gates": mirror(new_scratch, turn_back, case="turn_leaf"),
+    "start_gates": mirror(new_counts, turn_back, case="turn_leaf"),
     "root_value": mirror(root_value, case="turn_leaf"),
     "turn_leaf": mirror(turn_leaf),
     "is_after": mirror(sort_events, case="put_event"),

@@ -1,0 +1,28 @@
+"""Memory that the system gives and takes back: what a lack of it is called, and systems that take nothing back."""
+
+from __future__ import annotations
+
+import mmap
+import sys
+
+import numpy as np
+import pytest
+
+from conicoid.engine.lowering import apart
+
+
+def test_a_lack_of_memory_is_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As NumPy calls it, and callers expect."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(12, "Cannot allocate memory")
+
+    monkeypatch.setattr(mmap, "mmap", refuse)
+    with pytest.raises(MemoryError, match="8,000,000 bytes"):
+        apart.empty(1_000_000, np.float64)
+    assert not apart.empty(10, np.float64).any()
+
+
+def test_a_python_without_foreign_functions_gives_nothing_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ctypes", None)
+    apart.give_back()
