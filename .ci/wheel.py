@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-TOOLS = "pytest", "hypothesis", "python-flint"
+TOOLS = "pytest", "pytest-xdist", "hypothesis", "python-flint"
 BESIDE = (
     "tests",
     "benchmarks",
@@ -52,7 +52,7 @@ ALL_TOOLS = (
         "joblib",
         "jsonschema",
     ),
-    *("lief", "nbclient", "playwright", "pytest-xdist"),
+    *("lief", "nbclient", "playwright"),
 )
 EACH_LEVEL = "tests/native/test_digest.py", "tests/native/test_no_compiler.py", "tests/test_system.py"
 SAMPLE = (
@@ -134,10 +134,10 @@ def main() -> int:
         (folder / "suite").mkdir()
         tests = suite(folder / "suite")
         *older, best = levels(python, tests)
-        everything = "tests", "--numprocesses=auto", "--maxprocesses=4", "--dist=worksteal"
+        spread = "--numprocesses=auto", "--maxprocesses=4", "--dist=worksteal"
         with ThreadPoolExecutor() as pool:  # the older levels beside the best
             trials = [pool.submit(passes, python, tests, level, EACH_LEVEL, False) for level in older]
-            fine = [passes(python, tests, best, everything if wanted.whole else EACH_LEVEL + SAMPLE)]
+            fine = [passes(python, tests, best, (*(("tests",) if wanted.whole else EACH_LEVEL + SAMPLE), *spread))]
             fine += [trial.result() for trial in trials]
     print(f"{wheel.name}: {'works' if all(fine) else 'fails'}, {', '.join((*older, best))}")
     return 0 if all(fine) else 1
