@@ -76,7 +76,7 @@ class Tables(NamedTuple):
     entry_body: Ints
     body_face: Ints  # [bodies] first face row; -1 - k: a ball of many, with frame k
     ball_frames: Floats  # [frames, 9] world directions to those of the balls' own axes
-    face_maps: Ints  # [faces, 3] rows of its map from world coordinates; -1 - the first one where it is angular
+    face_maps: Ints  # [faces, 3] rows of its map from the world; -1 - the first where it is angular, else third = first
     map_rows: Floats  # [rows, 4] (a, b, c, d) for a x + b y + c z + d
 
     # Trees, 8 wide: one over the leaves of each program, and last the scene's over its entries

@@ -20,6 +20,7 @@ from ..laid import (
     GATES,
     KINDS,
     LEAVES,
+    MAP_ROWS,
     PLANES,
     POLYGONS,
     PROGRAMS,
@@ -119,11 +120,11 @@ class Filling(ABC):
         self._put_entries(tables)
 
     def _put_maps(self, tables: Tables, sides: list[Tables]) -> None:
-        """The maps of faces, which have three rows each."""
-        self._copy(tables.map_rows.reshape(-1, 12), FACES, [side.map_rows.reshape(-1, 12) for side in sides])
-        for source, faces, at, shift in self.pieces.moved(FACES, FACES):
+        """The maps of faces."""
+        self._copy(tables.map_rows, MAP_ROWS, [side.map_rows for side in sides])
+        for source, faces, at, shift in self.pieces.moved(FACES, MAP_ROWS):
             rows = sides[source].face_maps[faces]
-            tables.face_maps[at] = np.where(rows < 0, rows - 3 * shift, rows + 3 * shift) if shift else rows
+            tables.face_maps[at] = np.where(rows < 0, rows - shift, rows + shift) if shift else rows
 
     def _copy(self, column: Any, axis: int, sides: list[Any]) -> None:
         for source, rows, at in self.pieces.on(axis):
@@ -222,7 +223,7 @@ class Columns(Filling):
         counts = {name: total[axis] for name, axis in axes.items()}
         counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
         counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
-        counts |= dict(face_maps=total[FACES], map_rows=3 * total[FACES])
+        counts |= dict(face_maps=total[FACES], map_rows=total[MAP_ROWS])
         return {
             name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
         }
