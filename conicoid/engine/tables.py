@@ -12,7 +12,9 @@ from ..compiler.jit import inline, look
 from ..compiler.shapes import shaped
 
 # Numbers in a row of a table of floats
-PLANE_SIZE, SPHERE_SIZE, QUADRIC_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 19, 48, 4, 9
+PLANE_SIZE, SPHERE_SIZE, ANCHOR_SIZE, FORM_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 4, 16, 48, 4, 9
+QUADRIC_SIZE = 3 + FORM_SIZE
+"""Numbers of a quadric: its anchor, and its form."""
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int32]
@@ -34,8 +36,10 @@ class Tables(NamedTuple):
     surface_row: Ints  # row in the table of its kind
     planes: Floats  # [planes, 7] normal, height of the anchor over the plane, anchor
     spheres: Floats  # [spheres, 4] center, radius
-    quadrics: Floats  # [quadrics, 19] anchor, rows, squares, linear, constant
-    quadric_rest: Ints  # [quadrics] row of what rounding took from its numbers (`decide.Rest`)
+    quadrics: (
+        Floats  # [quadrics, 4] anchor; row of its form, and of what rounding took from its numbers (`decide.Rest`)
+    )
+    quadric_forms: Floats  # [forms, 16] rows, squares, linear, constant; those that are one another moved share one
 
     # Cells: at most one quadric, and planes. [cells]
     cell_quadric: Ints  # surface or -1
@@ -97,6 +101,20 @@ class Tables(NamedTuple):
     sheet_limits: Floats  # [sheets, 2]
     polygon_limits: Floats  # [polygons, 2]
 
+    @property
+    def rows_of_forms(self) -> npt.NDArray[np.intp]:
+        """(quadrics,) the row of each one's form, and of what rounding took from its numbers."""
+        return self.quadrics[:, 3].astype(np.intp)
+
+    def whole_quadrics(self, rows: Any = slice(None)) -> Floats:
+        """(n, 19) of some rows: anchor, rows, squares, linear, constant."""
+        return whole_quadrics(self.quadrics[rows], self.quadric_forms)
+
+
+def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
+    """(n, 19) anchor, rows, squares, linear, constant of rows of `Tables.quadrics`."""
+    return np.concatenate([quadrics[:, :3], forms[quadrics[:, 3].astype(np.intp)]], axis=1)
+
 
 # The number of each table, by which kernels find it
 (
@@ -105,7 +123,7 @@ class Tables(NamedTuple):
     PLANES,
     SPHERES,
     QUADRICS,
-    QUADRIC_REST,
+    QUADRIC_FORMS,
     CELL_QUADRIC,
     CELL_SIDE,
     CELL_FACE,

@@ -13,6 +13,7 @@ from .limits import with_limits
 from .maps import frames_of, maps_of_faces, shares_frame
 from .pattern import BOX_NUMBERS, SIZES, Group
 from .places import Contents, Places
+from .quadrics import Quadrics
 from .rows import blocks
 from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, end_to_end, finished
 
@@ -40,31 +41,41 @@ class Layout:
     def surface_columns(self, exact: ExactSurfaces) -> SurfaceArrays:
         """The table of surfaces, each once. `exact` gives the surfaces before they were rounded."""
         given = Given.of(self.contents.groups, self.surfaces)
-        records = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
-        quadric_rest, shared = given.rows_of_rests(self.contents.groups, self.surfaces)
+        form_of, own = given.rows_of_forms(self.contents.groups, self.surfaces)
+        quadrics = Quadrics.empty(form_of, own)
+        counts = {PLANE: given.count(PLANE), SPHERE: given.count(SPHERE), QUADRIC: own}
+        records = {kind: np.empty((counts[kind], SIZES[kind])) for kind in (PLANE, SPHERE)}
         # Of walls along the axes nothing is lost: memory that nobody writes to is never taken
-        lost = {kind: np.zeros((given.count(kind), size)) for kind, size in SIZES.items() if kind != QUADRIC}
-        lost[QUADRIC] = np.zeros((given.count(QUADRIC) - shared, SIZES[QUADRIC]))
-        alike = [lost[QUADRIC]]
+        lost = {kind: np.zeros((count, SIZES[kind])) for kind, count in counts.items()}
+        forms, rests_of_forms = [quadrics.forms], [lost[QUADRIC]]
         senses = np.ones(len(given.leads), np.int8)
         for group, number, mine, which in given.places_of(self.contents.groups, self.surfaces):
             kind, column, sense = group.pattern.records[number]
             size, formed = SIZES[kind], kind == QUADRIC and has_form(group, column)
-            if formed:
-                alike.append(group.rows[:1, column + size : sense])
+            if formed and len(mine):
+                forms.append(group.rows[:1, column + 3 : column + size])
+                rests_of_forms.append(group.rows[:1, column + size : sense])
             for some in blocks(len(mine)):
                 row: Any = given.row[mine[some]]
-                records[kind][row] = columns_of(group, which, some, column, column + size)
                 senses[given.rank[mine[some]]] = columns_of(group, which, some, sense, sense + 1)[:, 0]
-                rests = None if formed else columns_of(group, which, some, column + size, sense)
-                if rests is not None and (rests.any() or np.signbit(rests).any()):
-                    lost[kind][quadric_rest[row] if kind == QUADRIC else row] = rests
-        rest = Remainders(lost[PLANE], lost[SPHERE], end_to_end(alike))
+                if kind == QUADRIC:
+                    quadrics.rows[row, :3] = columns_of(group, which, some, column, column + 3)
+                    if formed:
+                        continue
+                    row = form_of[row]
+                    quadrics.forms[row] = columns_of(group, which, some, column + 3, column + size)
+                else:
+                    records[kind][row] = columns_of(group, which, some, column, column + size)
+                rests = columns_of(group, which, some, column + size, sense)
+                if rests.any() or np.signbit(rests).any():
+                    lost[kind][row] = rests
+        quadrics = Quadrics(quadrics.rows, end_to_end(forms))
+        rest = Remainders(lost[PLANE], lost[SPHERE], end_to_end(rests_of_forms))
         balls = [balls.spheres for balls in self.contents.balls]
         kinds = given.kinds[given.leads]
         known = Surfaces(
-            kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], quadric_rest, rest, balls,
-            Leading(exact, given.leads), compact=len(given.leads) < len(given.lead),
+            kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, Leading(exact, given.leads),
+            compact=len(given.leads) < len(given.lead),
         )  # fmt: skip
         return given.all_of(finished(known))
 
@@ -74,7 +85,7 @@ class Layout:
         entries, boxes = self._entries(surfaces)
         tables = Tables(
             surface_kind=apart(surfaces.kind), surface_row=apart(surfaces.row), planes=surfaces.planes,
-            spheres=surfaces.spheres, quadrics=surfaces.quadrics, quadric_rest=apart(surfaces.quadric_rest),
+            spheres=surfaces.spheres, quadrics=surfaces.quadrics.rows, quadric_forms=surfaces.quadrics.forms,
             **columns, **entries, **_to_come(),
         )  # fmt: skip
         return with_limits(balls_direct(tables), boxes, surfaces.rest), boxes
