@@ -13,6 +13,7 @@ from ..compiler.shapes import shaped
 
 # Numbers in a row of a table of floats
 PLANE_SIZE, SPHERE_SIZE, ANCHOR_SIZE, FORM_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 4, 16, 48, 4, 9
+BOUNDS_SIZE, SHIFT_SIZE = 6, 4
 QUADRIC_SIZE = 3 + FORM_SIZE
 """Numbers of a quadric: its anchor, and its form."""
 
@@ -57,7 +58,8 @@ class Tables(NamedTuple):
     leaf_gate: Ints  # the gate it feeds
     leaf_negated: Signs  # 1: feeds the complement
     leaf_sense: Signs  # +1, or -1 under an odd number of complements: which way its faces look
-    leaf_bounds: Floats  # [leaves, 6] low, high; infinite where unbounded
+    leaf_bounds: Floats  # [leaves, 6] low, high; infinite where unbounded; with `program_shifts` of those that differ
+    program_shifts: Floats  # [programs, 4] how far its leaves' bounds are moved, row of the first; or none are
     gate_parent: Ints  # [gates] -1 for a root
     gate_need: Ints  # true when at least so many inputs are
     gate_negated: Signs  # 1: feeds the complement of its value
@@ -110,6 +112,14 @@ class Tables(NamedTuple):
         """(n, 19) of some rows: anchor, rows, squares, linear, constant."""
         return whole_quadrics(self.quadrics[rows], self.quadric_forms)
 
+    def bounds_of_leaves(self, program: int) -> Floats:
+        """(n, 6) boxes around the leaves of a program."""
+        first, count = int(self.program_leaf[program]), int(self.program_leaf[program + 1] - self.program_leaf[program])
+        if not len(self.program_shifts):
+            return self.leaf_bounds[first : first + count]
+        *away, row = self.program_shifts[program].tolist()
+        return self.leaf_bounds[int(row) : int(row) + count] + np.tile(away, 2)
+
 
 def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     """(n, 19) anchor, rows, squares, linear, constant of rows of `Tables.quadrics`."""
@@ -138,6 +148,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     LEAF_NEGATED,
     LEAF_SENSE,
     LEAF_BOUNDS,
+    PROGRAM_SHIFTS,
     GATE_PARENT,
     GATE_NEED,
     GATE_NEGATED,
@@ -172,7 +183,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     PROGRAM_LIMITS,
     SHEET_LIMITS,
     POLYGON_LIMITS,
-) = range(54)
+) = range(55)
 LENGTHS = len(Tables._fields)
 """In `Geometry.places` a table's length is stored so many places behind its begin."""
 HALT = 2 * LENGTHS
@@ -183,7 +194,7 @@ LEAVES, GATES = 2 * LENGTHS + 2, 2 * LENGTHS + 3
 """In `Geometry.places`: the most leaves, and the most gates, of a program; at least 1."""
 
 
-@shaped(places="112", integers="*", floats="*")
+@shaped(places="114", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
 from .apart import apart, empty
 from .given import Given, Leading, columns_of, has_form
+from .leaf_bounds import bounds_of_leaves
 from .limits import with_limits
 from .maps import frames_of, maps_of_faces, shares_frame
 from .pattern import BOX_NUMBERS, SIZES, Group
@@ -97,7 +98,7 @@ class Layout:
         program, sheet = _Columns(self.programs, "ii"), _Columns(self.sheets, "iibb")
         polygon, corners = _Columns(self.polygons, "ii"), np.zeros(self.polygons.count, np.int32)
         planes_of = empty(self.cells.count, np.int32)
-        bounds, vertices = empty((self.leaves.count, BOX_NUMBERS), np.float64), np.empty((self.corners.count, 3))
+        vertices = np.empty((self.corners.count, 3))
         for group in self.contents.groups:
             p = group.pattern
             surface, first_program, first_cell, first_gate = (
@@ -113,14 +114,11 @@ class Layout:
             for k, count in enumerate(p.cell_planes.tolist()):
                 planes_of[first_cell + np.int32(k)] = count
             corners[self.polygons.rows(group, len(p.polygons))] = p.corners
-            first_leaf = self.leaves.first[group.bodies]
-            for k in range(len(p.leaves)):
-                at = p.bounds_at + BOX_NUMBERS * k
-                bounds[first_leaf + np.int32(k)] = group.rows[:, at : at + BOX_NUMBERS]
             count = int(p.corners.sum())
             vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
                 len(group.rows), -1, 3
             )
+        bounds, shifts = bounds_of_leaves(self.contents, self.programs)
         ids_and_senses = [_resolved(surfaces, each.columns[0]) for each in (cell, plane, sheet, polygon)]
         (cell_quadric, cell_sense), (plane_surface, plane_sense) = ids_and_senses[:2]
         (sheet_surface, sheet_sense), (polygon_surface, polygon_sense) = ids_and_senses[2:]
@@ -139,6 +137,7 @@ class Layout:
             leaf_negated=leaf.columns[2],
             leaf_sense=leaf.columns[3],
             leaf_bounds=bounds,
+            program_shifts=shifts,
             gate_parent=gate.columns[0],
             gate_need=gate.columns[1],
             gate_negated=gate.columns[2],
