@@ -224,7 +224,7 @@ class Columns(Filling):
         counts = {name: total[axis] for name, axis in axes.items()}
         counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
         counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
-        counts |= dict(face_maps=total[FACES], map_rows=3 * total[FACES], program_shifts=0)
+        counts |= dict(face_maps=total[FACES], map_rows=3 * total[FACES], program_shifts=0, body_maps=0)
         return {
             name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
         }
