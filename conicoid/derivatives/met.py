@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..compiler.jit import kernel
+from ..engine.body.maps import rows_of_maps
 from ..engine.tables import Ints, Longs
 from ..shapes.bulk import Bulk
 from ..shapes.spheres import Spheres
@@ -107,7 +108,7 @@ def _maps(prepared: Prepared, body: Any, face: Any, anchors: FloatArray, forms: 
     row = tables.body_face[body].astype(np.int64)
     plain = row >= 0
     maps, angular = np.zeros((len(body), MAP)), np.ones(len(body), np.bool_)
-    rows = tables.face_maps[row[plain] + face[plain]]
+    rows: Any = rows_of_maps(tables, body[plain], face[plain]).copy()
     angular[plain] = rows[:, 0] < 0
     rows[:, 0] = np.where(rows[:, 0] < 0, -1 - rows[:, 0], rows[:, 0])
     found = tables.map_rows[rows]

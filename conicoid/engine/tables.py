@@ -13,7 +13,7 @@ from ..compiler.shapes import shaped
 
 # Numbers in a row of a table of floats
 PLANE_SIZE, SPHERE_SIZE, ANCHOR_SIZE, FORM_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 4, 16, 48, 4, 9
-BOUNDS_SIZE, SHIFT_SIZE = 6, 4
+BOUNDS_SIZE, SHIFT_SIZE, PLACE_SIZE = 6, 4, 5
 QUADRIC_SIZE = 3 + FORM_SIZE
 """Numbers of a quadric: its anchor, and its form."""
 
@@ -83,6 +83,7 @@ class Tables(NamedTuple):
     body_face: Ints  # [bodies] first face row; -1 - k: a ball of many, with frame k
     ball_frames: Floats  # [frames, 9] world directions to those of the balls' own axes
     face_maps: Ints  # [faces, 3] rows of its map from the world; -1 - the first where it is angular, else third = first
+    body_maps: Ints  # [bodies, 5] or none are: where bodies that are one another moved find theirs (`body/maps.py`)
     map_rows: Floats  # [rows, 4] (a, b, c, d) for a x + b y + c z + d
 
     # Trees, 8 wide: one over the leaves of each program, and last the scene's over its entries
@@ -92,7 +93,7 @@ class Tables(NamedTuple):
     tree_root: Ints  # [programs + 2] first of its roots
     roots: Ints  # where a walk begins: a node, and leaves of what no box holds
     tree_depth: Ints  # [1] the most that a walk's stack holds
-    leaf_items: Floats  # [8 tree_order] what leaves hold: see engine/tree/leaf.py
+    leaf_items: Floats  # [8 a place of the scene's tree] what leaves hold: see engine/tree/leaf.py
     extent: Floats  # [5] diagonal of the box of what is bounded, an entry's share of it, its middle
 
     # How far the fast formulas can be trusted (engine/lowering/limits.py)
@@ -168,6 +169,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     BODY_FACE,
     BALL_FRAMES,
     FACE_MAPS,
+    BODY_MAPS,
     MAP_ROWS,
     NODE_BOXES,
     NODE_CHILDREN,
@@ -183,7 +185,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     PROGRAM_LIMITS,
     SHEET_LIMITS,
     POLYGON_LIMITS,
-) = range(55)
+) = range(56)
 LENGTHS = len(Tables._fields)
 """In `Geometry.places` a table's length is stored so many places behind its begin."""
 HALT = 2 * LENGTHS
@@ -192,9 +194,11 @@ STEPS = HALT + 1
 """In `Geometry.places`: about how many steps one ray may take at most, if it meets all there is."""
 LEAVES, GATES = 2 * LENGTHS + 2, 2 * LENGTHS + 3
 """In `Geometry.places`: the most leaves, and the most gates, of a program; at least 1."""
+ITEMS = 2 * LENGTHS + 4
+"""In `Geometry.places`: where `leaf_items` would begin if the trees of bodies, which come first, had items as well."""
 
 
-@shaped(places="114", integers="*", floats="*")
+@shaped(places="117", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 
@@ -202,7 +206,7 @@ class Geometry(NamedTuple):
     it and write none of it.
     """
 
-    places: Longs  # [2 tables + 4] where each table begins, then their lengths; HALT, STEPS, LEAVES, GATES
+    places: Longs  # [2 tables + 5] where each table begins, then their lengths; HALT, STEPS, LEAVES, GATES, ITEMS
     integers: Ints
     floats: Floats
 
@@ -243,7 +247,7 @@ def room_for(tables: Tables) -> Geometry:
 def places_of(tables: Tables, order: Sequence[int] = range(LENGTHS)) -> tuple[Longs, int, int]:
     """(`Geometry.places`, how many integers, how many floats) of tables of these shapes end to end in some order."""
     arrays: tuple[npt.NDArray[Any], ...] = tables
-    places = np.zeros(2 * LENGTHS + 4, np.int64)
+    places = np.zeros(2 * LENGTHS + 5, np.int64)
     ends = [0, 0]
     for k in order:
         table = arrays[k]

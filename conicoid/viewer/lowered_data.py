@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..engine import tables as table
+from ..engine.body.maps import maps_of_faces
 from ..engine.tables import Tables, length
 from ..render.camera import Camera, OrthographicCamera
 from ..render.fit import fitting_lights
@@ -24,6 +25,7 @@ ASPECT = 4 / 3
 _UNUSED = {
     "leaf_bounds",
     "program_shifts",
+    "body_maps",
     "leaf_items",
     *(name for name in Tables._fields if name.endswith("_limits")),
 }
@@ -41,6 +43,9 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     look = look_of(scene, lights)
     low, high = scene.extent
     tables = {name: _array(scene, number) for number, name in enumerate(Tables._fields) if name not in _UNUSED}
+    if len(scene.prepared.lowered.tables.body_maps):  # the engine takes those that share them
+        del tables["face_maps"]
+        tables["face_rows"] = maps_of_faces(scene.prepared.lowered.tables).ravel()
     check(tables)
     return {
         "tables": {name: _encoded(array) for name, array in tables.items()},

@@ -21,11 +21,13 @@ def taken(monkeypatch):
 def leaves(scene):
     """The items of the leaves of the tree over the entries: each leaf's, by its first place."""
     found, tree = {}, Nodes(scene)
-    items, first = scene.lowered.tables.leaf_items, int(scene.prepared.woods.places[-1])
+    tables, first = scene.lowered.tables, int(scene.prepared.woods.places[-1])
+    items = tables.leaf_items
+    assert len(items) == 8 * (len(tables.tree_order) - first)
     for code in [*tree.children[tree.children < 0].tolist(), *(root for root in tree.roots if root < 0)]:
         place, count = (-code - 1) >> 4, (-code - 1) & 15
         if place >= first:
-            found[place] = items[8 * place : 8 * (place + count)].tobytes()
+            found[place] = items[8 * (place - first) : 8 * (place - first + count)].tobytes()
     return found
 
 

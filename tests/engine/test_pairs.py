@@ -52,7 +52,7 @@ def places_of_balls(scene):
     for code in [*nodes.roots, *nodes.children.ravel().tolist()]:
         first, count = (-code - 1) >> 4, (-code - 1) & 15
         if code < 0:
-            at = int(scene.prepared.geometry.places[table.LEAF_ITEMS]) + ROWS * first
+            at = int(scene.prepared.geometry.places[table.ITEMS]) + ROWS * first
             found += [(at, count, place) for place in range(count)]
     return found
 

@@ -10,6 +10,7 @@ from ..numbers.angles import atan2
 from ..numbers.vectors import dot
 from ..surface.records import anchor_of
 from ..tables import FRAME_SIZE, MAP_SIZE, Geometry, integer
+from .maps import map_row
 
 
 @inline
@@ -34,13 +35,12 @@ def uv_at(geometry: Geometry, body: int, face: int, surface: int, x: float, y: f
     first = integer(geometry, table.BODY_FACE, body)
     if first < 0:
         return ball_uv(geometry, -1 - first, surface, x, y, z)
-    at = 3 * (first + face)
-    row = integer(geometry, table.FACE_MAPS, at)
-    b = _mapped(geometry, integer(geometry, table.FACE_MAPS, at + 1), x, y, z)
+    row = map_row(geometry, body, first, face, 0)
+    b = _mapped(geometry, map_row(geometry, body, first, face, 1), x, y, z)
     if row >= 0:
         return _mapped(geometry, row, x, y, z), b
     angle = turns(_mapped(geometry, -1 - row, x, y, z), b)
-    return angle, _mapped(geometry, integer(geometry, table.FACE_MAPS, at + 2), x, y, z)
+    return angle, _mapped(geometry, map_row(geometry, body, first, face, 2), x, y, z)
 
 
 @inline

@@ -174,7 +174,7 @@ class Layout:
             index[bodies] = surfaces.ids[first : first + len(bodies)]
             boxes[bodies] = balls.boxes
             first += len(bodies)
-        face_maps, map_rows = maps_of_faces(contents, self.faces)
+        face_maps, body_maps, map_rows = maps_of_faces(contents, self.faces)
         columns = dict(
             entry_kind=kind,
             entry_index=index,
@@ -182,6 +182,7 @@ class Layout:
             body_face=body_face,
             ball_frames=np.array(contents.ball_frames, dtype=np.float64).reshape(-1, 9),
             face_maps=apart(face_maps),
+            body_maps=apart(body_maps),
             map_rows=map_rows,
         )
         return columns, boxes

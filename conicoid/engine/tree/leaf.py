@@ -38,8 +38,8 @@ def leaf_range(code: int) -> tuple[int, int]:
 
 @inline
 def leaf_at(geometry: Geometry, first: int) -> int:
-    """Where in the floats the leaf with this first place begins."""
-    return geometry.places[table.LEAF_ITEMS] + ROWS * first
+    """Where in the floats the leaf of the scene's tree with this first place begins."""
+    return geometry.places[table.ITEMS] + ROWS * first
 
 
 @inline

@@ -19,6 +19,9 @@ export function decodedScene(data) {
   return { ...data, t, look, body_item: decoded(data.body_item) };
 }
 
+// Three rows of `map_rows` for each face; where bodies share theirs, Python writes them out for the shader
+const mapsOf = (t) => t.face_rows ?? t.face_maps;
+
 class Records {
   constructor() { this.rows = []; }
   get next() { return this.rows.length / 4; }
@@ -27,13 +30,13 @@ class Records {
 
 // Where each surface's floats begin, and the records of integers; they do not depend on the origin
 export function packedIntegers(scene, styles) {
-  const t = scene.t, ints = new Records(), place = [];
+  const t = scene.t, maps = mapsOf(t), ints = new Records(), place = [];
   const table = (fill) => { place.push(ints.next); fill(); };
   const planes = 2, quadrics = 5, counts = [t.planes.length / 7, t.spheres.length / 4, t.quadrics.length / 4];
   const start = [0, planes * counts[0], planes * counts[0] + counts[1]];
   const width = [planes, 1, quadrics];
   const floats = { uv: start[2] + quadrics * counts[2] };
-  floats.boxes = floats.uv + 4 * (t.face_maps.length / 3);
+  floats.boxes = floats.uv + 4 * (maps.length / 3);
   floats.vertices = floats.boxes + 12 * (t.node_boxes.length / 48);
   floats.materials = floats.vertices + t.vertices.length / 3;
   floats.frames = floats.materials + scene.look.materials.length / 4;
@@ -62,7 +65,7 @@ export function packedIntegers(scene, styles) {
     ints.put(face, scene.look.row_of[i], flags, tint ?? 0);
   }));
   table(() => {
-    for (let i = 0; i < t.face_maps.length / 3; i++) ints.put(scene.look.face_row[i] ?? -1, floats.uv + 4 * i);
+    for (let i = 0; i < maps.length / 3; i++) ints.put(scene.look.face_row[i] ?? -1, floats.uv + 4 * i);
   });
   table(() => { for (let i = 0; i < t.node_children.length; i += 4) ints.put(...t.node_children.subarray(i, i + 4)); });
   table(() => t.tree_order.forEach((item) => ints.put(item)));
@@ -75,7 +78,7 @@ export function packedIntegers(scene, styles) {
 
 // All floats, relative to an origin
 export function packedFloats(scene, floats, origin) {
-  const t = scene.t, out = new Float32Array(4 * floats.end);
+  const t = scene.t, maps = mapsOf(t), out = new Float32Array(4 * floats.end);
   let at = 0;
   const put = (...values) => { for (const v of values) out[at++] = Math.min(FAR, Math.max(-FAR, v)); };
   for (let i = 0; i < t.planes.length; i += 7) {
@@ -91,10 +94,10 @@ export function packedFloats(scene, floats, origin) {
     put(t.quadrics[i] - origin[0], t.quadrics[i + 1] - origin[1], t.quadrics[i + 2] - origin[2]);
     put(...t.quadric_forms.subarray(form, form + 16), 0);
   }
-  for (let i = 0; i < t.face_maps.length; i += 3) {
-    const angular = t.face_maps[i] < 0;
+  for (let i = 0; i < maps.length; i += 3) {
+    const angular = maps[i] < 0;
     for (let k = 0; k < 3; k++) {
-      const at = 4 * (angular && k === 0 ? -1 - t.face_maps[i] : t.face_maps[i + k]), row = t.map_rows.subarray(at, at + 4);
+      const at = 4 * (angular && k === 0 ? -1 - maps[i] : maps[i + k]), row = t.map_rows.subarray(at, at + 4);
       put(row[0], row[1], row[2], dot(row, origin) + row[3]);
     }
     put(angular ? 1 : 0, 0, 0, 0);

@@ -10,6 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid.bench.core import core_xml
+from conicoid.engine.body import maps as maps_file
 from conicoid.engine.lowering import Lowered, lower
 from conicoid.engine.lowering import moved as moved_file
 from conicoid.engine.tables import Tables
@@ -60,7 +61,8 @@ MODELS = {
 
 
 ELSEWHERE = {
-    "leaf_bounds", "program_shifts", "surface_row", "planes", "spheres", "quadrics", "quadric_forms", "face_maps", "map_rows",
+    "leaf_bounds", "program_shifts", "surface_row", "planes", "spheres", "quadrics",
+    "quadric_forms", "face_maps", "body_maps", "map_rows",
 }  # fmt: skip
 """Columns that are compared by what they stand for."""
 
@@ -112,7 +114,8 @@ def quadric_rests(lowered: Lowered) -> np.ndarray:
 
 def maps_of_faces(tables: Tables) -> tuple[np.ndarray, np.ndarray]:
     """(map to uv of each face, is it angular)"""
-    rows, angular = tables.face_maps.copy(), tables.face_maps[:, 0] < 0
+    rows = maps_file.maps_of_faces(tables).copy()
+    angular = rows[:, 0] < 0
     rows[angular, 0] = -1 - rows[angular, 0]
     return tables.map_rows[rows], angular
 

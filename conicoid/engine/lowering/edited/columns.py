@@ -59,7 +59,9 @@ SIDES = {"cell_side": "cell_quadric", "plane_side": "plane_surface", "sheet_side
 """Columns of surfaces, and the sides of them."""
 AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
 ENTRIES = ("entry_kind", "entry_index", "entry_body", "body_face")
-OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES)
+OF_MOVED = ("program_shifts", "body_maps")
+"""Columns of bodies that are one another moved, which are not edited: of others they have no rows."""
+OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES, *OF_MOVED)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
 
 
@@ -225,7 +227,7 @@ class Columns(Filling):
         counts = {name: total[axis] for name, axis in axes.items()}
         counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
         counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
-        counts |= dict(face_maps=total[FACES], map_rows=total[MAP_ROWS], program_shifts=0)
+        counts |= dict(face_maps=total[FACES], map_rows=total[MAP_ROWS], **dict.fromkeys(OF_MOVED, 0))
         return {
             name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
         }

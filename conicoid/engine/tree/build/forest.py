@@ -95,7 +95,7 @@ class Forest:
         self.depth = max(self.depth, WIDTH + 1)
 
     def columns(self) -> dict[str, Any]:
-        """The columns of the trees; of the boxes of the nodes and the items of the leaves the shapes alone."""
+        """The columns of the trees; of boxes and items the shapes alone. The last tree alone has items."""
         return dict(
             node_boxes=np.broadcast_to(0.0, (self.node_count, 6, WIDTH)),
             node_children=np.concatenate(self.children),
@@ -103,7 +103,7 @@ class Forest:
             tree_root=np.array(self.ends, dtype=np.int32),
             roots=np.array(self.roots, dtype=np.int32),
             tree_depth=np.array([self.depth], dtype=np.int32),
-            leaf_items=np.broadcast_to(0.0, ROWS * self.placed),
+            leaf_items=np.broadcast_to(0.0, ROWS * (self.placed - self.places[-2])),
         )
 
     def put_boxes(self, floats: Floats, at: int) -> None:

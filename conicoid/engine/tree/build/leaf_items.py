@@ -12,7 +12,7 @@ from ...surface.quadric import Sphere
 from ...surface.records import load_sphere
 from ...tables import BALL, CELL, Floats, Geometry, integer, length
 from ...threads import run_chunks
-from ..leaf import ROUND, leaf_at, leaf_range
+from ..leaf import ROUND, ROWS, leaf_at, leaf_range
 from .round_cells import around_cell
 
 _CHUNK = 1 << 14
@@ -23,6 +23,7 @@ def put_items(geometry: Geometry, boxes: Floats, place: int, parts: Sequence[tup
 
     parts: the first and last of some children of nodes whose leaves alone are written, beside those of roots.
     """
+    geometry.places[table.ITEMS] = geometry.places[table.LEAF_ITEMS] - ROWS * place
     for begin, end in parts:
         _put_leaves(geometry, boxes, place, False, begin, end)
     if not parts:

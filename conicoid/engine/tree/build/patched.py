@@ -107,17 +107,15 @@ class Trees:
     @property
     def kept(self) -> slice:
         """Of the items of leaves those that are what they were, but for leaves of `parts` of the children of nodes."""
-        return slice(ROWS * int(self.woods.places[-1]), ROWS * self.woods.main[1] if self.parts else 0)
+        return slice(0, ROWS * (self.woods.main[1] - int(self.woods.places[-1])) if self.parts else 0)
 
     def keep_items(self, tables: Tables, before: Tables) -> None:
         """Copy the items of leaves that are what they were; zeros come to places that no leaf has, whatever was there.
 
-        Of scenes that were edited in the same way so all numbers are equal, in whatever memory they are. But for places
-        of bodies' trees, which have no items: where such a tree grew, that of entries begins later than it did, and
-        what it had there before stays, as to write to them all would take memory that nobody reads.
+        Of scenes that were edited in the same way so all numbers are equal, in whatever memory they are.
         """
         tables.leaf_items[self.kept] = before.leaf_items[self.kept]
-        tables.leaf_items.reshape(-1, ROWS)[tables.tree_order < 0] = 0.0
+        tables.leaf_items.reshape(-1, ROWS)[tables.tree_order[int(self.woods.places[-1]) :] < 0] = 0.0
 
     def put_boxes(self, node_boxes: Floats) -> None:
         """Write the boxes of the nodes."""
@@ -152,7 +150,7 @@ def patched(old: Tables, woods: Woods, edit: Edit | Exchange) -> Trees:
         roots=roots,
         tree_depth=np.array([max(depth, int(stack))], np.int32),
         node_boxes=np.broadcast_to(0.0, (planted.nodes, 6, WIDTH)),
-        leaf_items=np.broadcast_to(0.0, ROWS * planted.places),
+        leaf_items=np.broadcast_to(0.0, ROWS * (planted.places - int(places[-1]))),
         extent=extent_of(survey(edit.boxes)),
     )
     stays = edit.keeps_items and int(places[-1]) == int(woods.places[-1])
