@@ -67,6 +67,7 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     records = Records.of(tables, rest)
     for surface, owner, users in parts:
         weigh_all(records, boxes, size, (surface, surface, owner, users), limits, per_surface)
+    del uses, parts
     of_cells = limits[:cells]
     of_planes, of_quadrics = (empty((len(table), 2), np.float64) for table in (tables.planes, tables.quadrics))
     every = np.arange(per_surface.shape[1], dtype=np.int32)

@@ -23,13 +23,15 @@ def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
     It takes the tables of the scene.
     """
     tables = lowered.taken()
+    many = len(tables.entry_kind) >= _MANY
+    if many:
+        give_back()
     forest = programs_of(tables)
     depth = forest.depth
     survey = forest.add(lowered.boxes, 0, COSTS[tables.entry_kind])
     levels = forest.levels
     forest.end_tree()
     columns = {**tables._asdict(), **forest.columns(), "extent": extent_of(survey)}
-    many = len(tables.entry_kind) >= _MANY
     del tables
     if many:
         give_back()
@@ -37,6 +39,8 @@ def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
     place, woods = forest.places[-2], Woods.of(forest, depth, levels)
     del forest  # what trees were built from is as large as what follows
+    if many:
+        give_back()
     put_items(geometry, lowered.boxes, place)
     if many:
         give_back()
