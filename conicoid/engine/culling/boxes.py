@@ -8,8 +8,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from .code import EIGHT, INT64, WIDTH, Code
-from .layout import FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O
+from .code import BITS, EIGHT, INT64, WIDTH, Code
+from .layout import FIRST, HIGH_I, HIGH_O, ITEM_ROW, LAST, LOW_I, LOW_O
 
 
 def beam_stretch(c: Code, sides: Any, number: Any, first: Any, last: Any) -> tuple[Any, Any]:
@@ -71,6 +71,17 @@ def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, n
     return types.int64(boxes, types.int64, beam, types.int64, near), code
 
 
+def _lanes_in_box(c: Code, rays: Any, sides: list[Any], group: int) -> tuple[Any, Any]:
+    """(first, last) t in a box of one of the eight groups of lanes, within their intervals and before nearest hits."""
+    b, rows = c.builder, [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in range(9)]
+    first, last = rows[6], c.smaller(rows[7], rows[8])
+    for axis in range(3):
+        s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
+        t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
+        first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
+    return first, last
+
+
 @intrinsic
 def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx: Any, hy: Any, hz: Any) -> Any:
     """Which lanes of a packet meet a box (low, high), as bits.
@@ -83,14 +94,45 @@ def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx:
         rays, sides = c.data(signature, arguments, 0), [c.spread(side) for side in arguments[1:]]
         met: Any = INT64(0)
         for group in range(8):
-            rows = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in range(9)]
-            first, last = rows[6], c.smaller(rows[7], rows[8])
-            for axis in range(3):
-                s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
-                t = b.fmul(b.fsub(sides[3 + axis], rows[axis]), rows[3 + axis])
-                first, last = c.larger(c.smaller(s, t), first), c.smaller(c.larger(s, t), last)
-            bits = b.zext(c.overlaps(first, last), INT64)
+            bits = b.zext(c.overlaps(*_lanes_in_box(c, rays, sides, group)), INT64)
             met = b.or_(met, b.shl(bits, INT64(8 * group)))
         return met
 
     return types.int64(lanes, *[types.float64] * 6), code
+
+
+@intrinsic
+def lanes_enter_item(typing_context: Any, lanes: Any, items: Any, item: Any, row: Any) -> Any:
+    """Where the lanes that meet the box of an item enter it, if that is less than what is in a row (lanes[row:])."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        rays, boxes = c.data(signature, arguments, 0), c.data(signature, arguments, 1)
+        sides = [c.spread(c.number(boxes, arguments[2], k * ITEM_ROW)) for k in range(6)]
+        for group in range(8):
+            first, last = _lanes_in_box(c, rays, sides, group)
+            known = c.eight(rays, arguments[3], 8 * group)
+            nearer = b.and_(c.overlapping(first, last), b.fcmp_ordered("<", first, known))
+            c.store(b.select(nearer, first, known), rays, arguments[3], 8 * group)
+        return context.get_dummy_value()
+
+    return types.void(lanes, items, types.int64, types.int64), code
+
+
+@intrinsic
+def lanes_in_item(typing_context: Any, lanes: Any, items: Any, item: Any, row: Any) -> Any:
+    """Which lanes meet the box of an item, and enter it no later than a row says (lanes[row:]), as bits."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b = Code(context, builder), builder
+        rays, boxes = c.data(signature, arguments, 0), c.data(signature, arguments, 1)
+        sides = [c.spread(c.number(boxes, arguments[2], k * ITEM_ROW)) for k in range(6)]
+        met: Any = INT64(0)
+        for group in range(8):
+            first, last = _lanes_in_box(c, rays, sides, group)
+            soon = c.overlapping(first, c.eight(rays, arguments[3], 8 * group))
+            bits = b.zext(b.bitcast(b.and_(c.overlapping(first, last), soon), BITS), INT64)
+            met = b.or_(met, b.shl(bits, INT64(8 * group)))
+        return met
+
+    return types.int64(lanes, items, types.int64, types.int64), code

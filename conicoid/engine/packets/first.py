@@ -21,6 +21,8 @@ from ..culling import (
     bit_count,
     group_in_ball,
     items_met,
+    lanes_enter_item,
+    lanes_in_item,
     lowest_bit,
     put_groups,
     put_numbers,
@@ -29,9 +31,10 @@ from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry, Signs, box_at, whole
 from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
 from ..tree.walk import next_leaf, push_roots, put_on_stack, scene_tree
+from .crowd import note_body, open_crowd, settle_crowd
 from .frontier import ITEM_COUNT
-from .lanes import BEAM_AT, GROUP_BEAMS, GROUPS_AT, put_group_beams, shorten_beam
-from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, retire
+from .lanes import ALL, BEAM_AT, EARLIEST, GROUP_BEAMS, GROUPS_AT, put_group_beams, put_slopes, shorten_beam
+from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, meet_in_pairs, retire
 
 _MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
 
@@ -119,6 +122,46 @@ def _meet_chosen(
     return top
 
 
+@helper
+def _meet_crowd(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int
+) -> int:
+    """Intersect the leaves among the chosen items, in two rounds (`crowd`); returns how many other items are left."""
+    lanes, items, asked, mine = packet.lanes, packet.items, packet.asked, packet.crowd.asked
+    count, left = 0, 0
+    put_slopes(lanes)
+    for i in range(ALL):
+        lanes[EARLIEST + i] = math.inf
+    for j in range(chosen):
+        k = asked[j]
+        if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
+            mine[count], mine[MOST_CHOSEN + count] = k, 0
+            lanes_enter_item(lanes, items, k, whole(EARLIEST))
+            count += 1
+        else:
+            asked[left] = k
+            left += 1
+    for turn in range(2 if count > 0 else 0):
+        for j in range(count):
+            k = mine[j]
+            met = lanes_in_item(lanes, items, k, whole(EARLIEST)) & ~mine[MOST_CHOSEN + j]
+            mine[MOST_CHOSEN + j] = met
+            if met == 0:
+                continue
+            begin, end = leaf_range(whole(items[CODE + k]))
+            at, size = leaf_at(geometry, begin), end - begin
+            note_body(packet.crowd, bit_count(met))
+            for item in range(size):
+                meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, met)
+        settle_crowd(geometry, packet.crowd, lanes)
+        if any_hit:
+            retire(lanes)
+        shorten_beam(lanes)
+        for i in range(ALL):
+            lanes[EARLIEST + i] = math.inf
+    return left
+
+
 @inline
 def _meet_balls(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, at: int, count: int
@@ -158,6 +201,9 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
         items, top = 0, push_roots(geometry, way, scene_tree(geometry))
     if items > _MANY:
         put_group_beams(lanes)
+    crowded = open_crowd(packet.crowd, lanes) and items > 0
+    if crowded:
+        most = MOST_CHOSEN - 8
     while True:
         if top == 0:
             # Few at first: what they hide need not be tested
@@ -165,6 +211,8 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             most = min(2 * most, MOST_CHOSEN - 8)
             if chosen == 0:
                 break
+            if crowded:
+                chosen = _meet_crowd(geometry, scratch, packet, blocks, any_hit, chosen)
             top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
             continue
         code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
@@ -180,6 +228,7 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             met = lanes_in_child(geometry, lanes, box_at(geometry, box))
             if met == 0:
                 continue
+            note_body(packet.crowd, bit_count(met))
         for k in range(count):
             meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
         if any_hit:
