@@ -1,12 +1,13 @@
 """Crowds: many small bodies before one packet, each met by few of its lanes.
 
-To meet a body costs about the same for eight lanes as for thirty. So where a packet sees a crowd, its Boolean bodies
-wait in pairs with the lanes that may meet them, body by body, until 64 pairs fill all lanes of `alike`, which has
-another body in each; the formulas are the same, and so are the bits. Pairs wait in two rounds: first each lane with
-what its ray enters the box of first, then, nearest hits known, with what is left before these.
+Eight lanes take nearly as long as forty to meet a body: what is done once for all of them, and waiting for one result
+after the other. So where a packet sees a crowd, Boolean bodies wait in pairs with the lanes that may meet them, until
+64 pairs fill the lanes of `alike`, which has another body in each; the formulas are the same, and so are the bits.
+They wait in two rounds: first each lane with the bodies whose boxes its ray enters first, then, the nearest hits being
+known, with those that are left before these.
 
-Whether there is a crowd is told by the packet before, which lay beside: each counts the bodies and the lanes that may
-meet them. A wrong guess costs time only.
+Whether there is a crowd is guessed from the packet before, which lies beside: each counts the bodies that it sees, and
+the lanes that may meet them. A wrong guess costs time and changes no bit.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
-from ..body.hit import Hit
 from ..culling import FIRST, lowest_bit
 from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry
@@ -31,9 +31,7 @@ from .lanes import (
     DX,
     DY,
     DZ,
-    IX,
-    IY,
-    IZ,
+    INVERSE,
     LANES,
     OX,
     OY,
@@ -42,19 +40,18 @@ from .lanes import (
     T_MAX,
     T_MIN,
     WITHIN,
-    INVERSE,
     take,
 )
 
-FEW = 20
+FEW = 24
 """So many lanes of a packet wait in pairs with a body; more meet it side by side."""
 _LEAST = 10
 """Fewer bodies are no crowd."""
-_MANY_LANES = 20.0
+_MANY_LANES = 24.0
 """Bodies that so many lanes may meet in the mean are no crowd: they are large."""
 
 _BODIES, _MET, _CROWDED, _READY = 0, 1, 2, 3
-"""In `known`: how many bodies the packet has seen, by how many lanes in all; was it a crowd; are its rays copied."""
+"""In `known`: how many bodies the packet has seen, with how many lanes in all; is it a crowd; are its rays copied."""
 
 
 class Crowd(NamedTuple):
@@ -65,6 +62,7 @@ class Crowd(NamedTuple):
     more: Floats
     known: Floats
     asked: Any  # int64: the items of a lot, then the lanes that each has met
+    entries: Floats  # where the lanes enter the boxes of a lot, 64 numbers each
 
 
 @allocator
@@ -72,18 +70,27 @@ def new_crowd(geometry: Geometry) -> Crowd:
     """Memory for one thread."""
     return Crowd(
         new_bodies(geometry), np.zeros(8 * LANES), np.zeros(8 * LANES), np.zeros(4),
-        np.zeros(2 * MOST_CHOSEN, np.int64),
+        np.zeros(2 * MOST_CHOSEN, np.int64), np.zeros(LANES * MOST_CHOSEN),
     )  # fmt: skip
 
 
 @inline
-def open_crowd(crowd: Crowd, lanes: Floats) -> bool:
-    """A packet begins: does it see a crowd, as the one before did?"""
+def open_crowd(crowd: Crowd, lanes: Floats, items: int) -> bool:
+    """A packet begins, before which there are so many items: does it see a crowd, as the one before did?
+
+    Pairs rely on rays that do not begin before their origins.
+    """
     known = crowd.known
-    found = known[_BODIES] >= _LEAST and known[_MET] < _MANY_LANES * known[_BODIES]
+    found = known[_BODIES] >= _LEAST and known[_MET] < _MANY_LANES * known[_BODIES] and items > 0
     known[_CROWDED] = 1.0 if found and lanes[BEAM_AT + FIRST] >= 0.0 else 0.0
     known[_BODIES] = known[_MET] = known[_READY] = 0.0
-    return known[_CROWDED] != 0.0
+    return is_crowded(crowd)
+
+
+@inline
+def is_crowded(crowd: Crowd) -> bool:
+    """Is the packet traced now, or last, taken for one that sees a crowd?"""
+    return crowd.known[_CROWDED] != 0.0
 
 
 @inline

@@ -139,10 +139,9 @@ def meet_in_pairs(
 ) -> None:
     """`meet_in_lanes`, now or once `settle_crowd` is called: few lanes wait for a Boolean body."""
     kind, index, body, entry = leaf_item(geometry, at, count, k)
-    if kind == REGION and bit_count(met) <= FEW and (len(blocks) == 0 or blocks[body] != 0):
-        if put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met):
-            return
-    meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
+    waits = kind == REGION and bit_count(met) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
+    if not (waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met)):
+        meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
 
 
 @inline
