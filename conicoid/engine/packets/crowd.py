@@ -133,7 +133,8 @@ def _settle(geometry: Geometry, crowd: Crowd, lanes: Floats, form: int) -> None:
     for i in range(ALL):
         _put_best(more, lanes, i)
     for n in range(meet_bodies(geometry, bodies, form, crowd.rays, more, count)):
-        lane, hit = np.uint64(waiting_body(bodies, form, n)[0]), body_hit(geometry, bodies, form, n)
+        lane: Any = np.uint64(waiting_body(bodies, form, n)[0])
+        hit = body_hit(geometry, bodies, form, n)
         if hit.unsure:
             lanes[DOUBT + lane] = 1.0
         elif hit.t < math.inf:

@@ -150,7 +150,7 @@ def _enter(packet: Packet, chosen: int) -> tuple[int, int]:
         k = asked[j]
         if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
             crowd.asked[count], crowd.asked[MOST_CHOSEN + count] = k, 0
-            put_entries(lanes, whole(EARLIEST), items, k, crowd.entries, LANES * count)
+            put_entries(lanes, EARLIEST, items, k, crowd.entries, LANES * count)
             count += 1
         else:
             asked[others] = k
@@ -168,7 +168,7 @@ def _meet_crowd(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Si
     for row in (EARLIEST, WITHIN):
         for j in range(count):
             k = crowd.asked[j]
-            met = lanes_entering(lanes, whole(row), crowd.entries, LANES * j) & ~crowd.asked[MOST_CHOSEN + j]
+            met = lanes_entering(lanes, row, crowd.entries, LANES * j) & ~crowd.asked[MOST_CHOSEN + j]
             crowd.asked[MOST_CHOSEN + j] |= met
             if met == 0:
                 continue
