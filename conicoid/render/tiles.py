@@ -199,7 +199,7 @@ def _tile_kernel(integrator: str) -> Callable[..., None]:
 
         A square that is halted keeps its sums, if there are any.
         """
-        scratch, packet, seen, frame = new_scratch(geometry), new_packet(), new_square(), new_frame(batch)
+        scratch, packet, seen, frame = new_scratch(geometry), new_packet(geometry), new_square(), new_frame(batch)
         memory = new_memory(geometry, settings)
         height, width = film.shape[0], film.shape[1]
         for tile in range(begin, min(end, tile_total(width, height))):

@@ -65,7 +65,7 @@ def test_balls_that_rays_of_one_origin_graze_are_met(far):
 @numba.njit
 def traced(geometry, origins, directions, numbers, together, any_hit, best, bodies):
     """What the rays of packets meet, and how often a frontier was looked for."""
-    scratch, packet, square, found = new_scratch(geometry), new_packet(), new_square(), 0
+    scratch, packet, square, found = new_scratch(geometry), new_packet(geometry), new_square(), 0
     for k in range(len(numbers)):
         put_rays(packet.lanes, origins[k], directions[k])
         if together:

@@ -61,7 +61,7 @@ def trace_rows(
 
     counts[i] rows for ray i, sorted; a doubtful ray has doubts[i] = 1, and no rows.
     """
-    scratch, bundle, chains = new_scratch(geometry), new_packet(), new_chains()
+    scratch, bundle, chains = new_scratch(geometry), new_packet(geometry), new_chains()
     columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
     rows, found, used = np.empty((64 * (end - begin), columns)), np.empty((256, columns + 1)), 0
     lanes = bundle.lanes

@@ -31,7 +31,7 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
     Packets where rays are coherent, else one ray at a time; a lane in doubt is traced again alone, because single rays
     doubt less. Each ray of the tiles gets exactly one hit or miss.
     """
-    scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
+    scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
     lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
     for tile in range(begin, end):
         shared = several and open_tile(geometry, memory, lanes, rays, tile, width)
@@ -86,7 +86,7 @@ def trace_first_alone(geometry: Geometry, rays: RayArrays, begin: int, end: int,
 @kernel(width="picture n", begin="0..end", end="0..n", result="out n")
 def trace_occluded(geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, result: Signs) -> None:
     """Is there any crossing (1) or not (0), raised if doubtful? Of tiles begin..end."""
-    scratch, bundle, memory = new_scratch(geometry), new_packet(), new_tile()
+    scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
     lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
     for tile in range(begin, end):
         shared = several and open_tile(geometry, memory, lanes, rays, tile, width)

@@ -31,7 +31,7 @@ from .layout import (
 if TYPE_CHECKING or SHIPPED is None:
     from .balls import balls_in_beam, balls_met, group_in_ball, lanes_in_ball, lanes_in_ball_from_one
     from .bits import bit_count, highest_bit, lowest_bit
-    from .boxes import boxes_met, lanes_in_box
+    from .boxes import boxes_met, lanes_entering, lanes_in_box, put_entries
     from .items import items_met, keep_items, put_balls, put_children, put_groups, put_numbers
     from .lane_rows import (
         extent,
@@ -51,8 +51,8 @@ else:
 __all__ = [
     "BEAM", "BOX_OR_BALL", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
     "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met",
-    "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_in_ball",
+    "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_entering", "lanes_in_ball",
     "lanes_in_ball_from_one", "lanes_in_box", "load_eight", "lowest_bit", "numbers_in_lanes", "prefetch",
-    "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_groups", "put_numbers", "put_on_lists",
-    "rays_in_balls", "reach", "records_in_lanes", "store_eight", "waiting", "widen",
+    "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_entries", "put_groups", "put_numbers",
+    "put_on_lists", "rays_in_balls", "reach", "records_in_lanes", "store_eight", "waiting", "widen",
 ]  # fmt: skip

@@ -117,9 +117,11 @@ def _load_rays(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, more
         lanes[DX + i], lanes[DY + i], lanes[DZ + i] = dx, dy, dz
         lanes[INVERSE + i], lanes[START + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, start, unit, away
         lanes[BESIDE + i] = away * STARTING if start >= 0.0 else away
-        lanes[WITHIN + i], lanes[T_MAX + i] = within, min(lanes[R5 + i], within + abs(best) * END + END_LEAST)
-        lanes[DOUBT + i] = 0.0
-        begin_lane(lanes, i, lane_nearness(lanes, i, Nearness(lanes[BODY_OFF + i], lanes[BODY_FAR + i])))
+        nearness = lane_nearness(lanes, i, Nearness(lanes[BODY_OFF + i], lanes[BODY_FAR + i]))
+        # A body entered where the best is must not seem to be left there: `begin_lane` looks as far as a tie
+        limit = within + 2.0 * nearness.off + abs(best) * END + END_LEAST
+        lanes[WITHIN + i], lanes[T_MAX + i], lanes[DOUBT + i] = within, min(lanes[R5 + i], limit), 0.0
+        begin_lane(lanes, i, nearness)
 
 
 @helper

@@ -21,7 +21,9 @@ from ..culling import (
     bit_count,
     group_in_ball,
     items_met,
+    lanes_entering,
     lowest_bit,
+    put_entries,
     put_groups,
     put_numbers,
 )
@@ -29,10 +31,24 @@ from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry, Signs, box_at, whole
 from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
 from ..tree.walk import next_leaf, push_roots, put_on_stack, scene_tree
+from .crowd import note_body, open_crowd, settle_crowd
 from .frontier import ITEM_COUNT
-from .lanes import BEAM_AT, GROUP_BEAMS, GROUPS_AT, put_group_beams, shorten_beam
-from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, retire
+from .lanes import (
+    ALL,
+    BEAM_AT,
+    EARLIEST,
+    GROUP_BEAMS,
+    GROUPS_AT,
+    LANES,
+    WITHIN,
+    put_group_beams,
+    put_slopes,
+    shorten_beam,
+)
+from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, meet_in_pairs, retire
 
+_LOT = 32  # so many items are taken at a time, at most, where they are no crowd
+_ABOUT = 1e-6  # share of t: boxes that a ray enters this close to each other are entered together
 _MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
 
 
@@ -120,6 +136,55 @@ def _meet_chosen(
 
 
 @inline
+def _enter(packet: Packet, chosen: int) -> tuple[int, int]:
+    """Find where the lanes enter the leaves among the chosen items, and EARLIEST, by when each has entered its first.
+
+    Returns how many there are, and how many other items, which come to be the first of those chosen.
+    """
+    lanes, items, asked, crowd = packet.lanes, packet.items, packet.asked, packet.crowd
+    count, others = 0, 0
+    put_slopes(lanes)
+    for i in range(ALL):
+        lanes[EARLIEST + i] = math.inf
+    for j in range(chosen):
+        k = asked[j]
+        if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
+            crowd.asked[count], crowd.asked[MOST_CHOSEN + count] = k, 0
+            put_entries(lanes, EARLIEST, items, k, crowd.entries, LANES * count)
+            count += 1
+        else:
+            asked[others] = k
+            others += 1
+    for i in range(ALL):
+        lanes[EARLIEST + i] += _ABOUT * abs(lanes[EARLIEST + i])
+    return count, others
+
+
+@helper
+def _meet_crowd(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int) -> int:
+    """Intersect the leaves among the chosen items, in two rounds (`crowd`); returns how many other items are left."""
+    lanes, items, crowd = packet.lanes, packet.items, packet.crowd
+    count, others = _enter(packet, chosen)
+    for row in (EARLIEST, WITHIN):
+        for j in range(count):
+            k = crowd.asked[j]
+            met = lanes_entering(lanes, row, crowd.entries, LANES * j) & ~crowd.asked[MOST_CHOSEN + j]
+            crowd.asked[MOST_CHOSEN + j] |= met
+            if met == 0:
+                continue
+            begin, end = leaf_range(whole(items[CODE + k]))
+            at, size = leaf_at(geometry, begin), end - begin
+            note_body(crowd, bit_count(met))
+            for item in range(size):
+                meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, met)
+        settle_crowd(geometry, crowd, lanes)
+        if any_hit:
+            retire(lanes)
+        shorten_beam(lanes)
+    return others
+
+
+@inline
 def _meet_balls(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, at: int, count: int
 ) -> None:
@@ -158,13 +223,18 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
         items, top = 0, push_roots(geometry, way, scene_tree(geometry))
     if items > _MANY:
         put_group_beams(lanes)
+    crowded = open_crowd(packet.crowd, lanes, items)
+    if crowded:
+        most = MOST_CHOSEN - 8
     while True:
         if top == 0:
             # Few at first: what they hide need not be tested
             chosen, item = _choose(packet, item, items, most)
-            most = min(2 * most, MOST_CHOSEN - 8)
+            most = most if crowded else min(2 * most, _LOT)
             if chosen == 0:
                 break
+            if crowded:
+                chosen = _meet_crowd(geometry, scratch, packet, blocks, any_hit, chosen)
             top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
             continue
         code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
@@ -180,6 +250,7 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             met = lanes_in_child(geometry, lanes, box_at(geometry, box))
             if met == 0:
                 continue
+            note_body(packet.crowd, bit_count(met))
         for k in range(count):
             meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
         if any_hit:

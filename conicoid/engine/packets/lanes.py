@@ -30,9 +30,9 @@ LANES = 64
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, UNIT, START, BEST, BODY, ENTRY, PLACE, SENSE,
     ENTERS, A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN, NOW, NEXT, INSIDE,
     SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS, AWAY, BESIDE, UNSURE, DOUBT, LATEST,
-    ENDS, OFF, OWN,
-) = (np.uint64(row) for row in range(0, 52 * LANES, LANES))  # fmt: skip
-BEAM_AT = 52 * LANES
+    ENDS, OFF, OWN, EARLIEST,
+) = (np.uint64(row) for row in range(0, 53 * LANES, LANES))  # fmt: skip
+BEAM_AT = 53 * LANES
 ALL = np.uint64(LANES)
 SOME_START = BEAM_AT + BEAM
 """Not 0 where some lane starts on a surface."""

@@ -11,12 +11,13 @@ from ...compiler.jit import allocator, choose, helper, inline
 from ..body.hit import within
 from ..body.meet import try_entry
 from ..body.scratch import Scratch
-from ..culling import highest_bit, lanes_in_ball, lanes_in_ball_from_one, lanes_in_box, lowest_bit
+from ..culling import bit_count, highest_bit, lanes_in_ball, lanes_in_ball_from_one, lanes_in_box, lowest_bit
 from ..culling.layout import MOST_CHOSEN
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from ..tree.leaf import leaf_ball, leaf_item
 from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, Memory, in_lanes, region_lanes
 from .cells import ball_lanes, cell_lanes
+from .crowd import FEW, Crowd, new_crowd, put_pairs
 from .frontier import new_frontier
 from .lanes import (
     ALL,
@@ -50,6 +51,7 @@ class Packet(NamedTuple):
     spans: Ints  # how many spans each leaf has, at most
     items: Floats  # a frontier: what of the scene's tree may be met, if that is known
     asked: Any  # int64: the next items that its beam meets; from `PAIRS` on the tests of them in groups of lanes
+    crowd: Crowd
 
 
 @allocator
@@ -61,23 +63,23 @@ def new_rows(count: int) -> Floats:
 
 
 @allocator
-def new_packet() -> Packet:
+def new_packet(geometry: Geometry) -> Packet:
     """Memory for one thread."""
     lanes, leaves, truths = new_rows(SIZE), new_rows(LEAVES_SIZE), new_rows(TRUTHS_SIZE)
     asked = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
-    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), asked)
+    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), asked, new_crowd(geometry))
 
 
 @inline
 def with_lanes(packet: Packet, lanes: Floats) -> Packet:
     """A packet of other rays in the same memory, with the same frontier, which must hold for them too."""
-    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked)
+    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.asked, packet.crowd)
 
 
 @inline
 def with_items(packet: Packet, items: Floats) -> Packet:
     """A packet with another frontier, which must hold for its rays."""
-    return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.asked)
+    return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.asked, packet.crowd)
 
 
 @inline
@@ -129,6 +131,17 @@ def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> in
     if lanes[SHARED] != 0.0:
         return lanes_in_ball_from_one(lanes, x, y, z, r)
     return lanes_in_ball(lanes, x, y, z, r)
+
+
+@inline
+def meet_in_pairs(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
+) -> None:
+    """`meet_in_lanes`, now or once `settle_crowd` is called: few lanes wait for a Boolean body."""
+    kind, index, body, entry = leaf_item(geometry, at, count, k)
+    waits = kind == REGION and bit_count(met) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
+    if not (waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met)):
+        meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
 
 
 @inline
