@@ -228,7 +228,7 @@ def test_numbers_of_what_was_edited_in_the_same_way_are_equal_in_any_memory(take
     alone, gaps = [], 0
     for holds in (False, True):
         taken.clear()
-        held, scene = [], first
+        held, scene, tables = [], first, None
         for number in range(40):
             scene = scene.moved(str(number % 25), (0.1, 0, 0.01 * number))
             scene.prepare()
