@@ -106,27 +106,40 @@ def test_balls_that_are_one_and_part(which, exchanged):
     assert len(exchanged) == 6
 
 
-def test_a_ball_that_an_ellipsoid_is():
-    """What is one with a ball is a ball, and traced as one: so an entry that stays becomes another, and all is merged."""
-    egg, ball = co.Ellipsoid((0.5, 0.5, 0.5)).rotate("x", 20).translate((1, 1, 1)), co.Sphere(0.5, (4, 1, 1))
-    others = CUBE, CUBE.translate((7, 7, 7)), CUBE.translate((11, 17, 27))
-    for first in ([egg, ball], [ball, egg]):
-        which = first.index(ball)
-        steps([*first, *others], which, [(-3, 0, 0), (0.5, 0, 0)])
-        steps([*first, *others], 1 - which, [(3, 0, 0), (0.5, 0, 0)])
+def test_walls_whose_records_are_turned_over():
+    """A ball, or a tube, by its coefficients and by their negatives; all have the record of one of them."""
+
+    def quadric(sign, **coefficients):
+        return co.Quadric(coefficients={name: sign * value for name, value in coefficients.items()})
+
+    ball, tube = dict(xx=1, yy=1, zz=1, constant=-0.25), dict(xx=1, yy=1, constant=-0.25)
+    wide, others = co.Box((-1, -2, -3), (1, 2, 3)), [CUBE.translate((7, 7, 7)), CUBE.translate((11, 17, 27))]
+    for first in (
+        [wide & quadric(1, **tube), wide & quadric(-1, **tube)], [wide - quadric(-1, **ball), co.Sphere(0.5)],
+        [quadric(-1, **ball), co.Sphere(0.5)], [~quadric(-1, **ball), quadric(-1, **ball)],
+    ):  # fmt: skip
+        for shapes in (first, first[::-1]):
+            for which in (0, 1):
+                steps([*shapes, *others], which, [(3, 0, 0), (0.5, 0, 0), (-3.5, 0, 0), (0, 0, 0.5)])
 
 
-def test_bodies_that_change_places(exchanged):
-    """Both at once: each takes the walls of the other."""
-    shapes = [CUBE, co.Sphere(0.5, (9, 9, 9)), CUBE.translate((1, 0, 0)), co.Sphere(0.5, (9, 7, 9)),
-              CUBE.translate((1, 1, 0)), co.Sphere(0.5, (9, 5, 9))]  # fmt: skip
-    scene = named(shapes)
+def test_items_of_leaves_in_a_tree_that_stays(exchanged):
+    """Coaxial pins have the wall of one of them, and balls are one in threes: leaves tell of both."""
+    rng = np.random.default_rng(7)
+    shapes = []
+    for number in range(300):
+        at, low = (2.0 * (number // 6 % 10), 2.0 * (number // 60), 0.0), float(rng.uniform(0, 4))
+        if number % 3 == 2:
+            shapes.append(co.Sphere(0.5, (at[0] + 1, at[1], 0)))
+        else:
+            shapes.append(co.Cylinder((*at[:2], low), (*at[:2], low + float(rng.uniform(0.5, 1))), 0.25))
+    scene = named([TURNED[1](shape) for shape in shapes])
     scene.prepare()
-    for a, b in ((0, 2), (2, 4), (0, 4), (0, 4), (2, 0)):
-        one, other = scene.bodies[a].shape, scene.bodies[b].shape
-        scene = scene.replace(str(a), other).replace(str(b), one)
+    for number in rng.permutation(300)[:24].tolist():
+        step = (0.0, 0.0, float(rng.uniform(-1, 1))) if number % 3 < 2 else (0.0, 0.5, 0.0)
+        scene = scene.replace(str(number), TURNED[1](shapes[number].translate(step)))
         checked(scene)
-    assert len(exchanged) == 5
+    assert len(exchanged) == 24
 
 
 def wall_to_wall(rng):

@@ -181,7 +181,7 @@ class _Regrouping:
         """Does each surface have a record of the kind, and with the sense, that it has in the tables it comes from?
 
         So cells that are balls, which are traced without their cell, stay that, and others do not become it. What is
-        new may be turned over where it is no ball.
+        new may be turned over: no record of a ball ever is.
         """
         kinds = self.merging.kinds
 
@@ -197,10 +197,7 @@ class _Regrouping:
             return False
         slots = self._slots_of_new()
         alone = self.new.kinds if self.new.first is None else self.new.kinds[self.new.first[: len(slots)]]
-        now = kinds_of(first[slots], kinds)
-        own = (self.new.given if self.new.senses is None else self.new.senses)[: len(slots)]
-        turned = own != senses[slots]
-        return bool(np.array_equal(alone, now) and not turned[now == SPHERE].any())
+        return np.array_equal(alone, kinds_of(first[slots], kinds))
 
     def _renumbered(self, own: Ints, first: Ints) -> tuple[Ints, int, Ints]:
         """The number of each slot where others lead than before, how many lead, and `Regrouped.onto`."""
