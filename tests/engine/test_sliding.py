@@ -83,6 +83,19 @@ def test_a_wall_of_three(exchanged):
     assert len(exchanged) == 15
 
 
+def test_a_wall_that_reaches_farther_since_another_came(exchanged):
+    """Its record is that of a small box, which stays; a wide one comes, and then others move in other memory."""
+    wide = co.Box((-3, -3, 5), (30, 40, 6))
+    shapes = [CUBE.translate((-9, 0, 0)), CUBE.translate((0, 2, 0)), wide, *(co.Sphere(1, (k, 0, 9)) for k in range(9))]
+    scene = named(shapes)
+    scene.prepare()
+    for name, step in (("4", (0, 0, 3)), ("5", (0, 0, 3)), ("2", (0, 0, -5)), ("6", (0, 0, 3)), ("7", (0, 0, 3)),
+                       ("2", (0, 0, 5)), ("8", (0, 0, 3)), ("9", (0, 0, 3))):  # fmt: skip
+        scene = scene.moved(name, step)
+        checked(scene)
+    assert exchanged == [False, False] + 6 * [True]
+
+
 def pin_in_a_block(at):
     pin = co.Cylinder((0.5, 0.5, 0), (0.5, 0.5, 1), 0.25)
     return [(CUBE - pin).translate(at), pin.translate(at)]

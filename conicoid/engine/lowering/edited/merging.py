@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,11 @@ class Merging:
         self.laid: tuple[Laid, Laid] = joined.laid
         self.kinds = joined.column(SURFACES, lambda side: side.laid.kinds, np.int8)
         self.given = joined.column(SURFACES, lambda side: side.laid.given, np.int8)
-        self.of_kind = {kind: np.flatnonzero(self.kinds == kind) for kind in (PLANE, SPHERE, QUADRIC)}
+
+    @cached_property
+    def of_kind(self) -> dict[int, Longs]:
+        """The surfaces of each kind."""
+        return {kind: np.flatnonzero(self.kinds == kind) for kind in (PLANE, SPHERE, QUADRIC)}
 
     def merged(self, frame: Frame | None, old: Places | None) -> Merged:
         """The classes of surfaces; frame and old places are those of the scene before, if they are known."""
@@ -195,4 +200,4 @@ class Merging:
 
     def _rows(self, single: Longs, kind: int) -> Longs:
         """In the table of a kind, the rows of surfaces of that kind."""
-        return np.searchsorted(self.of_kind[kind], single)
+        return np.searchsorted(self.of_kind[kind], single) if len(single) else single

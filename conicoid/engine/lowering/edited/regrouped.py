@@ -135,12 +135,14 @@ class _Regrouping:
             loose = np.union1d(self.fresh, orphans).astype(np.int64)
             self.merging.merge(loose, leads, first, senses)
         other = first != before
-        bereft = np.flatnonzero((other | self.is_fresh[first]) & ~self.is_fresh)
+        moved = np.flatnonzero(other)
+        other[orphans] = True  # though the same slot lead them again
+        bereft = np.flatnonzero(other & ~self.is_fresh)
         if not self._alike(before, first, before_senses, senses, bereft):
             return None
         left = before[self.fresh]
-        some = np.unique(np.concatenate([self.fresh, bereft, left[~self.is_fresh[left]]]))
-        moved = np.flatnonzero(other)
+        left = left[~self.is_fresh[left]]
+        some = np.unique(np.concatenate([self.fresh, bereft, left]))
         if np.array_equal(before[moved] == moved, first[moved] == moved):  # the same slots lead as before
             single = onto = None
             ids, count = self.old.ids, self.count
@@ -148,7 +150,7 @@ class _Regrouping:
                 ids, count = ids.copy(), int(ids.max(initial=-1)) + 1
                 ids[moved] = ids[first[moved]]
         else:
-            ids, count, onto = self._renumbered(own, first)
+            ids, count, onto = self._renumbered(own, first, np.concatenate([bereft, left]))
             single = np.flatnonzero(first[: self.single] == own[: self.single])
         changed = some if ids is None else np.unique(ids[some]).astype(np.int64)
         follow = np.union1d(self.fresh, bereft)
@@ -199,15 +201,19 @@ class _Regrouping:
         alone = self.new.kinds if self.new.first is None else self.new.kinds[self.new.first[: len(slots)]]
         return np.array_equal(alone, kinds_of(first[slots], kinds))
 
-    def _renumbered(self, own: Ints, first: Ints) -> tuple[Ints, int, Ints]:
-        """The number of each slot where others lead than before, how many lead, and `Regrouped.onto`."""
+    def _renumbered(self, own: Ints, first: Ints, left: Longs) -> tuple[Ints, int, Ints]:
+        """The number of each slot where others lead than before, how many lead, and `Regrouped.onto`.
+
+        left: slots that stay of each class that fresh ones left.
+        """
         number = np.cumsum(first == own, dtype=np.int32)
         number -= 1
         ids: Ints = number[first]
         before = own if self.old.ids is None else self.old.ids
         onto = np.full(int(before.max(initial=-1)) + 2, -1, np.int32)
-        kept = ~self.is_fresh
-        onto[before[kept]] = ids[kept]
+        onto[before] = ids
+        onto[before[self.fresh]] = -1
+        onto[before[left]] = ids[left]
         return ids, int(number[-1]) + 1, onto
 
 
