@@ -83,16 +83,19 @@ def test_a_wall_of_three(exchanged):
     assert len(exchanged) == 15
 
 
-def test_a_wall_that_reaches_farther_since_another_came(exchanged):
-    """Its record is that of a small box, which stays; a wide one comes, and then others move in other memory."""
-    wide = co.Box((-3, -3, 5), (30, 40, 6))
-    shapes = [CUBE.translate((-9, 0, 0)), CUBE.translate((0, 2, 0)), wide, *(co.Sphere(1, (k, 0, 9)) for k in range(9))]
-    scene = named(shapes)
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_wall_that_reaches_farther_since_another_came(which, exchanged):
+    """A wide box comes to stand beside one that stays, and whose record may stand for both; then others move."""
+    turn = TURNED[1]
+    two = [co.Box((-3, -3, 5), (30, 40, 6)), co.Box((0, 0, 0), (1, 1, 2)).translate((0, -50 if which else 50, 0))]
+    shapes = [*two, *(co.Sphere(1, (k, 0, 9)) for k in range(9))]
+    scene, memory = named([turn(shape) for shape in shapes]), []
     scene.prepare()
-    for name, step in (("4", (0, 0, 3)), ("5", (0, 0, 3)), ("2", (0, 0, -5)), ("6", (0, 0, 3)), ("7", (0, 0, 3)),
-                       ("2", (0, 0, 5)), ("8", (0, 0, 3)), ("9", (0, 0, 3))):  # fmt: skip
-        scene = scene.moved(name, step)
+    for name, up in ((4, 3), (5, 3), (0, -5), (6, 3), (7, 3), (0, 0), (8, 3), (9, 3)):
+        scene = scene.replace(str(name), turn(shapes[name].translate((0, 0, up))))
         checked(scene)
+        memory.append(scene.lowered.laid.first is None)
+    assert memory == [True, True, False, False, False, True, True, True]
     assert exchanged == [False, False] + 6 * [True]
 
 
