@@ -33,7 +33,7 @@ class Base:
         self._end = 0
         for name, array in arrays.items():
             self._places[name] = self._end, array.dtype, array.shape
-            flat = memoryview(np.ascontiguousarray(array)).cast("B") if array.size else memoryview(b"")
+            flat: memoryview[Any] = np.ascontiguousarray(array).data.cast("B") if array.size else memoryview(b"")
             for begin in range(0, len(flat), _AT_ONCE):
                 part, at = flat[begin : begin + _AT_ONCE], self._end + begin
                 while part:
