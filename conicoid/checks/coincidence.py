@@ -83,7 +83,7 @@ def coefficients(tables: Tables, surfaces: Any, low: FloatArray, high: FloatArra
     p = center - tables.spheres[row[ball], :3]
     result[ball, :3], result[ball, 6:9] = half * half, half * p
     result[ball, 9] = (p * p).sum(axis=1) - tables.spheres[row[ball], 3] ** 2
-    q = tables.quadrics[row[~ball & ~plane]]
+    q = tables.whole_quadrics(row[~ball & ~plane])
     w, s, b = q[:, 3:12].reshape(-1, 3, 3), q[:, 12:15], q[:, 15:18]
     y = np.einsum("nki,ni->nk", w, center - q[:, :3])
     second = np.einsum("nki,nk,nkj->nij", w, s, w)[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]

@@ -81,7 +81,7 @@ def forms_of(tables: Tables, surfaces: Any) -> tuple[FloatArray, FloatArray]:
     balls = tables.spheres[rows[round_]]
     forms[round_, :3], forms[round_, 9], anchors[round_] = 1.0, -(balls[:, 3] ** 2), balls[:, :3]
     rest = ~(flat | round_)
-    quadrics = tables.quadrics[rows[rest]]
+    quadrics = tables.whole_quadrics(rows[rest])
     w, s, b = quadrics[:, 3:12].reshape(-1, 3, 3), quadrics[:, 12:15], quadrics[:, 15:18]
     second = np.einsum("nki,nk,nkj->nij", w, s, w)
     forms[rest, :6] = np.stack([second[:, i, j] for i, j in PAIRS], axis=1)

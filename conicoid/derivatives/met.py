@@ -110,7 +110,9 @@ def _maps(prepared: Prepared, body: Any, face: Any, anchors: FloatArray, forms: 
     rows = tables.face_maps[row[plain] + face[plain]]
     angular[plain] = rows[:, 0] < 0
     rows[:, 0] = np.where(rows[:, 0] < 0, -1 - rows[:, 0], rows[:, 0])
-    maps[plain] = tables.map_rows[rows].reshape(-1, MAP)
+    found = tables.map_rows[rows]
+    found[~angular[plain], 2] = 0.0  # a flat map has two rows
+    maps[plain] = found.reshape(-1, MAP)
     balls = np.flatnonzero(~plain)
     if len(balls):
         frames = tables.ball_frames.reshape(-1, 3, 3)[-1 - row[balls]]

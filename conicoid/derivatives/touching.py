@@ -10,6 +10,7 @@ from typing import Any
 
 from ..compiler.jit import helper, inline, kernel
 from ..engine import tables as table
+from ..engine.culling.leaf_bounds import LeafBounds, leaf_bounds, leaf_high, leaf_low
 from ..engine.numbers.vectors import Vector, dot
 from ..engine.surface.quadric import Quadric
 from ..engine.surface.records import load_plane, load_quadric, load_sphere
@@ -24,7 +25,6 @@ from ..engine.tables import (
     Signs,
     halted,
     integer,
-    real,
     whole,
 )
 
@@ -124,11 +124,11 @@ def _touches(geometry: Geometry, cell: int, face: int, x: float, y: float, z: fl
 
 
 @inline
-def _is_beyond(geometry: Geometry, leaf: int, x: float, y: float, z: float, reach: float) -> bool:
-    """Is a point outside of the box of a leaf of a body?"""
-    at, step = 6 * leaf, 4.0 * NEAR
+def _is_beyond(geometry: Geometry, bounds: LeafBounds, number: int, x: float, y: float, z: float, reach: float) -> bool:
+    """Is a point outside of the box of one of the leaves of a body?"""
+    step = 4.0 * NEAR
     for axis in range(3):
-        low, high = real(geometry, table.LEAF_BOUNDS, at + axis), real(geometry, table.LEAF_BOUNDS, at + axis + 3)
+        low, high = leaf_low(geometry, bounds, number, axis), leaf_high(geometry, bounds, number, axis)
         p = x if axis == 0 else y if axis == 1 else z
         if p < low - step * max(reach, abs(low)) or p > high + step * max(reach, abs(high)):
             return True
@@ -151,8 +151,9 @@ def _cells_of(geometry: Geometry, entry: int) -> tuple[int, int, bool]:
 def on_cells(geometry: Geometry, entry: int, face: int, x: float, y: float, z: float, reach: float) -> bool:
     """Is a point on a wall of a cell of an entry, but for its walls with a face number?"""
     first, last, leaves = _cells_of(geometry, entry)
+    bounds = leaf_bounds(geometry, integer(geometry, table.ENTRY_INDEX, entry) if leaves else whole(0))
     for k in range(first, last):
-        if leaves and _is_beyond(geometry, k, x, y, z, reach):
+        if leaves and _is_beyond(geometry, bounds, k - first, x, y, z, reach):
             continue
         cell = integer(geometry, table.LEAF_CELL, k) if leaves else k
         if _touches(geometry, cell, face, x, y, z, reach):

@@ -99,7 +99,7 @@ class Prepared:
         tables, rest = self.lowered.tables, self.lowered.rest
         surfaces = (tables.surface_kind, tables.surface_row, tables.planes, tables.spheres, tables.quadrics)
         digest = blake2b(digest_size=16)
-        for array in (*surfaces, tables.quadric_rest, rest.planes, rest.spheres, rest.quadrics):
+        for array in (*surfaces, tables.quadric_forms, rest.planes, rest.spheres, rest.quadrics):
             digest.update(str(array.shape).encode())
             digest.update(np.ascontiguousarray(array).data.cast("B") if array.size else b"")
         return digest.digest()

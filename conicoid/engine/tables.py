@@ -12,7 +12,10 @@ from ..compiler.jit import inline, look
 from ..compiler.shapes import shaped
 
 # Numbers in a row of a table of floats
-PLANE_SIZE, SPHERE_SIZE, QUADRIC_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 19, 48, 4, 9
+PLANE_SIZE, SPHERE_SIZE, ANCHOR_SIZE, FORM_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 4, 16, 48, 4, 9
+BOUNDS_SIZE, SHIFT_SIZE = 6, 4
+QUADRIC_SIZE = 3 + FORM_SIZE
+"""Numbers of a quadric: its anchor, and its form."""
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int32]
@@ -34,8 +37,10 @@ class Tables(NamedTuple):
     surface_row: Ints  # row in the table of its kind
     planes: Floats  # [planes, 7] normal, height of the anchor over the plane, anchor
     spheres: Floats  # [spheres, 4] center, radius
-    quadrics: Floats  # [quadrics, 19] anchor, rows, squares, linear, constant
-    quadric_rest: Ints  # [quadrics] row of what rounding took from its numbers (`decide.Rest`)
+    quadrics: (
+        Floats  # [quadrics, 4] anchor; row of its form, and of what rounding took from its numbers (`decide.Rest`)
+    )
+    quadric_forms: Floats  # [forms, 16] rows, squares, linear, constant; those that are one another moved share one
 
     # Cells: at most one quadric, and planes. [cells]
     cell_quadric: Ints  # surface or -1
@@ -53,7 +58,8 @@ class Tables(NamedTuple):
     leaf_gate: Ints  # the gate it feeds
     leaf_negated: Signs  # 1: feeds the complement
     leaf_sense: Signs  # +1, or -1 under an odd number of complements: which way its faces look
-    leaf_bounds: Floats  # [leaves, 6] low, high; infinite where unbounded
+    leaf_bounds: Floats  # [leaves, 6] low, high; infinite where unbounded; with `program_shifts` of those that differ
+    program_shifts: Floats  # [programs, 4] how far its leaves' bounds are moved, row of the first; or none are
     gate_parent: Ints  # [gates] -1 for a root
     gate_need: Ints  # true when at least so many inputs are
     gate_negated: Signs  # 1: feeds the complement of its value
@@ -76,7 +82,7 @@ class Tables(NamedTuple):
     entry_body: Ints
     body_face: Ints  # [bodies] first face row; -1 - k: a ball of many, with frame k
     ball_frames: Floats  # [frames, 9] world directions to those of the balls' own axes
-    face_maps: Ints  # [faces, 3] rows of its map from world coordinates; -1 - the first one where it is angular
+    face_maps: Ints  # [faces, 3] rows of its map from the world; -1 - the first where it is angular, else third = first
     map_rows: Floats  # [rows, 4] (a, b, c, d) for a x + b y + c z + d
 
     # Trees, 8 wide: one over the leaves of each program, and last the scene's over its entries
@@ -97,6 +103,28 @@ class Tables(NamedTuple):
     sheet_limits: Floats  # [sheets, 2]
     polygon_limits: Floats  # [polygons, 2]
 
+    @property
+    def rows_of_forms(self) -> npt.NDArray[np.intp]:
+        """(quadrics,) the row of each one's form, and of what rounding took from its numbers."""
+        return self.quadrics[:, 3].astype(np.intp)
+
+    def whole_quadrics(self, rows: Any = slice(None)) -> Floats:
+        """(n, 19) of some rows: anchor, rows, squares, linear, constant."""
+        return whole_quadrics(self.quadrics[rows], self.quadric_forms)
+
+    def bounds_of_leaves(self, program: int) -> Floats:
+        """(n, 6) boxes around the leaves of a program."""
+        first, count = int(self.program_leaf[program]), int(self.program_leaf[program + 1] - self.program_leaf[program])
+        if not len(self.program_shifts):
+            return self.leaf_bounds[first : first + count]
+        *away, row = self.program_shifts[program].tolist()
+        return self.leaf_bounds[int(row) : int(row) + count] + np.tile(away, 2)
+
+
+def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
+    """(n, 19) anchor, rows, squares, linear, constant of rows of `Tables.quadrics`."""
+    return np.concatenate([quadrics[:, :3], forms[quadrics[:, 3].astype(np.intp)]], axis=1)
+
 
 # The number of each table, by which kernels find it
 (
@@ -105,7 +133,7 @@ class Tables(NamedTuple):
     PLANES,
     SPHERES,
     QUADRICS,
-    QUADRIC_REST,
+    QUADRIC_FORMS,
     CELL_QUADRIC,
     CELL_SIDE,
     CELL_FACE,
@@ -120,6 +148,7 @@ class Tables(NamedTuple):
     LEAF_NEGATED,
     LEAF_SENSE,
     LEAF_BOUNDS,
+    PROGRAM_SHIFTS,
     GATE_PARENT,
     GATE_NEED,
     GATE_NEGATED,
@@ -154,7 +183,7 @@ class Tables(NamedTuple):
     PROGRAM_LIMITS,
     SHEET_LIMITS,
     POLYGON_LIMITS,
-) = range(54)
+) = range(55)
 LENGTHS = len(Tables._fields)
 """In `Geometry.places` a table's length is stored so many places behind its begin."""
 HALT = 2 * LENGTHS
@@ -165,7 +194,7 @@ LEAVES, GATES = 2 * LENGTHS + 2, 2 * LENGTHS + 3
 """In `Geometry.places`: the most leaves, and the most gates, of a program; at least 1."""
 
 
-@shaped(places="112", integers="*", floats="*")
+@shaped(places="114", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 

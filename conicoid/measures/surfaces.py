@@ -121,7 +121,7 @@ def _surface(tables: Any, number: int, origin: FloatArray) -> Plane | Quadric:
     if kind == SPHERE:
         center, radius = tables.spheres[row][:3], float(tables.spheres[row][3])
         return Quadric(np.eye(3), np.zeros(3), -radius * radius).within(np.eye(3), origin - center)
-    record = tables.quadrics[row]
+    record = tables.whole_quadrics([row])[0]
     anchor, rows, squares = record[:3], record[3:12].reshape(3, 3), record[12:15]
     linear, constant = record[15:18], float(record[18])
     own = Quadric(rows.T @ np.diag(squares) @ rows, rows.T @ linear, -constant)

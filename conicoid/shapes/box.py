@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .base import PrimitiveSolid
-from .cells import UV, Cell, Face, flat
+from .cells import NO_ROW, UV, Cell, Face, scaled
 from .rounded import larger
 from .support import sum_up
 from .surface import PlaneSurface
@@ -52,17 +52,14 @@ class Box(PrimitiveSolid):
         return f"Box: a box is given by two corners, Box(low, high), got {found}; {size}"
 
     def tree(self) -> Cell:
-        faces = []
+        faces, edges = [], [b - a for a, b in zip(self.low, self.high, strict=True)]
+        rows = [scaled(_axis(i, edge), self.low) for i, edge in enumerate(edges)]
         for i in range(3):
-            up = _axis(i, 1.0)
-            faces.append(Face(PlaneSurface(_axis(i, -1.0), -self.low[i], self.low), 2 * i, self._uv(i)))
-            faces.append(Face(PlaneSurface(up, self.high[i], self.high), 2 * i + 1, self._uv(i)))
+            first, second = (row for k, row in enumerate(rows) if k != i)
+            up, uv = _axis(i, 1.0), UV(False, (first, second, NO_ROW))
+            faces.append(Face(PlaneSurface(_axis(i, -1.0), -self.low[i], self.low), 2 * i, uv))
+            faces.append(Face(PlaneSurface(up, self.high[i], self.high), 2 * i + 1, uv))
         return Cell(tuple(faces))
-
-    def _uv(self, across: int) -> UV:
-        first, second = (i for i in range(3) if i != across)
-        edges = [b - a for a, b in zip(self.low, self.high, strict=True)]
-        return flat(_axis(first, edges[first]), _axis(second, edges[second]), self.low)
 
     def support(self, direction: Vector) -> float:
         return sum_up(larger(u * a, u * b) for u, a, b in zip(direction, self.low, self.high, strict=True) if u)

@@ -20,11 +20,14 @@ from .vector import Vector
 class UV:
     """uv from own coordinates p: rows (a, b, c) = matrix (p, 1), a 3 × 4 matrix as a tuple.
 
-    angular: u = angle of (a, b) in turns, in [0, 1); v = c.   planar: u = a, v = b.
+    angular: u = angle of (a, b) in turns, in [0, 1); v = c.   planar: u = a, v = b, c is not used (`NO_ROW`).
     """
 
     angular: bool
     matrix: tuple[tuple[float, float, float, float], ...]
+
+
+NO_ROW = (0.0, 0.0, 0.0, 0.0)
 
 
 def around_z(low: float = 0.0, high: float = 1.0) -> UV:
@@ -35,12 +38,13 @@ def around_z(low: float = 0.0, high: float = 1.0) -> UV:
 
 def flat(u: Vector, v: Vector, origin: Vector = (0.0, 0.0, 0.0)) -> UV:
     """u and v are the components of (p - origin) along two vectors, divided by their squared lengths."""
+    return UV(False, (scaled(u, origin), scaled(v, origin), NO_ROW))
 
-    def row(a: Vector) -> tuple[float, float, float, float]:
-        n = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
-        return a[0] / n, a[1] / n, a[2] / n, -(a[0] * origin[0] + a[1] * origin[1] + a[2] * origin[2]) / n
 
-    return UV(False, (row(u), row(v), (0.0, 0.0, 0.0, 0.0)))
+def scaled(a: Vector, origin: Vector) -> tuple[float, float, float, float]:
+    """The row of a map: the component of (p - origin) along a vector, divided by its squared length."""
+    n = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+    return a[0] / n, a[1] / n, a[2] / n, -(a[0] * origin[0] + a[1] * origin[1] + a[2] * origin[2]) / n
 
 
 def moved_uv(uv: UV, motion: Motion) -> UV:

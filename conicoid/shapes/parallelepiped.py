@@ -8,9 +8,9 @@ from typing import Any
 
 from . import exact as ex
 from .base import PrimitiveSolid
-from .cells import Cell, Face
+from .cells import NO_ROW, UV, Cell, Face
 from .planar import corners_support
-from .prismatoid import plain_map
+from .prismatoid import rounded_row
 from .surface import PlaneSurface
 from .validate import vector
 from .vector import Vector, VectorLike
@@ -50,10 +50,10 @@ class Parallelepiped(PrimitiveSolid):
         for normal in (_cross(b, c), _cross(c, a), _cross(a, b)):
             own = tuple(x / volume for x in normal)
             rows.append((*own, -_product(own, corner)))
-        faces = []
+        faces, maps = [], [rounded_row(row) for row in rows]
         for i, (x, y, z, shift) in enumerate(rows):
-            first, second = (row for k, row in enumerate(rows) if k != i)
-            uv = plain_map(first, second)
+            first, second = (row for k, row in enumerate(maps) if k != i)
+            uv = UV(False, (first, second, NO_ROW))
             faces.append(Face(PlaneSurface((-x, -y, -z), shift, ex.exact_row(corner)), 2 * i, uv))
             faces.append(Face(PlaneSurface((x, y, z), 1 - shift, opposite), 2 * i + 1, uv))
         return Cell(tuple(faces))

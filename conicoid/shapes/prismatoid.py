@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from . import exact as ex
 from .base import PrimitiveSolid
-from .cells import UV, Cell, Face
+from .cells import NO_ROW, UV, Cell, Face
 from .planar import corners_support
 from .surface import PlaneSurface
 from .validate import interval, shown
@@ -80,8 +80,13 @@ class Prismatoid(PrimitiveSolid, abstract=True):
 
 def plain_map(u: tuple[Any, ...], v: tuple[Any, ...]) -> UV:
     """uv from the two rows (a, b, c, d) of a x + b y + c z + d."""
-    rows = [tuple(ex.rounded(ex.exact(number)) for number in row) for row in (u, v)]
-    return UV(False, ((*rows[0],), (*rows[1],), (0.0, 0.0, 0.0, 0.0)))  # type: ignore[arg-type]
+    return UV(False, (rounded_row(u), rounded_row(v), NO_ROW))
+
+
+def rounded_row(row: tuple[Any, ...]) -> tuple[float, float, float, float]:
+    """A row of exact numbers as floats."""
+    a, b, c, d = (ex.rounded(ex.exact(number)) for number in row)
+    return a, b, c, d
 
 
 def finite_range(owner: str, value: Any) -> Interval:

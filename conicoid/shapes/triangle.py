@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from . import exact as ex
 from .base import PrimitiveSheet
-from .cells import UV, PolygonSheet
+from .cells import NO_ROW, UV, PolygonSheet
 from .motion import Motion
 from .polygon import polygon_sheet
 from .support import points_support
@@ -59,7 +59,7 @@ class Triangle(PrimitiveSheet):
         for gradient in (ex.cross(to_c, normal), ex.cross(normal, to_b)):
             x, y, z = (component / square for component in gradient)
             rows.append((ex.rounded(x), ex.rounded(y), ex.rounded(z), -ex.rounded(ex.dot((x, y, z), start))))
-        return UV(False, (rows[0], rows[1], (0.0, 0.0, 0.0, 0.0)))
+        return UV(False, (rows[0], rows[1], NO_ROW))
 
     def support(self, direction: Vector) -> float:
         return points_support((self.a, self.b, self.c), direction)

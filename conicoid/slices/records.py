@@ -50,7 +50,8 @@ class Records:
             values = self._of_quadric(full)
             sizes = self._size_of_quadric(np.abs(np.append(one, numbers[3] ** 2)))
         else:
-            numbers, rests = self.tables.quadrics[row], self.rest.quadrics[self.tables.quadric_rest[row]]
+            numbers = self.tables.whole_quadrics([row])[0]
+            rests = self.rest.quadrics[int(self.tables.quadrics[row, 3])]
             values, sizes = self._of_quadric(_sums(numbers, rests)), self._size_of_quadric(np.abs(numbers))
         is_exact = not rests.any()
         if not is_exact and any(abs(v) <= size * _OFF * _SURE for v, size in zip(values, sizes, strict=True) if size):

@@ -21,7 +21,12 @@ from ..shapes.repeated_labels import looks_of
 from .limits import check
 
 ASPECT = 4 / 3
-_UNUSED = {"quadric_rest", "leaf_bounds", "leaf_items", *(name for name in Tables._fields if name.endswith("_limits"))}
+_UNUSED = {
+    "leaf_bounds",
+    "program_shifts",
+    "leaf_items",
+    *(name for name in Tables._fields if name.endswith("_limits")),
+}
 _MOST_NAMED = 400
 """Items that get a row each in the page's list."""
 
@@ -128,8 +133,8 @@ def _array(scene: Scene, number: int) -> npt.NDArray[Any]:
 
 
 _REAL = {
-    table.PLANES, table.SPHERES, table.QUADRICS, table.VERTICES, table.BALL_FRAMES, table.MAP_ROWS,
-    table.NODE_BOXES, table.EXTENT,
+    table.PLANES, table.SPHERES, table.QUADRICS, table.QUADRIC_FORMS, table.VERTICES, table.BALL_FRAMES,
+    table.MAP_ROWS, table.NODE_BOXES, table.EXTENT,
 }  # fmt: skip
 
 

@@ -109,7 +109,7 @@ def reaches(
 def size_of(tables: Tables, boxes: Floats) -> float:
     """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics."""
     numbers = [np.abs(part).ravel() for part in (tables.planes[:, 4:7], tables.quadrics[:, :3], boxes)]
-    a, b, k = _sizes(tables.quadrics)
+    a, b, k = _sizes(tables.whole_quadrics())
     with np.errstate(divide="ignore", invalid="ignore"):
         numbers += [np.sqrt(k / a), b / a, k / b]
     known = np.concatenate(numbers)
@@ -129,7 +129,7 @@ def kappas(tables: Tables, rest: Any, surface: Whole, reach: Floats) -> Floats:
     kappa = np.full(len(surface), KAPPA_OF_BALLS)
     flat, curved = kind == 0, kind == 2
     kappa[flat] = np.where(_inexact(rest.planes[row[flat]]), KAPPA_OF_PLANES, 0.0)
-    off = np.sqrt((rest.quadrics[tables.quadric_rest[row[curved]], :3] ** 2).sum(axis=1))
+    off = np.sqrt((rest.quadrics[tables.rows_of_forms[row[curved]], :3] ** 2).sum(axis=1))
     kappa[curved] = KAPPA + 8.0 * off / reach[curved]
     return kappa
 
@@ -211,7 +211,7 @@ def _quadrics(tables: Tables, reach: Floats, kappa: Floats, endless: Floats) -> 
 def limits_of_quadrics(tables: Tables, own: Whole, r: Floats, share: Floats, endless: Floats) -> Floats:
     """`quadric_limits` of some surfaces that are quadrics."""
     result = np.empty((len(own), 2))
-    _put_limits_of_quadrics(result, tables.quadrics[tables.surface_row[own]], r, share, endless)
+    _put_limits_of_quadrics(result, tables.whole_quadrics(tables.surface_row[own]), r, share, endless)
     return result
 
 

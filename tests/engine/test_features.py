@@ -11,6 +11,7 @@ import conicoid as co
 from conicoid.engine.lowering import lower
 from conicoid.engine.lowering.clusters import ACROSS, ALONG, Curved, Flat, coefficients
 from conicoid.engine.lowering.features import put_across_axes, put_first_across_axes
+from conicoid.engine.lowering.quadrics import Quadrics
 from conicoid.engine.tables import PLANE, QUADRIC, SPHERE
 
 from .test_lowered_scenes import solids_of
@@ -101,11 +102,12 @@ def test_coefficients_and_places_of_what_is_curved():
     spheres, quadrics = rng.uniform(0.5, 2, (30, 4)), rng.normal(size=(60, 19))
     kinds = np.repeat(np.array([SPHERE, QUADRIC], np.int8), [30, 60])
     rows = np.concatenate([rng.permutation(30), rng.permutation(60)]).astype(np.int32)
-    curved = Curved.of(kinds, rows, spheres, quadrics)
+    curved = Curved.of(kinds, rows, spheres, Quadrics.of(quadrics, quadrics[:, 3:]))
     forms = matrices_of(kinds, rows, spheres, quadrics, np.array(curved.middle))
     numbers = forms[:, (0, 1, 2, 0, 0, 1, 0, 1, 2, 3), (0, 1, 2, 1, 2, 2, 3, 3, 3, 3)]
     numbers /= np.abs(numbers[:, :6]).max(axis=1, keepdims=True)
-    found = coefficients(kinds, rows, spheres, quadrics, np.array(curved.middle))
+    found = coefficients(kinds, rows, spheres, curved.quadrics, np.array(curved.middle))
+    assert np.array_equal(found, coefficients(kinds, rows, spheres, quadrics, np.array(curved.middle)))
     assert found == pytest.approx(numbers, rel=1e-11, abs=1e-12)
     most = max(np.abs(numbers[:, 6:9]).max(), np.sqrt(np.abs(numbers[:, 9]).max()))
     assert curved.unit == pytest.approx(most, rel=1e-12)

@@ -147,19 +147,22 @@ def test_bodies_of_several_programs_are_asked_in_turn():
 
 def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
     """More than are counted together: whatever a ray meets, each body's counts begin anew."""
-    many = co.Union([co.Sphere(0.4, (x, y, 0)) - co.Sphere(0.2, (x, y, 0)) for x in range(182) for y in range(182)])
+    square = co.Union([co.Sphere(0.4, (x, y, 0)) - co.Sphere(0.2, (x, y, 0)) for x in range(16) for y in range(16)])
+    many = [square.translate((16 * k, 0, 0)) for k in range(130)]
     shell = co.Sphere(1.0, (5, 5, 4)) - co.Sphere(0.5, (5, 5, 4))
     half = co.Sphere(1.0, (5, 5, -4)) & co.HalfSpace((0, 0, 1), -4)
-    bodies = [many, shell, half]
+    bodies = [*many, shell, half]
     scene = co.Scene(bodies)
     assert scene.prepared.lowered.tables.gate_start.size > 1 << 15
     points = np.random.default_rng(0).uniform(-0.3, 0.3, (50, 3)) + (5.0, 5.0, 9.0)
     spans = scene.spans(points, (0.0, 0.0, -1.0))
     assert len(spans.t_enter) > 150
-    for number, body in enumerate(bodies):
+    for number in (0, 130, 131):  # which are met
+        body = bodies[number]
         alone, own = co.Scene([body]).spans(points, (0.0, 0.0, -1.0)), spans.body == number
         assert np.array_equal(spans.t_enter[own], alone.t_enter)
         assert np.array_equal(spans.t_exit[own], alone.t_exit)
+    assert set(spans.body.tolist()) == {0, 130, 131}
 
 
 @pytest.mark.parametrize(("rays", "elsewhere"), [(1, False), ((1 << 24) // STEPS_OF_SCENE + 1, True)])

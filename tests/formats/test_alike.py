@@ -139,9 +139,9 @@ def test_bodies_that_differ_in_words_are_cut_out(form, tmp_path):
 @pytest.mark.parametrize("word", WORDS, ids=repr)
 @pytest.mark.parametrize("form", FORMS)
 def test_any_word_in_any_place(form, word, tmp_path):
-    """A word among many that are plain, first and last, and a dozen that are no longer plain."""
+    """A word among many that are plain, and a dozen that are no longer plain; in one place also the first and last."""
     for place in range(5):
-        for those in ([10], [0], [23], range(5, 17)):
+        for those in ([10], [0], [23], range(5, 17)) if place == 2 else ([10], range(5, 17)):
             listed = rows(24)
             for k in those:
                 listed[k] = (*listed[k][:place], word, *listed[k][place + 1 :])

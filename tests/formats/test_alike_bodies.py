@@ -118,7 +118,7 @@ def test_bodies_are_made_together(form):
 @pytest.mark.parametrize("form", BODIES)
 def test_any_number_in_any_place(form, number):
     for place in range(4):
-        for those in ([5, 12], range(COUNT)):
+        for those in ([5, 12], range(COUNT)) if place == 1 else ([5, 12],):
             listed = lines(form)
             for k in those:
                 draw = random.Random(k)

@@ -4,8 +4,9 @@ A gate is true when at least `need` of its inputs are: 1 makes it a union, all o
 intersection. When a leaf turns, only the gates on its path to the root are updated, and only
 while they change; a wide union is one gate.
 
-`counts` has the true inputs of all gates of a scene that has few of them. Else it has those of one program, so that
-memory is as large as the largest program, and what a program begins with is written where the one before was another.
+`counts` has the true inputs of all gates of a scene that has few of them, or not many more than its largest program.
+Else it has those of one program, so that memory is of the order of the largest program, and what a program begins with
+is written where the one before was another.
 """
 
 from __future__ import annotations
@@ -22,13 +23,15 @@ _ALL = -2
 """Where in `counts` 1 stands for those of all gates."""
 _FEW = 1 << 15
 """Gates of a scene whose counts are held together: 128 KB."""
+_TIMES = 4
+"""And so many times those of the largest program: else two large ones behind one another would begin anew in turn."""
 
 
 @allocator
 def new_counts(geometry: Geometry) -> Ints:
     """Counts with every leaf outside."""
     total = length(geometry, table.GATE_START)
-    few = total <= _FEW
+    few = total <= max(_FEW, _TIMES * geometry.places[table.GATES])
     counts = np.empty((total if few else geometry.places[table.GATES]) + 2, np.int32)
     counts[HELD], counts[_ALL] = (0, 1) if few else (-1, 0)
     for gate in range(total if few else 0):

@@ -16,9 +16,10 @@ from ..body.scratch import Scratch, new_scratch
 from ..packets.load import packet_row
 from ..packets.points import locate_packet, new_point_memory, put_points
 from ..surface.decide import OPEN, Rest
-from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, Ints, Signs, integer, whole
+from ..tables import FORM_SIZE, PLANE, PLANE_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, Ints, Signs, integer, whole
 from .ranked import find_leaves, forget_leaves
 from .ranks import SURFACES, Ranks, Room, forget, list_surfaces
+from .stand_ins import blank_quadric
 
 _PATIENCE = 31
 """So many packets, at most, are asked point by point before lanes are tried again."""
@@ -117,10 +118,8 @@ def _stand_in(stand: Geometry, surface: int, where: float) -> None:
         at = stand.places[table.SPHERES] + SPHERE_SIZE * row
         f[at], f[at + 1], f[at + 2], f[at + 3] = where + 1.0, 0.0, 0.0, 1.0
     else:
-        at = stand.places[table.QUADRICS] + QUADRIC_SIZE * row
-        for k in range(QUADRIC_SIZE):
-            f[at + k] = 0.0
-        f[at + 18] = -where
+        _, form = blank_quadric(stand, row)
+        f[form + FORM_SIZE - 1] = -where
 
 
 @kernel(room="out")

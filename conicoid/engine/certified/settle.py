@@ -25,6 +25,7 @@ from .forms import form
 from .kernels import limits_of_hits, ranked_first, ranked_rows, settle_first, settle_rows, surfaces_met
 from .membership import located_by_ranks, surfaces_near
 from .ranks import CROSSINGS, Doubtful, Ranks, Room
+from .stand_ins import room_for_forms
 
 if TYPE_CHECKING:
     from ..prepared import Prepared
@@ -49,7 +50,8 @@ def new_room(scene: Prepared) -> Room:
         real(most), real(most), real(most), whole(most), real(most), whole(most), real(most),
         whole(polygons), np.zeros(2, np.int64),
     )  # fmt: skip
-    return Room(scene.rest, Geometry(geometry.places, geometry.integers, real(len(geometry.floats))), ranks)
+    floats = real(len(geometry.floats) + room_for_forms(geometry))
+    return Room(scene.rest, Geometry(geometry.places, geometry.integers, floats), ranks)
 
 
 def halted_with(geometry: Geometry, room: Room) -> Room:

@@ -9,7 +9,7 @@ from .. import tables as table
 from ..body.scratch import Scratch
 from ..surface.decide import CROSSES
 from ..surface.records import is_curved
-from ..tables import PLANE_SIZE, POLYGON, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Geometry, integer
+from ..tables import ANCHOR_SIZE, FORM_SIZE, PLANE_SIZE, POLYGON, SPHERE, SPHERE_SIZE, Geometry, integer, length
 from .ranks import SURFACES, Ranks
 
 
@@ -55,25 +55,44 @@ def _put_sphere(stand: Geometry, row: int, crosses: bool, low: float, high: floa
     f[at + 3] = 0.5 * (high - low) if crosses else 1.0
 
 
+def room_for_forms(geometry: Geometry) -> int:
+    """How many floats the records of `stand` have behind those of the scene: a form for each of its quadrics."""
+    return FORM_SIZE * (int(length(geometry, table.QUADRICS)) // ANCHOR_SIZE + 1)
+
+
+@inline
+def blank_quadric(stand: Geometry, row: int) -> tuple[int, int]:
+    """Where in the floats of `stand` a quadric's record and its form begin, both 0.
+
+    In the scene others may have the same form, so stand-ins have theirs behind all tables: see `room_for_forms`.
+    """
+    f, at, first = stand.floats, stand.places[table.QUADRICS] + ANCHOR_SIZE * row, stand.places[table.QUADRIC_FORMS]
+    quadrics = length(stand, table.QUADRICS) // ANCHOR_SIZE
+    own = (len(f) - first) // FORM_SIZE - quadrics + row
+    form = first + FORM_SIZE * own
+    f[at], f[at + 1], f[at + 2], f[at + 3] = 0.0, 0.0, 0.0, float(own)
+    for k in range(FORM_SIZE):
+        f[form + k] = 0.0
+    return at, form
+
+
 @inline
 def _put_quadric(
     stand: Geometry, row: int, crosses: bool, sense: float, low: float, high: float, ends: tuple[bool, bool],
     starts: bool,
 ) -> None:  # fmt: skip
     """± ((x - middle)² - half²), or a plane where one root is infinite, or a constant."""
-    f, at = stand.floats, stand.places[table.QUADRICS] + QUADRIC_SIZE * row
-    for k in range(QUADRIC_SIZE):
-        f[at + k] = 0.0
-    f[at + 3], f[at + 7], f[at + 11] = 1.0, 1.0, 1.0
+    f, (at, form) = stand.floats, blank_quadric(stand, row)
+    f[form], f[form + 4], f[form + 8] = 1.0, 1.0, 1.0
     if crosses and ends[0] and ends[1]:
         half = 0.5 * (high - low)
-        f[at], f[at + 12], f[at + 18] = 0.5 * (low + high), sense, sense * half * half
+        f[at], f[form + 9], f[form + 15] = 0.5 * (low + high), sense, sense * half * half
     elif crosses:
-        f[at], f[at + 15] = (high, 0.5) if ends[1] else (low, -0.5)
+        f[at], f[form + 12] = (high, 0.5) if ends[1] else (low, -0.5)
     elif starts:
-        f[at + 12] = sense
+        f[form + 9] = sense
     else:
-        f[at + 18] = -sense
+        f[form + 15] = -sense
 
 
 @inline

@@ -128,7 +128,7 @@ def _numbers(leaf: Any) -> _Lists:
         assembly.cell(tree)
     else:
         assembly.program(tree, {})
-    return numbers_of_surfaces(assembly), [number for _, numbers in faces.rows for number in numbers]
+    return numbers_of_surfaces(assembly), [number for numbers in faces.maps()[0] for number in numbers]
 
 
 def _same(some: list[float], others: list[float]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -11,6 +11,8 @@ import numpy as np
 
 from ..tables import SPHERE, Floats, Ints, Signs
 from .features import Point, put_coefficients, put_places_of_curved, put_places_of_planes
+from .quadrics import Quadrics
+from .rows import blocks
 
 CLOSE = 1e-11
 ALONG = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
@@ -59,22 +61,26 @@ class Curved:
     kinds: Signs
     rows: Ints
     spheres: Floats
-    quadrics: Floats
+    quadrics: Quadrics
     middle: Point
     unit: float = 1.0
 
     @classmethod
-    def of(cls, kinds: Signs, rows: Ints, spheres: Floats, quadrics: Floats) -> Curved:
+    def of(cls, kinds: Signs, rows: Ints, spheres: Floats, quadrics: Quadrics) -> Curved:
         """In the unit of the scene."""
         ball = kinds == SPHERE
-        anchors = np.concatenate([spheres[rows[ball], :3], quadrics[rows[~ball], :3]])
+        anchors = np.concatenate([spheres[rows[ball], :3], quadrics.rows[rows[~ball], :3]])
         found = cls(kinds, rows, spheres, quadrics, _point(anchors.mean(axis=0)))
         return replace(found, unit=_unit(found._put(ALONG, kinds, rows, np.empty(len(rows)))))
 
     def _put(self, along: Floats, kinds: Signs, rows: Ints, found: Floats) -> float:
-        return put_places_of_curved(
-            kinds, rows, self.spheres, self.quadrics, self.middle, self.unit, along, ALONG[:6], np.empty((1, 10)), found
-        )
+        most, room = 0.0, np.empty((1, 10))
+        for some, own, quadrics in _in_blocks(kinds, rows, self.quadrics):
+            largest = put_places_of_curved(
+                kinds[some], own, self.spheres, quadrics, self.middle, self.unit, along, ALONG[:6], room, found[some]
+            )
+            most = max(most, largest)
+        return most
 
     def places(self, along: Floats, which: Any) -> Floats:
         """`Features.places`"""
@@ -93,11 +99,24 @@ def _unit(most: float) -> float:
     return most if 0 < most < math.inf else 1.0
 
 
-def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Floats) -> Floats:
-    """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1."""
+def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Quadrics | Floats, middle: Floats) -> Floats:
+    """(n, 10) of x², y², z², xy, xz, yz, x, y, z (half of them), 1 about a point, the largest of the first six 1.
+
+    quadrics: also as whole rows.
+    """
     result = np.empty((len(kind), 10))
-    put_coefficients(kind, row, spheres, quadrics, _point(middle), result)
+    for some, own, whole in _in_blocks(kind, row, quadrics):
+        put_coefficients(kind[some], own, spheres, whole, _point(middle), result[some])
     return result
+
+
+def _in_blocks(kind: Signs, row: Ints, quadrics: Quadrics | Floats) -> Iterator[tuple[slice, Ints, Floats]]:
+    """Some of what is curved at a time: (which, their rows, the whole rows of quadrics among them, numbered anew)."""
+    for some in blocks(len(kind)):
+        own, which = row[some].copy(), np.flatnonzero(kind[some] != SPHERE)
+        whole = quadrics[own[which]]
+        own[which] = np.arange(len(which), dtype=np.int32)
+        yield some, own, whole
 
 
 def clusters(members: Any, features: Features) -> Iterable[Any]:

@@ -17,7 +17,7 @@ from ...shapes.cells import Cell, Not, Tree
 from ..tables import CELL, REGION, Floats
 from .assembly import UNBOUNDED, Assembly, Slot
 from .bounds import box_columns
-from .pattern import BOX_NUMBERS, FRAME_NUMBERS, UV_NUMBERS, Pattern
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, Pattern
 from .plan import folded
 from .rows import Rows, blocks
 from .trees import cells, combined, widened
@@ -79,15 +79,18 @@ class Composition:
         else:
             kind, index = REGION, assembly.program(tree, held)
         angular = [bool(turns) for form in forms for turns in form.pattern.angular]
-        sources = []
+        maps, rows, sources = [], 0, []
+        for form in forms:
+            maps += (form.pattern.maps + rows).tolist()
+            rows += form.pattern.map_rows
         for slot in assembly.surfaces:
             assert isinstance(slot, Slot)
             _, column, sense = forms[slot.part].pattern.records[slot.number]
             sources.append((slot.part, column, sense + 1))
         for part, form in enumerate(forms):
-            sources.append((part, form.pattern.uv_at, form.pattern.uv_at + UV_NUMBERS * len(form.pattern.angular)))
+            sources.append((part, form.pattern.uv_at, form.pattern.bounds_at))
         boxes = [-1 if box is UNBOUNDED else box for box in assembly.leaf_bounds]
-        return cls(Pattern.of(assembly, kind, index, angular), sources, boxes, faces)
+        return cls(Pattern.of(assembly, kind, index, angular, maps), sources, boxes, faces)
 
     def rows(self, parts: Sequence[Rows], boxes: Floats, frames: Floats) -> Rows:
         """Rows of bodies from those of their parts, their boxes and their frames."""

@@ -71,22 +71,22 @@ class Given:
                 which = None if lead.all() else np.flatnonzero(lead).astype(np.int32)
                 yield group, number, mine if which is None else mine[which], which
 
-    def rows_of_rests(self, groups: Sequence[Group], places: Places) -> tuple[Ints, int]:
-        """(of each quadric the row of what was rounded, how many share theirs).
+    def rows_of_forms(self, groups: Sequence[Group], places: Places) -> tuple[Ints, int]:
+        """(of each quadric the row of its form and of what was rounded, how many have rows of their own).
 
-        Those with rows of their own come first, in order; then there is one for all of a group that have one form.
+        These come first, in order; then there is one for all of a group that have one form.
         """
         form = np.full(self.count(QUADRIC), -1, np.int32)
         count = 0
         for group, number, mine, _ in self.places_of(groups, places):
             kind, column, _ = group.pattern.records[number]
-            if kind == QUADRIC and has_form(group, column):
+            if len(mine) and kind == QUADRIC and has_form(group, column):
                 form[self.row[mine]] = count
                 count += 1
         own = form < 0
         rows = np.cumsum(own, dtype=np.int32) - np.int32(1)
         rows[~own] = form[~own] + np.int32(own.sum())
-        return rows, int((~own).sum())
+        return rows, int(own.sum())
 
     def all_of(self, surfaces: SurfaceArrays) -> SurfaceArrays:
         """What is known of those that lead, for all."""

@@ -14,10 +14,11 @@ from .surfaces import SurfaceArrays
 
 (
     SURFACES, PLANES, SPHERES, QUADRICS, CELLS, CELL_PLANES, PROGRAMS, LEAVES, GATES, SHEETS, POLYGONS, CORNERS, FACES,
-    FRAMES, BALLS, BODIES, ENTRIES, BALL_FRAMES,
-) = range(18)  # fmt: skip
+    MAP_ROWS, FRAMES, BALLS, BODIES, ENTRIES, BALL_FRAMES,
+) = range(19)  # fmt: skip
 """What the tables have rows of. Surfaces are those that bodies came with, bulk balls apart."""
-OF_PATTERNS = 16
+AXES_OF_ROWS = BALL_FRAMES + 1
+OF_PATTERNS = 17
 """So many of these a body has by its pattern; the entries of a list and the frames of bulk balls come with entries."""
 KINDS = {CELL: CELLS, REGION: PROGRAMS, SHEET: SHEETS, POLYGON: POLYGONS}
 
@@ -29,7 +30,8 @@ def _counts(pattern: Pattern | None) -> list[int]:
     p = pattern
     of_kind = [int((p.kinds == kind).sum()) for kind in (PLANE, SPHERE, QUADRIC)]
     parts = (p.cells, p.planes, p.programs, p.leaves, p.gates, p.sheets, p.polygons)
-    return [len(p.kinds), *of_kind, *map(len, parts), int(p.corners.sum()), len(p.angular), int(p.framed), 0, 1]
+    rows = int(p.corners.sum()), len(p.angular), p.map_rows
+    return [len(p.kinds), *of_kind, *map(len, parts), *rows, int(p.framed), 0, 1]
 
 
 def _entry(pattern: Pattern | None) -> tuple[int, int, int]:
@@ -106,9 +108,9 @@ class Laid:
         return cls(patterns, which, bodies, ball_frames, surfaces.given.kinds, surfaces.given.senses, *kept)
 
     def rows_up_to(self, entries: Longs) -> Longs:
-        """(entries, 18): how many rows of each kind there are before these entries, in rising order."""
+        """(entries, AXES_OF_ROWS): how many rows of each kind there are before these entries, in rising order."""
         bounds = self.first_body[entries]
-        found = np.zeros((len(entries), 18), np.int64)
+        found = np.zeros((len(entries), AXES_OF_ROWS), np.int64)
         done, before = np.zeros(OF_PATTERNS, np.int64), 0
         for row, bound in enumerate(bounds.tolist()):
             if bound > before:

@@ -9,10 +9,12 @@ import numpy as np
 from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
 from .apart import apart, empty
 from .given import Given, Leading, columns_of, has_form
+from .leaf_bounds import bounds_of_leaves
 from .limits import with_limits
 from .maps import frames_of, maps_of_faces, shares_frame
 from .pattern import BOX_NUMBERS, SIZES, Group
 from .places import Contents, Places
+from .quadrics import Quadrics
 from .rows import blocks
 from .surfaces import ExactSurfaces, Remainders, SurfaceArrays, Surfaces, end_to_end, finished
 
@@ -40,31 +42,41 @@ class Layout:
     def surface_columns(self, exact: ExactSurfaces) -> SurfaceArrays:
         """The table of surfaces, each once. `exact` gives the surfaces before they were rounded."""
         given = Given.of(self.contents.groups, self.surfaces)
-        records = {kind: np.empty((given.count(kind), size)) for kind, size in SIZES.items()}
-        quadric_rest, shared = given.rows_of_rests(self.contents.groups, self.surfaces)
+        form_of, own = given.rows_of_forms(self.contents.groups, self.surfaces)
+        quadrics = Quadrics.empty(form_of, own)
+        counts = {PLANE: given.count(PLANE), SPHERE: given.count(SPHERE), QUADRIC: own}
+        records = {kind: np.empty((counts[kind], SIZES[kind])) for kind in (PLANE, SPHERE)}
         # Of walls along the axes nothing is lost: memory that nobody writes to is never taken
-        lost = {kind: np.zeros((given.count(kind), size)) for kind, size in SIZES.items() if kind != QUADRIC}
-        lost[QUADRIC] = np.zeros((given.count(QUADRIC) - shared, SIZES[QUADRIC]))
-        alike = [lost[QUADRIC]]
+        lost = {kind: np.zeros((count, SIZES[kind])) for kind, count in counts.items()}
+        forms, rests_of_forms = [quadrics.forms], [lost[QUADRIC]]
         senses = np.ones(len(given.leads), np.int8)
         for group, number, mine, which in given.places_of(self.contents.groups, self.surfaces):
             kind, column, sense = group.pattern.records[number]
             size, formed = SIZES[kind], kind == QUADRIC and has_form(group, column)
-            if formed:
-                alike.append(group.rows[:1, column + size : sense])
+            if formed and len(mine):
+                forms.append(group.rows[:1, column + 3 : column + size])
+                rests_of_forms.append(group.rows[:1, column + size : sense])
             for some in blocks(len(mine)):
                 row: Any = given.row[mine[some]]
-                records[kind][row] = columns_of(group, which, some, column, column + size)
                 senses[given.rank[mine[some]]] = columns_of(group, which, some, sense, sense + 1)[:, 0]
-                rests = None if formed else columns_of(group, which, some, column + size, sense)
-                if rests is not None and (rests.any() or np.signbit(rests).any()):
-                    lost[kind][quadric_rest[row] if kind == QUADRIC else row] = rests
-        rest = Remainders(lost[PLANE], lost[SPHERE], end_to_end(alike))
+                if kind == QUADRIC:
+                    quadrics.rows[row, :3] = columns_of(group, which, some, column, column + 3)
+                    if formed:
+                        continue
+                    row = form_of[row]
+                    quadrics.forms[row] = columns_of(group, which, some, column + 3, column + size)
+                else:
+                    records[kind][row] = columns_of(group, which, some, column, column + size)
+                rests = columns_of(group, which, some, column + size, sense)
+                if rests.any() or np.signbit(rests).any():
+                    lost[kind][row] = rests
+        quadrics = Quadrics(quadrics.rows, end_to_end(forms))
+        rest = Remainders(lost[PLANE], lost[SPHERE], end_to_end(rests_of_forms))
         balls = [balls.spheres for balls in self.contents.balls]
         kinds = given.kinds[given.leads]
         known = Surfaces(
-            kinds, senses, records[PLANE], records[SPHERE], records[QUADRIC], quadric_rest, rest, balls,
-            Leading(exact, given.leads), compact=len(given.leads) < len(given.lead),
+            kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, Leading(exact, given.leads),
+            compact=len(given.leads) < len(given.lead),
         )  # fmt: skip
         return given.all_of(finished(known))
 
@@ -74,7 +86,7 @@ class Layout:
         entries, boxes = self._entries(surfaces)
         tables = Tables(
             surface_kind=apart(surfaces.kind), surface_row=apart(surfaces.row), planes=surfaces.planes,
-            spheres=surfaces.spheres, quadrics=surfaces.quadrics, quadric_rest=apart(surfaces.quadric_rest),
+            spheres=surfaces.spheres, quadrics=surfaces.quadrics.rows, quadric_forms=surfaces.quadrics.forms,
             **columns, **entries, **_to_come(),
         )  # fmt: skip
         return with_limits(balls_direct(tables), boxes, surfaces.rest), boxes
@@ -86,7 +98,7 @@ class Layout:
         program, sheet = _Columns(self.programs, "ii"), _Columns(self.sheets, "iibb")
         polygon, corners = _Columns(self.polygons, "ii"), np.zeros(self.polygons.count, np.int32)
         planes_of = empty(self.cells.count, np.int32)
-        bounds, vertices = empty((self.leaves.count, BOX_NUMBERS), np.float64), np.empty((self.corners.count, 3))
+        vertices = np.empty((self.corners.count, 3))
         for group in self.contents.groups:
             p = group.pattern
             surface, first_program, first_cell, first_gate = (
@@ -102,14 +114,11 @@ class Layout:
             for k, count in enumerate(p.cell_planes.tolist()):
                 planes_of[first_cell + np.int32(k)] = count
             corners[self.polygons.rows(group, len(p.polygons))] = p.corners
-            first_leaf = self.leaves.first[group.bodies]
-            for k in range(len(p.leaves)):
-                at = p.bounds_at + BOX_NUMBERS * k
-                bounds[first_leaf + np.int32(k)] = group.rows[:, at : at + BOX_NUMBERS]
             count = int(p.corners.sum())
             vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
                 len(group.rows), -1, 3
             )
+        bounds, shifts = bounds_of_leaves(self.contents, self.programs)
         ids_and_senses = [_resolved(surfaces, each.columns[0]) for each in (cell, plane, sheet, polygon)]
         (cell_quadric, cell_sense), (plane_surface, plane_sense) = ids_and_senses[:2]
         (sheet_surface, sheet_sense), (polygon_surface, polygon_sense) = ids_and_senses[2:]
@@ -128,6 +137,7 @@ class Layout:
             leaf_negated=leaf.columns[2],
             leaf_sense=leaf.columns[3],
             leaf_bounds=bounds,
+            program_shifts=shifts,
             gate_parent=gate.columns[0],
             gate_need=gate.columns[1],
             gate_negated=gate.columns[2],

@@ -94,7 +94,7 @@ def _entries_of_programs(tables: Tables) -> Whole:
 
 def size_of(tables: Tables, boxes: Floats) -> float:
     """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics."""
-    return size_of_records(tables.planes, tables.quadrics, boxes) or 1.0
+    return size_of_records(tables.planes, tables.quadrics, tables.quadric_forms, boxes) or 1.0
 
 
 def no_limits(count: int) -> Floats:

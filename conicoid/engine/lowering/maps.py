@@ -12,36 +12,36 @@ import numpy as np
 from ..tables import MAP_SIZE, Floats, Ints
 from .apart import empty
 from .moved import MovedRows
-from .pattern import FRAME_NUMBERS, UV_NUMBERS, Group
+from .pattern import FRAME_NUMBERS, Group
 from .places import Contents, Places
 from .rows import blocks
 from .surfaces import end_to_end
-
-_ROWS = UV_NUMBERS // MAP_SIZE
 
 
 def maps_of_faces(contents: Contents, faces: Places) -> tuple[Ints, Floats]:
     """`Tables.face_maps` and `map_rows`: first the rows of bodies that have their own, in order, then shared ones."""
     groups = contents.groups
-    own = Places.of(contents, [0 if isinstance(each.rows, MovedRows) else len(each.pattern.angular) for each in groups])
-    maps, rows = empty((faces.count, _ROWS), np.int32), np.empty((own.count, UV_NUMBERS))
-    tables, count = [rows.reshape(-1, MAP_SIZE)], _ROWS * own.count
+    own = Places.of(contents, [0 if isinstance(each.rows, MovedRows) else each.pattern.map_rows for each in groups])
+    maps, rows = empty((faces.count, 3), np.int32), np.empty((own.count, MAP_SIZE))
+    tables, count = [rows], own.count
     for group in groups:
         p = group.pattern
-        first, each = faces.first[group.bodies], len(p.angular)
+        first = faces.first[group.bodies]
         if not isinstance(group.rows, MovedRows):
-            at = own.rows(group, each)
+            at = own.rows(group, p.map_rows)
             for some in blocks(len(group.bodies)):
-                rows[at[some]] = group.rows[some, p.uv_at : p.bounds_at].reshape(len(at[some]), each, UV_NUMBERS)
-            maps[faces.rows(group, each)] = _ROWS * at[:, :, None] + np.arange(_ROWS)
+                rows[at[some]] = group.rows[some, p.uv_at : p.bounds_at].reshape(*at[some].shape, MAP_SIZE)
+            places = [at[:, k] for k in range(p.map_rows)]
         else:
-            for k, column in enumerate(range(p.uv_at, p.bounds_at, MAP_SIZE)):
+            places = []
+            for column in range(p.uv_at, p.bounds_at, MAP_SIZE):
                 table, index = group.rows.maps(column)
-                maps[first + np.int32(k // _ROWS), k % _ROWS] = index + np.int32(count)
+                places.append(index + np.int32(count))
                 tables.append(table)
                 count += len(table)
-        for face in np.flatnonzero(p.angular).tolist():
-            maps[first + face, 0] = -1 - maps[first + face, 0]
+        for face, (angular, mine) in enumerate(zip(p.angular.tolist(), p.maps.tolist(), strict=True)):
+            for k, row in enumerate(mine):
+                maps[first + np.int32(face), k] = -1 - places[row] if angular and k == 0 else places[row]
     return maps, end_to_end(tables)
 
 

@@ -107,11 +107,24 @@ class MovedRows:
     def _boxes(self, bodies: Any, at: int) -> Floats:
         """A box of the first body, moved to others."""
         box, away = self.base[at : at + BOX_NUMBERS], self.away[bodies]
-        ends = np.where(np.isfinite(box), box, 0.0)
-        size = np.abs(ends[3:] - ends[:3]).max()
-        far = size + np.abs(ends).max() + np.abs(away).max(axis=1)
-        wider = (_WIDER * np.sqrt(size * far))[:, None]
+        wider = _wider(box, np.abs(away).max(axis=1))[:, None]
         return np.concatenate([box[:3] + (away - wider), box[3:] + (away + wider)], axis=1)
+
+    def around_all(self, at: int, count: int) -> Floats:
+        """So many boxes of the first body, from a column on, wide enough for those of all bodies less `away`."""
+        boxes, far = self.base[at : at + BOX_NUMBERS * count].reshape(-1, BOX_NUMBERS).copy(), np.abs(self.away).max()
+        for box in boxes:
+            wider = _wider(box, far)
+            box[:3] -= wider
+            box[3:] += wider
+        return boxes
+
+
+def _wider(box: Floats, away: Any) -> Any:
+    """By how much a box is wider that is moved so far (see `_WIDER`)."""
+    ends = np.where(np.isfinite(box), box, 0.0)
+    size = np.abs(ends[3:] - ends[:3]).max()
+    return _WIDER * np.sqrt(size * (size + np.abs(ends).max() + away))
 
 
 def moved_rows(

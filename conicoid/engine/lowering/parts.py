@@ -57,7 +57,7 @@ def stretched_balls(shape: Spheres, centers: Floats, boxes: Floats, back: Floats
             assembly.cell(Cell((Face(surface, 0),)))
             rows.append([*numbers_of_surfaces(assembly), *box])
             exact.append(surface)
-        return Pattern.of(assembly, CELL, 0, (), framed=False), np.array(rows), exact
+        return Pattern.of(assembly, CELL, 0, (), (), framed=False), np.array(rows), exact
 
     found: tuple[Pattern, Floats, list[Any]] = _kept(shape, "balls", cells)
     return found
@@ -103,16 +103,17 @@ def worked_out(shape: Shape) -> Part:
         raise TypeError(f"{type(shape).__name__} is neither a solid nor a sheet")
     corners = [number for outline in assembly.outlines for point in outline for number in floats(point)]
     lost = [number for outline in assembly.outlines for point in outline for number in rests(point)]
+    map_rows, maps = faces.maps()
     row = [
         *numbers_of_surfaces(assembly),
-        *(number for _, numbers in faces.rows for number in numbers),
+        *(number for numbers in map_rows for number in numbers),
         *(number for box in assembly.leaf_bounds for number in box),
         *_box(shape),
         *(number for line in own_frame(shape).inverse_rows for number in line),
         *corners,
         *lost,
     ]
-    pattern = Pattern.of(assembly, kind, index, [angular for angular, _ in faces.rows])
+    pattern = Pattern.of(assembly, kind, index, [angular for angular, _ in faces.rows], maps)
     numbered = _numbered(tree, iter(range(len(assembly.surfaces)))) if isinstance(shape, Solid) else None
     return Part(pattern, row, faces.paints, assembly.exact, assembly.outlines, numbered)
 

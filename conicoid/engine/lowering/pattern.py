@@ -1,8 +1,9 @@
 """Patterns: what bodies of one kind have in common, as arrays, so that the tables of thousands are laid out at once.
 
 A body is its pattern (how its cells, gates, faces and sheets hang together) and a row of numbers: for each surface its
-record, what rounding took from that, and its sense; 12 numbers of uv for each face; a box for each leaf of its
-programs; its own box; the frame of its local points; the corners of its polygons, and what rounding took from these.
+record, what rounding took from that, and its sense; 4 numbers for each row of its maps to uv; a box for each leaf of
+its programs; its own box; the frame of its local points; the corners of its polygons, and what rounding took from
+these.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..tables import PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
+from ..tables import MAP_SIZE, PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
 from .assembly import Assembly
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from .rows import Rows
 
 SIZES = {PLANE: PLANE_SIZE, SPHERE: SPHERE_SIZE, QUADRIC: QUADRIC_SIZE}
-UV_NUMBERS, BOX_NUMBERS, FRAME_NUMBERS = 12, 6, 12
+BOX_NUMBERS, FRAME_NUMBERS = 6, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,7 @@ class Pattern:
     kind: int
     index: int
     angular: Ints
+    maps: Ints  # (faces, 3) rows of the map to uv of each face, which faces may have in common
     kinds: Ints
     cells: Ints  # (cells, 3)
     cell_planes: Ints
@@ -60,7 +62,7 @@ class Pattern:
             records.append((kind, at, at + 2 * SIZES[kind]))
             at += 2 * SIZES[kind] + 1
         columns: dict[str, Any] = dict(records=records, uv_at=at)
-        columns["bounds_at"] = at = at + UV_NUMBERS * len(self.angular)
+        columns["bounds_at"] = at = at + MAP_SIZE * self.map_rows
         columns["box_at"] = at = at + BOX_NUMBERS * len(self.leaves)
         columns["frame_at"] = at = at + BOX_NUMBERS
         columns["corners_at"] = at = at + FRAME_NUMBERS * self.framed
@@ -69,12 +71,21 @@ class Pattern:
             object.__setattr__(self, name, value)
 
     @classmethod
-    def of(cls, assembly: Assembly, kind: int, index: int, angular: Sequence[bool], framed: bool = True) -> Pattern:
+    def of(
+        cls,
+        assembly: Assembly,
+        kind: int,
+        index: int,
+        angular: Sequence[bool],
+        maps: Sequence[tuple[int, int, int]],
+        framed: bool = True,
+    ) -> Pattern:
         """The pattern of a body that has been put together."""
         return cls(
             kind,
             index,
             np.array(angular, np.int32),
+            _table(maps, 3),
             np.array([record.kind for record in assembly.surfaces], np.int32),
             _table(assembly.cells, 3),
             np.array(assembly.cell_planes, np.int32),
@@ -94,12 +105,17 @@ class Pattern:
     def __hash__(self) -> int:
         return hash(self.key)
 
+    @property
+    def map_rows(self) -> int:
+        """How many rows the maps of its faces have."""
+        return int(self.maps.max(initial=-1)) + 1
+
     @cached_property
     def key(self) -> tuple[Any, ...]:
         """What says that two patterns are one."""
         arrays = (
-            self.angular, self.kinds, self.cells, self.cell_planes, self.planes, self.programs, self.leaves, self.gates,
-            self.sheets, self.polygons, self.corners,
+            self.angular, self.maps, self.kinds, self.cells, self.cell_planes, self.planes, self.programs, self.leaves,
+            self.gates, self.sheets, self.polygons, self.corners,
         )  # fmt: skip
         return self.kind, self.index, self.framed, *((len(array), array.tobytes()) for array in arrays)
 

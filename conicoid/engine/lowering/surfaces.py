@@ -21,6 +21,7 @@ from ...shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
 from .clusters import Curved, Flat, clusters, coefficients
 from .features import put_across_axes, put_first_across_axes
+from .quadrics import Quadrics
 
 _NEARLY = 1e-6
 _CHUNK = 1 << 13
@@ -34,10 +35,9 @@ class SurfaceArrays:
     row: Ints
     planes: Floats
     spheres: Floats
-    quadrics: Floats
+    quadrics: Quadrics
     ids: Ints
     senses: Signs
-    quadric_rest: Ints
     rest: Remainders
     single: Any  # (n,) of whole numbers, of the first of them, the number each came with; the others are bulk balls
     given: Surfaces
@@ -50,7 +50,7 @@ class Remainders:
 
     planes: Floats
     spheres: Floats  # shorter than the table: bulk balls have none
-    quadrics: Floats  # whose row is whose is told by `quadric_rest`
+    quadrics: Floats  # of the numbers of those that have one form (`Quadrics.form_of`)
     vertices: Floats = field(default_factory=lambda: np.zeros((0, 3)))  # of polygons
 
 
@@ -62,8 +62,7 @@ class Surfaces:
     senses: Signs  # +1, or -1 where the record is the surface turned over
     planes: Floats
     spheres: Floats
-    quadrics: Floats
-    quadric_rest: Ints
+    quadrics: Quadrics
     rest: Remainders
     balls: list[Floats]
     exact: ExactSurfaces
@@ -76,7 +75,7 @@ class Surfaces:
         plain = np.empty(len(self.kinds), bool)
         for kind, lost in ((PLANE, self.rest.planes), (SPHERE, self.rest.spheres), (QUADRIC, self.rest.quadrics)):
             whole = ~(lost != 0.0).any(axis=1)
-            plain[self.kinds == kind] = whole[self.quadric_rest] if kind == QUADRIC else whole
+            plain[self.kinds == kind] = whole[self.quadrics.form_of] if kind == QUADRIC else whole
         return plain
 
 
@@ -106,7 +105,6 @@ class _Finish:
         """`finished`"""
         given, single = self.given, self.single
         kinds, planes, quadrics, rest = given.kinds, given.planes, given.quadrics, given.rest
-        quadric_rest = given.quadric_rest
         all_spheres = end_to_end([given.spheres, *given.balls])
         count = single + self.ball_count
         kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
@@ -122,7 +120,8 @@ class _Finish:
             if _has_equal(table):
                 members = np.flatnonzero(kind == k)
                 plain = is_plain[members]
-                _merge_equal(first, members[plain], table[plain])
+                some = table.chosen(plain) if isinstance(table, Quadrics) else table[plain]
+                _merge_equal(first, members[plain], some)
         flat = np.flatnonzero((kind[:single] == PLANE) & is_plain[:single])
         settled = _merge_across_axes(first, flat, row, planes)
         senses = np.ones(count, np.int8)
@@ -132,9 +131,7 @@ class _Finish:
         leads = first == np.arange(count, dtype=np.int32)
         chosen = np.flatnonzero(leads[:single])
         if leads.all():
-            return SurfaceArrays(
-                kind, row, planes, all_spheres, quadrics, first, senses, quadric_rest, rest, chosen, given, None
-            )
+            return SurfaceArrays(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen, given, None)
         number = np.cumsum(leads, dtype=np.int32) - np.int32(1)
         kind, row = kind[leads], row[leads]
         if given.compact:
@@ -143,11 +140,10 @@ class _Finish:
                 row[kind == k] = np.arange(len(rows))
             planes, rest = planes[kept[PLANE]], replace(rest, planes=rest.planes[kept[PLANE]])
             if len(kept[QUADRIC]) < len(quadrics):
-                quadrics = quadrics[kept[QUADRIC]]
-                used, rows = np.unique(quadric_rest[kept[QUADRIC]], return_inverse=True)
-                quadric_rest, rest = rows.astype(np.int32), replace(rest, quadrics=rest.quadrics[used])
+                quadrics, used = quadrics.chosen(kept[QUADRIC]).compact()
+                rest = replace(rest, quadrics=rest.quadrics[used])
         return SurfaceArrays(
-            kind, row, planes, all_spheres, quadrics, number[first], senses, quadric_rest, rest, chosen, given, first
+            kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, given, first
         )
 
     def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
@@ -158,7 +154,7 @@ class _Finish:
         return self.exact.name(index)
 
     def _merge_exact(
-        self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Floats,
+        self, first: Any, senses: Signs, kind: Signs, row: Ints, planes: Floats, spheres: Floats, quadrics: Quadrics,
         settled: int,
     ) -> None:  # fmt: skip
         """Among records that are close, let the exact names decide; of so many planes it is settled which are one."""
@@ -169,7 +165,12 @@ class _Finish:
         if len(curved):  # bulk balls among themselves are equal to the bit or not at all
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
             close += clusters(curved, Curved.of(kind[curved], row[curved], spheres, quadrics))
-        tables = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
+        tables: dict[int, Floats | Quadrics] = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
+
+        def record(index: int) -> tuple[bool, Floats]:
+            at = int(row[index])
+            return kind[index] != SPHERE, *tables[kind[index]][at : at + 1][0]
+
         named: dict[int, tuple[int, int]] = {}
         for cluster in close:
             equal: dict[Any, list[tuple[int, int]]] = {}
@@ -178,7 +179,7 @@ class _Finish:
                 equal.setdefault(key, []).append((index, sense))
             for members in equal.values():
                 # Which record represents them does not depend on the order in which they were added
-                chosen, its_sense = min(members, key=lambda m: (kind[m[0]] != SPHERE, *tables[kind[m[0]]][row[m[0]]]))
+                chosen, its_sense = min(members, key=lambda m: record(m[0]))
                 for index, sense in members:
                     named[index] = (chosen, 1 if kind[index] == PLANE else sense * its_sense)
         if named:
@@ -190,7 +191,7 @@ class _Finish:
             first[:] = representative[first]
 
     def _balls_near(
-        self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: Floats
+        self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: Quadrics
     ) -> npt.NDArray[np.int64]:
         """Distinct bulk balls that may be one of some other surfaces, by a coordinate of their centers."""
         if self.ball_count == 0:
@@ -220,7 +221,7 @@ def end_to_end(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
     return np.concatenate(filled) if len(filled) > 1 else (filled or parts)[0]
 
 
-def _mixed(table: Floats) -> npt.NDArray[np.uint64]:
+def _mixed(table: Floats | Quadrics) -> npt.NDArray[np.uint64]:
     """A number for each row, equal for equal rows (zeros of both signs alike)."""
     mixed = np.zeros(len(table), np.uint64)
     for begin in range(0, len(table), _CHUNK):
@@ -233,18 +234,20 @@ def _mixed(table: Floats) -> npt.NDArray[np.uint64]:
     return mixed
 
 
-def _has_equal(table: Floats) -> bool:
+def _has_equal(table: Floats | Quadrics) -> bool:
     """Might two rows be equal?  In a large table without any, much faster than to look for them."""
     mixed = _mixed(table)
     mixed.sort()
     return bool((mixed[1:] == mixed[:-1]).any())
 
 
-def _merge_equal(first: Any, members: Any, table: Floats) -> None:
+def _merge_equal(first: Any, members: Any, table: Floats | Quadrics) -> None:
     """Point each member at the earliest one with the same record to the bit (zeros of both signs alike)."""
     order = np.argsort(_mixed(table), kind="stable")
     same = np.zeros(len(order), bool)
-    same[1:] = (table[order[1:]] == table[order[:-1]]).all(axis=1)
+    for begin in range(1, len(order), _CHUNK):
+        rows = table[order[begin - 1 : begin + _CHUNK]]
+        same[begin : begin + _CHUNK] = (rows[1:] == rows[:-1]).all(axis=1)
     head = np.maximum.accumulate(np.where(same, 0, np.arange(len(order))))
     first[members[order]] = members[order[head]]
 

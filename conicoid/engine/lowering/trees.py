@@ -18,15 +18,29 @@ from ..tables import Floats
 EMPTY = np.array([np.inf] * 3 + [-np.inf] * 3)
 
 
+@dataclass(frozen=True, eq=False)
+class MapRow:
+    """The four numbers of a row of a map to uv, from coordinates of the world."""
+
+    numbers: tuple[float, ...]
+    made_of: tuple[object, ...] = ()
+    """What it was known by, which is held as long as it."""
+
+
+_NO_MAP = MapRow((0.0, 0.0, 0.0, 0.0))
+"""Of numbers that no face has."""
+
+
 @dataclass
 class Faces:
     """The uv maps of a body's faces, in the order of their numbers, and boxes around its cells."""
 
-    rows: list[tuple[bool, tuple[float, ...]]] = field(default_factory=list)
-    """(is u an angle, the map from world coordinates as 3 rows of 4) of each face."""
+    rows: list[tuple[bool, tuple[MapRow, ...]]] = field(default_factory=list)
+    """(is u an angle, the rows of the map from world coordinates: three for an angle, else two) of each face."""
     paints: dict[int, Material] = field(default_factory=dict)
     """Material of a face, where it is not the body's."""
     primitives: list[tuple[PrimitiveSolid, Motion, Tree]] = field(default_factory=list)
+    _known: dict[tuple[int, int], MapRow] = field(default_factory=dict)
 
     def bounds(self) -> dict[int, tuple[float, ...]]:
         """id of a cell -> low, high: outside of them the cell does not matter to its body."""
@@ -39,16 +53,36 @@ class Faces:
     def put(self, number: int, uv: UV, motion: Motion) -> None:
         """Set the uv map of a face, by a number within the body; `motion` carries its coordinates to the world."""
         while len(self.rows) <= number:
-            self.rows.append((False, (0.0,) * 12))
-        self.rows[number] = uv.angular, _composed(uv.matrix, motion.inverse_rows)
+            self.rows.append((False, (_NO_MAP, _NO_MAP)))
+        own = uv.matrix if uv.angular else uv.matrix[:2]
+        self.rows[number] = uv.angular, tuple(self._in_world(row, motion) for row in own)
+
+    def maps(self) -> tuple[list[tuple[float, ...]], list[tuple[int, int, int]]]:
+        """Each row of the maps once, and for each face which rows are its own; of a flat one the third is its first.
+
+        Rows are one where shapes make them once, for several faces, and not where numbers happen to agree: so how many
+        a body has is told by how it is built.
+        """
+        places: dict[int, int] = {}
+        distinct: list[tuple[float, ...]] = []
+        for _, rows in self.rows:
+            for row in rows:
+                if places.setdefault(id(row), len(distinct)) == len(distinct):
+                    distinct.append(row.numbers)
+        return distinct, [(*(places[id(row)] for row in (*rows, rows[0])[:3]),) for _, rows in self.rows]  # type: ignore[misc]
+
+    def _in_world(self, own: tuple[float, float, float, float], motion: Motion) -> MapRow:
+        """A row of a map after the motion is undone: the same object for the same row and motion."""
+        key = id(own), id(motion)
+        if key not in self._known:
+            self._known[key] = MapRow(_composed(own, motion.inverse_rows), (own, motion))
+        return self._known[key]
 
 
-def _composed(rows: FloatRows, then: FloatRows) -> tuple[float, ...]:
-    """One affine map after another, its numbers row by row; the sums are those of a product of 4 × 4 matrices."""
-    last = (0.0, 0.0, 0.0, 1.0)
-    return tuple(
-        ((a * then[0][k] + b * then[1][k]) + c * then[2][k]) + d * last[k] for a, b, c, d in rows for k in range(4)
-    )
+def _composed(own: tuple[float, float, float, float], then: FloatRows) -> tuple[float, ...]:
+    """A row of an affine map after another map; the sums are those of a product of 4 × 4 matrices."""
+    (a, b, c, d), last = own, (0.0, 0.0, 0.0, 1.0)
+    return tuple(((a * then[0][k] + b * then[1][k]) + c * then[2][k]) + d * last[k] for k in range(4))
 
 
 def world_tree(solid: Solid, outer: Motion, faces: Faces) -> Tree:

@@ -13,7 +13,7 @@ import numpy as np
 from ...compiler.jit import inline, kernel
 from ...compiler.shapes import shaped
 from ..surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
-from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs, Tables
+from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs, Tables, whole
 from .surfaces import Remainders
 
 _LEAST = 1e-100
@@ -23,7 +23,7 @@ _WIDE, _WIDEST = 2.0**10, 2.0**20
 
 
 @shaped(
-    kind="s", row="s", planes="p 7", spheres="b 4", quadrics="q 19", quadric_rest="q", lost_of_planes="p 7",
+    kind="s", row="s", planes="p 7", spheres="b 4", quadrics="q 4", forms="f 16", lost_of_planes="p 7",
     lost_of_quadrics="l 19",
 )  # fmt: skip
 class Records(NamedTuple):
@@ -34,7 +34,7 @@ class Records(NamedTuple):
     planes: Floats
     spheres: Floats
     quadrics: Floats
-    quadric_rest: Ints
+    forms: Floats
     lost_of_planes: Floats
     lost_of_quadrics: Floats
 
@@ -42,7 +42,7 @@ class Records(NamedTuple):
     def of(cls, tables: Tables, rest: Remainders) -> Records:
         """Those of a scene. In finished tables all integers are of one type."""
         t, kind = tables, tables.surface_kind.astype(np.int8, copy=False)
-        return cls(kind, t.surface_row, t.planes, t.spheres, t.quadrics, t.quadric_rest, rest.planes, rest.quadrics)
+        return cls(kind, t.surface_row, t.planes, t.spheres, t.quadrics, t.quadric_forms, rest.planes, rest.quadrics)
 
 
 @inline
@@ -55,7 +55,16 @@ def _is_row(records: Records, surface: int) -> bool:
         return 0 <= row < len(records.planes)
     if kind == SPHERE:
         return 0 <= row < len(records.spheres)
-    return 0 <= row < len(records.quadrics) and 0 <= records.quadric_rest[row] < len(records.lost_of_quadrics)
+    if not 0 <= row < len(records.quadrics):
+        return False
+    form = _form(records, row)
+    return 0 <= form < len(records.forms) and form < len(records.lost_of_quadrics)
+
+
+@inline
+def _form(records: Records, row: int) -> int:
+    """The row of a quadric's form, and of what rounding took from its numbers."""
+    return whole(records.quadrics[row, 3])
 
 
 @inline
@@ -107,7 +116,7 @@ def _kappa(records: Records, surface: int, reach: float) -> float:
         return KAPPA_OF_BALLS
     if kind == PLANE:
         return KAPPA_OF_PLANES if _is_inexact(records.lost_of_planes, row) else 0.0
-    lost, square = records.quadric_rest[row], 0.0
+    lost, square = _form(records, row), 0.0
     for k in range(3):
         square += records.lost_of_quadrics[lost, k] * records.lost_of_quadrics[lost, k]
     return KAPPA + 8.0 * math.sqrt(square) / reach
@@ -176,35 +185,35 @@ def put_limits_of_planes(records: Records, surface: Ints, most: Floats, limits: 
 
 
 @inline
-def _row_size(quadrics: Floats, row: int, line: int) -> float:
+def _row_size(forms: Floats, form: int, line: int) -> float:
     """The length of one of the rows of a quadric."""
     square = 0.0
     for k in range(3):
-        square += quadrics[row, 3 + 3 * line + k] * quadrics[row, 3 + 3 * line + k]
+        square += forms[form, 3 * line + k] * forms[form, 3 * line + k]
     return math.sqrt(square)
 
 
 @inline
-def _sizes(quadrics: Floats, row: int) -> tuple[float, float, float]:
+def _sizes(forms: Floats, form: int) -> tuple[float, float, float]:
     """Bounds on the second-order, linear and constant terms at distance 1 from the anchor."""
     squares = linear = 0.0
     for line in range(3):
-        length = _row_size(quadrics, row, line)
-        squares += abs(quadrics[row, 12 + line]) * (length * length)
-        linear += abs(quadrics[row, 15 + line]) * length
-    return squares, linear, abs(quadrics[row, 18])
+        length = _row_size(forms, form, line)
+        squares += abs(forms[form, 9 + line]) * (length * length)
+        linear += abs(forms[form, 12 + line]) * length
+    return squares, linear, abs(forms[form, 15])
 
 
 @inline
-def _is_plain(quadrics: Floats, row: int) -> bool:
+def _is_plain(forms: Floats, form: int) -> bool:
     """Is each axis along which a quadric bends one of the world's, and its coefficient no number that underflows?"""
     for line in range(3):
-        square, linear = abs(quadrics[row, 12 + line]), abs(quadrics[row, 15 + line])
+        square, linear = abs(forms[form, 9 + line]), abs(forms[form, 12 + line])
         if square == 0.0 and linear == 0.0:
             continue
         along, size = 0, 0.0
         for k in range(3):
-            part = abs(quadrics[row, 3 + 3 * line + k])
+            part = abs(forms[form, 3 * line + k])
             along += 1 if part != 0.0 else 0
             size = part if part > size else size
         bends = square == 0.0 or square * (size * size) > _LEAST
@@ -224,11 +233,12 @@ def put_limits_of_quadrics(records: Records, surface: Ints, most: Floats, limits
         if not _is_row(records, surface[i]) or records.kind[surface[i]] != QUADRIC:
             continue
         row, reach, share = records.row[surface[i]], most[0, i], most[1, i]
-        a, b, k = _sizes(records.quadrics, row)
+        form = _form(records, row)
+        a, b, k = _sizes(records.forms, form)
         terms = 10.0 * a * reach * reach + 6.0 * b * reach + k
         rate = terms / reach
         limits[row, 0] = 4.0 * share * (rate * rate) if reach > 0.0 else math.inf
-        limits[row, 1] = math.inf if most[2, i] > 0.0 and not _is_plain(records.quadrics, row) else share * terms
+        limits[row, 1] = math.inf if most[2, i] > 0.0 and not _is_plain(records.forms, form) else share * terms
 
 
 @inline
@@ -237,8 +247,8 @@ def _larger_finite(size: float, x: float) -> float:
     return x if size < x < math.inf else size
 
 
-@kernel(planes="p 7", quadrics="q 19", boxes="e 6")
-def size_of_records(planes: Floats, quadrics: Floats, boxes: Floats) -> float:
+@kernel(planes="p 7", quadrics="q 4", forms="f 16", boxes="e 6")
+def size_of_records(planes: Floats, quadrics: Floats, forms: Floats, boxes: Floats) -> float:
     """Of what is finite in a scene: coordinates, radii, the own sizes of quadrics; 0 where there is nothing."""
     size = 0.0
     for row in range(len(planes)):
@@ -250,6 +260,7 @@ def size_of_records(planes: Floats, quadrics: Floats, boxes: Floats) -> float:
     for row in range(len(quadrics)):
         for k in range(3):
             size = _larger_finite(size, abs(quadrics[row, k]))
-        a, b, c = _sizes(quadrics, row)
+    for form in range(len(forms)):
+        a, b, c = _sizes(forms, form)
         size = _larger_finite(_larger_finite(_larger_finite(size, math.sqrt(c / a)), b / a), c / b)
     return size

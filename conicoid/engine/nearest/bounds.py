@@ -12,8 +12,9 @@ import math
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..culling.leaf_bounds import LeafBounds, leaf_bounds, leaf_high, leaf_low
 from ..surface.records import load_plane, load_quadric, load_sphere
-from ..tables import CELL, PLANE, REGION, SHEET, SPHERE, Floats, Geometry, integer, real
+from ..tables import CELL, PLANE, REGION, SHEET, SPHERE, Floats, Geometry, integer
 from .axes import Axes, Directions, parts_along, principal_axes
 from .form import Form, form_of_plane, form_of_quadric, form_of_sphere, length_of, rounding_within
 from .quick import STEPS, Search, Turned, first_guess, next_step, proved, reached, turned, with_value
@@ -158,12 +159,11 @@ def outside_box(low: float, high: float, first: float, last: float) -> float:
 
 
 @inline
-def leaf_box(geometry: Geometry, leaf: int, x: float, y: float, z: float) -> float:
-    """A lower bound of the distance to the box of a leaf of a program."""
-    at = 6 * leaf
-    dx = outside_box(real(geometry, table.LEAF_BOUNDS, at), real(geometry, table.LEAF_BOUNDS, at + 3), x, x)
-    dy = outside_box(real(geometry, table.LEAF_BOUNDS, at + 1), real(geometry, table.LEAF_BOUNDS, at + 4), y, y)
-    dz = outside_box(real(geometry, table.LEAF_BOUNDS, at + 2), real(geometry, table.LEAF_BOUNDS, at + 5), z, z)
+def leaf_box(geometry: Geometry, bounds: LeafBounds, number: int, x: float, y: float, z: float) -> float:
+    """A lower bound of the distance to the box of one of the leaves of a program; numbers count from 0."""
+    dx = outside_box(leaf_low(geometry, bounds, number, 0), leaf_high(geometry, bounds, number, 0), x, x)
+    dy = outside_box(leaf_low(geometry, bounds, number, 1), leaf_high(geometry, bounds, number, 1), y, y)
+    dz = outside_box(leaf_low(geometry, bounds, number, 2), leaf_high(geometry, bounds, number, 2), z, z)
     return box_length(dx, dy, dz)
 
 
@@ -183,10 +183,9 @@ def program_bound(
     first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
     for gate in range(first, last):
         gates[gate - first] = math.inf if integer(geometry, table.GATE_NEED, gate) == 1 else -math.inf
-    for leaf in range(
-        integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
-    ):
-        bound = leaf_box(geometry, leaf, x, y, z)
+    bounds, begin = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
+    for leaf in range(begin, integer(geometry, table.PROGRAM_LEAF, program + 1)):
+        bound = leaf_box(geometry, bounds, leaf - begin, x, y, z)
         if bound < enough:
             cell = integer(geometry, table.LEAF_CELL, leaf)
             inner = cell_bound(geometry, cell, x, y, z, enough)

@@ -13,13 +13,14 @@ import math
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..culling.leaf_bounds import leaf_bounds, leaf_high, leaf_low
 from ..numbers.vectors import dot
 from ..surface.records import anchor_of
 from ..tables import Geometry, halted_now_and_then, integer, whole
 from .edges import is_hard
 from .form import ROUNDED, Form, bent, form_at, length_of
 from .gather import is_flat
-from .room import BOX, LEAF, LEAVES, LOWER, MOST_BOXES, SHEET_OF, SURFACES, UPPER, Room, limit
+from .room import BOX, LEAF, LEAVES, LOWER, MOST_BOXES, PROGRAM, SHEET_OF, SURFACES, UPPER, Room, limit
 from .touch import TANGENT, touch
 from .walls import Query, sheet_around, sides_around, try_point
 
@@ -228,12 +229,14 @@ def _search(geometry: Geometry, room: Room, at: Query, x: float, y: float, z: fl
 @helper
 def reach_of_leaves(geometry: Geometry, room: Room, at: Query) -> float:
     """How far the boxes of the near leaves reach along an axis; they hold what matters of them."""
-    most = 0.0
+    most, program = 0.0, whole(room.sizes[PROGRAM])
+    if program < 0:
+        return math.inf
+    bounds, first = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
     for k in range(room.sizes[LEAVES]):
-        first = 6 * whole(room.leaves[4 * k + LEAF])
+        number = whole(room.leaves[4 * k + LEAF]) - first
         for axis in range(3):
-            low = geometry.floats[geometry.places[table.LEAF_BOUNDS] + first + axis]
-            high = geometry.floats[geometry.places[table.LEAF_BOUNDS] + first + axis + 3]
+            low, high = leaf_low(geometry, bounds, number, axis), leaf_high(geometry, bounds, number, axis)
             mine = at.x if axis == 0 else (at.y if axis == 1 else at.z)
             most = max(most, max(mine - low, high - mine))
     return most

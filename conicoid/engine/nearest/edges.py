@@ -6,13 +6,14 @@ import math
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..culling.leaf_bounds import leaf_bounds, leaf_high, leaf_low
 from ..numbers.vectors import dot
 from ..surface.records import anchor_of
-from ..tables import Geometry, real, whole
+from ..tables import Geometry, integer, whole
 from .form import Form, bent, form_at, length_of
 from .gather import is_flat
 from .pencil import HARD, Planes, shared_planes
-from .room import LEAF, LEAVES, LOWER, MOST_PAIRED, SHEET_OF, SURFACES, Room, limit
+from .room import LEAF, LEAVES, LOWER, MOST_PAIRED, PROGRAM, SHEET_OF, SURFACES, Room, limit
 from .stationary import known_off, try_conic
 from .touch import touch
 from .walls import SURE, Query, try_point
@@ -205,12 +206,13 @@ def _try_from(
 @helper
 def _into_leaves(geometry: Geometry, room: Room, x: float, axis: int) -> float:
     """How far x is from the nearest place along an axis that the boxes of the near leaves reach."""
-    low, high = math.inf, -math.inf
-    for k in range(room.sizes[LEAVES]):
-        leaf = whole(room.leaves[4 * k + LEAF])
-        if leaf >= 0:
-            low = min(low, real(geometry, table.LEAF_BOUNDS, 6 * leaf + axis))
-            high = max(high, real(geometry, table.LEAF_BOUNDS, 6 * leaf + axis + 3))
+    low, high, program = math.inf, -math.inf, whole(room.sizes[PROGRAM])
+    if program >= 0:
+        bounds, first = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
+        for k in range(room.sizes[LEAVES]):
+            number = whole(room.leaves[4 * k + LEAF]) - first
+            low = min(low, leaf_low(geometry, bounds, number, axis))
+            high = max(high, leaf_high(geometry, bounds, number, axis))
     return (low - x if x < low else min(high - x, 0.0)) if low <= high else 0.0
 
 

@@ -6,6 +6,7 @@ import math
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..culling.leaf_bounds import leaf_bounds
 from ..tables import PLANE, Geometry, integer
 from .bounds import leaf_box, surface_bound
 from .room import (
@@ -71,10 +72,9 @@ def gather_cell(geometry: Geometry, room: Room, leaf: int, cell: int, x: float, 
 @helper
 def gather_program(geometry: Geometry, room: Room, program: int, x: float, y: float, z: float) -> None:
     """The near leaves of a region, or of what clips a sheet."""
-    for leaf in range(
-        integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
-    ):
-        if not leaf_box(geometry, leaf, x, y, z) > limit(room):
+    bounds, first = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
+    for leaf in range(first, integer(geometry, table.PROGRAM_LEAF, program + 1)):
+        if not leaf_box(geometry, bounds, leaf - first, x, y, z) > limit(room):
             gather_cell(geometry, room, leaf, integer(geometry, table.LEAF_CELL, leaf), x, y, z)
 
 

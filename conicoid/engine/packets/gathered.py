@@ -12,7 +12,7 @@ from ..culling import numbers_in_lanes
 from ..surface.nearness import Nearness
 from ..surface.plane import Plane, PlaneLimits
 from ..surface.quadric import Quadric, QuadricLimits, Sphere, careful_quadratic, settled_roots, sphere_roots
-from ..tables import PLANE_SIZE, QUADRIC_SIZE, SPHERE_SIZE, Floats, Geometry, integer
+from ..tables import ANCHOR_SIZE, FORM_SIZE, PLANE_SIZE, SPHERE_SIZE, Floats, Geometry, integer, whole
 from .cells import lane_terms, put_roots, put_terms, quadric_of_lane
 from .forms import (
     AT,
@@ -130,15 +130,20 @@ def meet_quadrics(geometry: Geometry, bodies: Bodies, count: int) -> None:
     """Roots of the quadrics of cells into their lanes (`cells.put_roots`)."""
     lanes, numbers = bodies.lanes, bodies.numbers
     quadrics, limits = geometry.places[table.QUADRICS], geometry.places[table.QUADRIC_LIMITS]
+    forms = geometry.places[table.QUADRIC_FORMS]
     for k in range(count):
         lane, surface = np.uint64(k), integer(geometry, table.CELL_QUADRIC, numbers[CELL + k])
         row = integer(geometry, table.SURFACE_ROW, surface)
-        numbers[AT + k], lanes[SURFACE + lane] = quadrics + QUADRIC_SIZE * row, surface
+        numbers[AT + k], lanes[SURFACE + lane] = quadrics + ANCHOR_SIZE * row, surface
         lanes[LIMIT + lane] = geometry.floats[limits + 2 * row]
         lanes[OTHER_LIMIT + lane] = geometry.floats[limits + 2 * row + 1]
-    for part in range(3):
+    for k in range(0, count, 8):
+        numbers_in_lanes(geometry.floats, numbers, AT + k, lanes, R0 + np.uint64(k))
+    for k in range(count):  # the row of the form stands behind the anchor, where the form comes to
+        numbers[AT + k] = forms + FORM_SIZE * whole(lanes[R3 + np.uint64(k)])
+    for part in range(2):
         for k in range(0, count, 8):
-            numbers_in_lanes(geometry.floats, numbers, AT + k, lanes, R0 + np.uint64(8 * LANES * part + k))
+            numbers_in_lanes(geometry.floats, numbers, AT + k, lanes, R3 + np.uint64(8 * LANES * part + k))
         for k in range(count):
             numbers[AT + k] += 8
     first, last = eights(0, count)

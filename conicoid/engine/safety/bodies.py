@@ -8,6 +8,7 @@ import numpy as np
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..culling.leaf_bounds import LeafBounds, leaf_bounds
 from ..nearest.bounds import leaf_box
 from ..packets.booleans import MOST
 from ..packets.lanes import LANES
@@ -51,11 +52,11 @@ def _feed(room: Floats, row: int, gate: int, sign: float, least: bool) -> None:
 
 
 @helper
-def _leaf_of_lanes(geometry: Geometry, leaf: int, room: Floats) -> None:
-    """CELL: signed bounds of a leaf of a program, within its box by its cell."""
+def _leaf_of_lanes(geometry: Geometry, bounds: LeafBounds, first: int, leaf: int, room: Floats) -> None:
+    """CELL: signed bounds of a leaf of a program, whose first it tells, within its box by its cell."""
     near = 0
     for i in range(EVERY):
-        away = leaf_box(geometry, leaf, room[X + i], room[Y + i], room[Z + i])
+        away = leaf_box(geometry, bounds, leaf - first, room[X + i], room[Y + i], room[Z + i])
         room[LEAF + i] = away
         near += 1 if away < room[BEST + i] else 0
     if near > 0:
@@ -77,10 +78,9 @@ def program_of_lanes(geometry: Geometry, program: int, room: Floats) -> None:
         target = np.uint64(GATES + (gate - first) * LANES)
         for i in range(EVERY):
             room[target + i] = none
-    for leaf in range(
-        integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
-    ):
-        _leaf_of_lanes(geometry, leaf, room)
+    bounds, begin = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
+    for leaf in range(begin, integer(geometry, table.PROGRAM_LEAF, program + 1)):
+        _leaf_of_lanes(geometry, bounds, begin, leaf, room)
         gate, negated = integer(geometry, table.LEAF_GATE, leaf), integer(geometry, table.LEAF_NEGATED, leaf) == 1
         least = integer(geometry, table.GATE_NEED, gate) == 1
         _feed(room, int(CELL), gate - first, -1.0 if negated else 1.0, least)

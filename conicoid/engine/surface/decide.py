@@ -32,7 +32,7 @@ from ..numbers.sure import (
 )
 from ..ray import Ray
 from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, integer
-from .records import anchor_of, load_plane, load_quadric, load_sphere
+from .records import anchor_of, form_row, load_plane, load_quadric, load_sphere
 
 CROSSES, MISSES, OPEN = 1, 0, 2
 
@@ -61,7 +61,7 @@ class Rest(NamedTuple):
 @inline
 def rest_of_quadric(geometry: Geometry, row: int) -> int:
     """Where in `Rest.quadrics` that of a quadric begins."""
-    return QUADRIC_SIZE * integer(geometry, table.QUADRIC_REST, row)
+    return QUADRIC_SIZE * form_row(geometry, row)
 
 
 @inline

@@ -8,7 +8,7 @@ from __future__ import annotations
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..ray import Ray, line_of
-from ..tables import PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Geometry, integer
+from ..tables import ANCHOR_SIZE, FORM_SIZE, PLANE_SIZE, QUADRIC, SPHERE, SPHERE_SIZE, Geometry, integer, whole
 from .plane import Plane, PlaneLimits, plane_on_ray, unsure_of_plane
 from .quadric import Quadric, QuadricLimits, Roots, Sphere, quadric_roots, sphere_roots
 
@@ -30,13 +30,20 @@ def load_sphere(geometry: Geometry, row: int) -> Sphere:
 
 
 @inline
+def form_row(geometry: Geometry, row: int) -> int:
+    """The row of a quadric's form, and of what rounding took from its numbers."""
+    return whole(geometry.floats[geometry.places[table.QUADRICS] + ANCHOR_SIZE * row + 3])
+
+
+@inline
 def load_quadric(geometry: Geometry, row: int) -> Quadric:
     """The record of a quadric."""
-    at = geometry.places[table.QUADRICS] + QUADRIC_SIZE * row
-    t = geometry.floats
+    at = geometry.places[table.QUADRICS] + ANCHOR_SIZE * row
+    t, form = geometry.floats, geometry.places[table.QUADRIC_FORMS] + FORM_SIZE * form_row(geometry, row)
     return Quadric(
-        t[at], t[at + 1], t[at + 2], t[at + 3], t[at + 4], t[at + 5], t[at + 6], t[at + 7], t[at + 8], t[at + 9],
-        t[at + 10], t[at + 11], t[at + 12], t[at + 13], t[at + 14], t[at + 15], t[at + 16], t[at + 17], t[at + 18],
+        t[at], t[at + 1], t[at + 2], t[form], t[form + 1], t[form + 2], t[form + 3], t[form + 4], t[form + 5],
+        t[form + 6], t[form + 7], t[form + 8], t[form + 9], t[form + 10], t[form + 11], t[form + 12], t[form + 13],
+        t[form + 14], t[form + 15],
     )  # fmt: skip
 
 

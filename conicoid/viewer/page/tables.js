@@ -29,7 +29,7 @@ class Records {
 export function packedIntegers(scene, styles) {
   const t = scene.t, ints = new Records(), place = [];
   const table = (fill) => { place.push(ints.next); fill(); };
-  const planes = 2, quadrics = 5, counts = [t.planes.length / 7, t.spheres.length / 4, t.quadrics.length / 19];
+  const planes = 2, quadrics = 5, counts = [t.planes.length / 7, t.spheres.length / 4, t.quadrics.length / 4];
   const start = [0, planes * counts[0], planes * counts[0] + counts[1]];
   const width = [planes, 1, quadrics];
   const floats = { uv: start[2] + quadrics * counts[2] };
@@ -86,9 +86,10 @@ export function packedFloats(scene, floats, origin) {
   }
   for (let i = 0; i < t.spheres.length; i += 4)
     put(t.spheres[i] - origin[0], t.spheres[i + 1] - origin[1], t.spheres[i + 2] - origin[2], t.spheres[i + 3]);
-  for (let i = 0; i < t.quadrics.length; i += 19) {
+  for (let i = 0; i < t.quadrics.length; i += 4) {
+    const form = 16 * t.quadrics[i + 3];
     put(t.quadrics[i] - origin[0], t.quadrics[i + 1] - origin[1], t.quadrics[i + 2] - origin[2]);
-    put(...t.quadrics.subarray(i + 3, i + 19), 0);
+    put(...t.quadric_forms.subarray(form, form + 16), 0);
   }
   for (let i = 0; i < t.face_maps.length; i += 3) {
     const angular = t.face_maps[i] < 0;

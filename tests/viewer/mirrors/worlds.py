@@ -25,11 +25,15 @@ LENS = np.float32(np.random.default_rng(4).normal(size=(6, 3))).astype(float)
 BOX_MARGIN = 4e-6
 """By which page/tables.js widens boxes, as a share of their distance and of the scene's diagonal."""
 
+_ROW = -1
+"""The column of the row of another table, which is no size of anything."""
+
 # Tables of floats and how their rows are made up: (columns, ...), one size to all columns of a part
 _PARTS: dict[int, tuple[int, ...]] = {
     table.PLANES: (3, 1, 3),
     table.SPHERES: (3, 1),
-    table.QUADRICS: (3, 9, 1, 1, 1, 1, 1, 1, 1),
+    table.QUADRICS: (3, _ROW),
+    table.QUADRIC_FORMS: (9, 1, 1, 1, 1, 1, 1, 1),
     table.VERTICES: (3,),
     table.BALL_FRAMES: (9,),
     table.MAP_ROWS: (4,),
@@ -77,9 +81,12 @@ def _rounded(geometry: Geometry) -> Geometry:
 def _shifted(geometry: Geometry, rng: Any) -> Geometry:
     result = _copy(geometry)
     for number, parts in _PARTS.items():
-        rows = _slice(result, number).reshape(-1, sum(parts))
+        rows = _slice(result, number).reshape(-1, sum(map(abs, parts)))
         at = 0
         for size in parts:
+            if size == _ROW:
+                at += 1
+                continue
             part = rows[:, at : at + size]
             part += SHIFT * rng.uniform(-1, 1, part.shape) * np.abs(part).max(axis=1, keepdims=True, initial=0)
             at += size

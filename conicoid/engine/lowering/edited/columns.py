@@ -20,6 +20,7 @@ from ..laid import (
     GATES,
     KINDS,
     LEAVES,
+    MAP_ROWS,
     PLANES,
     POLYGONS,
     PROGRAMS,
@@ -34,16 +35,17 @@ from .merging import Merged
 from .pieces import Pieces
 
 PLAIN = {
-    "planes": PLANES, "quadrics": QUADRICS, "cell_face": CELLS, "plane_face": CELL_PLANES, "leaf_negated": LEAVES,
+    "planes": PLANES, "quadrics": QUADRICS, "quadric_forms": QUADRICS,
+    "cell_face": CELLS, "plane_face": CELL_PLANES, "leaf_negated": LEAVES,
     "leaf_sense": LEAVES, "leaf_bounds": LEAVES, "gate_need": GATES, "gate_negated": GATES, "gate_start": GATES,
     "sheet_one_sided": SHEETS, "vertices": CORNERS, "ball_frames": BALL_FRAMES,
     "plane_limits": PLANES, "quadric_limits": QUADRICS, "cell_limits": CELLS, "program_limits": PROGRAMS,
     "sheet_limits": SHEETS, "polygon_limits": POLYGONS,
 }  # fmt: skip
-"""Columns without numbers of other rows."""
+"""Columns without numbers of other rows, but for those of quadrics' forms: each has one of its own."""
 COUNTING = {
     "leaf_cell": (LEAVES, CELLS), "leaf_gate": (LEAVES, GATES), "gate_parent": (GATES, GATES),
-    "sheet_program": (SHEETS, PROGRAMS), "polygon_program": (POLYGONS, PROGRAMS), "quadric_rest": (QUADRICS, QUADRICS),
+    "sheet_program": (SHEETS, PROGRAMS), "polygon_program": (POLYGONS, PROGRAMS),
 }  # fmt: skip
 """Columns of numbers of rows of another kind, or -1."""
 BEGINS = {
@@ -105,6 +107,7 @@ class Filling(ABC):
         sides = [side.tables for side in self.joined.sides]
         for name, axis in PLAIN.items():
             self._copy(getattr(tables, name), axis, [getattr(side, name) for side in sides])
+        self._count(tables.quadrics[:, 3], QUADRICS, QUADRICS, [side.quadrics[:, 3] for side in sides])
         for name, (axis, beside) in COUNTING.items():
             self._count(getattr(tables, name), axis, beside, [getattr(side, name) for side in sides])
         for name, (axis, beside) in BEGINS.items():
@@ -120,17 +123,17 @@ class Filling(ABC):
         self._put_entries(tables)
 
     def _put_maps(self, tables: Tables, sides: list[Tables]) -> None:
-        """The maps of faces, which have three rows each."""
-        self._copy(tables.map_rows.reshape(-1, 12), FACES, [side.map_rows.reshape(-1, 12) for side in sides])
-        for source, faces, at, shift in self.pieces.moved(FACES, FACES):
+        """The maps of faces."""
+        self._copy(tables.map_rows, MAP_ROWS, [side.map_rows for side in sides])
+        for source, faces, at, shift in self.pieces.moved(FACES, MAP_ROWS):
             rows = sides[source].face_maps[faces]
-            tables.face_maps[at] = np.where(rows < 0, rows - 3 * shift, rows + 3 * shift) if shift else rows
+            tables.face_maps[at] = np.where(rows < 0, rows - shift, rows + shift) if shift else rows
 
     def _copy(self, column: Any, axis: int, sides: list[Any]) -> None:
         for source, rows, at in self.pieces.on(axis):
             column[at] = sides[source][rows]
 
-    def _count(self, column: Ints, axis: int, beside: int, sides: list[Ints]) -> None:
+    def _count(self, column: Any, axis: int, beside: int, sides: list[Any]) -> None:
         for source, rows, at, shift in self.pieces.moved(axis, beside):
             numbers = sides[source][rows]
             column[at] = np.where(numbers < 0, numbers, numbers + shift) if shift else numbers
@@ -223,7 +226,7 @@ class Columns(Filling):
         counts = {name: total[axis] for name, axis in axes.items()}
         counts |= {name: total[axes[0]] + 1 for name, axes in BEGINS.items()}
         counts |= dict(surface_kind=self.surfaces, surface_row=self.surfaces, spheres=total[SPHERES] + total[BALLS])
-        counts |= dict(face_maps=total[FACES], map_rows=3 * total[FACES])
+        counts |= dict(face_maps=total[FACES], map_rows=total[MAP_ROWS], program_shifts=0)
         return {
             name: ((count, *getattr(old, name).shape[1:]), getattr(old, name).dtype) for name, count in counts.items()
         }

@@ -17,6 +17,7 @@ from ....shapes.surface import Key, Surface
 from ...tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..contents import Exact
 from ..laid import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, Laid
+from ..quadrics import Quadrics
 from ..surfaces import Remainders, Surfaces, finished
 from .joined import Joined
 from .near import Frame, Marks, Places, near
@@ -95,11 +96,11 @@ class Merging:
     def _places(self, frame: Frame | None, old: Places | None) -> tuple[Frame, Places]:
         """Numbers by which near surfaces are found: new ones for what is new, if there are some for the rest."""
         new = self.joined.sides[1].tables
-        records = new.planes, new.spheres, new.quadrics
+        records = new.planes, new.spheres, new.whole_quadrics()
         own = frame.places_within(*records) if frame is not None and old is not None else None
         if frame is None or old is None or own is None:
             tables = self.joined.sides[0].tables
-            frame, old, own = Frame.around((tables.planes, tables.spheres, tables.quadrics), records)
+            frame, old, own = Frame.around((tables.planes, tables.spheres, tables.whole_quadrics()), records)
         both = old, own
         joined = self.joined
         return frame, Places(
@@ -187,8 +188,10 @@ class Merging:
             kinds, self.given[single],
             joined.take(PLANES, rows[PLANE], lambda side: side.tables.planes),
             joined.take(SPHERES, rows[SPHERE], lambda side: side.tables.spheres),
-            joined.take(QUADRICS, rows[QUADRIC], lambda side: side.tables.quadrics),
-            np.arange(len(rows[QUADRIC]), dtype=np.int32),
+            Quadrics.of(
+                joined.take(QUADRICS, rows[QUADRIC], lambda side: side.tables.quadrics),
+                joined.take(QUADRICS, rows[QUADRIC], lambda side: side.tables.quadric_forms),
+            ),
             Remainders(
                 joined.take(PLANES, rows[PLANE], lambda side: side.rest.planes),
                 joined.take(SPHERES, rows[SPHERE], lambda side: side.rest.spheres),

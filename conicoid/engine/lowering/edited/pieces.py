@@ -13,7 +13,7 @@ import numpy as np
 
 from ....shapes.body import Body
 from ...tables import Longs
-from ..laid import Laid
+from ..laid import AXES_OF_ROWS, Laid
 
 _KEPT, _NEW = 0, 1
 Run = tuple[int, int, int]
@@ -90,23 +90,23 @@ class Pieces:
     """Pieces of an old scene (0) and of one of what is new (1). Columns are the kinds of rows of `Laid`."""
 
     sources: list[int]
-    begin: Longs  # (pieces, 18) their first rows
+    begin: Longs  # (pieces, AXES_OF_ROWS) their first rows
     end: Longs
     at: Longs  # where these come to
-    total: Longs  # (18,)
+    total: Longs  # (AXES_OF_ROWS,)
     _on: dict[int, list[tuple[int, slice, slice]]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def of(cls, found: Sequence[Run], laid: tuple[Laid, Laid]) -> Pieces:
         """The pieces that runs of entries are."""
-        begin, end = (np.zeros((len(found), 18), np.int64) for _ in range(2))
+        begin, end = (np.zeros((len(found), AXES_OF_ROWS), np.int64) for _ in range(2))
         for source in (_KEPT, _NEW):
             mine = [k for k, run in enumerate(found) if run[0] == source]
             bounds = np.array([found[k][1:] for k in mine], np.int64).reshape(-1)
             rows = laid[source].rows_up_to(bounds)
             begin[mine], end[mine] = rows[0::2], rows[1::2]
         ends = np.cumsum(end - begin, axis=0)
-        total = ends[-1] if len(found) else np.zeros(18, np.int64)
+        total = ends[-1] if len(found) else np.zeros(AXES_OF_ROWS, np.int64)
         return cls([run[0] for run in found], begin, end, ends - (end - begin), total)
 
     def only(self, source: int) -> Pieces:
@@ -115,7 +115,7 @@ class Pieces:
         return Pieces([source] * len(mine), self.begin[mine], self.end[mine], self.at[mine], self.total)
 
     def after_rows(self, bounds: Longs) -> Pieces:
-        """These behind pieces of the old scene that stay where they are; bounds (2 n, 18): first rows and ends."""
+        """These behind pieces of the old scene that stay; bounds (2 n, AXES_OF_ROWS): first rows and ends."""
         begin, end = bounds[0::2], bounds[1::2]
         return Pieces(
             [_KEPT] * len(begin) + self.sources, np.concatenate([begin, self.begin]),

@@ -198,7 +198,7 @@ class Stores:
         self._new += 1
 
     def outdated(self) -> None:
-        """Most rows of a store that was taken are to be written: where they are copies the next are those of another."""
+        """Most rows of a store that was taken are to be written: if it was a copy, the next are those of another."""
         if self._base is not None:
             self._base, self._new = None, _HELD
 

@@ -49,7 +49,7 @@ def programs_of(tables: Tables) -> Forest:
         if end > begin:
             forest.add_few(first[begin : end + 1])
         if end < len(first) - 1:
-            forest.add(tables.leaf_bounds[first[end] : first[end + 1]], int(first[end]))
+            forest.add(tables.bounds_of_leaves(end), int(first[end]))
             forest.end_tree()
     return forest
 
