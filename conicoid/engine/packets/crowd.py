@@ -47,7 +47,7 @@ FEW = 24
 """So many lanes of a packet wait in pairs with a body; more meet it side by side."""
 _LEAST = 10
 """Fewer bodies are no crowd."""
-_MANY_LANES = 24.0
+_MANY_LANES = 16.0
 """Bodies that so many lanes may meet in the mean are no crowd: they are large."""
 
 _BODIES, _MET, _CROWDED, _READY = 0, 1, 2, 3

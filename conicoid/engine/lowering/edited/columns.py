@@ -65,7 +65,7 @@ OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *EN
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
 
 
-def _senses(senses: Signs | None, given: Signs, chosen: Any) -> Signs:
+def senses_of(senses: Signs | None, given: Signs, chosen: Any) -> Signs:
     """Of some surfaces the senses they have in the table."""
     if senses is not None:
         return senses[chosen]
@@ -89,6 +89,7 @@ class Filling(ABC):
     def __init__(self, joined: Joined, pieces: Pieces, laid: Laid, numbers: tuple[Numbers, Numbers]) -> None:
         """laid: of the new scene. numbers: in it, of the surfaces of each of the two."""
         self.joined, self.pieces, self.laid, self.numbers = joined, pieces, laid, numbers
+        self.numbered = pieces  # the pieces in which numbers of surfaces are written
 
     @property
     def ids(self) -> Ints | None:
@@ -140,7 +141,7 @@ class Filling(ABC):
             column[at] = np.where(numbers < 0, numbers, numbers + shift) if shift else numbers
 
     def _refer(self, column: Ints, axis: int, sides: list[Ints]) -> None:
-        for source, rows, at, shift in self.pieces.moved(axis, SURFACES):
+        for source, rows, at, shift in self.numbered.moved(axis, SURFACES):
             numbers, ids = sides[source][rows], self.numbers[source].ids
             if ids is not None:
                 np.take(ids, numbers, out=column[at], mode="wrap")  # -1 is the last, which is -1
@@ -215,8 +216,8 @@ class Columns(Filling):
         ids = np.full(count + 1, -1, np.int32)
         ids[before] = numbers[there] if own is None else own[numbers[there]]
         turned = np.ones(count + 1, np.int8)
-        turned[before] = _senses(laid.senses, laid.given, there)
-        turned[before] *= _senses(self.merged.senses, self.merged.given, numbers[there])
+        turned[before] = senses_of(laid.senses, laid.given, there)
+        turned[before] *= senses_of(self.merged.senses, self.merged.given, numbers[there])
         return Numbers(ids, None if (turned == 1).all() else turned)
 
     def sizes(self) -> dict[str, tuple[tuple[int, ...], Any]]:

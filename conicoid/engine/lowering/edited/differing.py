@@ -2,92 +2,133 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from ...tables import BALL, Ints, Longs, Tables
+from ...tables import BALL, SPHERE, Longs, Tables
 from ..laid import BODIES, CELL_PLANES, CELLS, FACES, KINDS, POLYGONS, SHEETS, SPHERES, SURFACES, Laid
-from .columns import AXES, Filling, Numbers
+from .columns import AXES, Filling, Numbers, senses_of
 from .joined import Joined
 from .limits import Changed, Limits
 from .pieces import Pieces
+from .regrouped import Regrouped
 
 
 class Differing(Filling):
-    """Fills the tables where they differ, of a scene in which surfaces are one with the same others as before.
+    """Fills the tables where they differ from what is in the memory at hand: the rows of some pieces.
 
-    Every surface takes a record of its own piece, so that the row of this grows as others of the piece do: see
-    `exchangeable.apart`.
+    Where surfaces have other numbers there, all columns of such numbers are written, and the table of surfaces.
     """
 
-    def __init__(self, joined: Joined, some: Pieces, laid: Laid) -> None:
-        super().__init__(joined, some, laid, (Numbers(None, None), _numbers_of_new(joined, some, laid.ids)))
+    def __init__(self, joined: Joined, some: Pieces, laid: Laid, classes: Regrouped, all_numbers: bool) -> None:
+        """all_numbers: is every number of a surface to be written?"""
+        super().__init__(joined, some, laid, (Numbers(classes.onto, None), _numbers_of_new(joined, laid)))
+        self.classes, self.all_numbers = classes, all_numbers
+        if all_numbers:
+            self.numbered = joined.pieces
 
     def _put_surfaces(self, tables: Tables) -> None:
         """Kinds and rows of the surfaces, and the spheres."""
-        sides = self.joined.sides
-        self._copy(tables.spheres, SPHERES, [side.tables.spheres for side in sides])
-        of_kinds = [self.pieces.moved(SURFACES, AXES[kind]) for kind in sorted(AXES)]
-        for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
-            side, shifts = sides[source], np.array([shift for *_, shift in others], np.int32)
-            here, there = _some(self.ids, at), _some(side.laid.ids, rows)
-            kinds = side.tables.surface_kind[there]
-            tables.surface_kind[here], tables.surface_row[here] = kinds, side.tables.surface_row[there] + shifts[kinds]
+        self._copy(tables.spheres, SPHERES, [side.tables.spheres for side in self.joined.sides])
+        first, ids, pieces = self.laid.first, self.ids, self.numbered
+        of_kinds = [pieces.begins(SURFACES, AXES[kind]) for kind in sorted(AXES)]
+        for (_, _, at), *begins in zip(pieces.on(SURFACES), *of_kinds, strict=True):
+            kinds, rows = self.laid.kinds[at], np.empty(at.stop - at.start, np.int32)
+            for kind, begin in zip(sorted(AXES), begins, strict=True):
+                mine = np.flatnonzero(kinds == kind)
+                rows[mine] = np.arange(begin, begin + len(mine), dtype=np.int32)
+            if first is None or ids is None:
+                tables.surface_kind[at], tables.surface_row[at] = kinds, rows
+            else:
+                leads = np.flatnonzero(first[at] == np.arange(at.start, at.stop, dtype=np.int32))
+                there = ids[at][leads]
+                tables.surface_kind[there], tables.surface_row[there] = kinds[leads], rows[leads]
+        if self.all_numbers:
+            self._put_bulk_balls(tables)
+
+    def _put_bulk_balls(self, tables: Tables) -> None:
+        """Kinds and rows of the surfaces that are bulk balls, behind all others."""
+        single, spheres = len(self.laid.kinds), int(self.pieces.total[SPHERES])
+        rows = np.arange(spheres, len(tables.spheres), dtype=np.int32)
+        there = np.arange(single, single + len(rows))
+        if self.laid.first is not None and self.ids is not None:
+            leads = self.laid.first[there] == there
+            rows, there = rows[leads], self.ids[there[leads]]
+        tables.surface_kind[there], tables.surface_row[there] = SPHERE, rows
 
     def _put_entries(self, tables: Tables) -> None:
         """What the tree holds. The numbers of bodies stay."""
-        sides, ids = self.joined.sides, self.numbers[1].ids
+        sides = self.joined.sides
         axes = {BALL: SURFACES, **KINDS}
         of_kinds = [self.pieces.moved(BODIES, axes[kind]) for kind in sorted(axes)]
         for (source, rows, at, _), *others in zip(of_kinds[0], *of_kinds, strict=True):
             side, shifts = sides[source].tables, np.array([shift for *_, shift in others], np.int32)
             kinds, index = side.entry_kind[rows], side.entry_index[rows]
             tables.entry_kind[at], tables.entry_index[at] = kinds, index + shifts[kinds]
-            if source == 1 and ids is not None:
-                balls = np.flatnonzero(kinds == BALL)
-                tables.entry_index[at.start + balls] = ids[index[balls]]
+            self._put_balls(tables, source, rows, at)
+        if self.all_numbers:
+            for source, rows, at in self.numbered.on(BODIES):
+                self._put_balls(tables, source, rows, at)
         self.framed(tables.body_face, FACES, [side.tables.body_face for side in sides])
 
+    def _put_balls(self, tables: Tables, source: int, rows: slice, at: slice) -> None:
+        """Entries that are balls, by the numbers of surfaces."""
+        side, ids = self.joined.sides[source].tables, self.numbers[source].ids
+        balls = np.flatnonzero(side.entry_kind[rows] == BALL)
+        if len(balls) and (ids is not None or source == 0):
+            index = side.entry_index[rows][balls]
+            tables.entry_index[at][balls] = index if ids is None else ids[index]
 
-def _numbers_of_new(joined: Joined, pieces: Pieces, own: Ints | None) -> Numbers:
-    """The numbers of new surfaces. None is turned over, as they are not one with others."""
-    new = joined.laid[1]
+
+def _numbers_of_new(joined: Joined, laid: Laid) -> Numbers:
+    """The numbers of new surfaces, and which are turned over, as they are one with others."""
+    new, own = joined.laid[1], laid.ids
     if own is None and new.ids is None:
         return Numbers(None, None)
-    ids = np.full(len(joined.sides[1].tables.surface_kind) + 1, -1, np.int32)
-    for source, rows, at in pieces.on(SURFACES):
+    count = len(joined.sides[1].tables.surface_kind)
+    ids, turned = np.full(count + 1, -1, np.int32), np.ones(count + 1, np.int8)
+    for source, rows, at in joined.pieces.on(SURFACES):
         if source == 1:
-            ids[_some(new.ids, rows)] = _some(own, at)
-    return Numbers(ids, None)
+            there = np.arange(rows.start, rows.stop) if new.ids is None else new.ids[rows]
+            ids[there] = np.arange(at.start, at.stop) if own is None else own[at]
+            turned[there] = senses_of(new.senses, new.given, np.arange(rows.start, rows.stop))
+            turned[there] *= senses_of(laid.senses, laid.given, np.arange(at.start, at.stop))
+    return Numbers(ids, None if (turned == 1).all() else turned)
 
 
-def _some(ids: Ints | None, rows: slice) -> Any:
-    """Some surfaces by the numbers they have in the table."""
-    return rows if ids is None else ids[rows]
+class LimitsOfExchanged(Limits):
+    """Limits that are others with new bodies: those of these, and of surfaces that they are one with, or were."""
 
-
-class LimitsOfNew(Limits):
-    """Limits that are others only with new bodies, whose surfaces are nobody else's."""
+    columns: Differing
 
     def put(self, before: float | None) -> float | None:
-        """Those of a body that has an end are what they are for it alone, where all have one."""
-        return None if np.isfinite(self.boxes).all() else super().put(before)
+        """Those of a body that has an end are what they are for it alone, where all have one and it has walls alone."""
+        bounded, classes = bool(np.isfinite(self.boxes).all()), self.columns.classes
+        return None if bounded and not len(classes.changed) else super().put(before)
 
     def _changed(self) -> Changed:
-        ids = self.columns.ids
+        classes, ids = self.columns.classes, self.columns.ids
         surfaces, owners = np.zeros(len(self.tables.surface_kind), bool), np.zeros(int(self.owners[-1]), bool)
         mine = self._rows(SURFACES)
         surfaces[mine if ids is None else ids[mine]] = True
         for kind, axis in enumerate((CELLS, SHEETS, POLYGONS)):
             owners[self.owners[kind] + self._rows(axis)] = True
-        return Changed(surfaces, owners, self._of_rows(*map(self._rows, (CELLS, CELL_PLANES, SHEETS, POLYGONS))))
+        if not len(classes.changed):
+            return Changed(surfaces, owners, self._of_rows(*map(self._rows, (CELLS, CELL_PLANES, SHEETS, POLYGONS))))
+        surfaces[classes.changed] = True
+        if len(classes.bereft):
+            other = np.zeros(len(surfaces), bool)
+            other[classes.bereft if ids is None else ids[classes.bereft]] = True
+            self._mark_owners(other, owners)
+        return Changed(surfaces, owners, self._uses(surfaces, owners))
 
     def _rows(self, axis: int) -> Longs:
         """The rows of some kind that are new."""
-        parts = [np.arange(at.start, at.stop) for source, _, at in self.columns.pieces.on(axis) if source == 1]
+        parts = [np.arange(at.start, at.stop) for source, _, at in self.columns.joined.pieces.on(axis) if source == 1]
         return np.concatenate(parts) if parts else np.zeros(0, np.int64)
 
     def _unread(self, kind: int) -> Longs:
-        """None, as the same records are read as before; those of new ones came without limits."""
-        return np.zeros(0, np.int64)
+        """Records for which others stand now, and did not before. What is new came with limits of its own."""
+        kinds, slots = self.laid.kinds, self.columns.classes.follow
+        slots = slots[slots < len(kinds)]
+        slots = slots[kinds[slots] == kind]
+        return np.searchsorted(np.flatnonzero(kinds == kind), slots) if len(slots) else slots

@@ -20,12 +20,13 @@ from ..stages import Progress, Stages
 from ..surfaces import Remainders
 from .columns import Columns
 from .exchange import Exchange
-from .exchangeable import apart, completed, keeps_rows, none_near
+from .exchangeable import apart, completed, keeps_rows
 from .joined import Joined
 from .kept import Kept
 from .limits import LimitsOfEdited
 from .merging import Merging
 from .pieces import Pieces, Runs
+from .regrouped import Regrouped, as_before, near_slots, regrouped
 
 
 class Edit:
@@ -99,8 +100,14 @@ def edit(
     pieces = Pieces.of(found.pieces, (old.laid, new.laid))
     if keeps_rows(old.laid, new.laid, found, len(bodies)):
         kept, own = completed(kept, old, new)
-        if apart(old.laid, new.laid, pieces) and none_near(kept.places, own, pieces):
-            return Exchange(old, new, pieces, bodies, found, kept, own)
+        joined = Joined((old, new), pieces)
+        near = near_slots(kept.places, own, joined)
+        if not len(near) and apart(old.laid, new.laid, pieces):
+            classes: Regrouped | None = as_before(joined)
+        else:
+            classes = regrouped(joined, old.exact.bodies.of(ShapesOf(bodies)), near)
+        if classes is not None:
+            return Exchange(joined, bodies, found, kept, own, classes)
     return Edit(old, new, pieces, bodies, kept)
 
 

@@ -1,8 +1,8 @@
 """Scenes in which entries are exchanged for others with as many rows: a body that was moved, nearly always.
 
-All other rows stay where they are and as they are, if no new surface is one with an old one. So the memory of a scene
-that is gone is taken (`stores`), and only the rows of some entries are written: of those that are new, and of those in
-which that scene differs from the one before.
+All other rows stay where they are, and as they are but for what is said of surfaces that are one with new ones, or were
+one with some that are gone (`regrouped`). So the memory of a scene that is gone is taken (`stores`), and only the rows
+of some entries are written: of those that are new, and of those in which that scene differs from the one before.
 """
 
 from __future__ import annotations
@@ -14,18 +14,19 @@ from typing import Any
 import numpy as np
 
 from ....shapes.body import Body
-from ...tables import Floats, Geometry, Tables, put_sizes, shared
+from ...tables import BALL, Floats, Geometry, Longs, Tables, put_sizes, shared
 from .. import ExactTables, Lowered
 from ..contents import ShapesOf
 from ..laid import BODIES, CORNERS, FRAMES, PLANES, QUADRICS, SPHERES, SURFACES, Laid
 from ..surfaces import Remainders
 from .columns import TREES
-from .differing import Differing, LimitsOfNew
+from .differing import Differing, LimitsOfExchanged
 from .joined import Joined
 from .kept import Kept, Known
 from .near import Places
 from .pieces import Pieces, Runs
-from .stores import Opened, restamped, stamped
+from .regrouped import Regrouped, entries_of
+from .stores import Opened, new_edit, restamped, stamped
 
 _MOST = 128
 """So many pieces are written one by one; more are as well written all at once."""
@@ -35,6 +36,8 @@ BESIDE = {
     "mark_of_planes": PLANES, "mark_of_spheres": SPHERES, "mark_of_quadrics": QUADRICS,
 }  # fmt: skip
 """What a store has beside the tables, and what its rows are of."""
+_OF_SURFACES = "surface_kind", "surface_row"
+"""Tables with as many rows as there are surfaces."""
 
 
 def _beside(lowered: Lowered, places: Places) -> dict[str, Any]:
@@ -53,68 +56,82 @@ class Exchange:
     Only where `exchangeable` says that this may be.
     """
 
-    keeps_items = True
-
     def __init__(
-        self,
-        old: Lowered,
-        new: Lowered,
-        pieces: Pieces,
-        bodies: Sequence[Body],
-        found: Runs,
-        kept: Known,
-        own: Places,
+        self, joined: Joined, bodies: Sequence[Body], found: Runs, kept: Known, own: Places, classes: Regrouped
     ) -> None:
-        assert old.laid is not None
-        self.joined, self.pieces, self.kept = Joined((old, new), pieces), pieces, kept
+        """own: places of what is new."""
+        old, new = joined.sides
+        self.joined, self.pieces, self.kept, self.classes = joined, joined.pieces, kept, classes
         self._bodies, self._fresh = bodies, found.fresh
         sides = _beside(old, kept.places), _beside(new, own)
-        opened, some = _taken(kept, old.laid, pieces, found.fresh)
+        opened, some = _taken(kept, old.laid, self.pieces, found.fresh)
         beside = opened.beside if opened else {name: column.copy() for name, column in sides[0].items()}
         for name, axis in BESIDE.items():
             for source, rows, at in some.on(axis):
                 beside[name][at] = sides[source][name][rows]
         self._opened, self._some, self._beside = opened, some, beside
-        self._laid = _exchanged(self.joined)
+        self._all_numbers = classes.renumbered or bool(opened and opened.numbers != kept.numbers)
+        self._laid = _exchanged(joined, classes)
         self.boxes: Floats = beside["boxes"]
         self.kinds = self._laid.patterns.entries[self._laid.which, 2]
         self.shapes: dict[str, Any] = {k: v for k, v in old.tables._asdict().items() if k not in TREES}
+        for name in _OF_SURFACES:
+            self.shapes[name] = np.broadcast_to(self.shapes[name].dtype.type(), classes.count)
+
+    @property
+    def keeps_items(self) -> bool:
+        """Are items of leaves what they were, but for what is new? They name balls, and tell how large cells are."""
+        if len(self.classes.bereft):
+            return False
+        return not (self.classes.renumbered and bool((self.joined.sides[0].tables.entry_kind == BALL).any()))
 
     def geometry(self, empty: Tables) -> Geometry:
         """Memory for tables of these shapes, in which all rows are but those that differ."""
         found = self._opened.geometry(empty) if self._opened else None
         if found is not None:
             return found
-        self._some = self._some.only(1)
+        self._some = self.pieces.only(1)
+        others = self._opened is not None  # what is beside is somebody's who comes later
+        self.kept.stores.made()
         self._opened = Opened.new(empty)
-        self._beside = {name: self._opened.put(name, column.copy()) for name, column in self._beside.items()}
+        for name, column in self._beside.items():
+            self._beside[name] = self._opened.put(name, column.copy() if others else column)
         self.boxes = self._beside["boxes"]
         made = self._opened.geometry(empty)
         assert made is not None
         tables, old = shared(empty, made), self.joined.sides[0].tables
+        self._all_numbers = self.classes.renumbered
         for name in self.shapes:
-            getattr(tables, name)[...] = getattr(old, name)
+            if not (self._all_numbers and name in _OF_SURFACES):
+                getattr(tables, name)[...] = getattr(old, name)
         return made
 
     def fill(self, geometry: Geometry, tables: Tables) -> tuple[Lowered, Known]:
         """Write the tables where they differ; trees are left as they are."""
-        joined, beside, kept = self.joined, self._beside, self.kept
-        columns, (old, _) = Differing(joined, self._some, self._laid), joined.sides
+        joined, beside, kept, classes = self.joined, self._beside, self.kept, self.classes
+        columns, (old, _) = Differing(joined, self._some, self._laid, classes, self._all_numbers), joined.sides
         columns.fill(tables)
         rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])
-        size = LimitsOfNew(columns, tables, self.boxes, rest).put(kept.size)
+        size = LimitsOfExchanged(columns, tables, self.boxes, rest).put(kept.size)
         put_sizes(geometry, tables)
         body_frame = old.body_frame.copy()
         columns.framed(body_frame, FRAMES, [side.body_frame for side in joined.sides])
+        single = old.exact.single if classes.single is None else classes.single
         lowered = dataclasses.replace(
             old, tables=tables, boxes=self.boxes, frames=beside["frames"], body_frame=body_frame,
             face_paint=joined.paint(), rest=rest, laid=self._laid,
-            exact=ExactTables(old.exact.bodies.of(ShapesOf(self._bodies)), old.exact.single),
+            exact=ExactTables(old.exact.bodies.of(ShapesOf(self._bodies)), single),
         )  # fmt: skip
-        same = size == kept.size
-        stamps = restamped(kept.stamps, self._fresh) if same else stamped(len(kept.stamps))
         places = Places.marked(*(column for name, column in beside.items() if name.startswith(("place", "mark"))))
-        return lowered, Known(kept.frame, places, size, stores=kept.stores, stamps=stamps)
+        numbers = new_edit() if classes.renumbered else kept.numbers
+        stamps = self._stamps(size == kept.size)
+        return lowered, Known(kept.frame, places, size, stores=kept.stores, stamps=stamps, numbers=numbers)
+
+    def _stamps(self, same_size: bool) -> Longs:
+        """By which edit the rows of each entry were written: those of what is new, and of whatever is one with it."""
+        if not same_size:
+            return stamped(len(self.kept.stamps))
+        return restamped(self.kept.stamps, [*self._fresh, *entries_of(self._laid, self.classes.touched).tolist()])
 
     def close(self, kept: Kept) -> None:
         """All tables have been written, those of trees too; `kept` is what `fill` returned.
@@ -124,7 +141,7 @@ class Exchange:
         """
         assert isinstance(kept, Known)
         assert self._opened is not None
-        self._opened.close(kept.stores, kept.stamps)
+        self._opened.close(kept.stores, kept.stamps, kept.numbers)
 
 
 def _taken(kept: Known, laid: Laid, pieces: Pieces, fresh: list[int]) -> tuple[Opened | None, Pieces]:
@@ -137,19 +154,20 @@ def _taken(kept: Known, laid: Laid, pieces: Pieces, fresh: list[int]) -> tuple[O
     bounds = np.flatnonzero(np.diff(other, prepend=False, append=False))
     if len(bounds) > 2 * _MOST:
         bounds = np.array([0, len(other)])
+        kept.stores.outdated()
     return opened, new.after_rows(laid.rows_up_to(bounds)) if len(bounds) else new
 
 
-def _exchanged(joined: Joined) -> Laid:
-    """Which rows are whose: nothing but patterns, and kinds and senses of surfaces, are others."""
+def _exchanged(joined: Joined, classes: Regrouped) -> Laid:
+    """Which rows are whose: nothing but patterns, and what surfaces are, is other than it was."""
     (old, new), pieces = joined.laid, joined.pieces.only(1)
     patterns, numbers = old.patterns.joined(new.patterns)
     which, kinds, given = old.which.copy(), old.kinds.copy(), old.given.copy()
-    senses = None if old.senses is None else old.senses.copy()
     for _, rows, at in pieces.on(BODIES):
         which[at] = numbers[new.which[rows]]
     for _, rows, at in pieces.on(SURFACES):
         kinds[at], given[at] = new.kinds[rows], new.given[rows]
-        if senses is not None:
-            senses[at] = (new.given if new.senses is None else new.senses)[rows]
-    return dataclasses.replace(old, patterns=patterns, which=which, kinds=kinds, given=given, senses=senses)
+    return dataclasses.replace(
+        old, patterns=patterns, which=which, kinds=kinds, given=given, first=classes.first, senses=classes.senses,
+        ids=classes.ids,
+    )  # fmt: skip

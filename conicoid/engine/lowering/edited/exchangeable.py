@@ -1,16 +1,16 @@
-"""May entries of a scene be exchanged for others, so that all other rows stay where they are and as they are?"""
+"""May entries of a scene be exchanged for others, so that all other rows stay where they are?"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from .. import Lowered
-from ..laid import PLANES, QUADRICS, SPHERES, SURFACES, Laid
+from ..laid import SURFACES, Laid
 from ..limits import size_of
 from .kept import Kept, Known
-from .near import Frame, Places, Records, near
+from .near import Frame, Places, Records
 from .pieces import Pieces, Runs
-from .stores import Stores, stamped
+from .stores import Stores, new_edit, stamped
 
 
 def keeps_rows(old: Laid, new: Laid, found: Runs, entries: int) -> bool:
@@ -32,7 +32,7 @@ def keeps_rows(old: Laid, new: Laid, found: Runs, entries: int) -> bool:
 def apart(old: Laid, new: Laid, pieces: Pieces) -> bool:
     """Are the same surfaces one with the same others as before, where new ones are one with no others?
 
-    That they are not is another question: see `none_near`. What this asks is that
+    That they are not is another question: see `regrouped.near_slots`. What this asks is that
 
     - no surface of what is gone was one with a surface that stays;
     - no surface of what is new is one with a surface of another piece, before or behind it;
@@ -56,22 +56,6 @@ def apart(old: Laid, new: Laid, pieces: Pieces) -> bool:
     return bool((fresh[old.first] == fresh).all())
 
 
-def none_near(places: Places, own: Places, pieces: Pieces) -> bool:
-    """Is no new surface so close to one of the others that they may be one?"""
-    curved = np.concatenate([own.spheres, own.quadrics])
-    groups = (PLANES, own.planes), (SPHERES, curved), (QUADRICS, curved)
-    for (axis, numbers), column, marks in zip(
-        groups, (places.planes, places.spheres, places.quadrics), places.marks, strict=True
-    ):
-        found, fresh = near(column, marks, numbers), np.zeros(len(column), bool)
-        for source, _, at in pieces.on(axis):
-            if source == 1:
-                fresh[at] = True
-        if not fresh[found].all():
-            return False
-    return True
-
-
 def completed(kept: Kept, old: Lowered, new: Lowered) -> tuple[Known, Places]:
     """What is known of the old scene, with what exchanges of its entries for new ones need; places of the new ones."""
     frame, places, records = kept.frame, kept.places, _records(new)
@@ -84,7 +68,8 @@ def completed(kept: Kept, old: Lowered, new: Lowered) -> tuple[Known, Places]:
     if size is None and not np.isfinite(old.boxes).all():
         size = size_of(old.tables, old.boxes)
     assert old.laid is not None
-    return Known(frame, places, size, stores=Stores(), stamps=stamped(len(old.laid.first_body) - 1)), own
+    stamps = stamped(len(old.laid.first_body) - 1)
+    return Known(frame, places, size, stores=Stores(), stamps=stamps, numbers=new_edit()), own
 
 
 def _records(lowered: Lowered) -> Records:

@@ -23,6 +23,8 @@ class Kept:
 class Known(Kept):
     """The same; whose memory may be taken, and by which edit the rows of each entry were written: see `stores`.
 
+    numbers: by which edit surfaces got the numbers that they have in the table.
+
     Stamps are told apart in one process alone, and a copy's memory is its own: so what is pickled, or copied, is only
     what `Kept` has. Edits of it begin with new stamps, and with nobody's memory.
     """
@@ -33,6 +35,7 @@ class Known(Kept):
     _: KW_ONLY
     stores: Stores
     stamps: Longs
+    numbers: int
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Kept, (self.frame, self.places, self.size)

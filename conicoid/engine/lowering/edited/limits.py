@@ -70,6 +70,26 @@ class Limits(ABC):
     def _unread(self, kind: int) -> Longs:
         """Records of a kind that have limits though others stand for them."""
 
+    def _mark_owners(self, surfaces: Mask, owners: Mask) -> None:
+        """Mark the cells, sheets and polygons that some surfaces bound."""
+        tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
+        for kind, column in enumerate((tables.cell_quadric, tables.sheet_surface, tables.polygon_surface)):
+            owners[self.owners[kind] : self.owners[kind + 1]] |= marked[column]
+        owners[_owner(tables.cell_first, np.flatnonzero(marked[tables.plane_surface]))] = True
+
+    def _uses(self, surfaces: Mask, owners: Mask) -> Uses:
+        """All uses of some surfaces, and by some owners."""
+        tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
+        cells = np.flatnonzero(marked[tables.cell_quadric] | owners[: self.owners[1]])
+        planes = marked[tables.plane_surface]
+        own = np.flatnonzero(owners[: self.owners[1]])
+        planes[_ranges(tables.cell_first, own)] = True
+        others = [
+            np.flatnonzero(marked[column] | owners[self.owners[kind] : self.owners[kind + 1]])
+            for column, kind in ((tables.sheet_surface, 1), (tables.polygon_surface, 2))
+        ]
+        return self._of_rows(cells, np.flatnonzero(planes), *others)
+
     def _of_rows(self, cells: Longs, rows: Longs, sheets: Longs, polygons: Longs) -> Uses:
         """The uses by some cells of their quadrics, by cells of some planes, by some sheets and polygons."""
         tables = self.tables
@@ -138,7 +158,7 @@ class LimitsOfEdited(Limits):
 
     def _marked(self) -> tuple[Mask, Mask]:
         """Surfaces that are used in other places than before, and what is to be looked at for itself."""
-        tables, columns, pieces = self.tables, self.columns, self.columns.pieces
+        columns, pieces = self.columns, self.columns.pieces
         surfaces, owners = np.zeros(columns.surfaces, bool), np.zeros(int(self.owners[-1]), bool)
         for source, side in enumerate(columns.joined.sides):
             numbers = columns.joined.numbers_of_surfaces(source)
@@ -159,14 +179,11 @@ class LimitsOfEdited(Limits):
             for source, _, at in parts:
                 if source == 1:
                     owners[self.owners[kind] + at.start : self.owners[kind] + at.stop] = True
-        moved = np.zeros(columns.surfaces + 1, bool)
+        moved = np.zeros(columns.surfaces, bool)
         moved[self._of_other_records()] = True
         if moved.any():
-            used = tables.cell_quadric, tables.sheet_surface, tables.polygon_surface
-            for kind, column in enumerate(used):
-                owners[self.owners[kind] : self.owners[kind + 1]] |= moved[column]
-            owners[_owner(tables.cell_first, np.flatnonzero(moved[tables.plane_surface]))] = True
-            surfaces |= moved[:-1]
+            self._mark_owners(moved, owners)
+            surfaces |= moved
         return surfaces, owners
 
     def _of_other_records(self) -> Longs:
@@ -181,19 +198,6 @@ class LimitsOfEdited(Limits):
         other = numbers[before] != now
         found = now[other]
         return np.unique(found if columns.ids is None else columns.ids[found]).astype(np.int64)
-
-    def _uses(self, surfaces: Mask, owners: Mask) -> Uses:
-        """All uses of some surfaces, and by some owners."""
-        tables, marked = self.tables, np.append(surfaces, False)  # the last is that of no surface
-        cells = np.flatnonzero(marked[tables.cell_quadric] | owners[: self.owners[1]])
-        planes = marked[tables.plane_surface]
-        own = np.flatnonzero(owners[: self.owners[1]])
-        planes[_ranges(tables.cell_first, own)] = True
-        others = [
-            np.flatnonzero(marked[column] | owners[self.owners[kind] : self.owners[kind + 1]])
-            for column, kind in ((tables.sheet_surface, 1), (tables.polygon_surface, 2))
-        ]
-        return self._of_rows(cells, np.flatnonzero(planes), *others)
 
     def _unread(self, kind: int) -> Longs:
         """Records of a kind for which others stand."""

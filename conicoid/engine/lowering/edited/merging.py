@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,11 @@ class _Some:
         return self.exact.name(int(self.chosen[index]))
 
 
+def given_senses(given: Signs, count: int) -> Signs:
+    """The senses that surfaces came with, and those of bulk balls, up to so many."""
+    return np.concatenate([given, np.ones(count - len(given), np.int8)])
+
+
 class Merging:
     """One run of `merged`."""
 
@@ -64,7 +70,11 @@ class Merging:
         self.laid: tuple[Laid, Laid] = joined.laid
         self.kinds = joined.column(SURFACES, lambda side: side.laid.kinds, np.int8)
         self.given = joined.column(SURFACES, lambda side: side.laid.given, np.int8)
-        self.of_kind = {kind: np.flatnonzero(self.kinds == kind) for kind in (PLANE, SPHERE, QUADRIC)}
+
+    @cached_property
+    def of_kind(self) -> dict[int, Longs]:
+        """The surfaces of each kind."""
+        return {kind: np.flatnonzero(self.kinds == kind) for kind in (PLANE, SPHERE, QUADRIC)}
 
     def merged(self, frame: Frame | None, old: Places | None) -> Merged:
         """The classes of surfaces; frame and old places are those of the scene before, if they are known."""
@@ -75,15 +85,13 @@ class Merging:
         leads = self._beside(fresh, places, first)
         if len(orphans) or len(leads):
             if first is None:
-                first, senses = np.arange(self.single + self.balls, dtype=np.int32), self._given_senses()
+                count = self.single + self.balls
+                first, senses = np.arange(count, dtype=np.int32), given_senses(self.given, count)
             assert senses is not None
-            self._merge(np.union1d(fresh, orphans), leads, first, senses)
+            self.merge(np.union1d(fresh, orphans), leads, first, senses)
         if first is not None and (first == np.arange(len(first))).all():
             first = senses = None
         return Merged(self.kinds, self.given, first, senses, frame, places, self.balls)
-
-    def _given_senses(self) -> Signs:
-        return np.concatenate([self.given, np.ones(self.balls, np.int8)])
 
     def _places(self, frame: Frame | None, old: Places | None) -> tuple[Frame, Places]:
         """Numbers by which near surfaces are found: new ones for what is new, if there are some for the rest."""
@@ -151,8 +159,8 @@ class Merging:
             found = np.concatenate([found, self.single + np.arange(self.balls)])
         return found
 
-    def _merge(self, loose: Longs, leads: Longs, first: Ints, senses: Signs) -> None:
-        """Work out the classes of some surfaces anew, together with those for which others stand."""
+    def merge(self, loose: Longs, leads: Longs, first: Ints, senses: Signs) -> None:
+        """Work out the classes of some surfaces anew, together with those for which others stand: the leads."""
         chosen = np.union1d(loose, leads)
         arrays = finished(self._surfaces(chosen))
         taken = chosen if arrays.first is None else chosen[arrays.first]
@@ -195,4 +203,4 @@ class Merging:
 
     def _rows(self, single: Longs, kind: int) -> Longs:
         """In the table of a kind, the rows of surfaces of that kind."""
-        return np.searchsorted(self.of_kind[kind], single)
+        return np.searchsorted(self.of_kind[kind], single) if len(single) else single

@@ -6,6 +6,7 @@ scene is edited, so that only the new surfaces need new numbers.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -13,9 +14,9 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ....shapes.row_vectors import dot_rows, lengths
-from ...tables import QUADRIC, SPHERE, Floats, Longs
-from ..clusters import ALONG, CLOSE, coefficients
+from ...tables import QUADRIC, SPHERE, Floats, Ints, Longs
+from ..clusters import ALONG, CLOSE
+from ..features import Point, put_places_of_curved, put_places_of_planes
 
 Records: TypeAlias = tuple[Floats, Floats, Floats]
 """Tables of planes, spheres and quadrics."""
@@ -29,53 +30,40 @@ _BUCKETS = 1 << 16
 class Frame:
     """What numbers are relative to: points, and units of length, of planes and of what is curved."""
 
-    middle_of_planes: Floats
+    middle_of_planes: Point
     unit_of_planes: float
-    middle: Floats
+    middle: Point
     unit: float
 
     @classmethod
     def around(cls, old: Records, new: Records) -> tuple[Frame, Places, Places]:
         """One that fits the records of two scenes, and the numbers of both."""
-        planes, spheres, quadrics = (np.concatenate(pair) for pair in zip(old, new, strict=True))
-        anchors = np.concatenate([spheres[:, :3], quadrics[:, :3]])
-        first = cls(_middle(planes[:, 4:]), 1.0, _middle(anchors), 1.0)
-        flat, curved = first._of_planes(planes), first._of_curved(spheres, quadrics)
-        of_planes = float(np.abs(flat[:, 3]).max(initial=0.0))
-        with np.errstate(over="ignore"):
-            reach = float(np.abs(curved[:, 6:9]).max(initial=0.0))
-            reach = max(reach, float(np.sqrt(np.abs(curved[:, 9]).max(initial=0.0))))
-        found = cls(first.middle_of_planes, _ROOM * of_planes or 1.0, first.middle, _ROOM * reach or 1.0)
-        flat[:, 3] /= found.unit_of_planes
-        _scale(curved, found.unit)
-        both, curves = _place(flat, 3), _place(curved, 6)
-        round_, rest = curves[: len(spheres)], curves[len(spheres) :]
-        ends = [len(table) for table in old]
-        parts = [(part[:end], part[end:]) for part, end in zip((both, round_, rest), ends, strict=True)]
-        return found, Places(*(part for part, _ in parts)), Places(*(part for _, part in parts))
+        planes, spheres, quadrics = old if any(map(len, old)) else new
+        first = cls(_middle(planes[:, 4:]), 1.0, _middle(spheres[:, :3], quadrics[:, :3]), 1.0)
+        most = [max(pair) for pair in zip(*(first._places(*records)[1] for records in (old, new)), strict=True)]
+        units = [_ROOM * each if 0 < each < math.inf else 1.0 for each in most]
+        found = cls(first.middle_of_planes, units[0], first.middle, units[1])
+        return found, found._places(*old)[0], found._places(*new)[0]
 
-    def _of_planes(self, planes: Floats) -> Floats:
-        """Unit normals, and offsets about the middle."""
-        normals, over, anchors = planes[:, :3], planes[:, 3], planes[:, 4:]
-        sizes = lengths(normals)
-        offsets = (((anchors - self.middle_of_planes) * normals).sum(axis=1) - over) / sizes
-        return np.column_stack([normals / sizes[:, None], offsets / self.unit_of_planes])
-
-    def _of_curved(self, spheres: Floats, quadrics: Floats) -> Floats:
-        """Coefficients about the middle."""
-        kind = np.repeat(np.array([SPHERE, QUADRIC], np.int8), [len(spheres), len(quadrics)])
-        row = np.concatenate([np.arange(len(spheres)), np.arange(len(quadrics))]).astype(np.int32)
-        numbers = coefficients(kind, row, spheres, quadrics, self.middle)
-        _scale(numbers, self.unit)
-        return numbers
+    def _places(self, planes: Floats, spheres: Floats, quadrics: Floats) -> tuple[Places, tuple[float, float]]:
+        """The numbers of records; the largest length of planes, and of what is curved, in their units."""
+        flat, round_, rest = (np.zeros(len(table)) for table in (planes, spheres, quadrics))
+        far = put_places_of_planes(
+            planes, _rows(planes), self.middle_of_planes, self.unit_of_planes, ALONG[:4], ALONG[:3], flat
+        )
+        reach = [
+            put_places_of_curved(
+                np.full(len(table), kind, np.int8), _rows(table), spheres, quadrics, self.middle, self.unit, ALONG,
+                ALONG[:6], np.empty((1, 10)), places,
+            )
+            for kind, table, places in ((SPHERE, spheres, round_), (QUADRIC, quadrics, rest))
+        ]  # fmt: skip
+        return Places(flat, round_, rest), (far, max(reach))
 
     def places_within(self, planes: Floats, spheres: Floats, quadrics: Floats) -> Places | None:
         """The numbers of records; None where these are larger than the units."""
-        flat, curved = self._of_planes(planes), self._of_curved(spheres, quadrics)
-        if not all(bool((np.abs(part) <= 1.0).all()) for part in (flat[:, 3:], curved[:, 6:])):
-            return None
-        numbers = _place(curved, 6)
-        return Places(_place(flat, 3), numbers[: len(spheres)], numbers[len(spheres) :])
+        places, most = self._places(planes, spheres, quadrics)
+        return places if max(most) <= 1.0 else None
 
 
 @dataclass(frozen=True)
@@ -120,19 +108,12 @@ def _bucket(places: Floats) -> Marks:
         return (places * _BUCKETS).astype(np.int64).astype(np.uint16)
 
 
-def _scale(numbers: Floats, unit: float) -> None:
-    """Coefficients in other units of length."""
-    numbers[:, 6:9] /= unit
-    numbers[:, 9] /= unit
-    numbers[:, 9] /= unit
+def _rows(table: Floats) -> Ints:
+    return np.arange(len(table), dtype=np.int32)
 
 
-def _middle(anchors: Floats) -> Floats:
-    return anchors.mean(axis=0) if len(anchors) else np.zeros(3)
-
-
-def _place(features: Floats, leading: int) -> Floats:
-    """Along one direction, after the sign has been fixed by the leading numbers."""
-    sign = np.sign(dot_rows(features[:, :leading], ALONG[:leading]))
-    places: Floats = dot_rows(features, ALONG[: features.shape[1]]) * np.where(sign == 0, 1.0, sign)
-    return places
+def _middle(*anchors: Floats) -> Point:
+    """The mean of some points."""
+    count = sum(map(len, anchors))
+    x, y, z = (sum(part.sum(axis=0) for part in anchors) / count).tolist() if count else (0.0, 0.0, 0.0)
+    return x, y, z

@@ -132,6 +132,11 @@ class Pieces:
             self._on[axis] = [(source, slice(a, b), slice(at, at + b - a)) for source, a, b, at in parts if b > a]
         return self._on[axis]
 
+    def begins(self, axis: int, beside: int) -> list[int]:
+        """Of all pieces that have rows of a kind, where those of another kind come to."""
+        parts = zip(self.at[:, beside].tolist(), self.begin[:, axis].tolist(), self.end[:, axis].tolist(), strict=True)
+        return [at for at, a, b in parts if b > a]
+
     def moved(self, axis: int, beside: int) -> list[tuple[int, slice, slice, int]]:
         """`on`, and by how much numbers of rows of another kind grow there."""
         shifts, begin, end = self._shifts[beside], self.begin[:, axis].tolist(), self.end[:, axis].tolist()

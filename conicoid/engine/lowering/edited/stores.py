@@ -2,8 +2,9 @@
 
 Scenes that come from one another by exchanging entries for others with as many rows have their rows in the same
 places. Each says of its entries by which edit their rows were written, its stamps: where those of two scenes are equal
-so are the rows. Memory comes back when nothing is left of a scene that reads it: neither itself nor an answer, a thread
-or an array that was taken out of it. So a scene that somebody holds is never written to.
+so are the rows, but for the numbers of surfaces in them. By which edit surfaces got these is told for all together.
+Memory comes back when nothing is left of a scene that reads it: neither itself nor an answer, a thread or an array that
+was taken out of it. So a scene that somebody holds is never written to.
 
 That nothing is left is told by the count of references to what all arrays of a scene hold, and not by the collector of
 cycles: it does not look into NumPy's arrays, so it takes what these hold for something that is in use. Did it look into
@@ -15,6 +16,7 @@ from __future__ import annotations
 import math
 import weakref
 from collections import deque
+from contextlib import suppress
 from itertools import count
 from typing import Any
 
@@ -29,6 +31,8 @@ from ...tables import (
     NODE_CHILDREN,
     ROOTS,
     SPARE,
+    SURFACE_KIND,
+    SURFACE_ROW,
     TREE_DEPTH,
     TREE_ORDER,
     TREE_ROOT,
@@ -40,16 +44,29 @@ from ...tables import (
     aligned,
     places_of,
 )
+from .base import Base
 
 Array = npt.NDArray[Any]
 _TREES = (LEAF_ITEMS, NODE_BOXES, EXTENT, NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
-_ORDER = (*(k for k in range(LENGTHS) if k not in _TREES), *_TREES)
-"""Trees come last, so that they may grow; the items of leaves first of these, of which most are never written."""
+_LAST = (SURFACE_KIND, SURFACE_ROW, *_TREES)
+_ORDER = (*(k for k in range(LENGTHS) if k not in _LAST), *_LAST)
+"""Last comes what may grow: the table of surfaces, when one parts from another, and trees, which are always written.
+
+The items of leaves come first of trees, as most of them are never written.
+"""
 _NODE = 64
 """More than the numbers, of either kind, of a node or of what a leaf says of an entry."""
 MOST = 1 << 30
 """Bytes of memory that are kept for the next scene."""
+_HELD = 3
+"""So many stores are made before one is kept for copies: two take turns, and a third is held for a while."""
+_INTEGERS, _FLOATS = "integers", "floats"
 _edits = count(1)
+
+
+def new_edit() -> int:
+    """What tells an edit apart from all others."""
+    return next(_edits)
 
 
 def stamped(entries: int) -> Longs:
@@ -58,7 +75,7 @@ def stamped(entries: int) -> Longs:
 
 
 def restamped(stamps: Longs, fresh: list[int]) -> Longs:
-    """The stamps of a scene in which some entries are new."""
+    """The stamps of a scene in which some entries are new, or have other numbers in their rows."""
     found = stamps.copy()
     found[fresh] = next(_edits)
     return found
@@ -84,6 +101,7 @@ class Store:
     def __init__(self, integers: Ints, floats: Floats, beside: dict[str, Array] | None = None) -> None:
         self.integers, self.floats, self.beside = integers, floats, beside or {}
         self.stamps: Longs = np.zeros(0, np.int64)
+        self.numbers = 0
 
     @property
     def nbytes(self) -> int:
@@ -96,16 +114,20 @@ class Opened:
 
     def __init__(self, store: Store) -> None:
         self._store, self._held = store, _Held()
-        self.stamps = store.stamps
+        self.stamps, self.numbers = store.stamps, store.numbers
         self.beside = {name: self._out(array) for name, array in store.beside.items()}
 
     @classmethod
     def new(cls, tables: Tables) -> Opened:
-        """Room for a scene with tables of these shapes; its trees may grow by those of what moves about."""
+        """Room for a scene with tables of these shapes; its trees may grow by those of what moves about.
+
+        The table of surfaces may, until none is one with another.
+        """
         _, integers, floats = places_of(tables, _ORDER)
         more = len(tables.node_children) // 4 + 4 * math.isqrt(len(tables.entry_kind)) + 8
+        rows = len(tables.planes) + len(tables.spheres) + len(tables.quadrics) - len(tables.surface_kind)
         room = aligned(floats + more * _NODE + SPARE)
-        return cls(Store(np.empty(integers + more * _NODE, np.int32), room))
+        return cls(Store(np.empty(integers + more * _NODE + 2 * max(rows, 0), np.int32), room))
 
     def _out(self, array: Array) -> Array:
         return np.asarray(_Part(array, self._held))
@@ -125,24 +147,67 @@ class Opened:
         out[1][places[EXTENT] + tables.extent.size : floats + SPARE] = 0.0  # all between two tables is 0, and behind
         return Geometry(places, out[0][:integers], out[1][: floats + SPARE])
 
-    def close(self, stores: Stores, stamps: Longs) -> None:
+    def close(self, stores: Stores, stamps: Longs, numbers: int) -> None:
         """The scene is finished: when it is gone the memory goes to others of its kind."""
-        self._store.stamps = stamps
+        self._store.stamps, self._store.numbers = stamps, numbers
+        stores.finished(self._store)
         weakref.finalize(self._held, _give, weakref.ref(stores), self._store).atexit = False
 
 
+class _BaseStore:
+    """A store of which others are copies, until they are written to."""
+
+    def __init__(self, store: Store) -> None:
+        self._base = Base({_INTEGERS: store.integers, _FLOATS: store.floats, **store.beside})
+        self._stamps, self._numbers = store.stamps, store.numbers
+
+    def store(self) -> Store:
+        """Such a copy."""
+        arrays = self._base.copies()
+        made = Store(arrays.pop(_INTEGERS), arrays.pop(_FLOATS), arrays)
+        made.stamps, made.numbers = self._stamps, self._numbers
+        return made
+
+
 class Stores:
-    """What scenes with their rows in the same places share: at most one store that nobody reads."""
+    """What scenes with their rows in the same places share: at most one store that nobody reads.
+
+    And, where scenes are held, one to be copied.
+    """
 
     def __init__(self) -> None:
         self._free: deque[Store] = deque(maxlen=1)
+        self._base: _BaseStore | None = None
+        self._new = 0  # how many had to be made since there is no base
 
     def take(self) -> Opened | None:
-        """A store in which an earlier scene's rows are; None if there is none."""
+        """A store in which an earlier scene's rows are; None if there is none, and one must be made."""
         try:
             return Opened(self._free.pop())
         except IndexError:
+            pass
+        base = self._base
+        try:
+            return Opened(base.store()) if base is not None else None
+        except (OSError, ValueError):  # there is no room for another map
             return None
+
+    def made(self) -> None:
+        """A store is made, as there was none to be taken, or trees have grown out of it."""
+        self._base = None
+        self._new += 1
+
+    def outdated(self) -> None:
+        """Most rows of a store that was taken are to be written: if it was a copy, the next are those of another."""
+        if self._base is not None:
+            self._base, self._new = None, _HELD
+
+    def finished(self, store: Store) -> None:
+        """A scene is finished. Where all are held, so that each time one is made, the next ones are copies of this."""
+        if self._base is None and self._new >= _HELD and store.nbytes <= MOST:
+            self._new = 0
+            with suppress(OSError):  # elsewhere than on Linux each is made
+                self._base = _BaseStore(store)
 
     def give(self, store: Store) -> None:
         """A store of which nobody reads anything. It may come at any time: nothing here waits for a lock."""

@@ -1,0 +1,213 @@
+"""Bodies that slide along a wall which others have too, leave it, or come to it: exchanged, and not merged anew.
+
+Each edited scene has the tables of the scene from the beginning, to the bit, and what the next edit is told of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.engine.lowering.edited import edit as edited
+from tests.engine.exchanges import content, note_memory_taken
+from tests.engine.nodes import Nodes
+from tests.engine.test_edited import same_answers
+from tests.engine.test_exchanged import written_anew
+from tests.engine.test_walls_in_common import same
+
+CUBE = co.Box((0, 0, 0), (1, 1, 1))
+TURNED = [lambda s: s, lambda s: s.rotate((1, 2, 3), 25), lambda s: s.scale((1, 2, 0.7)).rotate("x", 10)]
+STEPS = [
+    (0.25, 0.5, 0),
+    (-0.125, 0.25, 0),
+    (0, 0, 0.25),
+    (0, 0.0625, 0),
+    (0, 0, -0.25),
+    (-4, -4, 0),
+    (0, 0, 3),
+    (0, 0, -3),
+]
+"""Along the floor, up, along, down to it, to where the least anchor of all is; onto the others, and down again."""
+
+
+@pytest.fixture
+def exchanged(monkeypatch):
+    """One for each exchange; no edit may be merged as a whole."""
+    monkeypatch.setattr(edited, "Edit", None)
+    return note_memory_taken(monkeypatch)
+
+
+def named(shapes):
+    return co.Scene([co.Body(shape, name=str(number)) for number, shape in enumerate(shapes)])
+
+
+def checked(scene):
+    """The scene is what it is from the beginning."""
+    same(scene)
+    Nodes(scene).check()
+    before, after = written_anew(scene)
+    assert before == after
+
+
+def steps(shapes, which, motions, turn=lambda s: s):
+    """Scenes in which a shape has been moved, one from another, each checked; and as asked by rays. All are turned."""
+    scene = named([turn(shape) for shape in shapes])
+    scene.prepare()
+    rng, first, numbers = np.random.default_rng(1), scene, content(scene)
+    at = np.zeros(3)
+    for motion in motions:
+        at = at + motion
+        scene = scene.replace(str(which), turn(shapes[which].translate(at.tolist())))
+        checked(scene)
+        same_answers(scene, co.Scene(scene.bodies), rng, 60)
+    assert content(first) == numbers
+
+
+@pytest.mark.parametrize("turn", TURNED)
+@pytest.mark.parametrize("which", range(5))
+def test_a_box_on_a_floor(turn, which, exchanged):
+    """One of them has the record that stands for the floor at first, and others may afterwards."""
+    boxes = [co.Box((2 * k, -k, 0), (2 * k + 1, 1 - k, high)) for k, high in enumerate((1, 2, 1, 3, 3))]
+    steps([*boxes, co.HalfSpace((0, 0, 1), -1)], which, STEPS, turn)
+    assert len(exchanged) == len(STEPS)
+    assert sum(exchanged) > 4
+
+
+def test_a_wall_of_three(exchanged):
+    """Two boxes that stand on a third, which sees the wall from the other side."""
+    shapes = [CUBE, CUBE.translate((3, 0.5, 0)), co.Box((6, 0.25, -1), (7, 2, 0)), co.Sphere(0.5, (9, 9, 9)),
+              co.Sphere(0.5, (9, 7, 9)), CUBE.translate((20, 0.125, 7))]  # fmt: skip
+    for which in range(3):
+        steps(shapes, which, [(0.5, 0.75, 0), (0, 0, 4), (0, 0, -4), (-12, -3, 0), (0, 0, -4)])
+    assert len(exchanged) == 15
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_wall_that_reaches_farther_since_another_came(which, exchanged):
+    """A wide box comes to stand beside one that stays, and whose record may stand for both; then others move."""
+    turn = TURNED[1]
+    two = [co.Box((-3, -3, 5), (30, 40, 6)), co.Box((0, 0, 0), (1, 1, 2)).translate((0, -50 if which else 50, 0))]
+    shapes = [*two, *(co.Sphere(1, (k, 0, 9)) for k in range(9))]
+    scene, memory = named([turn(shape) for shape in shapes]), []
+    scene.prepare()
+    for name, up in ((4, 3), (5, 3), (0, -5), (6, 3), (7, 3), (0, 0), (8, 3), (9, 3)):
+        scene = scene.replace(str(name), turn(shapes[name].translate((0, 0, up))))
+        checked(scene)
+        memory.append(scene.lowered.laid.first is None)
+    assert memory == [True, True, False, False, False, True, True, True]
+    assert exchanged == [False, False] + 6 * [True]
+
+
+def pin_in_a_block(at):
+    pin = co.Cylinder((0.5, 0.5, 0), (0.5, 0.5, 1), 0.25)
+    return [(CUBE - pin).translate(at), pin.translate(at)]
+
+
+@pytest.mark.parametrize("turn", TURNED)
+@pytest.mark.parametrize("which", range(4))
+def test_a_pin_in_a_block(turn, which):
+    """Its wall is the bore's, seen from the other side; its ends are the block's."""
+    shapes = [shape for k in range(3) for shape in pin_in_a_block((1.5 * k, 0.25 * k, 0))]
+    steps(shapes, which, [(0, 0, 0.5), (0, 0, -0.5), (0.75, 0, 0), (-0.75, 0, 0.25), (0, 0, -0.25)], turn)
+
+
+@pytest.mark.parametrize("which", [1, 5])
+def test_balls_that_are_one_and_part(which, exchanged):
+    """Balls are traced without their cell, by the number of their surface: each number behind is another."""
+    ball = co.Sphere(0.5, (1, 1, 1))
+    many = co.Spheres([(1, 1, 1), (2, 2, 2), (4, 4, 4)], 0.5)
+    shapes = [co.Sphere(0.5, (7, 7, 7)), ball, CUBE - ball, many, co.Sphere(0.5, (5, 5, 5)), ball, CUBE]
+    steps(shapes, which, [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1), (-4, -4, -4), (0.5, 0, 0)])
+    assert len(exchanged) == 6
+
+
+def test_walls_whose_records_are_turned_over():
+    """A ball, or a tube, by its coefficients and by their negatives; all have the record of one of them."""
+
+    def quadric(sign, **coefficients):
+        return co.Quadric(coefficients={name: sign * value for name, value in coefficients.items()})
+
+    ball, tube = dict(xx=1, yy=1, zz=1, constant=-0.25), dict(xx=1, yy=1, constant=-0.25)
+    wide, others = co.Box((-1, -2, -3), (1, 2, 3)), [CUBE.translate((7, 7, 7)), CUBE.translate((11, 17, 27))]
+    for first in (
+        [wide & quadric(1, **tube), wide & quadric(-1, **tube)], [wide - quadric(-1, **ball), co.Sphere(0.5)],
+        [quadric(-1, **ball), co.Sphere(0.5)], [~quadric(-1, **ball), quadric(-1, **ball)],
+    ):  # fmt: skip
+        for shapes in (first, first[::-1]):
+            for which in (0, 1):
+                steps([*shapes, *others], which, [(3, 0, 0), (0.5, 0, 0), (-3.5, 0, 0), (0, 0, 0.5)])
+
+
+def test_items_of_leaves_in_a_tree_that_stays(exchanged):
+    """Coaxial pins have the wall of one of them, and balls are one in threes: leaves tell of both."""
+    rng = np.random.default_rng(7)
+    shapes = []
+    for number in range(300):
+        at, low = (2.0 * (number // 6 % 10), 2.0 * (number // 60), 0.0), float(rng.uniform(0, 4))
+        if number % 3 == 2:
+            shapes.append(co.Sphere(0.5, (at[0] + 1, at[1], 0)))
+        else:
+            shapes.append(co.Cylinder((*at[:2], low), (*at[:2], low + float(rng.uniform(0.5, 1))), 0.25))
+    scene = named([TURNED[1](shape) for shape in shapes])
+    scene.prepare()
+    for number in rng.permutation(300)[:24].tolist():
+        step = (0.0, 0.0, float(rng.uniform(-1, 1))) if number % 3 < 2 else (0.0, 0.5, 0.0)
+        scene = scene.replace(str(number), TURNED[1](shapes[number].translate(step)))
+        checked(scene)
+    assert len(exchanged) == 24
+
+
+def wall_to_wall(rng):
+    """Blocks, pins and balls on a grid of eighths, so that walls are in common now and then."""
+    at = tuple((rng.integers(-8, 9, 3) / 8).tolist())
+    many = CUBE
+    for corner in (rng.integers(0, 9, (3, 3)) / 8).tolist():
+        many = many - co.Sphere(0.25, corner)
+    pin = co.Cylinder((0.5, 0.5, 0), (0.5, 0.5, 1), 0.25)
+    kinds = [
+        lambda: CUBE.translate(at), lambda: many.translate(at), lambda: (CUBE - pin).translate(at),
+        lambda: pin.translate(at), lambda: co.Sphere(0.25, at), lambda: CUBE.rotate("z", 30).translate(at),
+        lambda: co.Disc(at, (0, 0, 1), 2) - co.Sphere(1, at), lambda: co.Polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)]).translate(at),
+        lambda: co.HalfSpace((0, 0, -1), at[2]) & co.Sphere(2, at), lambda: co.Ellipsoid((0.25,) * 3).rotate("z", 7).translate(at),
+    ]  # fmt: skip
+    return kinds[rng.integers(0, len(kinds))]()
+
+
+def chain(seed, edits, count):
+    """Bodies moved by eighths, and turned, and exchanged, of scenes held or not; half of them along a wall."""
+    rng = np.random.default_rng(seed)
+    more = [(), (co.Plane((0, 0, 1), 0),), (co.Spheres(rng.integers(-8, 9, (9, 3)) / 8, 0.25),)][seed % 3]
+    scene = co.Scene([*(co.Body(wall_to_wall(rng), name=str(k)) for k in range(count)), *more])
+    scene.prepare()
+    held = [(scene, content(scene))]
+    for number in range(edits):
+        scene = scene if rng.random() < 0.85 else held[rng.integers(0, len(held))][0]
+        for _ in range(rng.integers(1, 3)):
+            name, what = str(rng.integers(0, count)), rng.random()
+            step = rng.integers(-4, 5, 3) / 8 * (rng.random(3) < 0.5)
+            if what < 0.1:
+                scene = scene.moved(name, lambda shape: shape.rotate("z", 90))
+            elif what < 0.15:
+                scene = scene.replace(name, wall_to_wall(rng))
+            else:
+                scene = scene.moved(name, tuple(step.tolist()))
+        checked(scene)
+        if rng.random() < 0.2:
+            held = [*held[-2:], (scene, content(scene))]
+        assert all(content(one) == numbers for one, numbers in held)
+        if number % 10 == 0:
+            same_answers(scene, co.Scene(scene.bodies), rng, 60)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_chains_of_blocks_and_pins(seed, monkeypatch):
+    taken = note_memory_taken(monkeypatch)
+    chain(seed, 30, 20)
+    assert sum(taken) > 10
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(3, 33))
+def test_long_chains_of_blocks_and_pins(seed):
+    chain(seed, 200, 10 + 30 * (seed % 4))
