@@ -6,8 +6,8 @@ after the other. So where a packet sees a crowd, Boolean bodies wait in pairs wi
 They wait in two rounds: first each lane with the bodies whose boxes its ray enters first, then, the nearest hits being
 known, with those that are left before these.
 
-Whether there is a crowd is guessed from the packet before, which lies beside: each counts the bodies that it sees, and
-the lanes that may meet them. A wrong guess costs time and changes no bit.
+Whether there is a crowd is guessed from the packet before, which lies beside: each counts the Boolean bodies that it
+sees, and the lanes that may meet them. A wrong guess costs time and changes no bit.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from ...compiler.jit import allocator, helper, inline
 from ..culling import FIRST, lowest_bit
 from ..culling.layout import MOST_CHOSEN
-from ..tables import Floats, Geometry
+from ..tables import Floats, Geometry, whole
 from .alike import body_hit, meet_bodies
 from .forms import Bodies, form_of, forms_known, new_bodies, put_body, take_waiting, waiting_body
 from .lanes import (
@@ -45,13 +45,14 @@ from .lanes import (
 
 FEW = 24
 """So many lanes of a packet wait in pairs with a body; more meet it side by side."""
-_LEAST = 10
+_LEAST = 16
 """Fewer bodies are no crowd."""
 _MANY_LANES = 16.0
 """Bodies that so many lanes may meet in the mean are no crowd: they are large."""
 
-_BODIES, _MET, _CROWDED, _READY = 0, 1, 2, 3
-"""In `known`: how many bodies the packet has seen, with how many lanes in all; is it a crowd; are its rays copied."""
+_BODIES, _MET, _CROWDED, _READY, _LEAVES = 0, 1, 2, 3, 4
+"""In `known`: how many Boolean bodies the packet has seen, with how many lanes in all; is it a crowd; are its rays
+copied; how many leaves the lot has that is met now."""
 
 
 class Crowd(NamedTuple):
@@ -69,7 +70,7 @@ class Crowd(NamedTuple):
 def new_crowd(geometry: Geometry) -> Crowd:
     """Memory for one thread."""
     return Crowd(
-        new_bodies(geometry), np.zeros(8 * LANES), np.zeros(8 * LANES), np.zeros(4),
+        new_bodies(geometry), np.zeros(8 * LANES), np.zeros(8 * LANES), np.zeros(5),
         np.zeros(2 * MOST_CHOSEN, np.int64), np.zeros(LANES * MOST_CHOSEN),
     )  # fmt: skip
 
@@ -95,9 +96,21 @@ def is_crowded(crowd: Crowd) -> bool:
 
 @inline
 def note_body(crowd: Crowd, met: int) -> None:
-    """So many lanes may meet a body."""
+    """So many lanes may meet a Boolean body."""
     crowd.known[_BODIES] += 1.0
     crowd.known[_MET] += met
+
+
+@inline
+def put_leaves(crowd: Crowd, count: int) -> None:
+    """So many leaves are in the lot that is met now."""
+    crowd.known[_LEAVES] = count
+
+
+@inline
+def leaves_of(crowd: Crowd) -> int:
+    """How many leaves are in the lot that is met now."""
+    return whole(crowd.known[_LEAVES])
 
 
 @inline

@@ -31,7 +31,7 @@ from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry, Signs, box_at, whole
 from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
 from ..tree.walk import next_leaf, push_roots, put_on_stack, scene_tree
-from .crowd import note_body, open_crowd, settle_crowd
+from .crowd import leaves_of, open_crowd, put_leaves, settle_crowd
 from .frontier import ITEM_COUNT
 from .lanes import (
     ALL,
@@ -161,26 +161,31 @@ def _enter(packet: Packet, chosen: int) -> tuple[int, int]:
 
 
 @helper
-def _meet_crowd(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int) -> int:
-    """Intersect the leaves among the chosen items, in two rounds (`crowd`); returns how many other items are left."""
-    lanes, items, crowd = packet.lanes, packet.items, packet.crowd
-    count, others = _enter(packet, chosen)
-    for row in (EARLIEST, WITHIN):
-        for j in range(count):
-            k = crowd.asked[j]
-            met = lanes_entering(lanes, row, crowd.entries, LANES * j) & ~crowd.asked[MOST_CHOSEN + j]
-            crowd.asked[MOST_CHOSEN + j] |= met
-            if met == 0:
-                continue
-            begin, end = leaf_range(whole(items[CODE + k]))
-            at, size = leaf_at(geometry, begin), end - begin
-            note_body(crowd, bit_count(met))
-            for item in range(size):
-                meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, met)
-        settle_crowd(geometry, crowd, lanes)
-        if any_hit:
-            retire(lanes)
-        shorten_beam(lanes)
+def _meet_round(
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int, again: bool
+) -> int:
+    """Intersect the leaves among the chosen items, in one of two rounds (`crowd`); returns how many others there are.
+
+    It is called in two places, so that LLVM does not merge it into the walk of packets that see no crowd.
+    """
+    lanes, items, crowd, others = packet.lanes, packet.items, packet.crowd, chosen
+    if not again:
+        count, others = _enter(packet, chosen)
+        put_leaves(crowd, count)
+    for j in range(leaves_of(crowd)):
+        row = WITHIN if again else EARLIEST
+        met = lanes_entering(lanes, row, crowd.entries, LANES * j) & ~crowd.asked[MOST_CHOSEN + j]
+        crowd.asked[MOST_CHOSEN + j] |= met
+        if met == 0:
+            continue
+        begin, end = leaf_range(whole(items[CODE + crowd.asked[j]]))
+        at, size = leaf_at(geometry, begin), end - begin
+        for item in range(size):
+            meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, met)
+    settle_crowd(geometry, crowd, lanes)
+    if any_hit:
+        retire(lanes)
+    shorten_beam(lanes)
     return others
 
 
@@ -234,7 +239,8 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             if chosen == 0:
                 break
             if crowded:
-                chosen = _meet_crowd(geometry, scratch, packet, blocks, any_hit, chosen)
+                chosen = _meet_round(geometry, scratch, packet, blocks, any_hit, chosen, False)
+                chosen = _meet_round(geometry, scratch, packet, blocks, any_hit, chosen, True)
             top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
             continue
         code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)
@@ -250,7 +256,6 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             met = lanes_in_child(geometry, lanes, box_at(geometry, box))
             if met == 0:
                 continue
-            note_body(packet.crowd, bit_count(met))
         for k in range(count):
             meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
         if any_hit:

@@ -17,7 +17,7 @@ from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from ..tree.leaf import leaf_ball, leaf_item
 from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, Memory, in_lanes, region_lanes
 from .cells import ball_lanes, cell_lanes
-from .crowd import FEW, Crowd, new_crowd, put_pairs
+from .crowd import FEW, Crowd, new_crowd, note_body, put_pairs
 from .frontier import new_frontier
 from .lanes import (
     ALL,
@@ -140,7 +140,9 @@ def meet_in_pairs(
     """`meet_in_lanes`, now or once `settle_crowd` is called: few lanes wait for a Boolean body."""
     kind, index, body, entry = leaf_item(geometry, at, count, k)
     waits = kind == REGION and bit_count(met) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
-    if not (waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met)):
+    if waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met):
+        note_body(packet.crowd, bit_count(met))
+    else:
         meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
 
 
@@ -163,6 +165,7 @@ def meet_in_lanes(
     elif kind == CELL:
         cell_lanes(geometry, lanes, index, entry, body, first, last)
     elif kind == REGION and in_lanes(geometry, index):
+        note_body(packet.crowd, bit_count(met))
         region_lanes(geometry, boolean_memory(packet), item, first, last)
     else:
         _one_by_one(geometry, scratch, lanes, entry, met)
