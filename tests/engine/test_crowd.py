@@ -51,17 +51,17 @@ def trace_tiles(geometry, rays, width, blocks, any_hit, crowded, best, bodies, d
 def field():
     """Pipes that stand on a square, one of a hundred shut by a ball, and a slab below all; prepared once."""
     solids = []
-    for i in range(40):
-        for j in range(40):
+    for i in range(56):
+        for j in range(56):
             foot, head = (i, j, 0.0), (i, j, 1.0 + 0.1 * ((3 * i + 5 * j) % 7))
             solid = co.Cylinder(foot, head, 0.4) - co.Cylinder((i, j, -0.1), (i, j, 2.0), 0.3)
-            solids.append(solid | co.Sphere(0.35, (i, j, 1.2)) if (i + 40 * j) % 100 == 7 else solid)
-    return co.Scene([*solids, co.Box((-1, -1, -1), (40, 40, -0.5)) - co.Sphere(2, (20, 20, -0.5))])
+            solids.append(solid | co.Sphere(0.35, (i, j, 1.2)) if (i + 56 * j) % 100 == 7 else solid)
+    return co.Scene([*solids, co.Box((-1, -1, -1), (56, 56, -0.5)) - co.Sphere(2, (28, 28, -0.5))])
 
 
 VIEWS = {
     "near": ((20, 20, 4.5), (20.2, 20.1, 0), 60),
-    "far": ((20, 20, 90), (20.2, 20.1, 0), 24),
+    "far": ((27.5, 27.5, 125), (27.7, 27.6, 0), 24),
     "both": ((20.3, -1.5, 2.2), (20, 9, 0), 70),
 }
 
@@ -96,9 +96,9 @@ def alone(view):
 
 def test_what_is_a_crowd_is_decided_packet_by_packet():
     # Of the near view a pipe's pitch takes up WIDTH / (2 * 4.5 tan 30°) = 25 pixels, three packets; of the far one
-    # WIDTH / (2 * 90 tan 12°) = 3.3, so that a packet sees six and more.
+    # WIDTH / (2 * 125 tan 12°) = 2.4, so that a packet sees (8 / 2.4)² = 11 whole ones, and twenty in all.
     assert not traced("near")[0].any()
-    assert traced("far")[0].mean() > 0.9
+    assert traced("far")[0].mean() > 0.5  # most: those that begin a row of packets go by the end of the one before
     crowded = traced("both")[0]
     below, above = crowded[ACROSS // 2 + 4 :], crowded[ACROSS // 4 : ACROSS // 2]
     assert below.mean() < 0.2
@@ -126,11 +126,11 @@ def test_any_hit_says_whether_there_is_one(view):
 
 def test_bodies_left_out_are_not_met():
     body = alone("far")[1]
-    without = tuple(range(0, len(field().bodies), 2))
+    without = tuple(range(0, len(field().bodies), 10))
     crowded, best, bodies, doubts = traced("far", False, without)
     assert crowded.mean() > 0.5
     assert not np.isin(bodies[bodies >= 0], without).any()
-    same = ~doubts & ~alone("far")[2] & (body % 2 == 1)
+    same = ~doubts & ~alone("far")[2] & (body % 10 != 0)
     assert best[same].tobytes() == alone("far")[0][same].tobytes()
 
 
