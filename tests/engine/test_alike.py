@@ -33,8 +33,8 @@ def one_by_one(geometry, rays, more, entries, hits):
 
 @numba.njit(error_model="numpy")
 def in_lanes(geometry, rays, more, entries, programs, most, hits):
-    """The same in lanes, up to `most` of a form at a time; -2 where a ray was taken off the list."""
-    bodies, counts = new_bodies(geometry), np.zeros(FORMS, np.int64)
+    """The same in lanes, up to `most` of a form at a time, where so many forms are kept; -2: a ray is off the list."""
+    bodies, counts = new_bodies(geometry, most), np.zeros(FORMS, np.int64)
     hits[:] = MISS
     for n in range(len(hits) + FORMS):
         form = n - len(hits)

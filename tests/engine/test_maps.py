@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,20 @@ def test_they_are_rows_of_each_body_in_a_bulk() -> None:
     assert len(tables.map_rows) == 3 * 50
     # Row k of a body scales its axis k: (p - low) / 1
     assert (tables.map_rows.reshape(50, 3, 4)[:, :, :3] != 0).sum() == 150
+
+
+def test_one_object_that_is_used_twice_is_two() -> None:
+    """How many there are does not tell whether a shape was made twice, or copied, or is one of many."""
+    one, other, box = co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Box()
+    twice, apart = (one | box) & (one | co.Sphere(2)), (one | box) & (other | co.Sphere(2))
+    tables = [co.Scene([shape]).lowered.tables for shape in (twice, apart, pickle.loads(pickle.dumps(twice)))]
+    assert [len(each.map_rows) for each in tables] == [5 + 3 + 5 + 3] * 3
+    many = co.Scene([twice.translate((9 * k, 0, 0)) for k in range(40)])
+    assert len(many.lowered.tables.map_rows) == 16 * 40
+    edited = many.replace(3, apart).lowered.tables
+    anew = co.Scene([apart if k == 3 else body.shape for k, body in enumerate(many.bodies)]).lowered.tables
+    assert edited.face_maps.tobytes() == anew.face_maps.tobytes()
+    assert edited.map_rows.tobytes() == anew.map_rows.tobytes()
 
 
 def test_equal_numbers_do_not_make_them_one() -> None:

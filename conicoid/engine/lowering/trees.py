@@ -40,7 +40,7 @@ class Faces:
     paints: dict[int, Material] = field(default_factory=dict)
     """Material of a face, where it is not the body's."""
     primitives: list[tuple[PrimitiveSolid, Motion, Tree]] = field(default_factory=list)
-    _known: dict[tuple[int, int], MapRow] = field(default_factory=dict)
+    _known: dict[tuple[int, int, int], MapRow] = field(default_factory=dict)
 
     def bounds(self) -> dict[int, tuple[float, ...]]:
         """id of a cell -> low, high: outside of them the cell does not matter to its body."""
@@ -72,8 +72,11 @@ class Faces:
         return distinct, [(*(places[id(row)] for row in (*rows, rows[0])[:3]),) for _, rows in self.rows]  # type: ignore[misc]
 
     def _in_world(self, own: tuple[float, float, float, float], motion: Motion) -> MapRow:
-        """A row of a map after the motion is undone: the same object for the same row and motion."""
-        key = id(own), id(motion)
+        """A row of a map after the motion is undone: the same object for the same row and motion of one primitive.
+
+        Of one primitive, as two are two even where they are one object that is used twice.
+        """
+        key = len(self.primitives), id(own), id(motion)
         if key not in self._known:
             self._known[key] = MapRow(_composed(own, motion.inverse_rows), (own, motion))
         return self._known[key]

@@ -45,6 +45,8 @@ from .lanes import (
 
 FEW = 24
 """So many lanes of a packet wait in pairs with a body; more meet it side by side."""
+_KEPT = 1 << 12
+"""Programs whose forms are kept at a time, as memory for those of all would take long to clear for a few rays."""
 _LEAST = 16
 """Fewer bodies are no crowd."""
 _MANY_LANES = 16.0
@@ -70,7 +72,7 @@ class Crowd(NamedTuple):
 def new_crowd(geometry: Geometry) -> Crowd:
     """Memory for one thread."""
     return Crowd(
-        new_bodies(geometry), np.zeros(8 * LANES), np.zeros(8 * LANES), np.zeros(5),
+        new_bodies(geometry, _KEPT), np.zeros(8 * LANES), np.zeros(8 * LANES), np.zeros(5),
         np.zeros(2 * MOST_CHOSEN, np.int64), np.zeros(LANES * MOST_CHOSEN),
     )  # fmt: skip
 

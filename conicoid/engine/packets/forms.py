@@ -11,12 +11,15 @@ import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
+from ..culling import bit_count
 from ..tables import Floats, Geometry, Ints, integer, length, whole
 from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes
 from .lanes import LANES, SIZE
 
 FORMS = 8
 """Bodies of so many forms are met in lanes, of those that a thread meets first."""
+EVERY = 1 << 30
+"""As many programs as there may be: the forms of all are kept."""
 FACES = 64
 """Where the faces of a body are numbered: those of leaf k from 64 k on, its quadric last."""
 
@@ -45,17 +48,20 @@ class Bodies(NamedTuple):
     truths: Floats
     spans: Ints
     numbers: Any  # int64
-    forms: Ints  # of each program: 1 + its form, 0 if it is not known yet, -1 if it is not met in lanes
+    forms: Ints  # of programs as `form_of` finds them: 256 tag + 2 + form, form -1 if it is not met in lanes; or 0
 
 
 @allocator
-def new_bodies(geometry: Geometry) -> Bodies:
-    """Memory for one thread."""
+def new_bodies(geometry: Geometry, most: int) -> Bodies:
+    """Memory for one thread, in which forms of so many programs are kept at most."""
+    programs, size = length(geometry, table.PROGRAM_LEAF), 1
+    while size < min(programs, most):
+        size *= 2
     room = np.zeros(_ALL_ROWS + 8)
     first = -(room.ctypes.data >> 3) & 7
     return Bodies(
         room[first : first + _ALL_ROWS], np.empty(LEAVES_SIZE), np.empty(TRUTHS_SIZE), np.zeros(MOST, np.int32),
-        np.zeros(KNOWN + 1, np.int64), np.zeros(length(geometry, table.PROGRAM_LEAF), np.int32),
+        np.zeros(KNOWN + 1, np.int64), np.zeros(size, np.int32),
     )  # fmt: skip
 
 
@@ -111,16 +117,14 @@ def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
 
 @helper
 def _find_form(geometry: Geometry, bodies: Bodies, program: int) -> int:
-    """The form of a program that has not been met yet, kept in `forms`."""
+    """The form of a program that has not been met yet, or of late."""
     numbers, known = bodies.numbers, bodies.numbers[KNOWN]
-    bodies.forms[program] = -1
     if in_lanes(geometry, program):
         for form in range(known):
             if _of_one_form(geometry, numbers[MODELS + form], program):
-                bodies.forms[program] = form + 1
                 return form
         if known < FORMS and _of_one_form(geometry, program, program):
-            numbers[MODELS + known], bodies.forms[program] = program, known + 1
+            numbers[MODELS + known] = program
             numbers[KNOWN] += 1
             return known
     return -1
@@ -128,9 +132,19 @@ def _find_form(geometry: Geometry, bodies: Bodies, program: int) -> int:
 
 @inline
 def form_of(geometry: Geometry, bodies: Bodies, program: int) -> int:
-    """The form of a program; -1: it is not met in lanes."""
-    form = bodies.forms[program]
-    return whole(form - 1 if form > 0 else form) if form != 0 else _find_form(geometry, bodies, program)
+    """The form of a program; -1: it is not met in lanes.
+
+    It is kept in the place that the last bits of its number say, until a program with the same ones, and another tag,
+    is met.
+    """
+    last = len(bodies.forms) - 1
+    place, tag = program & last, program >> bit_count(last)
+    kept = whole(bodies.forms[place])
+    if kept >> 8 == tag and kept & 255 != 0:
+        return (kept & 255) - 2
+    form = _find_form(geometry, bodies, program)
+    bodies.forms[place] = tag << 8 | form + 2
+    return form
 
 
 @inline

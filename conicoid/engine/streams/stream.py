@@ -21,7 +21,7 @@ from ..body.meet import meet, try_entry
 from ..body.scratch import Scratch
 from ..culling import FROM_THE_START, balls_met, lowest_bit, put_on_lists, rays_in_balls, waiting
 from ..packets.alike import body_hit, meet_bodies
-from ..packets.forms import Bodies, form_of, forms_known, new_bodies, put_body, take_waiting, waiting_body
+from ..packets.forms import EVERY, Bodies, form_of, forms_known, new_bodies, put_body, take_waiting, waiting_body
 from ..ray import Ray
 from ..tables import BALL, REGION, Floats, Geometry, Ints, Signs, halted, integer, node_at, whole
 from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_number, leaf_range
@@ -60,7 +60,7 @@ def new_stream(geometry: Geometry, most: int) -> Stream:
     return Stream(
         np.empty(8 * most), np.empty(8 * most), np.empty(4 * most, np.int32), np.empty(room, np.int64),
         np.empty(4 * (depth + 16), np.int32), np.empty(8), np.empty(8, np.int32), np.empty(136, np.int64), new_pairs(),
-        new_bodies(geometry),
+        new_bodies(geometry, EVERY),
     )  # fmt: skip
 
 
