@@ -15,7 +15,7 @@ import pytest
 import conicoid as co
 from conicoid.cluster.edition import edition
 from conicoid.cluster.tables_file import opened, write_tables
-from conicoid.engine.lowering.edited import exchange, stores
+from conicoid.engine.lowering.edited import stores
 from conicoid.engine.lowering.edited.exchange import Exchange
 from conicoid.engine.lowering.edited.kept import Kept, Known
 from tests.engine.exchanges import bodies, content, moved, note_memory_taken
@@ -238,38 +238,11 @@ def test_numbers_of_what_was_edited_in_the_same_way_are_equal_in_any_memory(take
             of_no_leaf = tables.tree_order[int(scene.prepared.woods.places[-1]) :] < 0
             assert not tables.leaf_items.reshape(-1, 8)[of_no_leaf].any()
             gaps += of_no_leaf.sum()
-        assert sum(taken[1:]) > 20
-        assert not holds or len({one.geometry.floats.ctypes.data for one in held}) == 40
+        assert sum(taken[1:]) > 20 or holds
+        assert not any(taken[1:]) or not holds
     assert gaps > 100
     for scene, numbers in zip(held, alone, strict=True):
         assert [part.tobytes() for part in scene.geometry] == numbers
-
-
-@pytest.mark.parametrize("way", ["copies", "copies of copies", "elsewhere than on Linux"])
-def test_scenes_that_are_all_held(way, monkeypatch, taken):
-    """What most of them have is copied by the system as it is written to, where that can be."""
-    based, base = [], stores.Base
-    monkeypatch.setattr(stores, "Base", lambda arrays: based.append(1) or base(arrays))
-    if way == "copies of copies":
-        monkeypatch.setattr(exchange, "_MOST", 3)
-    if way == "elsewhere than on Linux":
-        monkeypatch.delattr(os, "memfd_create", raising=False)
-    rng, scene, held = np.random.default_rng(3), bodies(300, 3, (co.Spheres([(1, 1, 1), (2, 2, 2)], 0.2),)), []
-    scene.prepare()
-    for number in range(24):
-        scene = (held[int(rng.integers(0, len(held)))][0] if number % 5 == 4 else scene).moved(
-            str(rng.integers(0, 300)), tuple(rng.uniform(-0.3, 0.3, 3).tolist())
-        )
-        same_tables(scene, co.Scene(scene.bodies))
-        held.append((scene, content(scene)))
-        assert all(content(one) == numbers for one, numbers in held[-6:])
-    assert all(content(one) == numbers for one, numbers in held)
-    same_answers(scene, co.Scene(scene.bodies), rng)
-    if not hasattr(os, "memfd_create"):
-        assert not any(taken)
-    else:
-        assert sum(taken) > 18
-        assert len(based) > 2 if way == "copies of copies" else len(based) == 1
 
 
 def test_the_collector_of_cycles_does_not_look_into_arrays():

@@ -211,3 +211,17 @@ def test_chains_of_blocks_and_pins(seed, monkeypatch):
 @pytest.mark.parametrize("seed", range(3, 33))
 def test_long_chains_of_blocks_and_pins(seed):
     chain(seed, 200, 10 + 30 * (seed % 4))
+
+
+def test_a_wall_that_stays_goes_from_one_wall_of_a_body_to_the_other():
+    """The plane x = 1 is the high side of what is moved, and then its low side: the same records lead before and after."""
+    moved, stays = co.Body(co.Box((0, 0, 0), (1, 1, 1)), name="moved"), co.Body(co.Box((1, 2, 2), (4, 3, 3)))
+    scene = co.Scene([moved, stays])
+    scene.first_hit((-5, 0, 0), (1, 0, 0))
+    scene = scene.moved("moved", (1, 0, 0))
+    assert scene.first_hit((-5, 2.5, 2.5), (1, 0, 0)).t == 6.0
+    assert scene.contains((1.5, 2.5, 2.5))
+    anew = co.Scene(list(scene.bodies))
+    for name, table, other in zip(scene.lowered.tables._fields, scene.lowered.tables, anew.lowered.tables, strict=True):
+        if name in ("cell_quadric", "plane_surface", "plane_side", "surface_kind", "surface_row", "planes"):
+            assert table.tobytes() == other.tobytes(), name

@@ -92,7 +92,6 @@ class Exchange:
             return found
         self._some = self.pieces.only(1)
         others = self._opened is not None  # what is beside is somebody's who comes later
-        self.kept.stores.made()
         self._opened = Opened.new(empty)
         for name, column in self._beside.items():
             self._beside[name] = self._opened.put(name, column.copy() if others else column)
@@ -154,7 +153,6 @@ def _taken(kept: Known, laid: Laid, pieces: Pieces, fresh: list[int]) -> tuple[O
     bounds = np.flatnonzero(np.diff(other, prepend=False, append=False))
     if len(bounds) > 2 * _MOST:
         bounds = np.array([0, len(other)])
-        kept.stores.outdated()
     return opened, new.after_rows(laid.rows_up_to(bounds)) if len(bounds) else new
 
 

@@ -143,7 +143,8 @@ class _Regrouping:
         left = before[self.fresh]
         left = left[~self.is_fresh[left]]
         some = np.unique(np.concatenate([self.fresh, bereft, left]))
-        if np.array_equal(before[moved] == moved, first[moved] == moved):  # the same slots lead as before
+        # The same slots lead as before, and nothing that stays has another of them
+        if self.is_fresh[moved].all() and np.array_equal(before[moved] == moved, first[moved] == moved):
             single = onto = None
             ids, count = self.old.ids, self.count
             if ids is not None:

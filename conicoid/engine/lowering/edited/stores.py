@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 import weakref
 from collections import deque
-from contextlib import suppress
 from itertools import count
 from typing import Any
 
@@ -44,7 +43,6 @@ from ...tables import (
     aligned,
     places_of,
 )
-from .base import Base
 
 Array = npt.NDArray[Any]
 _TREES = (LEAF_ITEMS, NODE_BOXES, EXTENT, NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
@@ -58,9 +56,6 @@ _NODE = 64
 """More than the numbers, of either kind, of a node or of what a leaf says of an entry."""
 MOST = 1 << 30
 """Bytes of memory that are kept for the next scene."""
-_HELD = 3
-"""So many stores are made before one is kept for copies: two take turns, and a third is held for a while."""
-_INTEGERS, _FLOATS = "integers", "floats"
 _edits = count(1)
 
 
@@ -150,64 +145,21 @@ class Opened:
     def close(self, stores: Stores, stamps: Longs, numbers: int) -> None:
         """The scene is finished: when it is gone the memory goes to others of its kind."""
         self._store.stamps, self._store.numbers = stamps, numbers
-        stores.finished(self._store)
         weakref.finalize(self._held, _give, weakref.ref(stores), self._store).atexit = False
 
 
-class _BaseStore:
-    """A store of which others are copies, until they are written to."""
-
-    def __init__(self, store: Store) -> None:
-        self._base = Base({_INTEGERS: store.integers, _FLOATS: store.floats, **store.beside})
-        self._stamps, self._numbers = store.stamps, store.numbers
-
-    def store(self) -> Store:
-        """Such a copy."""
-        arrays = self._base.copies()
-        made = Store(arrays.pop(_INTEGERS), arrays.pop(_FLOATS), arrays)
-        made.stamps, made.numbers = self._stamps, self._numbers
-        return made
-
-
 class Stores:
-    """What scenes with their rows in the same places share: at most one store that nobody reads.
-
-    And, where scenes are held, one to be copied.
-    """
+    """What scenes with their rows in the same places share: at most one store that nobody reads."""
 
     def __init__(self) -> None:
         self._free: deque[Store] = deque(maxlen=1)
-        self._base: _BaseStore | None = None
-        self._new = 0  # how many had to be made since there is no base
 
     def take(self) -> Opened | None:
-        """A store in which an earlier scene's rows are; None if there is none, and one must be made."""
+        """A store in which an earlier scene's rows are; None if there is none."""
         try:
             return Opened(self._free.pop())
         except IndexError:
-            pass
-        base = self._base
-        try:
-            return Opened(base.store()) if base is not None else None
-        except (OSError, ValueError):  # there is no room for another map
             return None
-
-    def made(self) -> None:
-        """A store is made, as there was none to be taken, or trees have grown out of it."""
-        self._base = None
-        self._new += 1
-
-    def outdated(self) -> None:
-        """Most rows of a store that was taken are to be written: if it was a copy, the next are those of another."""
-        if self._base is not None:
-            self._base, self._new = None, _HELD
-
-    def finished(self, store: Store) -> None:
-        """A scene is finished. Where all are held, so that each time one is made, the next ones are copies of this."""
-        if self._base is None and self._new >= _HELD and store.nbytes <= MOST:
-            self._new = 0
-            with suppress(OSError):  # elsewhere than on Linux each is made
-                self._base = _BaseStore(store)
 
     def give(self, store: Store) -> None:
         """A store of which nobody reads anything. It may come at any time: nothing here waits for a lock."""
