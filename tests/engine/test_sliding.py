@@ -225,3 +225,21 @@ def test_a_wall_that_stays_goes_from_one_wall_of_a_body_to_the_other():
     for name, table, other in zip(scene.lowered.tables._fields, scene.lowered.tables, anew.lowered.tables, strict=True):
         if name in ("cell_quadric", "plane_surface", "plane_side", "surface_kind", "surface_row", "planes"):
             assert table.tobytes() == other.tobytes(), name
+
+
+def test_walls_that_are_all_in_one_oblique_plane_stay_one():
+    """Of what is looked at again all is in one plane, so that rounding alone tells these walls from one another."""
+    for number in range(6):
+        low = np.random.default_rng(number).integers(-4, 4, (4, 2)) + 0.1 * np.arange(4)[:, None]
+        boxes = [co.Box((0, *low[k]), (k + 1.3, *(low[k] + 1))).rotate((1, 2, 3), 25) for k in range(4)]
+        balls = [co.Sphere(0.2, (9 + k, 9, 9)) for k in range(4)]
+        scene = co.Scene([*(co.Body(box, name=str(k)) for k, box in enumerate(boxes)), *balls])
+        scene.prepare()
+        for k in range(4):
+            edited = scene.without(str(k))
+            assert len(edited.lowered.tables.surface_kind) == len(co.Scene(edited.bodies).lowered.tables.surface_kind)
+
+
+def test_sheets_in_one_oblique_plane_are_one_surface():
+    discs = [co.Disc(0.3).translate((3.0 * k, 0.7 * k, 0)).rotate((1, 2, 3), 25).translate((7, 8, 9)) for k in range(5)]
+    assert len(co.Scene(discs).lowered.tables.surface_kind) == 1

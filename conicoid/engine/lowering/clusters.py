@@ -20,6 +20,8 @@ ALONG = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
 ACROSS = 1.0 / np.sqrt([31.0, 37.0, 41.0, 43.0, 47.0, 53.0, 59.0, 61.0, 67.0, 71.0]) * np.tile([1.0, -1.0], 5)
 """Another such direction."""
 _APART = 1000 * CLOSE
+_ROUNDED = 2.0**-12
+"""Share of the largest coordinate: `CLOSE` of it is ten times as much as rounding takes from one."""
 
 
 class Features(Protocol):
@@ -44,7 +46,7 @@ class Flat:
         """In the unit of the scene."""
         found = cls(rows, planes, _point(planes[rows, 4:].mean(axis=0)))
         most = put_places_of_planes(planes, rows, found.middle, 1.0, ALONG[:4], ALONG[:3], np.empty(len(rows)))
-        return replace(found, unit=_unit(most))
+        return replace(found, unit=_unit(most, planes[rows, 4:]))
 
     def places(self, along: Floats, which: Any) -> Floats:
         """`Features.places`"""
@@ -71,7 +73,7 @@ class Curved:
         ball = kinds == SPHERE
         anchors = np.concatenate([spheres[rows[ball], :3], quadrics.rows[rows[~ball], :3]])
         found = cls(kinds, rows, spheres, quadrics, _point(anchors.mean(axis=0)))
-        return replace(found, unit=_unit(found._put(ALONG, kinds, rows, np.empty(len(rows)))))
+        return replace(found, unit=_unit(found._put(ALONG, kinds, rows, np.empty(len(rows))), anchors))
 
     def _put(self, along: Floats, kinds: Signs, rows: Ints, found: Floats) -> float:
         most, room = 0.0, np.empty((1, 10))
@@ -94,9 +96,14 @@ def _point(numbers: Floats) -> Point:
     return x, y, z
 
 
-def _unit(most: float) -> float:
-    """What the largest length is measured in, so that it is 1."""
-    return most if 0 < most < math.inf else 1.0
+def _unit(most: float, anchors: Floats) -> float:
+    """What the largest length is measured in, so that it is 1, or less where it may be what rounding left of nothing.
+
+    Planes that are all one have no offset about their middle but by the rounding of their anchors.
+    """
+    least = _ROUNDED * float(np.abs(anchors).max(initial=0.0))
+    found = max(most, least) if least < math.inf else most
+    return found if 0 < found < math.inf else 1.0
 
 
 def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Quadrics | Floats, middle: Floats) -> Floats:
