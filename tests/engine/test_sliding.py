@@ -10,6 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid.engine.lowering.edited import edit as edited
+from conicoid.engine.tables import PLANE
 from tests.engine.exchanges import content, note_memory_taken
 from tests.engine.nodes import Nodes
 from tests.engine.test_edited import same_answers
@@ -241,5 +242,8 @@ def test_walls_that_are_all_in_one_oblique_plane_stay_one():
 
 
 def test_sheets_in_one_oblique_plane_are_one_surface():
-    discs = [co.Disc(0.3).translate((3.0 * k, 0.7 * k, 0)).rotate((1, 2, 3), 25).translate((7, 8, 9)) for k in range(5)]
-    assert len(co.Scene(discs).lowered.tables.surface_kind) == 1
+    discs = [
+        co.Disc((0, 0, 0), (0, 0, 1), 0.3).translate((3.0 * k, 0.7 * k, 0)).rotate((1, 2, 3), 25).translate((7, 8, 9))
+        for k in range(5)
+    ]
+    assert (co.Scene(discs).lowered.tables.surface_kind == PLANE).sum() == 1
