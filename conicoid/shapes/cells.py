@@ -28,6 +28,7 @@ class UV:
 
 
 NO_ROW = (0.0, 0.0, 0.0, 0.0)
+"""In place of the third row of a planar map."""
 
 
 def around_z(low: float = 0.0, high: float = 1.0) -> UV:
