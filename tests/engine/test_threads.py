@@ -11,7 +11,8 @@ import pytest
 import conicoid as co
 from conicoid.compiler import beside
 from conicoid.engine import threads
-from conicoid.engine.tables import GATES, HALT, LEAVES, STEPS
+from conicoid.engine.body.gates import new_counts
+from conicoid.engine.tables import GATE_START, GATES, HALT, LEAVES, LENGTHS, STEPS
 
 SCENE = co.Scene([co.Sphere(1) - co.Box((0, 0, 0), (2, 2, 2)), co.Spheres([(3, 0, 0), (5, 0, 0)], 0.5)])
 STEPS_OF_SCENE = 2 * 1 + 3  # a difference of two leaves has one gate; three entries
@@ -170,3 +171,12 @@ def test_what_may_take_long_is_not_done_by_the_thread_that_hears_of_control_c(ra
     workers = []
     threads.run_on(SCENE.geometry, lambda *_: workers.append(threading.current_thread()), 1, 1, rays)
     assert (workers[0] is not threading.main_thread()) == elsewhere
+
+
+@pytest.mark.parametrize(("largest", "held"), [(20_000, 40_000), (5_000, 5_000)])
+def test_counts_of_all_gates_are_held_where_one_program_has_many_of_them(largest, held):
+    """Of 40,000 gates: all, if they are at most four times those of the largest program, else as many as that has."""
+    places = SCENE.geometry.places.copy()
+    places[LENGTHS + GATE_START], places[GATES] = 40_000, largest
+    geometry = SCENE.geometry._replace(places=places, integers=np.zeros(places[GATE_START] + 40_000, np.int32))
+    assert len(new_counts(geometry)) == held + 2
