@@ -238,3 +238,23 @@ def test_a_large_core_takes_what_was_written(tmp_path: Path) -> None:
     assert scene.body_count >= 100 * (264 * 4 + 25 * 3)
     assert isinstance(scene.bodies, Repeated)
     assert len(scene.bodies.materials) < 40
+
+
+@pytest.mark.parametrize("region", ["-1 (2 3 | -2 -3 7)", "-2 (1 3 | -1 -3 7)"])
+def test_cells_that_name_a_surface_twice_are_lowered_once(region: str, tmp_path: Path) -> None:
+    """A hundred that are one another moved: all quadrics have one form, and faces are not written out for each."""
+    text = "".join((
+        BALL, '<surface id="2" type="z-cylinder" coeffs="0 0 0.2"/>',
+        '<surface id="3" type="z-plane" coeffs="0.05"/>', '<surface id="7" type="z-plane" coeffs="0.2"/>',
+        '<surface id="9" type="sphere" coeffs="0 0 0 30" boundary="vacuum"/>',
+        f'<cell id="1" universe="1" material="1" region="{region}"/>',
+        '<lattice id="4" dimension="5 5 4" pitch="1 1.1 1.2" lower_left="-2.5 -2.75 -2.4" universes="' + "1 " * 100 + '"/>',
+        '<cell id="20" fill="4" region="-9"/>',
+    ))  # fmt: skip
+    path = tmp_path / "geometry.xml"
+    path.write_text(f"<geometry>{text}</geometry>", encoding="utf-8")
+    scene = co.load_openmc(path)
+    tables = scene.lowered.tables
+    assert len(scene.bodies) == 100
+    assert len(tables.quadric_forms) == 1
+    assert len(tables.face_maps) < 100
