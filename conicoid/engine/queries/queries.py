@@ -104,6 +104,8 @@ def _is_of_points(values: Any) -> bool:
 
 def limits_of(query: str, rays: Rays, name: str, value: Any) -> FloatArray:
     """t_min or t_max as one value, or one for each ray."""
+    if isinstance(value, float) and value == value:  # as almost always
+        return np.array([value])
     expected = f"a number or broadcast to {rays.shape}"
     array = real_array(query, name, value, expected)
     if isinstance(value, bool) or getattr(value, "dtype", None) == np.bool_:
