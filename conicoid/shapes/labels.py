@@ -73,7 +73,11 @@ def with_bytes(count: int) -> str:
 
 def first_numbers(bodies: Iterable[Body]) -> npt.NDArray[np.int64]:
     """The first body number of each entry, and last how many there are."""
-    return np.cumsum([0, *map(numbers_of, bodies)], dtype=np.int64)
+    each = list(bodies)
+    kinds = {type(body.shape) for body in each}
+    if not any(issubclass(kind, Bulk) for kind in kinds):
+        return np.arange(len(each) + 1, dtype=np.int64)
+    return np.cumsum([0, *map(numbers_of, each)], dtype=np.int64)
 
 
 def one_body(body: Body, index: int) -> Body:

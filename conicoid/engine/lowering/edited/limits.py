@@ -14,6 +14,7 @@ from ..limits import limits_of_programs, no_limits, size_of, weigh_all, with_lim
 from ..surfaces import Remainders
 from ..weighed import Records, put_limits_of_planes, put_limits_of_quadrics
 from .columns import Columns, Filling
+from .distinct import distinct, distinct_places
 
 Mask = npt.NDArray[np.bool_]
 
@@ -111,9 +112,9 @@ class Limits(ABC):
         tables, rest, surfaces, owners, uses = self.tables, self.rest, changed.surfaces, changed.owners, changed.uses
         surface, owner, users = uses.surfaces, uses.owners, uses.bodies
         records = Records.of(tables, rest)
-        (place, at_owner), (which, at_surface) = (np.unique(each, return_inverse=True) for each in (owner, surface))
+        (place, at_owner), (which, at_surface) = (distinct_places(each) for each in (owner, surface))
         of_owners, most = no_limits(len(place)), np.zeros((3, len(which)))
-        in_order = surface, at_surface.reshape(-1), at_owner.reshape(-1), users
+        in_order = surface, at_surface, at_owner, users
         weigh_all(records, self.boxes, size, in_order, of_owners, most)
         for kind, column in enumerate((tables.cell_limits, tables.sheet_limits, tables.polygon_limits)):
             first, last = self.owners[kind], self.owners[kind + 1]
@@ -134,7 +135,7 @@ class Limits(ABC):
         """Programs of which a cell has other limits."""
         tables = self.tables
         leaves = np.flatnonzero(owners[tables.leaf_cell])
-        programs = np.unique(_owner(tables.program_leaf, leaves))
+        programs = distinct(_owner(tables.program_leaf, leaves))
         if not len(programs):
             return
         rows = _ranges(tables.program_leaf, programs)
@@ -197,7 +198,7 @@ class LimitsOfEdited(Limits):
         now = numbers[there] if columns.merged.first is None else columns.merged.first[numbers[there]]
         other = numbers[before] != now
         found = now[other]
-        return np.unique(found if columns.ids is None else columns.ids[found]).astype(np.int64)
+        return distinct(found if columns.ids is None else columns.ids[found]).astype(np.int64)
 
     def _unread(self, kind: int) -> Longs:
         """Records of a kind for which others stand."""

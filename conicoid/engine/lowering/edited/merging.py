@@ -19,6 +19,7 @@ from ..contents import Exact
 from ..laid import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, Laid
 from ..quadrics import Quadrics
 from ..surfaces import Remainders, Surfaces, finished
+from .distinct import among, distinct
 from .joined import Joined
 from .near import Frame, Marks, Places, near
 
@@ -88,7 +89,7 @@ class Merging:
                 count = self.single + self.balls
                 first, senses = np.arange(count, dtype=np.int32), given_senses(self.given, count)
             assert senses is not None
-            self.merge(np.union1d(fresh, orphans), leads, first, senses)
+            self.merge(distinct(fresh, orphans), leads, first, senses)
         if first is not None and (first == np.arange(len(first))).all():
             first = senses = None
         return Merged(self.kinds, self.given, first, senses, frame, places, self.balls)
@@ -150,7 +151,7 @@ class Merging:
         if first is not None:
             beside = first[beside]
             beside = beside[beside >= 0]
-        return np.unique(beside).astype(np.int64)
+        return distinct(beside).astype(np.int64)
 
     def _numbers(self, kind: int) -> Longs:
         """The numbers of the surfaces of a kind, by their rows."""
@@ -161,10 +162,10 @@ class Merging:
 
     def merge(self, loose: Longs, leads: Longs, first: Ints, senses: Signs) -> None:
         """Work out the classes of some surfaces anew, together with those for which others stand: the leads."""
-        chosen = np.union1d(loose, leads)
+        chosen = distinct(loose, leads)
         arrays = finished(self._surfaces(chosen))
         taken = chosen if arrays.first is None else chosen[arrays.first]
-        is_lead = np.isin(chosen, leads)
+        is_lead = among(chosen, leads)
         given = np.ones(len(chosen), np.int8)
         given[chosen < self.single] = self.given[chosen[chosen < self.single]]
         turn = arrays.senses * given

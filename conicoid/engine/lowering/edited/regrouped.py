@@ -28,6 +28,7 @@ import numpy as np
 from ...tables import SPHERE, Ints, Longs, Signs
 from ..contents import Exact
 from ..laid import PLANES, QUADRICS, SPHERES, SURFACES, Laid
+from .distinct import distinct
 from .joined import Joined
 from .merging import Merging, given_senses
 from .near import Places, near
@@ -130,9 +131,9 @@ class _Regrouping:
         orphans: Longs = np.flatnonzero(self.is_fresh[before] & ~self.is_fresh)
         first[orphans] = -1
         beside = first[near_ones]
-        leads: Longs = np.unique(beside[beside >= 0]).astype(np.int64)
+        leads: Longs = distinct(beside[beside >= 0]).astype(np.int64)
         if len(orphans) or len(leads):
-            loose = np.union1d(self.fresh, orphans).astype(np.int64)
+            loose = distinct(self.fresh, orphans)
             self.merging.merge(loose, leads, first, senses)
         other = first != before
         moved = np.flatnonzero(other)
@@ -142,7 +143,7 @@ class _Regrouping:
             return None
         left = before[self.fresh]
         left = left[~self.is_fresh[left]]
-        some = np.unique(np.concatenate([self.fresh, bereft, left]))
+        some = distinct(self.fresh, bereft, left)
         # The same slots lead as before, and nothing that stays has another of them
         if self.is_fresh[moved].all() and np.array_equal(before[moved] == moved, first[moved] == moved):
             single = onto = None
@@ -153,9 +154,9 @@ class _Regrouping:
         else:
             ids, count, onto = self._renumbered(own, first, np.concatenate([bereft, left]))
             single = np.flatnonzero(first[: self.single] == own[: self.single])
-        changed = some if ids is None else np.unique(ids[some]).astype(np.int64)
-        follow = np.union1d(self.fresh, bereft)
-        follow, touched = follow[first[follow] != follow], np.union1d(some, first[some])
+        changed = some if ids is None else distinct(ids[some]).astype(np.int64)
+        follow = distinct(self.fresh, bereft)
+        follow, touched = follow[first[follow] != follow], distinct(some, first[some])
         told = count, single, onto, changed, bereft, follow, touched
         return Regrouped(None, None, None, *told) if count == self.count else Regrouped(first, senses, ids, *told)
 
@@ -222,4 +223,4 @@ def entries_of(laid: Laid, slots: Longs) -> Longs:
     """The entries whose bodies some slots belong to; bulk balls, which have no rows of their own, to none."""
     slots = slots[slots < len(laid.kinds)]
     bodies = np.searchsorted(laid.starts(SURFACES), slots, side="right") - 1
-    return np.unique(np.searchsorted(laid.first_body, bodies, side="right") - 1)
+    return distinct(np.searchsorted(laid.first_body, bodies, side="right") - 1)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ...lowering.edited.distinct import among, distinct
 from ...lowering.edited.edit import Edit
 from ...lowering.edited.exchange import Exchange
 from ...lowering.laid import BODIES, LEAVES, PROGRAMS
@@ -224,7 +225,7 @@ def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints
     within = gone < first[leaf] + count[leaf]
     found: list[int] = []
     changed: list[int] = []
-    for which in np.unique(leaf[within]).tolist():
+    for which in distinct(leaf[within]).tolist():
         begin, size = int(first[which]), int(count[which])
         members = order[begin : begin + size]
         stay = members[members >= 0]
@@ -240,12 +241,12 @@ def _without(old: _Grove, woods: Woods, order: Ints) -> tuple[Ints, Floats, Ints
     node, emptied = nodes.start, np.array(found, np.int64)
     gone_boxes = [emptied]
     while len(emptied):  # nodes of which all children are gone, and so on up
-        bare = np.unique(emptied // WIDTH)
+        bare = distinct(emptied // WIDTH)
         bare = bare[~children[bare].any(axis=1)]
-        emptied = np.flatnonzero(np.isin(flat, bare + node) & (flat > 0)) if len(bare) else bare
+        emptied = np.flatnonzero(among(flat, bare + node) & (flat > 0)) if len(bare) else bare
         flat[emptied] = 0
         gone_boxes.append(emptied)
-        roots = roots[~np.isin(roots, bare + node)]
+        roots = roots[~among(roots, bare + node)]
     at = np.concatenate(gone_boxes)
     if len(at):
         boxes = boxes.copy()
