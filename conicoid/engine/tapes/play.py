@@ -31,6 +31,7 @@ _FEWEST = 4
 """Bodies that are worth lanes."""
 _MOST = 1 << 16
 """Registers of a kind that lanes have room for."""
+_NUMBERED = {name: number for number, name in enumerate(OPERATIONS)}
 _PLACES = 320
 """Binary places of what sines are made of, which are more than numbers of `wide` have."""
 
@@ -192,10 +193,10 @@ class Recording:
     @classmethod
     def of(cls, tape: Tape) -> Recording:
         """From what was recorded."""
-        code = [(OPERATIONS.index(which), *operands) for which, *operands in in_order(tape)]
+        which, *operands = zip(*in_order(tape), strict=True)
         constants = [wide_row(value) for _, value in tape.constants.values()]
         return cls(
-            np.array(code, np.int32).reshape(-1, 5),
+            np.ascontiguousarray(np.array([list(map(_NUMBERED.__getitem__, which)), *operands], np.int32).T),
             np.array(tape.written, np.int32),
             np.array([value for _, value in tape.numbers.values()], np.float64),
             np.array(constants, np.int64).reshape(-1, WIDTH),
