@@ -67,8 +67,10 @@ def test_a_command_draws_no_bar_before_a_second_is_over(tmp_path):
     assert (tmp_path / "o.png").exists()
 
 
-def test_an_angle_that_is_no_multiple_of_a_right_one_imports_what_computes_its_sine(tmp_path):
-    assert "mpmath" in imported(MOVED.replace("90", "10"), tmp_path)
+def test_an_angle_that_is_no_multiple_of_a_right_one_wants_no_mpmath(tmp_path):
+    there = imported(MOVED.replace("90", "10"), tmp_path)
+    assert "conicoid.shapes.sines" in there
+    assert "mpmath" not in there
 
 
 def test_scene_files_know_all_shapes(tmp_path):
