@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -58,6 +59,7 @@ def test_help_lists_what_there_is_and_no_more():
 
 
 def test_help_and_mistakes_come_without_the_compiler(tmp_path):
+    """Where there is no machine code too."""
     (tmp_path / "bad.yaml").write_text("bodies: [{shape: {Spere: {}}}]\n")
     code = (
         "import sys\nfrom conicoid.command_line.cli import main\n"
@@ -66,7 +68,10 @@ def test_help_and_mistakes_come_without_the_compiler(tmp_path):
         "    try:\n        main()\n    except SystemExit as stop:\n        print('code', stop.code)\n"
         "    print('numpy', 'numpy' in sys.modules, 'numba', 'numba' in sys.modules)\n"
     )
-    ran = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    own = {**os.environ, "CONICOID_JIT": "own"}
+    ran = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True, env=own
+    )
     states = re.findall(r"numpy (\w+) numba (\w+)", ran.stdout)
     assert states == [("False", "False"), ("True", "False"), ("True", "False")]
     assert re.findall(r"code (\w+)", ran.stdout) == ["0", "2", "0"]

@@ -4,6 +4,8 @@ A square of pixels is done when its error (the root of the mean square of its pi
 what is wanted. That is decided from its own sums alone, and only where it has one of the numbers of samples at which
 passes end; while a shutter is open, where whole rounds of its moments do. So neither tiles nor threads nor
 interruptions change what is decided.
+
+`sums` holds kernels, and is imported where it is asked for: a scene file is read, and its schema printed, without them.
 """
 
 from __future__ import annotations

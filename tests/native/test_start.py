@@ -17,6 +17,8 @@ TERMINAL = "rich typer click argparse"
 FILES = "yaml PIL OpenEXR defusedxml platformdirs conicoid.formats tempfile pathlib logging"
 NUMBERS = "mpmath numpy.ma numpy.random"
 WORDS = "difflib string secrets"
+OTHER_ANSWERS = "conicoid.engine.answers.spans conicoid.engine.certified.settle conicoid.engine.certified.sides"
+OTHER_FORMATS = "conicoid.formats.molecules.files conicoid.formats.molecules.atoms conicoid.formats.openmc.imported"
 OTHER_SHAPES = "conicoid.shapes.cylinder conicoid.shapes.quadric conicoid.shapes.polygon"
 
 FIRST_HIT = "co.Scene([co.Sphere()]).first_hit((0, 0, -3), (0, 0, 1)).t"
@@ -50,7 +52,7 @@ def imported(work: str, folder, *words: object) -> set[str]:
 @pytest.mark.parametrize(
     ("work", "without"),
     [
-        (FIRST_HIT, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS, OTHER_SHAPES)),
+        (FIRST_HIT, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS, OTHER_SHAPES, OTHER_ANSWERS)),
         (MOVED, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS)),
         (PICTURE, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS)),
         (f"{PICTURE}; co.Image(numpy.zeros((2, 2, 3))).save('o.png')", (COMPILING, TERMINAL, "yaml PIL OpenEXR multiprocessing", NUMBERS)),
@@ -63,7 +65,7 @@ def test_nothing_that_is_not_needed(tmp_path, work, without):
 
 def test_a_command_draws_no_bar_before_a_second_is_over(tmp_path):
     found = imported(COMMAND, tmp_path, *RENDER)
-    assert found & set(f"{COMPILING} {NUMBERS} rich multiprocessing".split()) == set()
+    assert found & set(f"{COMPILING} {NUMBERS} {OTHER_ANSWERS} {OTHER_FORMATS} rich multiprocessing".split()) == set()
     assert (tmp_path / "o.png").exists()
 
 
