@@ -23,6 +23,10 @@ OTHER_SHAPES = "conicoid.shapes.cylinder conicoid.shapes.quadric conicoid.shapes
 
 FIRST_HIT = "co.Scene([co.Sphere()]).first_hit((0, 0, -3), (0, 0, 1)).t"
 MOVED = "co.Scene([co.Cylinder((0, 0, 0), (0, 0, 1), 1).rotate((0, 0, 1), 90) - co.Box()]).spans((0, 0, -3), (0, 0, 1)).lengths()"
+EDITED = (
+    "s = co.Scene([co.Sphere(1, (3.0 * k, 0, 0)) - co.Box() for k in range(20)]); s.prepare(); "
+    "s.moved(7, (0, 0, 0.1)).first_hit((0.3, 0.1, -3), (0, 0, 1)).t"
+)
 PICTURE = "co.Scene([co.Sphere()]).render(16, 16).pixels"
 COMMAND = (
     "from conicoid.command_line import terminal, working; terminal.PATIENCE = working.PATIENCE = float('inf'); "
@@ -53,6 +57,7 @@ def imported(work: str, folder, *words: object) -> set[str]:
     ("work", "without"),
     [
         (FIRST_HIT, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS, OTHER_SHAPES, OTHER_ANSWERS)),
+        (EDITED, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS, OTHER_ANSWERS)),
         (MOVED, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS)),
         (PICTURE, (COMPILING, PROCESSES, TERMINAL, FILES, NUMBERS, WORDS)),
         (f"{PICTURE}; co.Image(numpy.zeros((2, 2, 3))).save('o.png')", (COMPILING, TERMINAL, "yaml PIL OpenEXR multiprocessing", NUMBERS)),

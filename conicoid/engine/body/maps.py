@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...compiler.jit import inline
+from ...shapes.distinct import distinct
 from .. import tables as table
 from ..tables import PLACE_SIZE, Geometry, Ints, Tables, integer, length
 
@@ -59,5 +60,5 @@ def framed_bodies(tables: Tables) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.
     """(bodies with faces of their own, how many), where the rows of each kind are behind those of another."""
     body = np.flatnonzero(tables.body_face >= 0)
     first = tables.body_maps[body, 0]
-    firsts = np.append(np.unique(first), len(tables.face_maps))
+    firsts = np.append(distinct(first), len(tables.face_maps))
     return body, firsts[np.searchsorted(firsts, first) + 1] - first

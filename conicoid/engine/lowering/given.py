@@ -10,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from ...shapes.distinct import distinct_places
 from ...shapes.surface import Key, Surface
 from ..tables import QUADRIC, Floats, Ints, Signs
 from .moved import MovedRows
@@ -118,14 +119,14 @@ def _numbered(parts: Sequence[_Anchors]) -> tuple[int, npt.NDArray[np.int64]]:
     count, number = 1, np.zeros(total, np.int64)
     for axis in range(3):
         columns = [part[axis] for part in parts]
-        values, place = np.unique(np.concatenate([values for values, _ in columns]), return_inverse=True)
+        values, place = distinct_places(np.concatenate([values for values, _ in columns]))
         ends = np.cumsum([len(values) for values, _ in columns])
-        places = np.split(place.reshape(-1), ends[:-1])
+        places = np.split(place, ends[:-1])
         index = np.concatenate([mine[which] for mine, (_, which) in zip(places, columns, strict=True)])
         count, number = count * len(values), number * len(values) + index
         if count > 2 * total:
-            values, index = np.unique(number, return_inverse=True)
-            count, number = len(values), index.reshape(-1)
+            values, number = distinct_places(number)
+            count = len(values)
     return count, number
 
 

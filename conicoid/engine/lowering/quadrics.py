@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...shapes.distinct import distinct_places
 from ..tables import ANCHOR_SIZE, FORM_SIZE, Floats, Ints, whole_quadrics
 
 
@@ -46,7 +47,7 @@ class Quadrics:
 
     def compact(self) -> tuple[Quadrics, Any]:
         """The same without forms that nothing has, and which forms these are."""
-        used, of = np.unique(self.form_of, return_inverse=True)
+        used, of = distinct_places(self.form_of)
         rows = self.rows.copy()
-        rows[:, 3] = of.reshape(-1)
+        rows[:, 3] = of
         return Quadrics(rows, self.forms[used]), used

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...shapes.base import Primitive, Shape
 from ...shapes.bulk import Bulk
+from ...shapes.distinct import distinct, distinct_places, first_places
 from ...shapes.material import Material
 from ...shapes.motion import STILL, Motion
 from ...shapes.region import Boolean, Painted, region_bounds
@@ -48,7 +49,7 @@ class _Known:
             return rows if every else rows[row]
         width = self.forms[numbers[0]].pattern.width
         found = np.empty((len(places), width))
-        for number in np.unique(numbers).tolist():
+        for number in distinct(numbers).tolist():
             mine = numbers == number
             found[mine] = self.rows[number][row[mine], :]
         return Rows.of(found, np.arange(width, dtype=np.int32))
@@ -283,10 +284,10 @@ def _alike(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int],
         return
     code = forms[:, 0]
     for part in range(1, forms.shape[1]):
-        code = np.unique(code, return_inverse=True)[1].reshape(-1) * len(form_of) + forms[:, part]
-    _, first, group = np.unique(code, return_index=True, return_inverse=True)
+        code = distinct_places(code)[1] * len(form_of) + forms[:, part]
+    first, group = first_places(code)
     for number, example in enumerate(first.tolist()):
-        yield forms[example].tolist(), which[group.reshape(-1) == number]
+        yield forms[example].tolist(), which[group == number]
 
 
 def _found_rows(found: list[tuple[Form, Ints, Rows]], count: int) -> _Known:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...shapes import number, sines
+from ...shapes.distinct import distinct_places
 from ...shapes.number import Number
 from ...shapes.recorder import Tape
 from ..numbers.fourfold import LEAST
@@ -213,8 +214,8 @@ class Recording:
         played = self.in_lanes(inputs, given.fours, rows)
         left = np.flatnonzero(played.open)
         if len(left):
-            mine, inverse = np.unique(rows[left], return_inverse=True)
-            which: Ints = inverse.reshape(-1).astype(np.int32)
+            mine, places = distinct_places(rows[left])
+            which: Ints = places.astype(np.int32)
             played.floats[left], wides, played.state[left] = self.in_digits(inputs[left], given.digits(mine), which)
             if self.wide_outputs:
                 held = played.held[left]  # of what is open there are no numbers

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ....shapes.distinct import distinct, distinct_places
 from ...tables import BALL, PLANE, QUADRIC, Floats, Longs, Tables
 from ..laid import CELLS, POLYGONS, SHEETS, Laid
 from ..limits import limits_of_programs, no_limits, size_of, weigh_all, with_limits
 from ..surfaces import Remainders
 from ..weighed import Records, put_limits_of_planes, put_limits_of_quadrics
 from .columns import Columns, Filling
-from .distinct import distinct, distinct_places
 
 Mask = npt.NDArray[np.bool_]
 

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from ....shapes.distinct import among, distinct
 from ....shapes.surface import Key, Surface
 from ...tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..contents import Exact
 from ..laid import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, Laid
 from ..quadrics import Quadrics
 from ..surfaces import Remainders, Surfaces, finished
-from .distinct import among, distinct
 from .joined import Joined
 from .near import Frame, Marks, Places, near
 

@@ -25,10 +25,10 @@ from typing import Any
 
 import numpy as np
 
+from ....shapes.distinct import distinct
 from ...tables import SPHERE, Ints, Longs, Signs
 from ..contents import Exact
 from ..laid import PLANES, QUADRICS, SPHERES, SURFACES, Laid
-from .distinct import distinct
 from .joined import Joined
 from .merging import Merging, given_senses
 from .near import Places, near

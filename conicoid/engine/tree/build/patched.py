@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...lowering.edited.distinct import among, distinct
+from ....shapes.distinct import among, distinct
 from ...lowering.edited.edit import Edit
 from ...lowering.edited.exchange import Exchange
 from ...lowering.laid import BODIES, LEAVES, PROGRAMS
