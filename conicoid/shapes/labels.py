@@ -71,13 +71,11 @@ def with_bytes(count: int) -> str:
     return f"{value:.3g} {unit}"
 
 
-def first_numbers(bodies: Iterable[Body]) -> npt.NDArray[np.int64]:
+def first_numbers(bodies: Sequence[Body]) -> npt.NDArray[np.int64]:
     """The first body number of each entry, and last how many there are."""
-    each = list(bodies)
-    kinds = {type(body.shape) for body in each}
-    if not any(issubclass(kind, Bulk) for kind in kinds):
-        return np.arange(len(each) + 1, dtype=np.int64)
-    return np.cumsum([0, *map(numbers_of, each)], dtype=np.int64)
+    if not any(issubclass(kind, Bulk) for kind in {type(body.shape) for body in bodies}):
+        return np.arange(len(bodies) + 1, dtype=np.int64)
+    return np.cumsum([0, *map(numbers_of, bodies)], dtype=np.int64)
 
 
 def one_body(body: Body, index: int) -> Body:
