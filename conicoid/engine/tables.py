@@ -13,7 +13,7 @@ from ..compiler.shapes import shaped
 
 # Numbers in a row of a table of floats
 PLANE_SIZE, SPHERE_SIZE, ANCHOR_SIZE, FORM_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 4, 16, 48, 4, 9
-BOUNDS_SIZE, SHIFT_SIZE, PLACE_SIZE = 6, 4, 5
+BOUNDS_SIZE, SHIFT_SIZE, PLACE_SIZE = 6, 5, 5
 QUADRIC_SIZE = 3 + FORM_SIZE
 """Numbers of a quadric: its anchor, and its form."""
 
@@ -44,6 +44,7 @@ class Tables(NamedTuple):
 
     # Cells: at most one quadric, and planes. [cells]
     cell_quadric: Ints  # surface or -1
+    cell_likes: Ints  # [cells] or none: the row of its limits, which those share that are one another moved
     cell_side: Signs  # +1: inside where the quadric is <= 0; -1: where >= 0
     cell_face: Ints  # face number of the quadric
     cell_first: Ints  # [cells + 1] first plane
@@ -59,7 +60,8 @@ class Tables(NamedTuple):
     leaf_negated: Signs  # 1: feeds the complement
     leaf_sense: Signs  # +1, or -1 under an odd number of complements: which way its faces look
     leaf_bounds: Floats  # [leaves, 6] low, high; infinite where unbounded; with `program_shifts` of those that differ
-    program_shifts: Floats  # [programs, 4] how far its leaves' bounds are moved, row of the first; or none are
+    program_shifts: Ints  # [programs, 5] or none: rows of `shifts` for x, y, z; of its first bounds; of its limits
+    shifts: Floats  # how far bounds of leaves are moved
     gate_parent: Ints  # [gates] -1 for a root
     gate_need: Ints  # true when at least so many inputs are
     gate_negated: Signs  # 1: feeds the complement of its value
@@ -98,9 +100,9 @@ class Tables(NamedTuple):
 
     # How far the fast formulas can be trusted (engine/lowering/limits.py)
     plane_limits: Floats  # [planes, 2] square of the least certain rate, least certain height of parallel rays
-    quadric_limits: Floats  # [quadrics, 2] least certain discriminant, least certain value along rulings
-    cell_limits: Floats  # [cells, 2] what t may be off by, for |d| = 1; the farthest |o| + |t d|
-    program_limits: Floats  # [programs, 2] the same
+    quadric_limits: Floats  # [forms, 2] least certain discriminant, least certain value along rulings
+    cell_limits: Floats  # [cells, 2] what t may be off by, for |d| = 1; the farthest |o| + |t d|; see `cell_likes`
+    program_limits: Floats  # [programs, 2] the same; see `program_shifts`
     sheet_limits: Floats  # [sheets, 2]
     polygon_limits: Floats  # [polygons, 2]
 
@@ -118,8 +120,8 @@ class Tables(NamedTuple):
         first, count = int(self.program_leaf[program]), int(self.program_leaf[program + 1] - self.program_leaf[program])
         if not len(self.program_shifts):
             return self.leaf_bounds[first : first + count]
-        *away, row = self.program_shifts[program].tolist()
-        return self.leaf_bounds[int(row) : int(row) + count] + np.tile(away, 2)
+        *away, row, _ = self.program_shifts[program].tolist()
+        return self.leaf_bounds[row : row + count] + np.tile(self.shifts[away], 2)
 
 
 def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
@@ -136,6 +138,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     QUADRICS,
     QUADRIC_FORMS,
     CELL_QUADRIC,
+    CELL_LIKES,
     CELL_SIDE,
     CELL_FACE,
     CELL_FIRST,
@@ -150,6 +153,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     LEAF_SENSE,
     LEAF_BOUNDS,
     PROGRAM_SHIFTS,
+    SHIFTS,
     GATE_PARENT,
     GATE_NEED,
     GATE_NEGATED,
@@ -185,7 +189,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     PROGRAM_LIMITS,
     SHEET_LIMITS,
     POLYGON_LIMITS,
-) = range(56)
+) = range(58)
 LENGTHS = len(Tables._fields)
 """In `Geometry.places` a table's length is stored so many places behind its begin."""
 HALT = 2 * LENGTHS
@@ -198,7 +202,7 @@ ITEMS = 2 * LENGTHS + 4
 """In `Geometry.places`: where `leaf_items` would begin if the trees of bodies, which come first, had items as well."""
 
 
-@shaped(places="117", integers="*", floats="*")
+@shaped(places="121", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 
@@ -222,20 +226,17 @@ def aligned(count: int) -> Floats:
     return room[skip : skip + count]
 
 
-def pack(columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> Geometry:
-    """Lay the columns of tables end to end; those called `later` get zeros, which the caller fills in.
+def pack(geometry: Geometry, columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> None:
+    """Lay the columns of tables end to end in the `room_for` them; those called `later` the caller fills in.
 
-    Each is taken out of `columns` as it is copied, so that a large scene is never in memory twice.
+    Each is taken out of `columns` as it is copied, so that a large scene is never in memory twice: the largest first,
+    as each is there twice for a while.
     """
-    tables = Tables(**columns)
-    geometry = room_for(tables)
-    put_sizes(geometry, tables)
-    del tables
-    for k, name in enumerate(Tables._fields):
+    for k in sorted(range(LENGTHS), key=lambda k: -columns[Tables._fields[k]].nbytes):
+        name = Tables._fields[k]
         table = columns.pop(name)
         if name not in later:
             _room(geometry, k, table)[...] = table
-    return geometry
 
 
 def room_for(tables: Tables) -> Geometry:

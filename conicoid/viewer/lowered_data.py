@@ -24,7 +24,9 @@ from .limits import check
 ASPECT = 4 / 3
 _UNUSED = {
     "leaf_bounds",
+    "cell_likes",
     "program_shifts",
+    "shifts",
     "body_maps",
     "leaf_items",
     *(name for name in Tables._fields if name.endswith("_limits")),

@@ -25,4 +25,4 @@ def test_a_lack_of_memory_is_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_python_without_foreign_functions_gives_nothing_back(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ctypes", None)
-    apart.give_back()
+    apart.give_back_of(1 << 20)

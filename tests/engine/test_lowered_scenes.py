@@ -40,7 +40,7 @@ def solids_of(rng: random.Random) -> list[Any]:
 
 def columns(shapes: list[Any]) -> dict[str, Any]:
     """All that lowering makes of shapes, by name."""
-    lowered = lowering.lower([co.Body(shape) for shape in shapes])
+    lowered = lowering.lower([co.Body(shape) for shape in shapes]).limited()
     found: dict[str, Any] = {name: getattr(lowered.tables, name) for name in lowered.tables._fields}
     for name in ("boxes", "frames", "body_frame", "body_item"):
         found[name] = getattr(lowered, name)

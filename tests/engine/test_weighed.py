@@ -24,7 +24,7 @@ ENDLESS = [
 
 
 def assert_same_limits(shapes):
-    lowered = lower([co.Body(shape) for shape in shapes])
+    lowered = lower([co.Body(shape) for shape in shapes]).limited()
     expected = limits_by_arrays.with_limits(lowered.tables, lowered.boxes, lowered.rest)
     for kind in LIMITS:
         found, right = (np.asarray(getattr(tables, f"{kind}_limits")) for tables in (lowered.tables, expected))

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ...compiler.jit import inline
 from .. import tables as table
-from ..tables import BOUNDS_SIZE, SHIFT_SIZE, Geometry, integer, length, whole
+from ..tables import BOUNDS_SIZE, SHIFT_SIZE, Geometry, integer, length
 
 
 class LeafBounds(NamedTuple):
@@ -24,8 +24,11 @@ def leaf_bounds(geometry: Geometry, program: int) -> LeafBounds:
     f, places, first = geometry.floats, geometry.places, integer(geometry, table.PROGRAM_LEAF, program)
     x, y, z = 0.0, 0.0, 0.0
     if length(geometry, table.PROGRAM_SHIFTS) > 0:
-        at = places[table.PROGRAM_SHIFTS] + SHIFT_SIZE * program
-        x, y, z, first = f[at], f[at + 1], f[at + 2], whole(f[at + 3])
+        shifts, at = places[table.SHIFTS], SHIFT_SIZE * program
+        x = f[shifts + integer(geometry, table.PROGRAM_SHIFTS, at)]
+        y = f[shifts + integer(geometry, table.PROGRAM_SHIFTS, at + 1)]
+        z = f[shifts + integer(geometry, table.PROGRAM_SHIFTS, at + 2)]
+        first = integer(geometry, table.PROGRAM_SHIFTS, at + 3)
     return LeafBounds(places[table.LEAF_BOUNDS] + BOUNDS_SIZE * first, x, y, z)
 
 

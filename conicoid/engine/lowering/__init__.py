@@ -17,9 +17,12 @@ from ...shapes.body import Body
 from ...shapes.material import Material
 from ...shapes.repeated import Repeated
 from ..tables import Floats, Geometry, Ints, Longs, Tables, shared
+from .apart import give_back_of
+from .around import Around
 from .contents import Collected, Exact, Shapes
 from .laid import Laid
 from .layout import Layout
+from .limits import with_limits
 from .stages import LAID, MERGED, Stages
 from .surfaces import Remainders, SurfaceArrays
 
@@ -28,8 +31,8 @@ from .surfaces import Remainders, SurfaceArrays
 class Lowered:
     """A scene as arrays. `tables` become what kernels take."""
 
-    tables: Tables  # without a tree over the entries, until they are packed
-    boxes: Floats  # (entries, 6) low, high
+    tables: Tables  # without trees and limits, until they are packed
+    around: Floats | Around  # (entries, 6) low, high; or what these are worked out from, see `boxes`
     frames: Floats  # (n, 3, 4) world to own coordinates
     body_frame: Ints  # (bodies,) row in frames; -1 - k: about the ball's center, by ball frame k
     body_item: Ints  # (bodies,) which entry of the scene's list a body comes from
@@ -39,12 +42,21 @@ class Lowered:
     exact: ExactTables
     laid: Laid | None
 
+    @property
+    def boxes(self) -> Floats:
+        """(entries, 6) low, high of the boxes around entries."""
+        return self.around.boxes if isinstance(self.around, Around) else self.around
+
     def taken(self) -> Tables:
         """Its tables, of which it keeps the shapes alone: whoever packs them frees each as soon as it is copied."""
         tables = self.tables
         empty: list[Any] = [np.broadcast_to(column.dtype.type(), column.shape) for column in tables]
         object.__setattr__(self, "tables", Tables(*empty))
         return tables
+
+    def limited(self) -> Lowered:
+        """The same with limits."""
+        return dataclasses.replace(self, tables=with_limits(self.tables, self.boxes, self.rest))
 
     def sharing(self, geometry: Geometry) -> Lowered:
         """The same with tables that share the memory of what was packed from them."""
@@ -71,14 +83,16 @@ class ExactTables:
 
 
 def lower(bodies: Sequence[Body], stages: Stages | None = None) -> Lowered:
-    """Flat arrays for a list of bodies; a `Spheres` entry takes one number for each ball."""
+    """Flat arrays for a list of bodies, without trees and limits; a `Spheres` entry takes one number for each ball."""
     stages, collected = stages or Stages(None, 0), Collected()
     collected.collect(bodies, stages)
-    layout = Layout(collected.contents)
+    layout, count = Layout(collected.contents), collected.contents.body_count
     counts = np.array(collected.items, np.int32)
-    starts = (np.cumsum(counts) - counts).astype(np.int32)
+    starts = None if isinstance(bodies, Repeated) else (np.cumsum(counts) - counts).astype(np.int32)
+    give_back_of(count)
     exact = Exact(_shapes(bodies), starts, layout.surfaces.first, layout.polygons.first)
     surfaces: SurfaceArrays = layout.surface_columns(exact)
+    give_back_of(count)
     stages.reached(MERGED)
     tables, boxes = layout.tables(surfaces)
     stages.reached(LAID)
@@ -86,7 +100,7 @@ def lower(bodies: Sequence[Body], stages: Stages | None = None) -> Lowered:
     frames, body_frame = layout.frames_of_bodies()
     return Lowered(
         tables,
-        boxes,
+        Around.of(bodies, collected.contents.groups, boxes) if isinstance(bodies, Repeated) else boxes,
         frames,
         body_frame,
         np.repeat(np.arange(len(bodies), dtype=np.int32), counts),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import mmap
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -16,6 +17,8 @@ import numpy.typing as npt
 
 _LEAST = 1 << 20
 """Bytes that are worth it."""
+_MANY = 1 << 16
+"""Bodies of which temporary arrays are worth giving back at once."""
 
 
 def empty(shape: int | tuple[int, ...], dtype: Any, sparse: bool = False) -> npt.NDArray[Any]:
@@ -44,8 +47,22 @@ def apart(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return copy
 
 
-def give_back() -> None:
-    """Let the C library return what it keeps of freed memory to the system, where it is one that can: glibc."""
+def joined_apart(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    """Arrays of one dimension and one type, at least one, end to end in memory of their own."""
+    joined, end = empty(sum(map(len, parts)), parts[0].dtype), 0
+    for part in parts:
+        joined[end : end + len(part)] = part
+        end += len(part)
+    return joined
+
+
+def give_back_of(count: int) -> None:
+    """Let the C library return what it keeps of freed memory to the system, where it is one that can: glibc.
+
+    count: of bodies whose arrays were freed; of a few they are not worth it.
+    """
+    if count < _MANY:
+        return
     with suppress(Exception):  # other libraries and systems, a Python without ctypes, one that may not use it
         import ctypes
 

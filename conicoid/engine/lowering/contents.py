@@ -54,7 +54,7 @@ class Exact:
     """
 
     def __init__(self, shapes: Shapes, starts: Any, first: Any, first_outline: Any) -> None:
-        """shapes: of the entries of a scene; starts: the number of each one's first body.
+        """shapes: of the entries of a scene; starts: the number of each one's first body; None: each has one.
 
         first, first_outline: of each body, the number of its first surface, and of its first outline.
         """
@@ -89,18 +89,21 @@ class Exact:
             return shape, shape.kept["balls"][2], body - self._start(body)
         return shape, part_of(shape).exact, index - int(self._first[body])
 
+    def _entry(self, body: int) -> int:
+        """The entry that a body belongs to."""
+        return body if self._starts is None else int(np.searchsorted(self._starts, body, side="right")) - 1
+
     def _start(self, body: int) -> int:
         """The first body of the entry that one belongs to."""
-        return int(self._starts[int(np.searchsorted(self._starts, body, side="right")) - 1])
+        return body if self._starts is None else int(self._starts[self._entry(body)])
 
     def _shape(self, body: int) -> Shape:
         """The shape of a body, where its surfaces and their names are kept; a `Spheres` keeps those of its balls."""
-        entry = int(np.searchsorted(self._starts, body, side="right")) - 1
-        shape = self._shapes[entry]
+        shape = self._shapes[self._entry(body)]
         if not isinstance(shape, Bulk) or isinstance(shape, Spheres):
             return shape
         singles: dict[int, Shape] = shape.kept.setdefault("singles", {})
-        own = body - int(self._starts[entry])
+        own = body - self._start(body)
         if own not in singles:
             singles[own] = shape.single(own)
         return singles[own]

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
-from .apart import apart, empty
+from .apart import apart, empty, give_back_of
 from .given import Given, Leading, columns_of, has_form
-from .leaf_bounds import bounds_of_leaves
-from .limits import with_limits
+from .leaf_bounds import bounds_of_leaves, likes_of_cells
 from .maps import frames_of, maps_of_faces, shares_frame
 from .pattern import BOX_NUMBERS, SIZES, Group
 from .places import Contents, Places
@@ -81,15 +80,16 @@ class Layout:
         return given.all_of(finished(known))
 
     def tables(self, surfaces: SurfaceArrays) -> tuple[Tables, Floats]:
-        """The finished arrays (without a tree), and the entries' boxes (n, 6)."""
+        """The finished arrays (without trees and limits), and the entries' boxes (n, 6)."""
         columns = self._columns(surfaces)
+        give_back_of(self.contents.body_count)
         entries, boxes = self._entries(surfaces)
         tables = Tables(
             surface_kind=apart(surfaces.kind), surface_row=apart(surfaces.row), planes=surfaces.planes,
             spheres=surfaces.spheres, quadrics=surfaces.quadrics.rows, quadric_forms=surfaces.quadrics.forms,
             **columns, **entries, **_to_come(),
         )  # fmt: skip
-        return with_limits(balls_direct(tables), boxes, surfaces.rest), boxes
+        return balls_direct(tables), boxes
 
     def _columns(self, surfaces: SurfaceArrays) -> dict[str, Any]:
         """Cells, programs, sheets and polygons."""
@@ -97,7 +97,7 @@ class Layout:
         leaf, gate = _Columns(self.leaves, "iibb"), _Columns(self.gates, "iibi")
         program, sheet = _Columns(self.programs, "ii"), _Columns(self.sheets, "iibb")
         polygon, corners = _Columns(self.polygons, "ii"), np.zeros(self.polygons.count, np.int32)
-        planes_of = empty(self.cells.count, np.int32)
+        cell_first = empty(self.cells.count + 1, np.int32)  # first how many planes each has
         vertices = np.empty((self.corners.count, 3))
         for group in self.contents.groups:
             p = group.pattern
@@ -112,21 +112,22 @@ class Layout:
             sheet.put(group, p.sheets, {0: surface, 1: first_program})
             polygon.put(group, p.polygons, {0: surface, 1: first_program})
             for k, count in enumerate(p.cell_planes.tolist()):
-                planes_of[first_cell + np.int32(k)] = count
+                cell_first[1:][first_cell + np.int32(k)] = count
             corners[self.polygons.rows(group, len(p.polygons))] = p.corners
             count = int(p.corners.sum())
             vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
                 len(group.rows), -1, 3
             )
-        bounds, shifts = bounds_of_leaves(self.contents, self.programs)
+        bounds, program_shifts, shifts = bounds_of_leaves(self.contents, self.programs)
         ids_and_senses = [_resolved(surfaces, each.columns[0]) for each in (cell, plane, sheet, polygon)]
         (cell_quadric, cell_sense), (plane_surface, plane_sense) = ids_and_senses[:2]
         (sheet_surface, sheet_sense), (polygon_surface, polygon_sense) = ids_and_senses[2:]
         columns = dict(
             cell_quadric=cell_quadric,
+            cell_likes=likes_of_cells(self.contents, self.cells),
             cell_side=cell.signs(1, cell_sense),
             cell_face=cell.columns[2],
-            cell_first=_ends(planes_of),
+            cell_first=np.cumsum(cell_first, out=cell_first),
             plane_surface=plane_surface,
             plane_side=plane.signs(1, plane_sense),
             plane_face=plane.columns[2],
@@ -137,7 +138,8 @@ class Layout:
             leaf_negated=leaf.columns[2],
             leaf_sense=leaf.columns[3],
             leaf_bounds=bounds,
-            program_shifts=shifts,
+            program_shifts=program_shifts,
+            shifts=shifts,
             gate_parent=gate.columns[0],
             gate_need=gate.columns[1],
             gate_negated=gate.columns[2],
@@ -158,15 +160,17 @@ class Layout:
         """The leaves of the scene's tree in the order of their bodies, and what bodies need besides; boxes."""
         contents = self.contents
         count = contents.body_count
-        kind, index = np.empty(count, np.int8), np.empty(count, np.int32)
-        body_face, boxes = np.empty(count, np.int32), empty((count, 6), np.float64)
+        kind, index, body = empty(count, np.int8), empty(count, np.int32), empty(count, np.int32)
+        body_face, boxes = empty(count, np.int32), empty((count, 6), np.float64)
+        body[:] = np.arange(count, dtype=np.int32)
         of_kind = {CELL: self.cells, REGION: self.programs, SHEET: self.sheets, POLYGON: self.polygons}
         for group in contents.groups:
             p, bodies = group.pattern, group.bodies
             kind[bodies] = p.kind
             index[bodies] = of_kind[p.kind].first[bodies] + p.index
             body_face[bodies] = self.faces.first[bodies] if p.framed else group.ball_frame
-            boxes[bodies] = group.rows[:, p.box_at : p.box_at + BOX_NUMBERS]
+            for some in blocks(len(bodies)):
+                boxes[bodies[some]] = group.rows[some, p.box_at : p.box_at + BOX_NUMBERS]
         first = self.surfaces.count
         for balls in contents.balls:
             bodies = balls.bodies
@@ -178,7 +182,7 @@ class Layout:
         columns = dict(
             entry_kind=kind,
             entry_index=index,
-            entry_body=np.arange(count, dtype=np.int32),
+            entry_body=body,
             body_face=body_face,
             ball_frames=np.array(contents.ball_frames, dtype=np.float64).reshape(-1, 9),
             face_maps=apart(face_maps),
@@ -235,16 +239,17 @@ def _ends(counts: Ints) -> Ints:
 
 
 def _resolved(surfaces: SurfaceArrays, numbers: Ints) -> tuple[Ints, Signs]:
-    """(ids, senses) in the finished table of surfaces as they were added; -1 stays."""
+    """(ids, senses) in the finished table of surfaces as they were added, which they take the place of; -1 stays."""
+    senses = empty(len(numbers), np.int8)
     if not len(surfaces.ids):
-        return np.full(len(numbers), -1, np.int32), np.ones(len(numbers), np.int8)
-    ids, senses = empty(len(numbers), np.int32), empty(len(numbers), np.int8)
+        senses.fill(1)
+        return numbers, senses
     for begin in range(0, len(numbers), _CHUNK):
         some = slice(begin, begin + _CHUNK)
         missing, known = numbers[some] < 0, np.maximum(numbers[some], 0)
-        ids[some] = np.where(missing, np.int32(-1), surfaces.ids[known])
+        numbers[some] = np.where(missing, np.int32(-1), surfaces.ids[known])
         senses[some] = np.where(missing, np.int8(1), surfaces.senses[known])
-    return ids, senses
+    return numbers, senses
 
 
 def _to_come() -> dict[str, Any]:

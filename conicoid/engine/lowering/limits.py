@@ -9,13 +9,13 @@ within `far` of the scene.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..tables import CELL, POLYGON, REGION, SHEET, Floats, Tables
+from ..tables import CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, Floats, Tables
 from .apart import apart, empty
 from .surfaces import Remainders
 from .weighed import Records, put_limits_of_planes, put_limits_of_quadrics, size_of_records, weigh
@@ -25,62 +25,130 @@ Whole = npt.NDArray[Any]
 _USES = 1 << 17
 
 
-@dataclass
-class _Uses:
-    """Which surface bounds which cell, sheet or polygon, and in which entry's box."""
-
-    surfaces: list[Whole] = field(default_factory=list)
-    owners: list[Whole] = field(default_factory=list)
-    entries: list[Whole] = field(default_factory=list)
-
-    def add(self, surfaces: Whole, owners: Whole, entries: Whole) -> None:
-        """Add surfaces with what they bound; those that are missing, or in no entry, are left out."""
-        known = (surfaces >= 0) & (entries >= 0)
-        self.surfaces.append(surfaces[known])
-        self.owners.append(owners[known])
-        self.entries.append(entries[known])
-
-
 def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
-    """The tables with `plane_limits`, `quadric_limits`, and those of cells, programs, sheets and polygons."""
-    cells, sheets, polygons = len(tables.cell_quadric), len(tables.sheet_surface), len(tables.polygon_surface)
-    uses, cell_entry = _Uses(), np.full(cells, -1, np.int32)
-    kind, index = tables.entry_kind, tables.entry_index
-    own = np.flatnonzero(kind == CELL)
-    cell_entry[index[own]] = own
-    leaf_entry = np.repeat(_entries_of_programs(tables), np.diff(tables.program_leaf))
-    held = leaf_entry >= 0
-    cell_entry[tables.leaf_cell[held]] = leaf_entry[held]
-    uses.add(tables.cell_quadric, np.arange(cells, dtype=np.int32), cell_entry)
-    planes = np.repeat(np.arange(cells, dtype=np.int32), np.diff(tables.cell_first))
-    uses.add(tables.plane_surface, planes, cell_entry[planes])
-    for which, column, base in (
-        (SHEET, tables.sheet_surface, cells),
-        (POLYGON, tables.polygon_surface, cells + sheets),
-    ):
-        own = np.flatnonzero(kind == which)
-        uses.add(column[index[own]], base + index[own], own)
-    parts = list(zip(uses.surfaces, uses.owners, uses.entries, strict=True))
+    """The tables with `limits_of` them."""
+    return tables._replace(**limits_of(tables, boxes, rest))
+
+
+def shapes_of_limits(tables: Tables) -> dict[str, Floats]:
+    """Arrays of the shapes of `limits_of`."""
+    counts = dict(
+        plane=len(tables.planes), quadric=len(tables.quadric_forms), cell=_rows_of_cells(tables),
+        program=len(_models(tables)), sheet=len(tables.sheet_surface), polygon=len(tables.polygon_surface),
+    )  # fmt: skip
+    return {f"{of}_limits": np.broadcast_to(0.0, (count, 2)) for of, count in counts.items()}
+
+
+def limits_of(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str, Any]:
+    """`plane_limits`, `quadric_limits`, and those of cells, programs, sheets and polygons."""
+    cells, sheets, polygons = _rows_of_cells(tables), len(tables.sheet_surface), len(tables.polygon_surface)
+    cell_entry = _entries_of_cells(tables)
     size = 1.0 if np.isfinite(boxes).all() else size_of(tables, boxes)  # else nothing depends on it
-    limits = apart(no_limits(cells + sheets + polygons))
-    per_surface = np.zeros((3, max(int(surface.max(initial=-1)) for surface, _, _ in parts) + 1))
+    limits = no_limits(cells + sheets + polygons)
+    last = max((int(surface.max(initial=-1)) for surface, _, _ in _uses(tables, cell_entry)), default=-1)
+    place, used = _places(tables, last)
+    most = empty((3, len(used)), np.float64)
     records = Records.of(tables, rest)
-    for surface, owner, users in parts:
-        weigh_all(records, boxes, size, (surface, surface, owner, users), limits, per_surface)
-    del uses, parts
-    of_cells = limits[:cells]
-    of_planes, of_quadrics = (empty((len(table), 2), np.float64) for table in (tables.planes, tables.quadrics))
-    every = np.arange(per_surface.shape[1], dtype=np.int32)
-    put_limits_of_planes(records, every, per_surface, of_planes)
-    put_limits_of_quadrics(records, every, per_surface, of_quadrics)
-    return tables._replace(
+    for surface, owner, users in _uses(tables, cell_entry):
+        places = place.take(surface, mode="clip")  # of one that is not there whichever, as it is refused
+        weigh_all(records, boxes, size, (surface, places, owner, users), limits, most)
+    of_cells = apart(limits[:cells])
+    of_planes, of_quadrics = (empty((len(table), 2), np.float64) for table in (tables.planes, tables.quadric_forms))
+    put_limits_of_planes(records, used, most, of_planes)
+    put_limits_of_quadrics(records, used, most, of_quadrics)
+    return dict(
         plane_limits=of_planes,
         quadric_limits=of_quadrics,
         cell_limits=of_cells,
-        program_limits=apart(_merged(tables, of_cells)),
-        sheet_limits=limits[cells : cells + sheets],
-        polygon_limits=limits[cells + sheets :],
+        program_limits=_merged(tables, of_cells),
+        sheet_limits=apart(limits[cells : cells + sheets]),
+        polygon_limits=apart(limits[cells + sheets :]),
     )
+
+
+def _rows_of_cells(tables: Tables) -> int:
+    """How many limits cells have: those that are one another moved share them."""
+    return int(tables.cell_likes.max()) + 1 if len(tables.cell_likes) else len(tables.cell_quadric)
+
+
+def _models(tables: Tables) -> Whole:
+    """Of each of the limits that programs have, one of the programs that share them."""
+    every = np.arange(len(tables.program_leaf) - 1, dtype=np.int32)
+    if not len(tables.program_shifts):
+        return every
+    rows = tables.program_shifts[:, -1]
+    models = np.empty(int(rows.max()) + 1, np.int32)
+    models[rows] = every
+    return models
+
+
+def _places(tables: Tables, last: int) -> tuple[Whole, Whole]:
+    """(the place of each surface in what is known of them, the surface of each place; -1: none up to the last).
+
+    Planes have one each, and quadrics of one form share one; spheres need none, and have one together.
+    """
+    planes, row = len(tables.planes), tables.surface_row
+    place = np.full(len(row), planes + len(tables.quadric_forms), np.int32)
+    surfaces = np.full(planes + len(tables.quadric_forms) + 1, -1, np.int32)
+    flat, curved = (np.flatnonzero(tables.surface_kind == kind) for kind in (PLANE, QUADRIC))
+    place[flat] = row[flat]
+    place[curved] = tables.quadrics[row[curved], 3] + planes
+    for some in (flat, curved):
+        some = some[some <= last]
+        surfaces[place[some]] = some
+    return place, surfaces
+
+
+def _entries_of_cells(tables: Tables) -> Whole:
+    """The entry that each cell belongs to; -1 for none."""
+    kind, index = tables.entry_kind, tables.entry_index
+    cell_entry = empty(len(tables.cell_quadric), np.int32)
+    cell_entry.fill(-1)
+    own = np.flatnonzero(kind == CELL)
+    cell_entry[index[own]] = own
+    of_programs, leaves = _entries_of_programs(tables), tables.program_leaf
+    for begin, end in _parts(leaves):
+        entries = np.repeat(of_programs[begin:end], np.diff(leaves[begin : end + 1]))
+        held = entries >= 0
+        cell_entry[tables.leaf_cell[leaves[begin] : leaves[end]][held]] = entries[held]
+    return cell_entry
+
+
+def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Whole]]:
+    """Which surface bounds which cell, sheet or polygon, and in which entry's box; a part at a time.
+
+    Those that are missing, or in no entry, are left out.
+    """
+    kind, index, cells, likes = tables.entry_kind, tables.entry_index, len(cell_entry), tables.cell_likes
+    for begin in range(0, cells, _USES):
+        end = min(cells, begin + _USES)
+        rows = likes[begin:end] if len(likes) else np.arange(begin, end, dtype=np.int32)
+        yield _used(tables.cell_quadric[begin:end], rows, cell_entry[begin:end])
+    for begin, end in _parts(tables.cell_first):
+        first = tables.cell_first[begin : end + 1]
+        owners = np.repeat(np.arange(begin, end, dtype=np.int32), np.diff(first))
+        rows = likes[owners] if len(likes) else owners
+        yield _used(tables.plane_surface[first[0] : first[-1]], rows, cell_entry[owners])
+    base = _rows_of_cells(tables)
+    for which, column in ((SHEET, tables.sheet_surface), (POLYGON, tables.polygon_surface)):
+        own = np.flatnonzero(kind == which)
+        yield _used(column[index[own]], base + index[own], own)
+        base += len(column)
+
+
+def _used(surfaces: Whole, owners: Whole, entries: Whole) -> tuple[Whole, Whole, Whole]:
+    """What is not missing, and in an entry."""
+    known = (surfaces >= 0) & (entries >= 0)
+    return surfaces[known], owners[known], entries[known]
+
+
+def _parts(first: Whole) -> Iterator[tuple[int, int]]:
+    """Parts of what has its rows from first[k] to first[k + 1]: about `_USES` of these, or those of one."""
+    begin, count = 0, len(first) - 1
+    while begin < count:
+        end = min(count, max(begin + 1, int(np.searchsorted(first, first[begin] + _USES, side="right")) - 1))
+        yield begin, end
+        begin = end
 
 
 def _entries_of_programs(tables: Tables) -> Whole:
@@ -100,7 +168,7 @@ def size_of(tables: Tables, boxes: Floats) -> float:
 
 def no_limits(count: int) -> Floats:
     """(count, 2): what t may be off by, for |d| = 1; how far |o| + |t d| may be. Nothing is known yet."""
-    limits = np.zeros((count, 2))
+    limits = empty((count, 2), np.float64)
     limits[:, 1] = math.inf
     return limits
 
@@ -121,8 +189,17 @@ def weigh_all(
 
 def _merged(tables: Tables, cells: Floats) -> Floats:
     """The limits of programs: the widest of their leaves'."""
-    program = np.repeat(np.arange(len(tables.program_leaf) - 1, dtype=np.int32), np.diff(tables.program_leaf))
-    return limits_of_programs(program, cells[tables.leaf_cell], len(tables.program_leaf) - 1)
+    models = _models(tables)
+    first = tables.program_leaf[models]
+    ends = np.concatenate([np.zeros(1, np.int32), np.cumsum(tables.program_leaf[models + 1] - first, dtype=np.int32)])
+    merged = empty((len(models), 2), np.float64)
+    for begin, end in _parts(ends):
+        program = np.repeat(np.arange(end - begin, dtype=np.int32), np.diff(ends[begin : end + 1]))
+        leaves = np.arange(ends[begin], ends[end]) + (first - ends[:-1])[begin:end][program]
+        like = tables.leaf_cell[leaves]
+        like = tables.cell_likes[like] if len(tables.cell_likes) else like
+        merged[begin:end] = limits_of_programs(program, cells[like], end - begin)
+    return merged
 
 
 def limits_of_programs(program: Whole, leaves: Floats, count: int) -> Floats:

@@ -23,6 +23,7 @@ from ...shapes.repeated import Ints, Repeated, Shifts
 from ...shapes.surface import ORIGIN, PlaneSurface, QuadricSurface
 from ..tables import PLANE, PLANE_SIZE, Floats
 from .alone import Alone
+from .away import Away
 from .parts import Part, part_of
 from .pattern import BOX_NUMBERS, SIZES, Pattern
 from .together import Together
@@ -51,7 +52,7 @@ class MovedRows:
     """The rows of bodies, worked out when columns are asked for: `rows[:, a:b]` and `rows[:, a]`."""
 
     base: Floats
-    away: Floats  # (bodies, 3) from the first
+    away: Away  # from the first
     gathered: list[Gathered] = field(default_factory=list)
     slanted: list[int] = field(default_factory=list)
     """Where rows of four begin, an affine map each, that depend on several axes."""
@@ -69,7 +70,7 @@ class MovedRows:
         every, columns = where
         if not isinstance(columns, slice):
             return self[every, columns : columns + 1][:, 0]
-        return self.of(np.arange(len(self))[every], columns.start, columns.stop)
+        return self.of(np.arange(*every.indices(len(self))), columns.start, columns.stop)
 
     def of(self, bodies: Any, first: int, last: int) -> Floats:
         """Some columns of some bodies."""
@@ -106,18 +107,22 @@ class MovedRows:
 
     def _boxes(self, bodies: Any, at: int) -> Floats:
         """A box of the first body, moved to others."""
-        box, away = self.base[at : at + BOX_NUMBERS], self.away[bodies]
-        wider = _wider(box, np.abs(away).max(axis=1))[:, None]
-        return np.concatenate([box[:3] + (away - wider), box[3:] + (away + wider)], axis=1)
+        return moved_boxes(self.base[at : at + BOX_NUMBERS], self.away[bodies])
 
     def around_all(self, at: int, count: int) -> Floats:
         """So many boxes of the first body, from a column on, wide enough for those of all bodies less `away`."""
-        boxes, far = self.base[at : at + BOX_NUMBERS * count].reshape(-1, BOX_NUMBERS).copy(), np.abs(self.away).max()
+        boxes, far = self.base[at : at + BOX_NUMBERS * count].reshape(-1, BOX_NUMBERS).copy(), self.away.most
         for box in boxes:
             wider = _wider(box, far)
             box[:3] -= wider
             box[3:] += wider
         return boxes
+
+
+def moved_boxes(box: Floats, away: Floats) -> Floats:
+    """A box (6,) low and high, moved by each of (n, 3)."""
+    wider = _wider(box, np.abs(away).max(axis=1))[:, None]
+    return np.concatenate([box[:3] + (away - wider), box[3:] + (away + wider)], axis=1)
 
 
 def _wider(box: Floats, away: Any) -> Any:
@@ -173,7 +178,7 @@ class _Moved:
     def rows(self) -> tuple[Pattern, MovedRows] | None:
         """`moved_rows`"""
         pattern, base = self.part.pattern, np.array(self.part.row)
-        moved = MovedRows(base, self.shifts.away(0), boxes=(pattern.bounds_at, pattern.frame_at))
+        moved = MovedRows(base, Away.of(self.shifts), boxes=(pattern.bounds_at, pattern.frame_at))
         axes = [self._along(axis) for axis in range(3)]
         for slot, (kind, column, sense) in enumerate(pattern.records):
             normal = np.flatnonzero(base[column : column + 3])

@@ -42,6 +42,8 @@ class Places:
     @classmethod
     def of(cls, contents: Contents, each: Sequence[int]) -> Places:
         """`each`: how many the bodies of each group have."""
+        if not any(each):
+            return cls(np.broadcast_to(np.int32(0), contents.body_count), 0)
         counts = np.zeros(contents.body_count, np.int32)
         for group, number in zip(contents.groups, each, strict=True):
             counts[group.bodies] = number

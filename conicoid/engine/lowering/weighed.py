@@ -222,9 +222,9 @@ def _is_plain(forms: Floats, form: int) -> bool:
     return True
 
 
-@kernel(surface="n", most="3 n", limits="out q 2")
+@kernel(surface="n", most="3 n", limits="out f 2")
 def put_limits_of_quadrics(records: Records, surface: Ints, most: Floats, limits: Floats) -> None:
-    """Those of some surfaces that are quadrics: the least certain discriminant, for |d| = 1; least value along rulings.
+    """Those of the forms of some quadrics: the least certain discriminant, for |d| = 1; least value along rulings.
 
     The latter is infinite where a body has no end and a direction's part along an axis that bends is a sum: rounding
     may have made that 0, where the ray comes to a wall, however far away.
@@ -232,13 +232,12 @@ def put_limits_of_quadrics(records: Records, surface: Ints, most: Floats, limits
     for i in range(len(surface)):
         if not _is_row(records, surface[i]) or records.kind[surface[i]] != QUADRIC:
             continue
-        row, reach, share = records.row[surface[i]], most[0, i], most[1, i]
-        form = _form(records, row)
+        form, reach, share = _form(records, records.row[surface[i]]), most[0, i], most[1, i]
         a, b, k = _sizes(records.forms, form)
         terms = 10.0 * a * reach * reach + 6.0 * b * reach + k
         rate = terms / reach
-        limits[row, 0] = 4.0 * share * (rate * rate) if reach > 0.0 else math.inf
-        limits[row, 1] = math.inf if most[2, i] > 0.0 and not _is_plain(records.forms, form) else share * terms
+        limits[form, 0] = 4.0 * share * (rate * rate) if reach > 0.0 else math.inf
+        limits[form, 1] = math.inf if most[2, i] > 0.0 and not _is_plain(records.forms, form) else share * terms
 
 
 @inline

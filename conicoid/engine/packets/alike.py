@@ -20,7 +20,7 @@ from ..culling import records_in_lanes
 from ..culling.slack import END, END_LEAST
 from ..surface.doubt import STARTING
 from ..surface.interval import may_overlap
-from ..surface.nearness import Nearness, ray_size, ray_unit
+from ..surface.nearness import Nearness, lengths_of, ray_size, ray_unit
 from ..tables import SPHERE, Floats, Geometry, integer, whole
 from .booleans import (
     Memory,
@@ -100,11 +100,10 @@ _MOVED = (
 def _load_rays(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, more: Floats, count: int) -> None:
     """The rays into their lanes, and the limits of their bodies; `rays` and `more` hold eight numbers of each ray."""
     lanes, numbers, begin = bodies.lanes, bodies.numbers, WAITING + LANES * form
-    limits = geometry.places[table.PROGRAM_LIMITS]
     for k in range(count):
         numbers[PROGRAM + k] = integer(geometry, table.ENTRY_INDEX, numbers[ENTRIES + LANES * form + k])
-        at, lane = limits + 2 * numbers[PROGRAM + k], np.uint64(k)
-        lanes[BODY_OFF + lane], lanes[BODY_FAR + lane] = geometry.floats[at], geometry.floats[at + 1]
+        lengths, lane = lengths_of(geometry, table.PROGRAM_LIMITS, numbers[PROGRAM + k]), np.uint64(k)
+        lanes[BODY_OFF + lane], lanes[BODY_FAR + lane] = lengths.off, lengths.far
     for k in range(0, count, 8):
         records_in_lanes(rays, numbers, begin + k, lanes, OX + np.uint64(k))
         records_in_lanes(more, numbers, begin + k, lanes, R0 + np.uint64(k))
@@ -127,14 +126,13 @@ def _load_rays(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, more
 @helper
 def _meet_leaf(geometry: Geometry, bodies: Bodies, model: int, leaf: int, narrows: bool, count: int) -> int:
     """The spans of a leaf of all bodies; returns how many lanes still seek."""
-    lanes, numbers, limits = bodies.lanes, bodies.numbers, geometry.places[table.CELL_LIMITS]
+    lanes, numbers = bodies.lanes, bodies.numbers
     for k in range(count):
         lane = np.uint64(k)
         cell = integer(geometry, table.LEAF_CELL, integer(geometry, table.PROGRAM_LEAF, numbers[PROGRAM + k]) + leaf)
         numbers[CELL + k] = cell
-        lanes[CELL_OFF + lane], lanes[CELL_FAR + lane] = (
-            geometry.floats[limits + 2 * cell], geometry.floats[limits + 2 * cell + 1],
-        )  # fmt: skip
+        lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
+        lanes[CELL_OFF + lane], lanes[CELL_FAR + lane] = lengths.off, lengths.far
     first, last = eights(0, count)
     for i in range(first, last):
         put_whole_lane(lanes, i)

@@ -135,12 +135,14 @@ def meet_quadrics(geometry: Geometry, bodies: Bodies, count: int) -> None:
         lane, surface = np.uint64(k), integer(geometry, table.CELL_QUADRIC, numbers[CELL + k])
         row = integer(geometry, table.SURFACE_ROW, surface)
         numbers[AT + k], lanes[SURFACE + lane] = quadrics + ANCHOR_SIZE * row, surface
-        lanes[LIMIT + lane] = geometry.floats[limits + 2 * row]
-        lanes[OTHER_LIMIT + lane] = geometry.floats[limits + 2 * row + 1]
     for k in range(0, count, 8):
         numbers_in_lanes(geometry.floats, numbers, AT + k, lanes, R0 + np.uint64(k))
     for k in range(count):  # the row of the form stands behind the anchor, where the form comes to
-        numbers[AT + k] = forms + FORM_SIZE * whole(lanes[R3 + np.uint64(k)])
+        lane = np.uint64(k)
+        form = whole(lanes[R3 + lane])
+        numbers[AT + k] = forms + FORM_SIZE * form
+        lanes[LIMIT + lane] = geometry.floats[limits + 2 * form]
+        lanes[OTHER_LIMIT + lane] = geometry.floats[limits + 2 * form + 1]
     for part in range(2):
         for k in range(0, count, 8):
             numbers_in_lanes(geometry.floats, numbers, AT + k, lanes, R3 + np.uint64(8 * LANES * part + k))

@@ -6,8 +6,9 @@ import math
 from typing import NamedTuple
 
 from ...compiler.jit import inline
+from .. import tables as table
 from ..ray import Ray
-from ..tables import Geometry
+from ..tables import SHIFT_SIZE, Geometry, integer, length
 from .doubt import BALL_FAR, BALL_OFF, RELATIVE, STARTING
 from .quadric import Sphere
 
@@ -35,9 +36,19 @@ def ray_size(ox: float, oy: float, oz: float, unit: float) -> float:
 
 
 @inline
-def lengths_of(geometry: Geometry, table: int, row: int) -> Nearness:
-    """The limits of a cell, program, sheet or polygon, for |d| = 1: row `row` of its table."""
-    at = geometry.places[table] + 2 * row
+def row_of_limits(geometry: Geometry, limits: int, row: int) -> int:
+    """The row of the limits of a cell, program, sheet or polygon: those that are one another moved share one."""
+    if limits == table.CELL_LIMITS and length(geometry, table.CELL_LIKES) > 0:
+        return integer(geometry, table.CELL_LIKES, row)
+    if limits == table.PROGRAM_LIMITS and length(geometry, table.PROGRAM_SHIFTS) > 0:
+        return integer(geometry, table.PROGRAM_SHIFTS, SHIFT_SIZE * row + SHIFT_SIZE - 1)
+    return row
+
+
+@inline
+def lengths_of(geometry: Geometry, limits: int, row: int) -> Nearness:
+    """The limits of a cell, program, sheet or polygon, for |d| = 1: by its number, from one of their tables."""
+    at = geometry.places[limits] + 2 * row_of_limits(geometry, limits, row)
     return Nearness(geometry.floats[at], geometry.floats[at + 1])
 
 
@@ -49,9 +60,9 @@ def lengths_of_ball(ball: Sphere) -> Nearness:
 
 
 @inline
-def nearness_of(geometry: Geometry, table: int, row: int, ray: Ray, inverse: float) -> Nearness:
+def nearness_of(geometry: Geometry, limits: int, row: int, ray: Ray, inverse: float) -> Nearness:
     """The limits of a cell, program, sheet or polygon for the t of a ray."""
-    return along(ray, inverse, lengths_of(geometry, table, row))
+    return along(ray, inverse, lengths_of(geometry, limits, row))
 
 
 @inline

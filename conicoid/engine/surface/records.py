@@ -67,8 +67,8 @@ def plane_limits(geometry: Geometry, row: int) -> PlaneLimits:
 
 @inline
 def quadric_limits(geometry: Geometry, row: int) -> QuadricLimits:
-    """The limits of a quadric."""
-    at = geometry.places[table.QUADRIC_LIMITS] + 2 * row
+    """The limits of a quadric: those of its form."""
+    at = geometry.places[table.QUADRIC_LIMITS] + 2 * form_row(geometry, row)
     return QuadricLimits(geometry.floats[at], geometry.floats[at + 1])
 
 

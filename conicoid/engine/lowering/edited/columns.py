@@ -59,7 +59,7 @@ SIDES = {"cell_side": "cell_quadric", "plane_side": "plane_surface", "sheet_side
 """Columns of surfaces, and the sides of them."""
 AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
 ENTRIES = ("entry_kind", "entry_index", "entry_body", "body_face")
-OF_MOVED = ("program_shifts", "body_maps")
+OF_MOVED = ("cell_likes", "program_shifts", "shifts", "body_maps")
 """Columns of bodies that are one another moved, which are not edited: of others they have no rows."""
 OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES, *OF_MOVED)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")

@@ -94,7 +94,7 @@ def edit(
         return None
     there = len(bodies) - len(found.fresh)
     told = progress and (lambda done, _: progress(there + done, len(bodies)))
-    new = lower([bodies[number] for number in found.fresh], Stages(told, len(found.fresh)))
+    new = lower([bodies[number] for number in found.fresh], Stages(told, len(found.fresh))).limited()
     if new.laid is None:
         return None
     pieces = Pieces.of(found.pieces, (old.laid, new.laid))

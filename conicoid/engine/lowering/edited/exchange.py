@@ -117,7 +117,7 @@ class Exchange:
         columns.framed(body_frame, FRAMES, [side.body_frame for side in joined.sides])
         single = old.exact.single if classes.single is None else classes.single
         lowered = dataclasses.replace(
-            old, tables=tables, boxes=self.boxes, frames=beside["frames"], body_frame=body_frame,
+            old, tables=tables, around=self.boxes, frames=beside["frames"], body_frame=body_frame,
             face_paint=joined.paint(), rest=rest, laid=self._laid,
             exact=ExactTables(old.exact.bodies.of(ShapesOf(self._bodies)), single),
         )  # fmt: skip

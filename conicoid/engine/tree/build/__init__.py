@@ -8,42 +8,45 @@ its own with all that is unbounded along the same; only what is unbounded along 
 from __future__ import annotations
 
 from ...lowering import Lowered
-from ...lowering.apart import give_back
-from ...tables import NODE_BOXES, Geometry, pack
+from ...lowering.apart import give_back_of
+from ...lowering.around import Around
+from ...lowering.limits import limits_of, shapes_of_limits
+from ...tables import NODE_BOXES, Geometry, Tables, pack, put_sizes, room_for
 from .leaf_items import put_items
 from .woods import COSTS, Woods, extent_of, programs_of
 
-_MANY = 1 << 16
-"""Entries of which the temporary arrays are worth giving back at once."""
-
 
 def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
-    """The geometry of a lowered scene, with the trees over its entries and over the leaves of its bodies.
+    """The geometry of a lowered scene, with limits and the trees over its entries and over the leaves of its bodies.
 
-    It takes the tables of the scene.
+    It takes the tables of the scene. What is large is made as late as can be, and goes as soon as can be.
     """
     tables = lowered.taken()
-    many = len(tables.entry_kind) >= _MANY
-    if many:
-        give_back()
+    count = len(tables.entry_kind)
+    give_back_of(count)
     forest = programs_of(tables)
+    give_back_of(count)
     depth = forest.depth
     survey = forest.add(lowered.boxes, 0, COSTS[tables.entry_kind])
     levels = forest.levels
     forest.end_tree()
-    columns = {**tables._asdict(), **forest.columns(), "extent": extent_of(survey)}
-    del tables
-    if many:
-        give_back()
-    geometry = pack(columns, later=("node_boxes", "leaf_items"))
+    give_back_of(count)
+    columns = {**tables._asdict(), **forest.columns(), **shapes_of_limits(tables), "extent": extent_of(survey)}
+    geometry = room_for(Tables(**columns))
+    put_sizes(geometry, tables)
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
-    place, woods = forest.places[-2], Woods.of(forest, depth, levels)
-    del forest  # what trees were built from is as large as what follows
-    if many:
-        give_back()
+    place, woods = forest.places[-2], Woods.of(forest, depth, levels, lowered.laid is not None)
+    del forest  # what trees were built from
+    give_back_of(count)
+    columns.update(limits_of(tables, lowered.boxes, lowered.rest))
+    del tables
+    give_back_of(count)
+    pack(geometry, columns, later=("node_boxes", "leaf_items"))
+    give_back_of(count)
     put_items(geometry, lowered.boxes, place)
-    if many:
-        give_back()
+    if isinstance(lowered.around, Around):
+        lowered.around.let_go()
+    give_back_of(count)
     return geometry, woods
 
 

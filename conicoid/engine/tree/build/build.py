@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...lowering.apart import empty
 from ...tables import Floats, Ints
 from ...threads import run_chunks
 from .branches import ROW, WIDTH, Branches, grow, new_branches, weigh_first
@@ -39,7 +40,7 @@ class Tree:
 
     def items(self) -> Ints:
         """The items in the order of the leaves."""
-        items = np.empty(len(self.records) // SIZE, np.int32)
+        items = empty(len(self.records) // SIZE, np.int32)
         run_chunks(lambda a, b: items_of(self.records, a, b, items, 0), len(items), _ITEMS)
         return items
 

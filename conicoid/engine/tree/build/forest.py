@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ...lowering.apart import joined_apart
+from ...lowering.surfaces import end_to_end
 from ...tables import Floats, Ints
 from ..leaf import ROWS
 from .branches import WIDTH
@@ -98,10 +100,10 @@ class Forest:
         """The columns of the trees; of boxes and items the shapes alone. The last tree alone has items."""
         return dict(
             node_boxes=np.broadcast_to(0.0, (self.node_count, 6, WIDTH)),
-            node_children=np.concatenate(self.children),
-            tree_order=np.concatenate(self.order),
-            tree_root=np.array(self.ends, dtype=np.int32),
-            roots=np.array(self.roots, dtype=np.int32),
+            node_children=end_to_end(self.children),
+            tree_order=joined_apart(self.order),
+            tree_root=np.frombuffer(self.ends, np.int32),
+            roots=np.frombuffer(self.roots, np.int32) if self.roots else _NONE,
             tree_depth=np.array([self.depth], dtype=np.int32),
             leaf_items=np.broadcast_to(0.0, ROWS * (self.placed - self.places[-2])),
         )

@@ -34,10 +34,14 @@ class Woods:
     left: int = 0  # how many entries have been taken from the tree since it was built
 
     @classmethod
-    def of(cls, forest: Forest, depth: int, levels: int) -> Woods:
-        """Of a forest whose last tree is that of the entries; of the depth and levels see above."""
+    def of(cls, forest: Forest, depth: int, levels: int, all_of_them: bool = True) -> Woods:
+        """Of a forest whose last tree is that of the entries; of the depth and levels see above.
+
+        all_of_them: where trees of bodies end is kept, not of the last alone; only edits ask for it.
+        """
         main = forest.nodes[-1], forest.places[-1], forest.ends[-1]
-        nodes, places = (np.array(part[:-1], np.int32) for part in (forest.nodes, forest.places))
+        first = 0 if all_of_them else -2
+        nodes, places = (np.array(part[first:-1], np.int32) for part in (forest.nodes, forest.places))
         return cls(nodes, places, depth, levels, main, np.zeros(0, np.int32))
 
 
