@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -222,13 +222,17 @@ def aligned(count: int) -> Floats:
     return room[skip : skip + count]
 
 
-def pack(columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> Geometry:
+def pack(
+    columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = (), room: Callable[[Tables], Geometry] | None = None
+) -> Geometry:
     """Lay the columns of tables end to end; those called `later` get zeros, which the caller fills in.
+
+    room: gives the room for tables of these shapes, if not `room_for`.
 
     Each is taken out of `columns` as it is copied, so that a large scene is never in memory twice.
     """
     tables = Tables(**columns)
-    geometry = room_for(tables)
+    geometry = (room or room_for)(tables)
     put_sizes(geometry, tables)
     del tables
     for k, name in enumerate(Tables._fields):

@@ -5,25 +5,24 @@ It imports masked arrays then, more than a whole edit takes.
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ...tables import Longs
 
-_Number = TypeVar("_Number", bound=np.generic)
 
-
-def distinct(*parts: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
+def distinct(*parts: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """The different numbers of some arrays, in rising order."""
     ordered = np.sort(parts[0] if len(parts) == 1 else np.concatenate(parts))
     other = np.ones(len(ordered), bool)
     np.not_equal(ordered[1:], ordered[:-1], out=other[1:])
-    return ordered[other]
+    found: npt.NDArray[Any] = ordered[other]
+    return found
 
 
-def distinct_places(numbers: npt.NDArray[_Number]) -> tuple[npt.NDArray[_Number], Longs]:
+def distinct_places(numbers: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], Longs]:
     """The different numbers, in rising order, and the place of each given among them."""
     values = distinct(numbers)
     return values, np.searchsorted(values, numbers)

@@ -7,9 +7,11 @@ its own with all that is unbounded along the same; only what is unbounded along 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ...lowering import Lowered
 from ...lowering.apart import give_back
-from ...tables import NODE_BOXES, Geometry, pack
+from ...tables import NODE_BOXES, Geometry, Tables, pack
 from .leaf_items import put_items
 from .woods import COSTS, Woods, extent_of, programs_of
 
@@ -17,10 +19,10 @@ _MANY = 1 << 16
 """Entries of which the temporary arrays are worth giving back at once."""
 
 
-def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
+def with_trees(lowered: Lowered, room: Callable[[Tables], Geometry] | None = None) -> tuple[Geometry, Woods]:
     """The geometry of a lowered scene, with the trees over its entries and over the leaves of its bodies.
 
-    It takes the tables of the scene.
+    It takes the tables of the scene. room: as for `pack`.
     """
     tables = lowered.taken()
     many = len(tables.entry_kind) >= _MANY
@@ -35,7 +37,7 @@ def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
     del tables
     if many:
         give_back()
-    geometry = pack(columns, later=("node_boxes", "leaf_items"))
+    geometry = pack(columns, later=("node_boxes", "leaf_items"), room=room)
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
     place, woods = forest.places[-2], Woods.of(forest, depth, levels)
     del forest  # what trees were built from is as large as what follows
