@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..shapes.vector import FloatArray
-from .sums import COUNT, errors_of
 
 FEWEST = 32
 """Samples before any error is believed."""
@@ -47,11 +46,15 @@ def in_squares(values: FloatArray, side: int) -> FloatArray:
 
 def errors_in_squares(sums: FloatArray, side: int) -> FloatArray:
     """(rows, columns): the error of each square."""
+    from .sums import errors_of
+
     return np.asarray(np.sqrt(in_squares(errors_of(sums) ** 2, side)))
 
 
 def error_of_all(sums: FloatArray) -> float:
     """The error of a whole picture: the root of the mean square of its pixels'."""
+    from .sums import errors_of
+
     return float(np.sqrt((errors_of(sums) ** 2).mean()))
 
 
@@ -62,6 +65,8 @@ def wanted(
 
     is_judged: may the noise of a square with so many samples end it?
     """
+    from .sums import COUNT
+
     count = sums[::side, ::side, COUNT]
     more = count < last
     if noise is not None and last > FEWEST and more.any():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Sequence
 from typing import Any
@@ -24,6 +25,9 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
     name = f"{owner}: {field}" if owner else field
     if isinstance(values, np.ndarray) and values.dtype == np.float64 and not isinstance(values, masked_arrays()):
         return values if values.flags.aligned else values.copy()  # such come from networks and records
+    if _is_plain(values):  # one ray's: what follows takes longer than tracing it
+        with contextlib.suppress(OverflowError):
+            return np.array(values, dtype=np.float64)
     if is_masked(values):
         raise ValueError(f"{name} must be {expected} without masked entries")
     try:
@@ -67,6 +71,15 @@ def _instead(values: Any) -> str:
     if not fields or one is values:
         return f"; {fields} are arrays" if fields else ""
     return f"; co.{type(one).__name__}.concatenate joins them"
+
+
+_PLAIN = frozenset((float, int))
+
+
+def _is_plain(values: Any) -> bool:
+    """Whether they are a number of Python's, or a list or tuple of such."""
+    kind = type(values)
+    return kind in _PLAIN or ((kind is tuple or kind is list) and bool(values) and _PLAIN.issuperset(map(type, values)))
 
 
 def _real(item: Any) -> float:

@@ -37,7 +37,7 @@ from .sines import sin_cos_degrees
 __all__ = [
     "BITS", "CANCELLED", "IDENTITY", "ONE", "ZERO", "Exact", "Row", "Rows", "Writable", "apply", "cancelling_sum",
     "cross", "cut", "determinant", "dot", "exact", "exact_row", "fraction", "inverse", "is_rounded", "minus",
-    "multiply", "plus", "power_of_two", "rational", "rounded", "simplest_ratio", "sin_cos_degrees",
+    "multiply", "plus", "power_of_two", "rational", "rounded", "settled", "simplest_ratio", "sin_cos_degrees",
     "sqrt", "total", "transpose", "unit",
 ]  # fmt: skip
 

@@ -203,12 +203,13 @@ def exact(value: Writable) -> Number:
         return value
     if isinstance(value, Symbol):
         return value.exact()
-    if isinstance(value, Fraction):
-        return _ratio(value.numerator, value.denominator)
+    if type(value) is not float:
+        if isinstance(value, Fraction):
+            return _ratio(value.numerator, value.denominator)
+        if isinstance(value, int):
+            return Number(value, 0)
     if value == 0:
         return ZERO
-    if isinstance(value, int):
-        return Number(value, 0)
     mantissa, unit = float(value).as_integer_ratio()
     return Number(mantissa, 1 - unit.bit_length())
 

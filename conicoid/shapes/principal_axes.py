@@ -6,12 +6,16 @@ unit eigenvectors of A, β_i = 0 where the anchor could be put to the center alo
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from fractions import Fraction
+from functools import cache
+from typing import Any
 
+from ..forks import nested_lock
 from . import exact as ex
 from .coefficients import Symmetric
 from .rational import eliminated
-from .sines import mpmath_of, of_mpmath
 from .surface import UPRIGHT, QuadricSurface, Triples
 
 _WEAK = Fraction(1, 1024)
@@ -19,6 +23,31 @@ _WEAK = Fraction(1, 1024)
 _FAR = 1024
 """A center so many times farther than what lies near the origin is not moved to."""
 _NOISE = ex.power_of_two(-ex.CANCELLED)
+_mp_lock = nested_lock()
+
+
+@cache
+def _mpmath() -> Any:
+    """mpmath, imported where it is needed: few scenes have a matrix that needs it."""
+    from mpmath import MPContext
+
+    return MPContext()
+
+
+@contextmanager
+def _mpmath_of(bits: int) -> Iterator[Any]:
+    """mpmath at a precision, for one thread at a time: the precision, and the constants it keeps, are those of all."""
+    with _mp_lock:
+        mp = _mpmath()
+        mp.prec = bits
+        yield mp
+
+
+def _of_mpmath(value: Any, places: int) -> ex.Exact:
+    """A number of mpmath's whose error is below 2^-places, within `_mpmath_of` at least so many bits."""
+    mp = _mpmath()
+    scaled = int(mp.nint(mp.ldexp(value, places)))
+    return ex.settled(ex.Exact(scaled, -places, 2))
 
 
 def principal_quadric(matrix: Symmetric) -> QuadricSurface:
@@ -53,14 +82,14 @@ def eigen(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Writable]
     # Small eigenvalues beside large ones need the more digits
     spread = (max(entries) / min(entries)).numerator.bit_length()
     scale, places = max(entries), ex.BITS + 4 * spread
-    with mpmath_of(places + 64) as mp:
+    with _mpmath_of(places + 64) as mp:
         scaled = [[v / scale for v in row] for row in a]
         found, vectors = mp.eigsy(mp.matrix([[mp.mpf(v.numerator) / v.denominator for v in row] for row in scaled]))
         order = sorted(range(3), key=lambda k: max(range(3), key=lambda i: abs(vectors[i, k])))
         rank = len(eliminated(a, 3)[1]) if rank is None else rank
         vanishing = sorted(range(3), key=lambda k: abs(found[k]))[: 3 - rank]
-        values = [ex.ZERO if k in vanishing else of_mpmath(found[k], places) * scale for k in order]
-        rows = tuple(tuple(_quiet(of_mpmath(vectors[i, k], ex.BITS)) for i in range(3)) for k in order)
+        values = [ex.ZERO if k in vanishing else _of_mpmath(found[k], places) * scale for k in order]
+        rows = tuple(tuple(_quiet(_of_mpmath(vectors[i, k], ex.BITS)) for i in range(3)) for k in order)
     return values, rows  # type: ignore[return-value]
 
 

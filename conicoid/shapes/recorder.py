@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 from .number import Number, Symbol, exact
 from .traced import Plain, Wide
+
+_BITS = struct.Struct("d").pack
+Operation = tuple[str, int, int, int, int]
+"""Which, the register written, operands."""
 
 
 class Tape:
     """Operations in the order in which they were asked for, and what they need."""
 
     def __init__(self) -> None:
-        self.code: list[tuple[str, int, int, int, int]] = []  # operation, register written, operands
+        self.code: list[Operation] = []
+        self.wide_makers: list[int] = []  # of each register of a kind, the place of the operation that writes it
+        self.plain_makers: list[int] = []
         self.numbers: dict[bytes, tuple[int, float]] = {}  # floats that are constants, by their bits
         self.constants: dict[tuple[int, int, int], tuple[int, Number]] = {}
         self.written: list[int] = []
-        self.wides = self.plains = self.wide_outputs = self.inputs = 0
+        self.wide_outputs = self.inputs = 0
         self._made: dict[tuple[str, int, int, int], Any] = {}  # what an operation gave: it is not done twice
         self._tested: set[tuple[str, int, int]] = set()
+
+    @property
+    def wides(self) -> int:
+        """How many registers there are for numbers of many digits."""
+        return len(self.wide_makers)
+
+    @property
+    def plains(self) -> int:
+        """How many registers there are for floats."""
+        return len(self.plain_makers)
 
     @property
     def zero(self) -> Plain:
@@ -28,23 +45,25 @@ class Tape:
         """What an operation gives, a float."""
         made: Plain | None = self._made.get((which, a, b, c))
         if made is None:
-            made = self._made[which, a, b, c] = Plain(self, self.plains, value)
-            self.code.append((which, self.plains, a, b, c))
-            self.plains += 1
+            register = len(self.plain_makers)
+            made = self._made[which, a, b, c] = Plain(self, register, value)
+            self.plain_makers.append(len(self.code))
+            self.code.append((which, register, a, b, c))
         return made
 
     def wide(self, which: str, value: Number, a: int = 0, b: int = 0) -> Wide:
         """What an operation gives, a number."""
         made: Wide | None = self._made.get((which, a, b, 0))
         if made is None:
-            made = self._made[which, a, b, 0] = Wide(self, self.wides, value)
-            self.code.append((which, self.wides, a, b, 0))
-            self.wides += 1
+            register = len(self.wide_makers)
+            made = self._made[which, a, b, 0] = Wide(self, register, value)
+            self.wide_makers.append(len(self.code))
+            self.code.append((which, register, a, b, 0))
         return made
 
-    def made(self, which: str, register: int) -> Any:
+    def made(self, which: str, a: int, b: int = 0) -> Any:
         """What an operation has given, if it was done."""
-        return self._made.get((which, register, 0, 0))
+        return self._made.get((which, a, b, 0))
 
     def input(self, value: float) -> Plain:
         """The next of a body's numbers, which the tape begins with."""
@@ -56,8 +75,8 @@ class Tape:
         made = self.wide("sine and cosine", sine, angle)
         other = self._made.get(("cosine", angle, 0, 0))
         if other is None:
-            other = self._made["cosine", angle, 0, 0] = Wide(self, self.wides, cosine)
-            self.wides += 1
+            other = self._made["cosine", angle, 0, 0] = Wide(self, len(self.wide_makers), cosine)
+            self.wide_makers.append(len(self.code) - 1)
         return made, other
 
     def given(self, value: Number, column: int) -> Wide:
@@ -89,7 +108,7 @@ class Tape:
         if isinstance(value, Symbol):
             raise TypeError("a number of many digits where a float is needed")
         value = float(value)
-        row, _ = self.numbers.setdefault(value.hex().encode(), (len(self.numbers), value))
+        row, _ = self.numbers.setdefault(_BITS(value), (len(self.numbers), value))
         return self.plain("number", value, row)
 
     def wide_of(self, value: Number) -> Wide:

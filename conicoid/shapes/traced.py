@@ -9,6 +9,8 @@ else looks at a value (`float`, `math.frexp`, a dictionary) gets a TypeError, an
 from __future__ import annotations
 
 import math
+import operator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from . import number, sines
@@ -66,99 +68,88 @@ class Plain(_Compared, Symbol):
     def __init__(self, tape: Tape, register: int, value: float) -> None:
         self.tape, self.register, self.value = tape, register, value
 
-    def _both(self, which: str, value: float, a: Any, b: Any) -> Plain:
-        return self.tape.plain(which, value, self.tape.plain_of(a).register, self.tape.plain_of(b).register)
+    def _one(self, which: str, work: Callable[[float], float]) -> Plain:
+        """What an operation gives, worked out where that was not done before."""
+        made: Plain | None = self.tape.made(which, self.register)
+        return self.tape.plain(which, work(self.value), self.register) if made is None else made
+
+    def _both(self, which: str, work: Callable[[float, float], float], a: Any, b: Any) -> Plain:
+        """The same of two."""
+        first, second = self.tape.plain_of(a), self.tape.plain_of(b)
+        made: Plain | None = self.tape.made(which, first.register, second.register)
+        if made is None:
+            return self.tape.plain(which, work(first.value, second.value), first.register, second.register)
+        return made
 
     def __add__(self, other: Any) -> Any:
-        return (
-            self._both("plain add", self.value + _value(other), self, other)
-            if _is_plain(other)
-            else self.exact() + other
-        )
+        return self._both("plain add", operator.add, self, other) if _is_plain(other) else self.exact() + other
 
     def __radd__(self, other: Any) -> Any:
-        return (
-            self._both("plain add", _value(other) + self.value, other, self)
-            if _is_plain(other)
-            else other + self.exact()
-        )
+        return self._both("plain add", operator.add, other, self) if _is_plain(other) else other + self.exact()
 
     def __sub__(self, other: Any) -> Any:
-        if not _is_plain(other):
-            return self.exact() - other
-        return self._both("plain subtract", self.value - _value(other), self, other)
+        return self._both("plain subtract", operator.sub, self, other) if _is_plain(other) else self.exact() - other
 
     def __rsub__(self, other: Any) -> Any:
-        if not _is_plain(other):
-            return other - self.exact()
-        return self._both("plain subtract", _value(other) - self.value, other, self)
+        return self._both("plain subtract", operator.sub, other, self) if _is_plain(other) else other - self.exact()
 
     def __mul__(self, other: Any) -> Any:
-        if not _is_plain(other):
-            return self.exact() * other
-        return self._both("plain multiply", self.value * _value(other), self, other)
+        return self._both("plain multiply", operator.mul, self, other) if _is_plain(other) else self.exact() * other
 
     def __rmul__(self, other: Any) -> Any:
-        if not _is_plain(other):
-            return other * self.exact()
-        return self._both("plain multiply", _value(other) * self.value, other, self)
+        return self._both("plain multiply", operator.mul, other, self) if _is_plain(other) else other * self.exact()
 
     def __truediv__(self, other: Any) -> Any:
-        if not _is_plain(other):
-            return self.exact() / other
-        return self._both("plain divide", self.value / _value(other), self, other)
+        return self._both("plain divide", operator.truediv, self, other) if _is_plain(other) else self.exact() / other
 
     def __rtruediv__(self, other: Any) -> Any:
-        if not _is_plain(other):
-            return other / self.exact()
-        return self._both("plain divide", _value(other) / self.value, other, self)
+        return self._both("plain divide", operator.truediv, other, self) if _is_plain(other) else other / self.exact()
 
     def __neg__(self) -> Plain:
-        return self.tape.plain("plain negate", -self.value, self.register)
+        return self._one("plain negate", operator.neg)
 
     def __abs__(self) -> Plain:
-        return self.tape.plain("plain size", abs(self.value), self.register)
+        return self._one("plain size", abs)
 
     def _is(self, expected: int) -> bool:
         return self.tape.test("plain sign", self.register, _sign(self.value), expected)
 
     def exact(self) -> Wide:
         """The same as a number of many digits."""
-        return self.tape.wide("widen", exact(self.value), self.register)
+        made: Wide | None = self.tape.made("widen", self.register)
+        return self.tape.wide("widen", exact(self.value), self.register) if made is None else made
 
     def rounded(self) -> Plain:
         return self
 
     def root(self) -> Any:
         """The square root, rounded."""
-        return self.tape.plain("plain root", math.sqrt(self.value), self.register)
+        return self._one("plain root", math.sqrt)
 
     def above(self) -> Any:
         """The next float above."""
-        return self.tape.plain("above", math.nextafter(self.value, math.inf), self.register)
+        return self._one("above", _next)
 
     def above_if(self, lost: Any) -> Any:
         """The next float above where what was lost is positive, else itself."""
-        if _value(lost) > 0:
-            return self._both("above if", math.nextafter(self.value, math.inf), self, lost)
-        return self._both("above if", self.value, self, lost)
+        return self._both("above if", lambda value, less: _next(value) if less > 0 else value, self, lost)
 
     def larger(self, other: Any, first: bool = True) -> Any:
         """The larger of two floats; this one comes first, or second, which counts among zeros."""
         a, b = (self, other) if first else (other, self)
-        return self._both("greater", max(_value(a), _value(b)), a, b)
+        return self._both("greater", max, a, b)
 
     def leading(self, other: Any) -> Any:
         """Itself, or another where it is zero."""
-        return self._both("leading", self.value or _value(other), self, other)
+        return self._both("leading", lambda value, second: value or second, self, other)
 
     def unit_sign(self) -> Any:
         """-1 for negative numbers, else 1."""
-        return self.tape.plain("unit sign", -1.0 if self.value < 0 else 1.0, self.register)
+        return self._one("unit sign", lambda value: -1.0 if value < 0 else 1.0)
 
     def counted(self, value: Any) -> Any:
         """One more, where the value is not zero."""
-        return self._both("count", self.value + (1.0 if _value(value) else 0.0), self, value)
+        return self._both("count", lambda count, each: count + (1.0 if each else 0.0), self, value)
 
     def choose(self, then: Any, otherwise: Any) -> Any:
         """The first of two where this is 2 or more, else the second."""
@@ -167,7 +158,7 @@ class Plain(_Compared, Symbol):
 
     def power(self) -> Any:
         """2^n that brings it between 1/2 and 1."""
-        return self.tape.plain("power", math.ldexp(1.0, -math.frexp(self.value)[1]), self.register)
+        return self._one("power", lambda value: math.ldexp(1.0, -math.frexp(value)[1]))
 
     def sine_cosine(self) -> tuple[Number, Number]:
         """Of an angle in degrees: constants for multiples of 30, else numbers."""
@@ -186,6 +177,10 @@ def _is_plain(value: Any) -> bool:
 
 def _value(value: Any) -> float:
     return value.value if isinstance(value, Plain) else float(value)
+
+
+def _next(value: float) -> float:
+    return math.nextafter(value, math.inf)
 
 
 def _compared(a: Any, b: Any, expected: int) -> bool:
@@ -217,8 +212,18 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
 
     mantissa = exponent = off = _unseen
 
-    def _both(self, which: str, value: Number, a: Number, b: Number) -> Wide:
-        return self.tape.wide(which, value, self.tape.wide_of(a).register, self.tape.wide_of(b).register)
+    def _one(self, which: str, work: Callable[[Number], Number]) -> Wide:
+        """What an operation gives, worked out where that was not done before."""
+        made: Wide | None = self.tape.made(which, self.register)
+        return self.tape.wide(which, work(self.value), self.register) if made is None else made
+
+    def _both(self, which: str, work: Callable[[Number, Number], Number], a: Number, b: Number) -> Wide:
+        """The same of two."""
+        first, second = self.tape.wide_of(a), self.tape.wide_of(b)
+        made: Wide | None = self.tape.made(which, first.register, second.register)
+        if made is None:
+            return self.tape.wide(which, work(first.value, second.value), first.register, second.register)
+        return made
 
     def __add__(self, other: Any) -> Number:
         other = exact(other)
@@ -230,7 +235,7 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
             for whole, part in ((self, other), (other, self)):
                 if whole.whole is not None and part is whole.less:  # (a - b) + b
                     return whole.whole
-        return self._both("add", self.value + _digits(other), self, other)
+        return self._both("add", operator.add, self, other)
 
     def is_negative_of(self, other: Wide) -> bool:
         """Did it come about as that?"""
@@ -244,7 +249,7 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
             return self
         if other is self:
             return number.ZERO
-        made = self._both("subtract", self.value - _digits(other), self, other)
+        made = self._both("subtract", operator.sub, self, other)
         if isinstance(other, Wide):
             made.whole, made.less = self, other
         return made
@@ -253,7 +258,7 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
         other = exact(other)
         if number.is_nothing(other):
             return -self
-        return self._both("subtract", _digits(other) - self.value, other, self)
+        return self._both("subtract", operator.sub, other, self)
 
     def __mul__(self, other: Any) -> Number:
         other = exact(other)
@@ -266,7 +271,7 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
             for ratio, factor in ((self, other), (other, self)):
                 if ratio.whole is not None and factor is ratio.divisor:  # (a / b) b
                     return ratio.whole
-        return self._both("multiply", self.value * _digits(other), self, other)
+        return self._both("multiply", operator.mul, self, other)
 
     __rmul__ = __mul__
 
@@ -279,7 +284,7 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
         other = exact(other)
         if not isinstance(other, Wide) and other == 1:
             return self
-        made = self._both("divide", self.value / _digits(other), self, other)
+        made = self._both("divide", operator.truediv, self, other)
         if isinstance(other, Wide):
             made.whole, made.divisor = self, other
         return made
@@ -288,13 +293,13 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
         other = exact(other)
         if number.is_nothing(other):
             return number.ZERO
-        return self._both("divide", _digits(other) / self.value, other, self)
+        return self._both("divide", operator.truediv, other, self)
 
     def __neg__(self) -> Wide:
-        return self.tape.wide("negate", -self.value, self.register)
+        return self._one("negate", operator.neg)
 
     def __abs__(self) -> Wide:
-        return self.tape.wide("size", abs(self.value), self.register)
+        return self._one("size", abs)
 
     def _is(self, expected: int) -> bool:
         value = self.value
@@ -314,12 +319,9 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
 
     def rounded(self) -> Plain:
         """The nearest float64."""
-        return self.tape.plain("round", float(self.value), self.register)
+        made: Plain | None = self.tape.made("round", self.register)
+        return self.tape.plain("round", float(self.value), self.register) if made is None else made
 
     def root(self) -> Wide:
         """The square root."""
-        return self.tape.wide("root", number.sqrt(self.value), self.register)
-
-
-def _digits(value: Number) -> Number:
-    return value.value if isinstance(value, Wide) else value
+        return self._one("root", number.sqrt)

@@ -20,6 +20,7 @@ from conicoid.shapes.principal_axes import eigen
 from conicoid.shapes.sines import sin_cos_degrees
 
 ANGLES = [15, 16, 22.5, 45, 60, 75, 105, 120, 285, 0.1, 1e-3, 1e-80, 359.9, -7.25, 1e6 + 0.3]
+ANGLES += [5e-324, -1e-200, 44.99999999999999, 45.00000000000001, 90 - 2.0**-46, 180 + 2.0**-45, 1e300]
 
 
 @pytest.fixture(autouse=True)
@@ -61,6 +62,17 @@ def test_sines_and_cosines(degrees):
     assert holds(c, flint.arb.cos_pi(ball(Fraction(degrees) / 180)))
     assert sharp(s)
     assert sharp(c)
+
+
+@pytest.mark.parametrize("places", [64, 384, 3200, 9000])
+def test_sines_to_any_number_of_places(places):
+    flint.ctx.prec = places + 128
+    assert abs(ball(Fraction(sines.pi(places), 1 << places)) - flint.arb.pi()) * 2**places < 1.01
+    for angle in (Fraction(45), Fraction(45, 64), Fraction(1, 3), Fraction(1, 10**9)):
+        s, c = sines.sine_cosine(angle, places)
+        true_s, true_c = flint.arb.sin_pi(ball(angle / 180)), flint.arb.cos_pi(ball(angle / 180))
+        assert abs(ball(Fraction(c, 1 << places)) - true_c) * 2**places < 3
+        assert abs(ball(Fraction(s, 1 << places)) ** 2 - true_s**2) * 2**places < 3
 
 
 def test_sines_that_are_rational_are_exact():

@@ -19,9 +19,6 @@ from ...shapes.validate import DOMAIN, npz_path, outside_domain
 from ...shapes.vector import FloatArray
 from ..arrays.found import Found
 from ..body.sides import AFTER, BEFORE
-from ..certified.errors import errors_of_points
-from ..certified.exact_errors import bounds_of_t
-from ..certified.sides import Places, sides_of
 from ..ray import DEAD, RayArrays
 from ..threads import run_chunks
 from .answer import NO_SCENE, Answer
@@ -125,6 +122,8 @@ class Hits(Answer, HitSlopes):
     @cached_property
     def _sides(self) -> Any:
         """(3, n): bodies before and after the wall, and the first opaque one that is crossed there."""
+        from ..certified.sides import Places, sides_of
+
         scene, rays = self._scene, self.rays
         limits = np.array([-np.inf]), np.array([np.inf])
         arrays, found = RayArrays(*lines_of(rays), *limits, rays._starts_in(scene)), self._found
@@ -167,6 +166,8 @@ class Hits(Answer, HitSlopes):
 
     @cached_property
     def _errors(self) -> FloatArray:
+        from ..certified.exact_errors import bounds_of_t
+
         scene, found = self._scene, self._found
         lines, starts = lines_of(self.rays), self.rays._starts_in(scene)
         return bounds_of_t(scene, lines, starts, np.zeros(0, np.int64), found.t, self._faces[0])
@@ -179,6 +180,8 @@ class Hits(Answer, HitSlopes):
     @cached_property
     def point_error(self) -> Any:
         """A bound on the distance of `point` from the exact one, in length."""
+        from ..certified.errors import errors_of_points
+
         errors = np.empty(len(self._errors))
         arguments = (lines_of(self.rays)[1], self._points, self._errors)
         run_chunks(lambda a, b: errors_of_points(*arguments, a, b, errors), len(errors), _CHUNK)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,18 +13,18 @@ from ..answers.answer import Answer
 from ..answers.hits import Hits
 from ..answers.lazy_rays import LazyRays
 from ..answers.rays import Rays
-from ..answers.spans import Crossings, Spans
 from ..arrays.first import coherent_packets, trace_first, trace_occluded, trace_ordered
 from ..arrays.found import Found
 from ..body.hit import is_doubtful
-from ..certified.settle import left_doubtful, settle_hits
 from ..packets.tile import tile_count
 from ..prepared import Prepared
 from ..ray import RayArrays
 from ..streams.order import ray_order
 from ..threads import chunk_of_rays, chunk_size, run_on
-from .listed import listed
 from .scan_lines import row_length
+
+if TYPE_CHECKING:  # and not before they are asked for: a first hit needs neither
+    from ..answers.spans import Crossings, Spans
 
 _TILES = 32
 _FEW = 32
@@ -104,6 +104,8 @@ def _is_of_points(values: Any) -> bool:
 
 def limits_of(query: str, rays: Rays, name: str, value: Any) -> FloatArray:
     """t_min or t_max as one value, or one for each ray."""
+    if isinstance(value, float) and value == value:  # as almost always
+        return np.array([value])
     expected = f"a number or broadcast to {rays.shape}"
     array = real_array(query, name, value, expected)
     if isinstance(value, bool) or getattr(value, "dtype", None) == np.bool_:
@@ -159,6 +161,8 @@ def first_hit(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Hits:
         )
     doubtful = np.flatnonzero(is_doubtful(found.turn))
     if len(doubtful):
+        from ..certified.settle import left_doubtful, settle_hits
+
         settle_hits(scene, arrays, doubtful, found)
         doubtful = left_doubtful(scene, arrays, doubtful, found)
     return Hits(scene, rays, found, doubtful)
@@ -211,6 +215,8 @@ def occluded(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Any:
 
 def _settled(scene: Prepared, arrays: RayArrays, which: Any) -> Any:
     """Do these rays hit anything?  In exact arithmetic; bool."""
+    from ..certified.settle import settle_hits
+
     some = arrays.some(which)
     found = Found.new(len(which))
     settle_hits(scene, some, np.arange(len(which)), found)
@@ -219,11 +225,17 @@ def _settled(scene: Prepared, arrays: RayArrays, which: Any) -> Any:
 
 def spans(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Spans:
     """Every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
+    from ..answers.spans import Spans
+    from .listed import listed
+
     return Spans(scene, rays, listed(scene, arrays_of("spans", scene, rays, t_min, t_max), *_packets(rays), True))
 
 
 def crossings(scene: Prepared, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
     """Every crossing of each ray with every body in (t_min, t_max), sheets too."""
+    from ..answers.spans import Crossings
+    from .listed import listed
+
     return Crossings(
         scene, rays, listed(scene, arrays_of("crossings", scene, rays, t_min, t_max), *_packets(rays), False)
     )

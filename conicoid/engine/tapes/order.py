@@ -6,73 +6,55 @@ that it came after, so what a test guards stays guarded.
 
 from __future__ import annotations
 
-from ...shapes.recorder import Tape
-
-Operation = tuple[str, int, int, int, int]
+from ...shapes.recorder import Operation, Tape
 
 _TESTS = ("sign", "plain sign", "turn")
-_OF_WIDES = ("add", "subtract", "multiply", "divide", "root", "negate", "size", "round", "sign", "write wide")
-_OF_NOTHING = ("constant", "given", "input", "number")
-_ONE_OPERAND = (
-    "root", "negate", "size", "round", "widen", "sine and cosine", "plain root", "plain negate", "plain size", "above",
-    "power", "unit sign", "sign", "plain sign", "turn", "write wide",
+_WIDE, _PLAIN = 0, 1
+_NONE = ("constant", "given", "input", "number")
+_OF_A_WIDE = ("root", "negate", "size", "round", "sign", "write wide")
+_OF_WIDES = ("add", "subtract", "multiply", "divide")
+_OF_A_PLAIN = (
+    "widen", "sine and cosine", "plain root", "plain negate", "plain size", "above", "power", "unit sign", "plain sign",
+    "turn",
 )  # fmt: skip
-_WRITE_WIDES = ("widen", "constant", "given", "add", "subtract", "multiply", "divide", "root", "negate", "size")
-WIDE, PLAIN = "wide", "plain"
-Register = tuple[str, int]
+_READS = {
+    **dict.fromkeys(_NONE, (_PLAIN, 0)),
+    **dict.fromkeys(_OF_A_WIDE, (_WIDE, 1)),
+    **dict.fromkeys(_OF_WIDES, (_WIDE, 2)),
+    **dict.fromkeys(_OF_A_PLAIN, (_PLAIN, 1)),
+    "several": (_PLAIN, 3),
+}
+"""The kind of an operation's operands, and how many there are; of others two plain ones."""
 
 
 def in_order(tape: Tape) -> list[Operation]:
     """The operations of a tape, in the order in which they are played."""
-    code = tape.code
-    maker: dict[Register, int] = {}
-    for place, operation in enumerate(code):
-        maker.update((register, place) for register in _written(operation))
+    code, makers = tape.code, (tape.wide_makers, tape.plain_makers)
     order: list[int] = []
-    done = [False] * len(code)
+    done = bytearray(len(code))
 
     def take(place: int) -> None:
         """An operation, after what it needs, in the order of the tape."""
-        needed, pending = {place}, [place]
-        while pending:
-            for register in _read(code[pending.pop()]):
-                before = maker[register]
-                if not done[before] and before not in needed:
-                    needed.add(before)
-                    pending.append(before)
-        for each in sorted(needed):
-            done[each] = True
-            order.append(each)
+        needed, done[place] = [place], 1
+        for each in needed:  # which grows
+            operation = code[each]
+            kind, count = _READS.get(operation[0], (_PLAIN, 2))
+            for register in operation[2:][:count]:
+                before = makers[kind][register]
+                if not done[before]:
+                    done[before] = 1
+                    needed.append(before)
+        needed.sort()
+        order.extend(needed)
 
     for place, operation in enumerate(code):
-        if operation[0] in _TESTS and not done[place]:
+        if operation[0] in _TESTS:
             take(place)
     for place, operation in enumerate(code):
         if operation[0] == "write wide":
             take(place)
     for register in tape.written:
-        place = maker[PLAIN, register]
+        place = tape.plain_makers[register]
         if not done[place]:
             take(place)
     return [code[place] for place in order]
-
-
-def _written(operation: Operation) -> list[Register]:
-    """The registers that an operation writes."""
-    which, register = operation[:2]
-    if which in _TESTS or which == "write wide":
-        return []
-    if which == "sine and cosine":
-        return [(WIDE, register), (WIDE, register + 1)]
-    return [(WIDE if which in _WRITE_WIDES else PLAIN, register)]
-
-
-def _read(operation: Operation) -> list[Register]:
-    """The registers that an operation reads."""
-    which, _, a, b, c = operation
-    if which in _OF_NOTHING:
-        return []
-    kind = WIDE if which in _OF_WIDES else PLAIN
-    if which in _ONE_OPERAND:
-        return [(kind, a)]
-    return [(kind, a), (kind, b), (kind, c)] if which == "several" else [(kind, a), (kind, b)]

@@ -31,6 +31,7 @@ _FEWEST = 4
 """Bodies that are worth lanes."""
 _MOST = 1 << 16
 """Registers of a kind that lanes have room for."""
+_NUMBERED = {name: number for number, name in enumerate(OPERATIONS)}
 _PLACES = 320
 """Binary places of what sines are made of, which are more than numbers of `wide` have."""
 
@@ -58,15 +59,24 @@ def wide_row(value: Number) -> Longs:
 
 def four_row(value: Number) -> list[float]:
     """A number as kernels in lanes take it: four floats, and the error."""
-    rest, floats = number.fraction(value), []
+    rest, scale, floats = value.mantissa, value.exponent, []
     for _ in range(COLUMNS - 1):
         try:
-            floats.append(float(rest))
+            floats.append(_leading(rest, scale))
         except OverflowError:
             return [0.0] * (COLUMNS - 1) + [math.inf]
-        rest -= Fraction(floats[-1])
-    error = float(abs(rest) + Fraction(value.off) * Fraction(2) ** value.exponent)
+        part, places = math.frexp(floats[-1])
+        digits, unit = int(math.ldexp(part, 53)), places - 53
+        finer = max(0, scale - unit)
+        rest, scale = (rest << finer) - (digits << (unit - scale + finer)), scale - finer
+    error = _leading(abs(rest) + (value.off << (value.exponent - scale)), scale)
     return [*floats, math.nextafter(error, math.inf) + LEAST if rest or value.off else 0.0]
+
+
+def _leading(digits: int, scale: int) -> float:
+    """The float nearest to digits · 2^scale, but for the last bit of very long ones. Raises OverflowError."""
+    more = max(0, digits.bit_length() - 1000)
+    return math.ldexp(float(digits >> more), scale + more)
 
 
 def _coefficients(terms: int) -> list[Number]:
@@ -74,22 +84,23 @@ def _coefficients(terms: int) -> list[Number]:
 
     One is cut to what counts beside its power of an angle below 2^-7.
     """
-    coefficients, factor = [], number.ONE
-    for k in range(terms):
+    coefficients = [number.ONE]
+    for k in range(1, terms):
         places = _PLACES - 14 * k
-        coefficients.append(Number(math.floor(number.fraction(factor) * 2**places), -places, 2))
-        factor = -factor / ((2 * k + 2) * (2 * k + 3))
-    coefficients[0] = number.ONE
+        coefficients.append(Number(((-1) ** k << places) // math.factorial(2 * k + 1), -places, 2))
     return coefficients
 
 
+@lru_cache(maxsize=1)
 def _degree_and_table() -> tuple[Number, list[Number]]:
-    """pi / 180; sine and cosine of each multiple of STEP, from the first on."""
-    with sines.mpmath_of(number.BITS) as mp:
-        degree = sines.of_mpmath(mp.pi / 180, number.BITS - 64)
-    with sines.mpmath_of(_PLACES + 64) as mp:
-        angles = [mp.mpf(STEP) * k * mp.pi / 180 for k in range(1, MULTIPLES + 1)]
-        table = [sines.of_mpmath(value, _PLACES) for angle in angles for value in reversed(mp.cos_sin(angle))]
+    """pi / 180; sine and cosine of each multiple of STEP, from the first on, each by a turn from the one before."""
+    degree = Number(sines.nearest(sines.pi(number.BITS) // 180, 64), 64 - number.BITS, 2)
+    places = _PLACES + 64
+    s, c = sine, cosine = sines.sine_cosine(Fraction(STEP), places)
+    table = []
+    for _ in range(MULTIPLES):
+        table += [Number(sines.nearest(x, 64), -_PLACES, 2) for x in (s, c)]
+        s, c = (s * cosine + c * sine) >> places, (c * cosine - s * sine) >> places
     return degree, table
 
 
@@ -110,7 +121,7 @@ def _lane_series() -> Floats:
 
 
 _NO_SERIES = np.zeros((CONSTANTS, WIDTH), np.int64), np.zeros((LANE_CONSTANTS, COLUMNS))
-"""For tapes without a sine, which are most: it takes mpmath to find the others."""
+"""For tapes without a sine, which are most: the others have to be worked out."""
 
 
 @dataclass(frozen=True)
@@ -182,10 +193,10 @@ class Recording:
     @classmethod
     def of(cls, tape: Tape) -> Recording:
         """From what was recorded."""
-        code = [(OPERATIONS.index(which), *operands) for which, *operands in in_order(tape)]
+        which, *operands = zip(*in_order(tape), strict=True)
         constants = [wide_row(value) for _, value in tape.constants.values()]
         return cls(
-            np.array(code, np.int32).reshape(-1, 5),
+            np.ascontiguousarray(np.array([list(map(_NUMBERED.__getitem__, which)), *operands], np.int32).T),
             np.array(tape.written, np.int32),
             np.array([value for _, value in tape.numbers.values()], np.float64),
             np.array(constants, np.int64).reshape(-1, WIDTH),

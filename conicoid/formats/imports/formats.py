@@ -55,7 +55,7 @@ def _is_gdml(head: str, suffix: str) -> bool:
 
 
 def _is_molecule(head: str, suffix: str) -> bool:
-    from ..molecules.files import is_molecule
+    from ..molecules.detection import is_molecule
 
     return is_molecule(head, suffix)
 

@@ -17,13 +17,6 @@ from .atoms import Atoms
 from .cells import cell_of
 from .objects import atoms_of_gemmi
 
-_DATA = re.compile(r"\A(\s*(#[^\n]*)?\n)*\s*data_\S*", re.I)
-
-
-def is_cif(head: str, suffix: str) -> bool:
-    """Is a text one, by its first block?"""
-    return _DATA.match(head.removeprefix("\ufeff")) is not None
-
 
 def read_cif(path: Path) -> Atoms:
     """The atoms of a file. Raises ImportError without gemmi, SceneFileError with what gemmi says of the file."""

@@ -8,18 +8,14 @@ from pathlib import Path
 
 from ..imports.formats import HEAD
 from .atoms import Atoms
-from .cif import is_cif, read_cif
-from .pdb import is_pdb, read_pdb
-from .xyz import is_xyz, read_xyz
+from .cif import read_cif
+from .detection import is_cif, is_pdb, is_xyz
+from .pdb import read_pdb
+from .xyz import read_xyz
 
 _READERS: tuple[tuple[Callable[[str, str], bool], Callable[[Path], Atoms]], ...] = (
     (is_cif, read_cif), (is_pdb, read_pdb), (is_xyz, read_xyz),
 )  # fmt: skip
-
-
-def is_molecule(head: str, suffix: str) -> bool:
-    """Is a text one of these files, by its beginning?"""
-    return any(recognises(head, suffix) for recognises, _ in _READERS)
 
 
 def read_atoms(path: str | os.PathLike[str]) -> Atoms:

@@ -8,7 +8,6 @@ one letter begin in 14.
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -20,15 +19,7 @@ from .bonds import bonds_by_distance
 from .cells import cell_of
 from .elements import number_of
 
-_RECORDS = re.compile(r"^(ATOM  |HETATM)[ \d]{5}.{19}[ \d.+-]{24}", re.M)
 _WIDTH = 80
-
-
-def is_pdb(head: str, suffix: str) -> bool:
-    """Is a text one: has it a line of an atom, or the first lines of a long header?"""
-    return _RECORDS.search(head) is not None or (
-        head.startswith("HEADER    ") and re.search(r"^(TITLE|COMPND|REMARK)", head, re.M) is not None
-    )
 
 
 def read_pdb(path: Path) -> Atoms:

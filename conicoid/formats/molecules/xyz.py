@@ -17,12 +17,6 @@ from .atoms import Atoms
 from .elements import SYMBOLS, number_of
 
 _LATTICE = re.compile(r"\blattice\s*=\s*(?:\"([^\"]*)\"|'([^']*)'|\{([^}]*)\})", re.I)
-_FIRST = re.compile(r"\A\s*\d+[ \t]*\r?\n[^\n]*(\n\s*([A-Za-z]{1,3}|\d{1,3})(\s+[-+.\d][^\s]*){3})")
-
-
-def is_xyz(head: str, suffix: str) -> bool:
-    """Is a text one, by its first three lines?"""
-    return suffix == ".xyz" or _FIRST.match(head) is not None
 
 
 def read_xyz(path: Path) -> Atoms:
