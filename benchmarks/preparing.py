@@ -254,6 +254,7 @@ def edits(count: int = 10_000, turns: int = 24) -> None:
                 t = last.first_hit((0, 0, -3), (0.01, 0.02, 1))
                 found.append((time.perf_counter() - begin[0], time.process_time() - begin[1]))
                 hits = t if "hits" in way else None
+                del t  # which would hold the scene
                 held += [last] if way == "each is held" else []
             rows = [*found[:2], tuple(map(statistics.median, zip(*found[2:], strict=True)))]
             cells = [f"{1e3 * wall:.1f} ({1e3 * cpu:.1f})" for wall, cpu in rows]

@@ -184,7 +184,7 @@ class Scene(Contents, Edits, Moving, Queries, Explained, metaclass=Told):
                 from .collector import without_collector
                 from .engine.prepared import prepare
 
-                before, self._before = self._before, None
+                before, self._before = [self._before] if self._before else [], None
                 with without_collector():
                     self._prepared = prepare(self._bodies, before, *progress)
             return self._prepared

@@ -194,9 +194,8 @@ class _Opened(Prepared):
         labels: Labels = vars(self)["_file"].section(_LABELS)
         return labels
 
-    def edited(self, bodies: Sequence[Any], progress: Any = None) -> Prepared | None:
-        """What edits need beyond the tables is not in the file: others are prepared from the beginning."""
-        return self if bodies is self.entries else None
+    can_be_edited = False
+    """What edits need beyond the tables is not in the file: others are prepared from the beginning."""
 
 
 class LaterBodies(Sequence[Any]):

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +18,11 @@ from ..shapes.repeated import Repeated
 from ..shapes.repeated_labels import labels_of
 from . import lowering
 from .lowering import Lowered
-from .lowering.edited.edit import edit
+from .lowering.edited.edit import Edit, edit
+from .lowering.edited.exchange import Exchange, in_store, let_go
 from .lowering.edited.kept import Kept
 from .lowering.edited.pieces import runs
+from .lowering.edited.stores import Claim, Opened
 from .lowering.stages import PLANTED, Progress, Stages
 from .surface.decide import Rest
 from .tables import Geometry, Tables, shared
@@ -40,37 +43,22 @@ class Prepared:
 
     entries: Sequence[Body] = ()  # they give the names and materials
     kept: Kept = field(default_factory=Kept, repr=False, compare=False)
+    can_be_edited: ClassVar[bool] = True
 
     @classmethod
     def of(cls, lowered: Lowered, bodies: Sequence[Body] = ()) -> Prepared:
         """Build the trees of a lowered scene, whose tables it takes; `bodies` give the names and materials."""
-        geometry, woods = with_trees(lowered)
-        return cls(lowered.sharing(geometry), geometry, _flat(lowered), woods, entries=bodies)
+        if lowered.laid is None:  # which is not edited
+            geometry, woods = with_trees(lowered)
+            return cls(lowered.sharing(geometry), geometry, _flat(lowered), woods, entries=bodies)
+        found: list[Opened] = []
+        geometry, woods = with_trees(lowered, lambda tables: _room(found, tables))
+        lowered, memory = in_store(lowered.sharing(geometry), found[0])
+        return cls(lowered, geometry, _flat(lowered), woods, entries=bodies, kept=Kept(memory=memory))
 
     def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> Prepared | None:
         """A scene of other bodies, many of them the same; None where it is as well prepared from the beginning."""
-        if isinstance(self.entries, Repeated) or isinstance(bodies, Repeated):
-            return self.labelled(bodies) if bodies is self.entries else None
-        found = runs(self.entries, bodies)
-        if not found.fresh and len(bodies) == len(self.entries):
-            return self.labelled(bodies)
-        made = edit(self.lowered, bodies, found, self.kept, progress)
-        if made is None:
-            return None
-        vars(self)["kept"] = made.kept
-        trees = patched(self.lowered.tables, self.woods, made)
-        empty = Tables(**made.shapes, **trees.tables)
-        geometry = made.geometry(empty)
-        tables = shared(empty, geometry)
-        for name, column in trees.tables.items():
-            if name not in ("node_boxes", "leaf_items"):
-                getattr(tables, name)[...] = column
-        trees.put_boxes(tables.node_boxes)
-        lowered, kept = made.fill(geometry, tables)
-        trees.keep_items(tables, self.lowered.tables)
-        put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
-        made.close(kept)
-        return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)
+        return edited_from([self], bodies, progress)
 
     def labelled(self, bodies: Sequence[Body]) -> Prepared:
         """The same shapes with the names and materials of other bodies."""
@@ -105,14 +93,65 @@ class Prepared:
         return digest.digest()
 
 
-def prepare(bodies: Sequence[Body], before: Prepared | None = None, progress: Progress | None = None) -> Prepared:
-    """Prepare a scene; from the one that it was made from, if that is known and has enough in common."""
-    made = before.edited(bodies, progress) if before is not None else None
+def prepare(bodies: Sequence[Body], before: list[Prepared] | None = None, progress: Progress | None = None) -> Prepared:
+    """Prepare a scene; from the one that it was made from, if that is known and has enough in common.
+
+    before: that one, or none. It is taken out of the list: where nobody else has it, it is written over.
+    """
+    made = edited_from(before, bodies, progress) if before else None
     if made is None:
         stages = Stages(progress, len(bodies))
         lowered = lowering.lower(bodies) if progress is None else lowering.lower(bodies, stages)
         made = Prepared.of(lowered, bodies)
         stages.reached(PLANTED)
+    return made
+
+
+def edited_from(before: list[Prepared], bodies: Sequence[Body], progress: Progress | None = None) -> Prepared | None:
+    """`Prepared.edited`, of the one that is taken out of a list."""
+    old = before.pop()
+    if not old.can_be_edited or isinstance(old.entries, Repeated) or isinstance(bodies, Repeated):
+        return old.labelled(bodies) if bodies is old.entries else None
+    found = runs(old.entries, bodies)
+    if not found.fresh and len(bodies) == len(old.entries):
+        return old.labelled(bodies)
+    kept, woods, known = old.kept, old.woods, weakref.ref(old)
+    lowered = let_go(old.lowered, old.geometry, kept.memory) if kept.memory else old.lowered
+    del old
+    claim = kept.memory.claim() if kept.memory else Claim()
+    made = edit(lowered, bodies, found, kept, claim, progress) if claim else None
+    if made is None:
+        return None
+    there = known()
+    if there is not None:
+        vars(there)["kept"] = made.kept
+    return _finished(made, lowered.tables, woods, bodies)
+
+
+def _finished(made: Edit | Exchange, old: Tables, woods: Woods, bodies: Sequence[Body]) -> Prepared:
+    """An edited scene with its trees; tables and woods of the old one."""
+    trees = patched(old, woods, made)
+    if made.in_place:
+        trees.apart()
+    empty = Tables(**made.shapes, **trees.tables)
+    geometry = made.geometry(empty)
+    tables = shared(empty, geometry)
+    for name, column in trees.tables.items():
+        if name not in ("node_boxes", "leaf_items"):
+            getattr(tables, name)[...] = column
+    trees.put_boxes(tables.node_boxes)
+    lowered, kept = made.fill(geometry, tables)
+    trees.keep_items(tables, None if made.in_place else old)
+    put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
+    made.close(kept)
+    return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)
+
+
+def _room(found: list[Opened], tables: Tables) -> Geometry:
+    """Memory for tables of these shapes that edited scenes may take."""
+    found.append(Opened.new(tables))
+    made = found[0].geometry(tables)
+    assert made is not None
     return made
 
 

@@ -99,13 +99,12 @@ def content(scene):
 
 
 def note_memory_taken(monkeypatch) -> list[bool]:
-    """Whether each exchange from now on finds memory that was another scene's."""
-    found, take = [], exchange._taken
+    """Whether each exchange from now on finds memory that was another scene's, or that of the one it is made from."""
+    found, begin = [], exchange.Exchange.__init__
 
-    def noted(*arguments):
-        opened, pieces = take(*arguments)
-        found.append(opened is not None)
-        return opened, pieces
+    def noted(self, *arguments):
+        begin(self, *arguments)
+        found.append(self._opened is not None)
 
-    monkeypatch.setattr(exchange, "_taken", noted)
+    monkeypatch.setattr(exchange.Exchange, "__init__", noted)
     return found

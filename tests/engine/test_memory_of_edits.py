@@ -28,12 +28,20 @@ def taken(monkeypatch):
 
 
 def test_the_memory_of_a_scene_that_is_gone_is_taken_again(taken):
-    scene, places = bodies(30), []
-    scene.prepare()
-    for number in range(6):
+    scene = bodies(30)
+    places, hits = [scene.geometry.floats.ctypes.data], None
+    for number in range(6):  # nobody else has it, so each is written over
         scene = scene.moved(str(number), (0, 0.1, 0))
         places.append(scene.geometry.floats.ctypes.data)
-    assert taken == [False, False, True, True, True, True]
+    assert taken == 6 * [True]
+    assert len(set(places)) == 1
+    taken.clear()
+    for number in range(6):  # answers hold it until there are others: two take turns
+        hits = scene.first_hit((0, 0, 9), (0, 0, -1))
+        scene = scene.moved(str(number), (0, 0.1, 0))
+        places.append(scene.geometry.floats.ctypes.data)
+    del hits
+    assert taken == [False, True, True, True, True, True]
     assert len(set(places)) == 2
     first = bodies(30)
     first.prepare()
@@ -317,10 +325,10 @@ def test_memory_is_given_up_with_the_last_scene(monkeypatch):
     for number in range(5):
         scene = scene.moved(str(number), (0, 0.1, 0))
         scene.prepare()
-    assert len(alive[1]) == 2  # the last one's, and one to be taken
+    assert len(alive[1]) == 2  # those of the last one, and of the first
     del scene
     gc.collect()
-    assert len(alive[1]) == 1
+    assert len(alive[1]) == 2  # one is to be taken
     del first
     gc.collect()
     assert alive[1] == []
@@ -333,4 +341,4 @@ def test_much_memory_is_not_kept(monkeypatch, taken):
         scene = scene.moved(str(number), (0, 0.1, 0))
         scene.prepare()
     same_tables(scene, co.Scene(scene.bodies))
-    assert taken == [False] * 4  # the first of five was prepared from the beginning
+    assert taken == []  # nothing is left of the scene before

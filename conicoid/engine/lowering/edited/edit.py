@@ -27,12 +27,14 @@ from .limits import LimitsOfEdited
 from .merging import Merging
 from .pieces import Pieces, Runs
 from .regrouped import Regrouped, as_before, near_slots, regrouped
+from .stores import Claim
 
 
 class Edit:
     """An edited scene whose tables are still to be filled in: those of `shapes` are as large, but for the trees."""
 
     keeps_items = False
+    in_place = False
 
     def __init__(self, old: Lowered, new: Lowered, pieces: Pieces, bodies: Sequence[Body], kept: Kept) -> None:
         self.joined, self.pieces, self.kept = Joined((old, new), pieces), pieces, kept
@@ -87,9 +89,12 @@ class Edit:
 
 
 def edit(
-    old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, progress: Progress | None
+    old: Lowered, bodies: Sequence[Body], found: Runs, kept: Kept, claim: Claim, progress: Progress | None
 ) -> Edit | Exchange | None:
-    """An edited scene that has runs of an old one; None where it is as well lowered from the beginning."""
+    """An edited scene that has runs of an old one; None where it is as well lowered from the beginning.
+
+    claim: of the memory that the old one is in.
+    """
     if old.laid is None or 2 * len(found.fresh) > len(bodies):
         return None
     there = len(bodies) - len(found.fresh)
@@ -107,7 +112,7 @@ def edit(
         else:
             classes = regrouped(joined, old.exact.bodies.of(ShapesOf(bodies)), near)
         if classes is not None:
-            return Exchange(joined, bodies, found, kept, own, classes)
+            return Exchange(joined, bodies, found, kept, own, classes, claim)
     return Edit(old, new, pieces, bodies, kept)
 
 

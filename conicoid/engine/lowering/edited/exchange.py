@@ -8,7 +8,7 @@ of some entries are written: of those that are new, and of those in which that s
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from .kept import Kept, Known
 from .near import Places
 from .pieces import Pieces, Runs
 from .regrouped import Regrouped, entries_of
-from .stores import Opened, new_edit, restamped, stamped
+from .stores import Claim, Memory, Opened, new_edit, restamped, stamped
 
 _MOST = 128
 """So many pieces are written one by one; more are as well written all at once."""
@@ -38,16 +38,49 @@ BESIDE = {
 """What a store has beside the tables, and what its rows are of."""
 _OF_SURFACES = "surface_kind", "surface_row"
 """Tables with as many rows as there are surfaces."""
+_OF_FRAMES = "place", "mark"
+"""How the names begin of what is relative to a frame (`near`)."""
 
 
 def _beside(lowered: Lowered, places: Places) -> dict[str, Any]:
     """What a scene's store has beside the tables."""
-    rest = lowered.rest
-    columns = (
-        lowered.boxes, lowered.frames, rest.planes, rest.spheres, rest.quadrics, rest.vertices,
-        places.planes, places.spheres, places.quadrics, *places.marks,
-    )  # fmt: skip
+    columns = *_first_beside(lowered), places.planes, places.spheres, places.quadrics, *places.marks
     return dict(zip(BESIDE, columns, strict=True))
+
+
+def _first_beside(lowered: Lowered) -> tuple[Any, ...]:
+    """Of these what it has though nothing was edited."""
+    rest = lowered.rest
+    return lowered.boxes, lowered.frames, rest.planes, rest.spheres, rest.quadrics, rest.vertices
+
+
+def _with_beside(lowered: Lowered, tables: Tables, beside: Mapping[str, Any]) -> Lowered:
+    rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])
+    return dataclasses.replace(lowered, tables=tables, around=beside["boxes"], frames=beside["frames"], rest=rest)
+
+
+def in_store(lowered: Lowered, opened: Opened) -> tuple[Lowered, Memory]:
+    """A scene that was prepared from the beginning, whose tables are in a store: all of it is, from now on.
+
+    The arrays beside the tables are nobody's but its own.
+    """
+    for name, column in zip(BESIDE, _first_beside(lowered), strict=False):
+        whole = column.flags.writeable and not isinstance(column.base, np.ndarray)
+        opened.put(name, column if whole else column.copy())
+    assert lowered.laid is not None
+    memory = Memory.new(len(lowered.laid.first_body) - 1)
+    memory = opened.memory(memory.stores, memory.stamps, memory.numbers)
+    opened.close(memory, None)
+    return _with_beside(lowered, lowered.tables, opened.beside), memory
+
+
+def let_go(lowered: Lowered, geometry: Geometry, memory: Memory) -> Lowered:
+    """The same in arrays that do not hold its memory: whoever reads them claims it (`Memory.claim`)."""
+    store = memory.store
+    if store is None:
+        return lowered
+    raw = shared(lowered.tables, geometry._replace(integers=store.integers, floats=store.floats))
+    return _with_beside(lowered, raw, store.beside)
 
 
 class Exchange:
@@ -57,20 +90,31 @@ class Exchange:
     """
 
     def __init__(
-        self, joined: Joined, bodies: Sequence[Body], found: Runs, kept: Known, own: Places, classes: Regrouped
-    ) -> None:
-        """own: places of what is new."""
+        self, joined: Joined, bodies: Sequence[Body], found: Runs, kept: Known, own: Places, classes: Regrouped,
+        claim: Claim,
+    ) -> None:  # fmt: skip
+        """own: places of what is new. claim: of the memory that the old scene is in."""
+        self.in_place = claim.opened is not None
+        if self.in_place and classes.renumbered:
+            joined = _numbers_apart(joined)
         old, new = joined.sides
+        self._claim = claim  # while it is held nobody writes to the memory that is read
         self.joined, self.pieces, self.kept, self.classes = joined, joined.pieces, kept, classes
         self._bodies, self._fresh = bodies, found.fresh
         sides = _beside(old, kept.places), _beside(new, own)
-        opened, some = _taken(kept, old.laid, self.pieces, found.fresh)
+        opened, some = claim.opened, self.pieces.only(1)
+        if opened is None:
+            opened, some = _taken(kept.memory, old.laid, self.pieces, found.fresh)
+        if opened is not None:
+            for name, column in sides[0].items():
+                if name not in opened.beside or (opened.frame != kept.frame and name.startswith(_OF_FRAMES)):
+                    opened.put(name, column.copy())
         beside = opened.beside if opened else {name: column.copy() for name, column in sides[0].items()}
         for name, axis in BESIDE.items():
             for source, rows, at in some.on(axis):
                 beside[name][at] = sides[source][name][rows]
         self._opened, self._some, self._beside = opened, some, beside
-        self._all_numbers = classes.renumbered or bool(opened and opened.numbers != kept.numbers)
+        self._all_numbers = classes.renumbered or bool(opened and opened.numbers != kept.memory.numbers)
         self._laid = _exchanged(joined, classes)
         self.boxes: Floats = beside["boxes"]
         self.kinds = self._laid.patterns.entries[self._laid.which, 2]
@@ -90,7 +134,7 @@ class Exchange:
         found = self._opened.geometry(empty) if self._opened else None
         if found is not None:
             return found
-        self._some = self.pieces.only(1)
+        self._some, self.in_place = self.pieces.only(1), False
         others = self._opened is not None  # what is beside is somebody's who comes later
         self._opened = Opened.new(empty)
         for name, column in self._beside.items():
@@ -121,16 +165,18 @@ class Exchange:
             face_paint=joined.paint(), rest=rest, laid=self._laid,
             exact=ExactTables(old.exact.bodies.of(ShapesOf(self._bodies)), single),
         )  # fmt: skip
-        places = Places.marked(*(column for name, column in beside.items() if name.startswith(("place", "mark"))))
-        numbers = new_edit() if classes.renumbered else kept.numbers
-        stamps = self._stamps(size == kept.size)
-        return lowered, Known(kept.frame, places, size, stores=kept.stores, stamps=stamps, numbers=numbers)
+        assert self._opened is not None
+        places = Places.marked(*(self._opened.raw(name) for name in BESIDE if name.startswith(_OF_FRAMES)))
+        numbers = new_edit() if classes.renumbered else kept.memory.numbers
+        memory = self._opened.memory(kept.memory.stores, self._stamps(size == kept.size), numbers)
+        return lowered, Known(kept.frame, places, size, memory=memory)
 
     def _stamps(self, same_size: bool) -> Longs:
         """By which edit the rows of each entry were written: those of what is new, and of whatever is one with it."""
         if not same_size:
-            return stamped(len(self.kept.stamps))
-        return restamped(self.kept.stamps, [*self._fresh, *entries_of(self._laid, self.classes.touched).tolist()])
+            return stamped(len(self.kept.memory.stamps))
+        touched = entries_of(self._laid, self.classes.touched).tolist()
+        return restamped(self.kept.memory.stamps, [*self._fresh, *touched])
 
     def close(self, kept: Kept) -> None:
         """All tables have been written, those of trees too; `kept` is what `fill` returned.
@@ -140,15 +186,22 @@ class Exchange:
         """
         assert isinstance(kept, Known)
         assert self._opened is not None
-        self._opened.close(kept.stores, kept.stamps, kept.numbers)
+        self._opened.close(kept.memory, kept.frame)
 
 
-def _taken(kept: Known, laid: Laid, pieces: Pieces, fresh: list[int]) -> tuple[Opened | None, Pieces]:
+def _numbers_apart(joined: Joined) -> Joined:
+    """The same with all integers of the old tables in memory of their own."""
+    old, new = joined.sides
+    columns = {name: column.copy() for name, column in old.tables._asdict().items() if column.dtype != np.float64}
+    return Joined((dataclasses.replace(old, tables=old.tables._replace(**columns)), new), joined.pieces)
+
+
+def _taken(memory: Memory, laid: Laid, pieces: Pieces, fresh: list[int]) -> tuple[Opened | None, Pieces]:
     """The memory of a scene that is gone, if there is any, and what is to be written there; else what is new."""
-    new, opened = pieces.only(1), kept.stores.take()
+    new, opened = pieces.only(1), memory.stores.take()
     if opened is None:
         return None, new
-    other = kept.stamps != opened.stamps
+    other = memory.stamps != opened.stamps
     other[fresh] = False
     bounds = np.flatnonzero(np.diff(other, prepend=False, append=False))
     if len(bounds) > 2 * _MOST:

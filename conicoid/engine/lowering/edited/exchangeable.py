@@ -10,7 +10,7 @@ from ..limits import size_of
 from .kept import Kept, Known
 from .near import Frame, Places, Records
 from .pieces import Pieces, Runs
-from .stores import Stores, new_edit, stamped
+from .stores import Memory
 
 
 def keeps_rows(old: Laid, new: Laid, found: Runs, entries: int) -> bool:
@@ -62,14 +62,14 @@ def completed(kept: Kept, old: Lowered, new: Lowered) -> tuple[Known, Places]:
     own = frame.places_within(*records) if frame is not None and places is not None else None
     if isinstance(kept, Known) and own is not None:
         return kept, own
+    assert old.laid is not None
+    memory = kept.memory or Memory.new(len(old.laid.first_body) - 1)
     if frame is None or places is None or own is None:
         frame, places, own = Frame.around(_records(old), records)
     size = kept.size
     if size is None and not np.isfinite(old.boxes).all():
         size = size_of(old.tables, old.boxes)
-    assert old.laid is not None
-    stamps = stamped(len(old.laid.first_body) - 1)
-    return Known(frame, places, size, stores=Stores(), stamps=stamps, numbers=new_edit()), own
+    return Known(frame, places, size, memory=memory), own
 
 
 def _records(lowered: Lowered) -> Records:

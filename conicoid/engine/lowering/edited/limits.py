@@ -53,8 +53,7 @@ class Limits(ABC):
         """
         size = None if bool(np.isfinite(self.boxes).all()) else size_of(self.tables, self.boxes)
         if size is not None and before is None:
-            old = self.columns.joined.sides[0]
-            before = size_of(old.tables, old.boxes)
+            before = self._size_before()
         if size is not None and size != before:
             for name, column in with_limits(self.tables, self.boxes, self.rest)._asdict().items():
                 if name.endswith("_limits"):
@@ -62,6 +61,11 @@ class Limits(ABC):
             return size
         self._put(self._changed(), size or 1.0)
         return size
+
+    def _size_before(self) -> float:
+        """The size of the old scene; of none that there is, where that is not known any more."""
+        old = self.columns.joined.sides[0]
+        return size_of(old.tables, old.boxes)
 
     @abstractmethod
     def _changed(self) -> Changed:

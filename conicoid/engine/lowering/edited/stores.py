@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 import weakref
 from collections import deque
+from dataclasses import dataclass
 from itertools import count
 from typing import Any
 
@@ -66,7 +67,7 @@ def new_edit() -> int:
 
 def stamped(entries: int) -> Longs:
     """Stamps of a scene whose rows are equal to nobody's."""
-    return np.full(entries, next(_edits), np.int64)
+    return np.broadcast_to(np.int64(next(_edits)), entries)
 
 
 def restamped(stamps: Longs, fresh: list[int]) -> Longs:
@@ -93,8 +94,11 @@ class _Part:
 class Store:
     """The memory of one scene at a time: what kernels take, and what else has rows, by name."""
 
-    def __init__(self, integers: Ints, floats: Floats, beside: dict[str, Array] | None = None) -> None:
-        self.integers, self.floats, self.beside = integers, floats, beside or {}
+    def __init__(self, integers: Ints, floats: Floats) -> None:
+        self.integers, self.floats = integers, floats
+        self.beside: dict[str, Array] = {}
+        self.frame: Any = None
+        """What the places of surfaces among these are relative to."""
         self.stamps: Longs = np.zeros(0, np.int64)
         self.numbers = 0
 
@@ -104,12 +108,46 @@ class Store:
         return self.integers.nbytes + self.floats.nbytes + sum(array.nbytes for array in self.beside.values())
 
 
+@dataclass(frozen=True)
+class Memory:
+    """Whose memory scenes of one kind may take, and what is known of that of one of them."""
+
+    stores: Stores
+    stamps: Longs  # by which edit the rows of each entry were written
+    numbers: int  # by which edit surfaces got the numbers that they have in the table
+    store: Store | None = None  # its memory; None where that is none that may be taken
+    held: weakref.ref[_Held] | None = None
+
+    @classmethod
+    def new(cls, entries: int) -> Memory:
+        """Of a scene that has nothing in common with others, in memory of its own."""
+        return cls(Stores(), stamped(entries), new_edit())
+
+    def claim(self) -> Claim | None:
+        """Take the memory of the scene, which the caller has let go of, or keep others from it; None: it is gone."""
+        if self.store is None:
+            return Claim()
+        held = self.held() if self.held is not None else None
+        if held is not None:
+            return Claim(held=held)
+        opened = self.stores.take(self.store)
+        return None if opened is None else Claim(opened)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The memory of the scene that another one is made from: that one's own, or somebody's who holds it."""
+
+    opened: Opened | None = None
+    held: _Held | None = None
+
+
 class Opened:
     """A store for the next scene; nobody else has it. `close` says that the scene is finished."""
 
     def __init__(self, store: Store) -> None:
         self._store, self._held = store, _Held()
-        self.stamps, self.numbers = store.stamps, store.numbers
+        self.stamps, self.numbers, self.frame = store.stamps, store.numbers, store.frame
         self.beside = {name: self._out(array) for name, array in store.beside.items()}
 
     @classmethod
@@ -142,10 +180,18 @@ class Opened:
         out[1][places[EXTENT] + tables.extent.size : floats + SPARE] = 0.0  # all between two tables is 0, and behind
         return Geometry(places, out[0][:integers], out[1][: floats + SPARE])
 
-    def close(self, stores: Stores, stamps: Longs, numbers: int) -> None:
+    def raw(self, name: str) -> Array:
+        """An array beside the tables that does not say whether the scene is held."""
+        return self._store.beside[name]
+
+    def memory(self, stores: Stores, stamps: Longs, numbers: int) -> Memory:
+        """What is to be known of the memory; it is nobody's but the scene's until `close`."""
+        return Memory(stores, stamps, numbers, self._store, weakref.ref(self._held))
+
+    def close(self, memory: Memory, frame: Any) -> None:
         """The scene is finished: when it is gone the memory goes to others of its kind."""
-        self._store.stamps, self._store.numbers = stamps, numbers
-        weakref.finalize(self._held, _give, weakref.ref(stores), self._store).atexit = False
+        self._store.stamps, self._store.numbers, self._store.frame = memory.stamps, memory.numbers, frame
+        weakref.finalize(self._held, _give, weakref.ref(memory.stores), self._store).atexit = False
 
 
 class Stores:
@@ -154,12 +200,16 @@ class Stores:
     def __init__(self) -> None:
         self._free: deque[Store] = deque(maxlen=1)
 
-    def take(self) -> Opened | None:
-        """A store in which an earlier scene's rows are; None if there is none."""
+    def take(self, wanted: Store | None = None) -> Opened | None:
+        """A store in which an earlier scene's rows are, if need be that one; None if there is none."""
         try:
-            return Opened(self._free.pop())
+            found = self._free.pop()
         except IndexError:
             return None
+        if wanted is not None and found is not wanted:
+            self._free.append(found)
+            return None
+        return Opened(found)
 
     def give(self, store: Store) -> None:
         """A store of which nobody reads anything. It may come at any time: nothing here waits for a lock."""

@@ -7,6 +7,8 @@ its own with all that is unbounded along the same; only what is unbounded along 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ...lowering import Lowered
 from ...lowering.apart import give_back_of
 from ...lowering.around import Around
@@ -16,10 +18,12 @@ from .leaf_items import put_items
 from .woods import COSTS, Woods, extent_of, programs_of
 
 
-def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
+def with_trees(lowered: Lowered, room: Callable[[Tables], Geometry] = room_for) -> tuple[Geometry, Woods]:
     """The geometry of a lowered scene, with limits and the trees over its entries and over the leaves of its bodies.
 
     It takes the tables of the scene. What is large is made as late as can be, and goes as soon as can be.
+
+    room: gives the room for tables of these shapes.
     """
     tables = lowered.taken()
     count = len(tables.entry_kind)
@@ -32,7 +36,7 @@ def with_trees(lowered: Lowered) -> tuple[Geometry, Woods]:
     forest.end_tree()
     give_back_of(count)
     columns = {**tables._asdict(), **forest.columns(), **shapes_of_limits(tables), "extent": extent_of(survey)}
-    geometry = room_for(Tables(**columns))
+    geometry = room(Tables(**columns))
     put_sizes(geometry, tables)
     forest.put_boxes(geometry.floats, int(geometry.places[NODE_BOXES]))
     place, woods = forest.places[-2], Woods.of(forest, depth, levels, lowered.laid is not None)

@@ -110,12 +110,18 @@ class Trees:
         """Of the items of leaves those that are what they were, but for leaves of `parts` of the children of nodes."""
         return slice(0, ROWS * (self.woods.main[1] - int(self.woods.places[-1])) if self.parts else 0)
 
-    def keep_items(self, tables: Tables, before: Tables) -> None:
+    def apart(self) -> None:
+        """Have boxes that do not change when those of the tree before are written over."""
+        self.boxes = [np.concatenate(self.boxes)]
+
+    def keep_items(self, tables: Tables, before: Tables | None) -> None:
         """Copy the items of leaves that are what they were; zeros come to places that no leaf has, whatever was there.
 
-        Of scenes that were edited in the same way so all numbers are equal, in whatever memory they are.
+        before: None where those are there already. Of scenes that were edited in the same way so all numbers are equal,
+        in whatever memory they are.
         """
-        tables.leaf_items[self.kept] = before.leaf_items[self.kept]
+        if before is not None:
+            tables.leaf_items[self.kept] = before.leaf_items[self.kept]
         tables.leaf_items.reshape(-1, ROWS)[tables.tree_order[int(self.woods.places[-1]) :] < 0] = 0.0
 
     def put_boxes(self, node_boxes: Floats) -> None:

@@ -1,0 +1,53 @@
+"""Scenes that nobody holds are written over by the ones that are made from them: the same tables, to the bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from tests.engine.exchanges import anywhere, moved, note_memory_taken, slid, standing
+from tests.engine.test_edited import same_answers, same_tables
+
+
+@pytest.fixture
+def taken(monkeypatch):
+    return note_memory_taken(monkeypatch)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("change", [moved, slid])
+def test_a_chain_written_over_that_nobody_holds(seed, change, taken):
+    """As a scene that is changed again and again, without a look at it between; now and then an answer is held."""
+    rng = np.random.default_rng(seed)
+    floor = (co.Box((-9, -9, -1), (9, 9, 0)), co.Plane((0, 0, 1), -3))
+    scene = standing_and_others(rng, floor[: 1 + seed % 2])
+    scene.prepare()
+    for number in range(30):
+        scene = change(scene, rng)
+        hits = scene.first_hit((0, 0, 9), (0, 0.1, -1))
+        if number % 7:
+            del hits
+        anew = co.Scene(scene.bodies)
+        same_tables(scene, anew)
+        if number % 10 == 9:
+            same_answers(scene, anew, rng, 40)
+    assert sum(taken) > 5
+
+
+def standing_and_others(rng, more):
+    """Bodies of all kinds, some of which have walls in common."""
+    shapes = [standing(rng) if k % 2 else anywhere(rng) for k in range(20)]
+    return co.Scene([*(co.Body(shape, name=str(k)) for k, shape in enumerate(shapes)), *more])
+
+
+def test_one_without_an_end_comes_into_memory_that_is_written_over(taken):
+    """Its limits depend on how large the scene is."""
+    ball, valley = co.Ellipsoid((1, 2, 3)), co.Quadric(np.diag([1.0, 2, -1, -1]))
+    assert np.isinf(valley.bounds).any()
+    scene = co.Scene([co.Cone((0, 0, k), (0, 0, k + 1), 1, 0.5) for k in range(3)] + 3 * [co.Sphere()] + [ball])
+    scene.prepare()
+    for number, shape in ((6, valley), (3, co.Sphere(2, (1, 0, 0))), (6, ball), (6, valley)):
+        scene = scene.replace(number, shape)
+        same_tables(scene, co.Scene(scene.bodies))
+    assert taken == 4 * [True]
