@@ -41,13 +41,22 @@ def standing_and_others(rng, more):
     return co.Scene([*(co.Body(shape, name=str(k)) for k, shape in enumerate(shapes)), *more])
 
 
-def test_one_without_an_end_comes_into_memory_that_is_written_over(taken):
-    """Its limits depend on how large the scene is."""
+def test_one_without_an_end_in_memory_that_is_written_over(taken):
+    """The limits of what has no end depend on how large the scene is, though it is others that move."""
     ball, valley = co.Ellipsoid((1, 2, 3)), co.Quadric(np.diag([1.0, 2, -1, -1]))
     assert np.isinf(valley.bounds).any()
     scene = co.Scene([co.Cone((0, 0, k), (0, 0, k + 1), 1, 0.5) for k in range(3)] + 3 * [co.Sphere()] + [ball])
     scene.prepare()
-    for number, shape in ((6, valley), (3, co.Sphere(2, (1, 0, 0))), (6, ball), (6, valley)):
+    changes = [(6, valley), (3, co.Sphere(2, (100, 0, 0))), (4, co.Sphere(2, (5, 0, 0))), (3, co.Sphere(2, (1, 0, 0))),
+               (6, ball), (3, co.Sphere(2, (50, 0, 0))), (6, valley)]  # fmt: skip
+    limits = []
+    for number, shape in changes:
         scene = scene.replace(number, shape)
-        same_tables(scene, co.Scene(scene.bodies))
-    assert taken == 4 * [True]
+        anew = co.Scene(scene.bodies)
+        same_tables(scene, anew)
+        limits.append(anew.lowered.tables.quadric_limits.tobytes())
+    assert taken == len(changes) * [True]
+    first, larger, as_large, smaller = limits[:4]
+    assert first != larger
+    assert larger == as_large
+    assert as_large != smaller
