@@ -71,7 +71,7 @@ def test_frames_where_there_are_no_surfaces_of_a_kind_or_none_at_all():
 def test_a_frame_of_planes_through_one_point_but_for_one():
     """None of the others has a length, so that there is nothing to guess by."""
     normals = np.random.default_rng(2).normal(size=(600, 3)).tolist()
-    found = records([*(co.HalfSpace(tuple(normal)) for normal in normals[1:]), co.HalfSpace(tuple(normals[0]), 1e-6)])
+    found = records([*(co.HalfSpace(normal, 0) for normal in normals[1:]), co.HalfSpace(normals[0], 1e-6)])
     frame, _ = Frame.around(found)
     assert 0.01 < lengths(frame, found)[0] <= 0.5
 
@@ -107,3 +107,22 @@ def test_a_scene_has_places_from_the_beginning_unless_it_is_large(monkeypatch, p
     for _ in range(4):
         scene = moved(scene, rng)
         same_tables(scene, co.Scene(scene.bodies))
+
+
+def test_places_in_memory_of_a_scene_with_another_frame_are_written_anew():
+    """Where a body has gone far away all have other places than in the memory that is taken next."""
+    scene = co.Scene([co.Body(CUBE.rotate((1, 2, 3), 7 * k).translate((3 * k, 0, 0)), name=str(k)) for k in range(9)])
+    for number in (0, 1):
+        hits = scene.first_hit((0, 0, 9), (0, 0, -1))  # holds the scene: two take turns
+        scene = scene.moved(str(number), (0, 0.1, 0))
+    frame = scene.prepared.kept.frame
+    hits = scene.first_hit((0, 0, 9), (0, 0, -1))
+    scene = scene.moved("2", (0, 1e4, 0))
+    assert scene.prepared.kept.frame != frame
+    for number in (5, 6):  # a corner of what stays where it was, and so three of its walls
+        scene = scene.replace("3", CUBE.scale(0.5).translate((0.5, 0.5, 0.5)).rotate((1, 2, 3), 7 * number)
+                              .translate((3 * number, 0, 0)))  # fmt: skip
+        anew = co.Scene(scene.bodies)
+        assert len(anew.lowered.tables.surface_kind) == 6 * 9 - 3
+        same_tables(scene, anew)
+    del hits

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from tests.engine.exchanges import anywhere, moved, note_memory_taken, slid, standing
+from conicoid.engine.lowering.edited import exchange, stores
+from tests.engine.exchanges import anywhere, bodies, moved, note_memory_taken, slid, standing
+from tests.engine.nodes import Nodes
 from tests.engine.test_edited import same_answers, same_tables
+from tests.engine.test_exchanged import written_anew
 
 
 @pytest.fixture
@@ -39,6 +42,36 @@ def standing_and_others(rng, more):
     """Bodies of all kinds, some of which have walls in common."""
     shapes = [standing(rng) if k % 2 else anywhere(rng) for k in range(20)]
     return co.Scene([*(co.Body(shape, name=str(k)) for k, shape in enumerate(shapes)), *more])
+
+
+@pytest.mark.parametrize("holds", [False, True])
+def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
+    """There is no room for more of them: all goes into new memory, that of answers that are held and of none."""
+    monkeypatch.setattr(stores, "_NODE", 0)
+    grown = []
+    begin = exchange.Exchange.geometry
+
+    def noted(self, empty):
+        before = self._opened
+        made = begin(self, empty)
+        grown.append(before is not None and before is not self._opened)
+        return made
+
+    monkeypatch.setattr(exchange.Exchange, "geometry", noted)
+    rng = np.random.default_rng(6)
+    scene = bodies(300, 6, (co.Plane((0, 0, 1), -3),))
+    for number in range(24):
+        hits = scene.first_hit((0, 0, 9), (0, 0.1, -1))
+        if not holds:
+            del hits
+        scene = (slid if number % 8 == 7 else moved)(scene, rng)
+        anew = co.Scene(scene.bodies)
+        same_tables(scene, anew)
+        Nodes(scene).check()
+        before, after = written_anew(scene)
+        assert before == after
+    same_answers(scene, anew, rng)
+    assert sum(grown) > 3
 
 
 def test_one_without_an_end_in_memory_that_is_written_over(taken):
