@@ -109,6 +109,19 @@ def test_a_scene_has_places_from_the_beginning_unless_it_is_large(monkeypatch, p
         same_tables(scene, co.Scene(scene.bodies))
 
 
+@pytest.mark.parametrize("placed", [0, 1 << 18])
+def test_places_are_worked_out_once_for_all_edits_of_a_scene(monkeypatch, placed):
+    """As a slider does: each from the same scene."""
+    monkeypatch.setattr(exchange, "_PLACED", placed)
+    found, begin = [], Frame.around
+    monkeypatch.setattr(Frame, "around", lambda *scenes: found.append(len(scenes)) or begin(*scenes))
+    first = co.Scene([CUBE.rotate((1, 2, 3), 7 * k).translate((3 * k, 0, 0)) for k in range(9)])
+    first.prepare()
+    for number in range(4):
+        first.moved(3, (0, 0.1 * number, 0.1)).prepare()
+    assert found == [2 if placed == 0 else 1]
+
+
 def test_places_in_memory_of_a_scene_with_another_frame_are_written_anew():
     """Where a body has gone far away all have other places than in the memory that is taken next."""
     scene = co.Scene([co.Body(CUBE.rotate((1, 2, 3), 7 * k).translate((3 * k, 0, 0)), name=str(k)) for k in range(9)])
