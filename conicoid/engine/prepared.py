@@ -53,8 +53,8 @@ class Prepared:
             return cls(lowered.sharing(geometry), geometry, _flat(lowered), woods, entries=bodies)
         found: list[Opened] = []
         geometry, woods = with_trees(lowered, lambda tables: _room(found, tables))
-        lowered, memory = in_store(lowered.sharing(geometry), found[0])
-        return cls(lowered, geometry, _flat(lowered), woods, entries=bodies, kept=Kept(memory=memory))
+        lowered, kept = in_store(lowered.sharing(geometry), found[0])
+        return cls(lowered, geometry, _flat(lowered), woods, entries=bodies, kept=kept)
 
     def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> Prepared | None:
         """A scene of other bodies, many of them the same; None where it is as well prepared from the beginning."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ...tables import BALL, SPHERE, Longs, Tables
@@ -106,9 +104,6 @@ class LimitsOfExchanged(Limits):
         """Those of a body that has an end are what they are for it alone, where all have one and it has walls alone."""
         bounded, classes = bool(np.isfinite(self.boxes).all()), self.columns.classes
         return None if bounded and not len(classes.changed) else super().put(before)
-
-    def _size_before(self) -> float:
-        return math.nan  # all its bodies had an end, and its boxes may have been written over
 
     def _changed(self) -> Changed:
         classes, ids = self.columns.classes, self.columns.ids

@@ -23,7 +23,7 @@ from .columns import TREES
 from .differing import Differing, LimitsOfExchanged
 from .joined import Joined
 from .kept import Kept, Known
-from .near import Places
+from .near import Frame, Places, records_of
 from .pieces import Pieces, Runs
 from .regrouped import Regrouped, entries_of
 from .stores import Claim, Memory, Opened, new_edit, restamped, stamped
@@ -36,6 +36,8 @@ BESIDE = {
     "mark_of_planes": PLANES, "mark_of_spheres": SPHERES, "mark_of_quadrics": QUADRICS,
 }  # fmt: skip
 """What a store has beside the tables, and what its rows are of."""
+_PLACED = 1 << 18
+"""So many surfaces have places from the beginning: ten bytes each, and a hundredth of the time that they take."""
 _OF_SURFACES = "surface_kind", "surface_row"
 """Tables with as many rows as there are surfaces."""
 _OF_FRAMES = "place", "mark"
@@ -44,8 +46,17 @@ _OF_FRAMES = "place", "mark"
 
 def _beside(lowered: Lowered, places: Places) -> dict[str, Any]:
     """What a scene's store has beside the tables."""
-    columns = *_first_beside(lowered), places.planes, places.spheres, places.quadrics, *places.marks
-    return dict(zip(BESIDE, columns, strict=True))
+    return dict(zip(BESIDE, (*_first_beside(lowered), *_of_places(places)), strict=True))
+
+
+def _of_places(places: Places) -> tuple[Any, ...]:
+    """Of these what is relative to a frame."""
+    return places.planes, places.spheres, places.quadrics, *places.marks
+
+
+def _raw_places(opened: Opened) -> Places:
+    """Those that a store has, in arrays that do not say whether the scene is held."""
+    return Places.marked(*(opened.raw(name) for name in BESIDE if name.startswith(_OF_FRAMES)))
 
 
 def _first_beside(lowered: Lowered) -> tuple[Any, ...]:
@@ -59,19 +70,27 @@ def _with_beside(lowered: Lowered, tables: Tables, beside: Mapping[str, Any]) ->
     return dataclasses.replace(lowered, tables=tables, around=beside["boxes"], frames=beside["frames"], rest=rest)
 
 
-def in_store(lowered: Lowered, opened: Opened) -> tuple[Lowered, Memory]:
+def in_store(lowered: Lowered, opened: Opened) -> tuple[Lowered, Kept]:
     """A scene that was prepared from the beginning, whose tables are in a store: all of it is, from now on.
 
-    The arrays beside the tables are nobody's but its own.
+    The arrays beside the tables are nobody's but its own. Places of surfaces are worked out, so that the first edit
+    need not go over all of them, if they are not so many that memory for them matters more.
     """
-    for name, column in zip(BESIDE, _first_beside(lowered), strict=False):
+    records, frame, places = records_of(lowered.tables), None, None
+    beside: tuple[Any, ...] = _first_beside(lowered)
+    if sum(len(table) for table in records) <= _PLACED:
+        frame, (found,) = Frame.around(records)
+        beside = *beside, *_of_places(found)
+    for name, column in zip(BESIDE, beside, strict=False):
         whole = column.flags.writeable and not isinstance(column.base, np.ndarray)
         opened.put(name, column if whole else column.copy())
+    if frame is not None:
+        places = _raw_places(opened)
     assert lowered.laid is not None
     memory = Memory.new(len(lowered.laid.first_body) - 1)
     memory = opened.memory(memory.stores, memory.stamps, memory.numbers)
-    opened.close(memory, None)
-    return _with_beside(lowered, lowered.tables, opened.beside), memory
+    opened.close(memory, frame)
+    return _with_beside(lowered, lowered.tables, opened.beside), Kept(frame, places, memory=memory)
 
 
 def let_go(lowered: Lowered, geometry: Geometry, memory: Memory) -> Lowered:
@@ -166,10 +185,9 @@ class Exchange:
             exact=ExactTables(old.exact.bodies.of(ShapesOf(self._bodies)), single),
         )  # fmt: skip
         assert self._opened is not None
-        places = Places.marked(*(self._opened.raw(name) for name in BESIDE if name.startswith(_OF_FRAMES)))
         numbers = new_edit() if classes.renumbered else kept.memory.numbers
         memory = self._opened.memory(kept.memory.stores, self._stamps(size == kept.size), numbers)
-        return lowered, Known(kept.frame, places, size, memory=memory)
+        return lowered, Known(kept.frame, _raw_places(self._opened), size, memory=memory)
 
     def _stamps(self, same_size: bool) -> Longs:
         """By which edit the rows of each entry were written: those of what is new, and of whatever is one with it."""

@@ -8,7 +8,7 @@ from .. import Lowered
 from ..laid import SURFACES, Laid
 from ..limits import size_of
 from .kept import Kept, Known
-from .near import Frame, Places, Records
+from .near import Frame, Places, records_of
 from .pieces import Pieces, Runs
 from .stores import Memory
 
@@ -58,20 +58,15 @@ def apart(old: Laid, new: Laid, pieces: Pieces) -> bool:
 
 def completed(kept: Kept, old: Lowered, new: Lowered) -> tuple[Known, Places]:
     """What is known of the old scene, with what exchanges of its entries for new ones need; places of the new ones."""
-    frame, places, records = kept.frame, kept.places, _records(new)
+    frame, places, records = kept.frame, kept.places, records_of(new.tables)
     own = frame.places_within(*records) if frame is not None and places is not None else None
     if isinstance(kept, Known) and own is not None:
         return kept, own
     assert old.laid is not None
     memory = kept.memory or Memory.new(len(old.laid.first_body) - 1)
     if frame is None or places is None or own is None:
-        frame, places, own = Frame.around(_records(old), records)
+        frame, (places, own) = Frame.around(records_of(old.tables), records)
     size = kept.size
     if size is None and not np.isfinite(old.boxes).all():
         size = size_of(old.tables, old.boxes)
     return Known(frame, places, size, memory=memory), own
-
-
-def _records(lowered: Lowered) -> Records:
-    """Planes, spheres and whole quadrics."""
-    return lowered.tables.planes, lowered.tables.spheres, lowered.tables.whole_quadrics()

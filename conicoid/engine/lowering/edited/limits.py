@@ -47,25 +47,18 @@ class Limits(ABC):
         self.owners = np.cumsum([0, *counts])
 
     def put(self, before: float | None) -> float | None:
-        """Write the limits; `before`: the size of the scene before, if that is known. Returns that of this one.
+        """Write the limits; `before`: the size of the scene before. Returns that of this one.
 
         None stands for the size of scenes whose bodies all have an end, which nothing depends on.
         """
         size = None if bool(np.isfinite(self.boxes).all()) else size_of(self.tables, self.boxes)
-        if size is not None and before is None:
-            before = self._size_before()
-        if size is not None and size != before:
+        if size is not None and before is not None and size != before:
             for name, column in with_limits(self.tables, self.boxes, self.rest)._asdict().items():
                 if name.endswith("_limits"):
                     getattr(self.tables, name)[:] = column
             return size
         self._put(self._changed(), size or 1.0)
         return size
-
-    def _size_before(self) -> float:
-        """The size of the old scene; of none that there is, where that is not known any more."""
-        old = self.columns.joined.sides[0]
-        return size_of(old.tables, old.boxes)
 
     @abstractmethod
     def _changed(self) -> Changed:
@@ -156,6 +149,13 @@ class LimitsOfEdited(Limits):
 
     def __init__(self, columns: Columns, tables: Tables, boxes: Floats, rest: Remainders) -> None:
         super().__init__(columns, tables, boxes, rest)
+
+    def put(self, before: float | None) -> float | None:
+        """Of a scene that was not edited before its size is still to be found."""
+        old = self.columns.joined.sides[0]
+        if before is None and not np.isfinite(old.boxes).all():
+            before = size_of(old.tables, old.boxes)
+        return super().put(before)
 
     def _changed(self) -> Changed:
         surfaces, owners = self._marked()

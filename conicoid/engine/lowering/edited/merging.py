@@ -21,7 +21,7 @@ from ..laid import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, Laid
 from ..quadrics import Quadrics
 from ..surfaces import Remainders, Surfaces, finished
 from .joined import Joined
-from .near import Frame, Marks, Places, near
+from .near import Frame, Marks, Places, near, records_of
 
 
 @dataclass
@@ -96,12 +96,10 @@ class Merging:
 
     def _places(self, frame: Frame | None, old: Places | None) -> tuple[Frame, Places]:
         """Numbers by which near surfaces are found: new ones for what is new, if there are some for the rest."""
-        new = self.joined.sides[1].tables
-        records = new.planes, new.spheres, new.whole_quadrics()
+        before, records = (records_of(side.tables) for side in self.joined.sides)
         own = frame.places_within(*records) if frame is not None and old is not None else None
         if frame is None or old is None or own is None:
-            tables = self.joined.sides[0].tables
-            frame, old, own = Frame.around((tables.planes, tables.spheres, tables.whole_quadrics()), records)
+            frame, (old, own) = Frame.around(before, records)
         both = old, own
         joined = self.joined
         return frame, Places(

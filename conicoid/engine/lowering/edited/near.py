@@ -7,23 +7,33 @@ scene is edited, so that only the new surfaces need new numbers.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ...tables import QUADRIC, SPHERE, Floats, Ints, Longs
+from ...tables import QUADRIC, SPHERE, Floats, Ints, Longs, Tables
 from ..clusters import ALONG, CLOSE
 from ..features import Point, put_places_of_curved, put_places_of_planes
+from ..quadrics import Quadrics
+from ..rows import blocks
 
-Records: TypeAlias = tuple[Floats, Floats, Floats]
+Records: TypeAlias = tuple[Floats, Floats, Quadrics]
 """Tables of planes, spheres and quadrics."""
 Marks: TypeAlias = npt.NDArray[np.uint16]
 _ROOM = 4.0
-"""The unit is so many times the size of the scene, which may grow before all numbers are worked out again."""
+"""The unit is about so many times the size of the scene, which may grow before all numbers are worked out again."""
+_FITS = 1.0 / 64, 1.0 / 2
+"""Between these shares of the unit the size of the scene may be."""
+_SOME = 256
+"""So many records, spread over a table, tell where its middle is, and how large it may be."""
 _BUCKETS = 1 << 16
+_NO_SPHERES, _NO_QUADRICS = np.zeros((0, 4)), np.zeros((0, 19))
+Reach: TypeAlias = tuple[float, float]
+"""The largest length of planes, and of what is curved."""
 
 
 @dataclass(frozen=True)
@@ -36,31 +46,55 @@ class Frame:
     unit: float
 
     @classmethod
-    def around(cls, old: Records, new: Records) -> tuple[Frame, Places, Places]:
-        """One that fits the records of two scenes, and the numbers of both."""
-        planes, spheres, quadrics = old if any(map(len, old)) else new
-        first = cls(_middle(planes[:, 4:]), 1.0, _middle(spheres[:, :3], quadrics[:, :3]), 1.0)
-        most = [max(pair) for pair in zip(*(first._places(*records)[1] for records in (old, new)), strict=True)]
-        units = [_ROOM * each if 0 < each < math.inf else 1.0 for each in most]
-        found = cls(first.middle_of_planes, units[0], first.middle, units[1])
-        return found, found._places(*old)[0], found._places(*new)[0]
+    def around(cls, *scenes: Records) -> tuple[Frame, list[Places]]:
+        """One that fits the records of some scenes, the first one's above all, and the numbers of each.
 
-    def _places(self, planes: Floats, spheres: Floats, quadrics: Floats) -> tuple[Places, tuple[float, float]]:
+        It is guessed by some of the records. Only where that does not fit all of them they are gone through twice.
+        """
+        few = [_some(records) for records in scenes]
+        planes, spheres, quadrics = next((records for records in few if any(len(table) for table in records)), few[0])
+        about = cls(_middle(planes[:, 4:]), 1.0, _middle(spheres[:, :3], quadrics.rows[:, :3]), 1.0)
+        guess = about._with_room([about._places(*records)[1] for records in few])
+        places, reach = guess._all_places(scenes)
+        if all(_fits(max(of_kind)) for of_kind in zip(*reach, strict=True)):
+            return guess, places
+        found = about._with_room([guess._lengths(each) for each in reach])
+        return found, places if found == guess else found._all_places(scenes)[0]
+
+    def _all_places(self, scenes: Sequence[Records]) -> tuple[list[Places], list[Reach]]:
+        """`_places` of the records of each scene."""
+        found = [self._places(*records) for records in scenes]
+        return [places for places, _ in found], [reach for _, reach in found]
+
+    def _with_room(self, reach: Sequence[Reach]) -> Frame:
+        """The same for records that are so large; a unit is 1 where none has a length."""
+        planes, curved = (max(of_kind) for of_kind in zip(*reach, strict=True))
+        return replace(self, unit_of_planes=_unit(planes), unit=_unit(curved))
+
+    def _lengths(self, reach: Reach) -> Reach:
+        """What was measured in units."""
+        return reach[0] * self.unit_of_planes, reach[1] * self.unit
+
+    def _places(self, planes: Floats, spheres: Floats, quadrics: Quadrics) -> tuple[Places, Reach]:
         """The numbers of records; the largest length of planes, and of what is curved, in their units."""
         flat, round_, rest = (np.zeros(len(table)) for table in (planes, spheres, quadrics))
         far = put_places_of_planes(
             planes, _rows(planes), self.middle_of_planes, self.unit_of_planes, ALONG[:4], ALONG[:3], flat
         )
-        reach = [
-            put_places_of_curved(
-                np.full(len(table), kind, np.int8), _rows(table), spheres, quadrics, self.middle, self.unit, ALONG,
-                ALONG[:6], np.empty((1, 10)), places,
-            )
-            for kind, table, places in ((SPHERE, spheres, round_), (QUADRIC, quadrics, rest))
-        ]  # fmt: skip
-        return Places(flat, round_, rest), (far, max(reach))
+        reach = self._put_curved(SPHERE, spheres, _NO_QUADRICS, round_)
+        for some in blocks(len(quadrics)):
+            reach = max(reach, self._put_curved(QUADRIC, _NO_SPHERES, quadrics[some], rest[some]))
+        return Places(flat, round_, rest), (far, reach)
 
-    def places_within(self, planes: Floats, spheres: Floats, quadrics: Floats) -> Places | None:
+    def _put_curved(self, kind: int, spheres: Floats, quadrics: Floats, places: Floats) -> float:
+        """The numbers of spheres or of quadrics; the largest length."""
+        count = len(places)
+        return put_places_of_curved(
+            np.full(count, kind, np.int8), np.arange(count, dtype=np.int32), spheres, quadrics, self.middle, self.unit,
+            ALONG, ALONG[:6], np.empty((1, 10)), places,
+        )  # fmt: skip
+
+    def places_within(self, planes: Floats, spheres: Floats, quadrics: Quadrics) -> Places | None:
         """The numbers of records; None where these are larger than the units."""
         places, most = self._places(planes, spheres, quadrics)
         return places if max(most) <= 1.0 else None
@@ -106,6 +140,30 @@ def _bucket(places: Floats) -> Marks:
     """In which of many parts of a unit each place is; any, where it is no number."""
     with np.errstate(invalid="ignore"):
         return (places * _BUCKETS).astype(np.int64).astype(np.uint16)
+
+
+def records_of(tables: Tables) -> Records:
+    """The records of a scene's surfaces."""
+    return tables.planes, tables.spheres, Quadrics(tables.quadrics, tables.quadric_forms)
+
+
+def _some(records: Records) -> Records:
+    """`_SOME` of each table, or a few more."""
+    planes, spheres, quadrics = records
+    every = [slice(None, None, max(1, len(table) // _SOME)) for table in records]
+    return (
+        np.ascontiguousarray(planes[every[0]]), np.ascontiguousarray(spheres[every[1]]), quadrics.chosen(every[2]),
+    )  # fmt: skip
+
+
+def _unit(length: float) -> float:
+    """With room for what is longer."""
+    return _ROOM * length if 0 < length < math.inf else 1.0
+
+
+def _fits(length: float) -> bool:
+    """Need a unit be no other, by a length in it?"""
+    return length == 0.0 or _FITS[0] <= length <= _FITS[1]
 
 
 def _rows(table: Floats) -> Ints:
