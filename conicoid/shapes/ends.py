@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from . import exact as ex
 from .motion import Motion
 from .planar import rounded_up
-from .rounded import above, above_if, is_finite
+from .rounded import above, above_if, count_of, is_finite
 from .vector import Vector
 
 _SAFE = 1e-150
@@ -25,14 +25,14 @@ def support_ends(support: Callable[[Vector], float], motion: Motion) -> list[flo
     low: list[float] = []
     high: list[float] = []
     for i, (*row, shift) in enumerate(motion.rows):
-        along = [k for k in range(3) if row[k]]
+        single = not (simple or count_of(row) >= 2)
         for sign, ends in ((1.0, high), (-1.0, low)):
-            if len(along) == 1 and not simple:
-                (k,) = along
-                size = sign if row[k] > 0 else -sign
-                ends.append(_stretched(support(_direction([size] * 3, along)), motion, i, k, sign))
+            if single:
+                k = next(k for k in range(3) if row[k])
+                ends.append(_stretched(support(_unit(k, sign if row[k] > 0 else -sign)), motion, i, k, sign))
                 continue
-            reach = support(_direction(row if sign > 0 else [-x for x in row], along))
+            x, y, z = row if sign > 0 else (0.0 - entry for entry in row)
+            reach = support((x, y, z))
             if not shift and reach == 0 and _is_nothing(motion, i):
                 ends.append(0.0)
             else:
@@ -40,9 +40,9 @@ def support_ends(support: Callable[[Vector], float], motion: Motion) -> list[flo
     return [*(0.0 - end for end in low), *high]
 
 
-def _direction(row: Sequence[float], along: Sequence[int]) -> Vector:
-    """A row whose entries are 0 but for those that are known not to be."""
-    x, y, z = (row[k] if k in along else 0.0 for k in range(3))
+def _unit(axis: int, size: float) -> Vector:
+    """The direction of a coordinate axis, or against it."""
+    x, y, z = (size if k == axis else 0.0 for k in range(3))
     return x, y, z
 
 

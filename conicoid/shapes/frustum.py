@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from . import exact as ex
+from .rounded import is_negative
 from .surface import QuadricSurface
 
 
@@ -17,5 +19,6 @@ def frustum_side(r0: Any, z0: Any, r1: Any, z1: Any) -> QuadricSurface:
     if not growth:
         return QuadricSurface((1.0, 1.0, 0.0), constant=r0 * r0)
     slope = growth / (z1 - z0)
-    r, z = (r0, z0) if growth > 0 else (r1, z1)
+    shrinks = ex.rational(is_negative(growth))
+    r, z = ((1 - shrinks) * first + shrinks * second for first, second in ((r0, r1), (z0, z1)))
     return QuadricSurface((1.0, 1.0, -slope * slope), (0.0, 0.0, -slope * r), r * r, anchor=(0.0, 0.0, z))

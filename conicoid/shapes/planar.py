@@ -10,7 +10,7 @@ import numpy as np
 
 from . import exact as ex
 from .cells import UV, flat
-from .rounded import above_if, is_finite, larger
+from .rounded import above_if, along_least, is_finite, larger
 from .support import sum_up
 from .surface import PlaneSurface, Triple
 from .vector import Box, Vector
@@ -31,7 +31,7 @@ def plane_uv(surface: PlaneSurface) -> UV:
     u points to the coordinate axis that is least along the normal, v = normal × u, both of unit length.
     """
     normal, anchor = ex.unit(ex.exact_row(surface.normal)), ex.exact_row(surface.anchor)
-    towards = ex.IDENTITY[min(range(3), key=lambda i: abs(normal[i]))]
+    towards = ex.exact_row(along_least(ex.exact_row(surface.normal)))
     along = ex.dot(towards, normal)
     x, y, z = (ex.dot((t, along), (ex.ONE, -n)) for t, n in zip(towards, normal, strict=True))
     first = ex.unit((x, y, z))

@@ -17,7 +17,7 @@ import numpy as np
 
 from .number import Number, Symbol, exact, rounded, sqrt, total
 from .sines import sin_cos_degrees as exact_sin_cos
-from .traced import Plain
+from .traced import Plain, Wide
 from .vector import FloatArray
 
 _BITS = 256
@@ -127,16 +127,31 @@ def sign_of_first(values: Sequence[Any]) -> float:
     return -1.0 if next((value for value in values if value), 0.0) < 0 else 1.0
 
 
-def has_several(values: Sequence[Any]) -> Any:
-    """Are two of them not zero? To be asked of `if_several`."""
+def is_negative(value: Any) -> Any:
+    """1 where a float or a number of many digits is negative, else 0; no test where a formula is recorded."""
+    if isinstance(value, (Plain, Wide)):
+        return 0.5 - 0.5 * value.rounded().unit_sign()
+    return 1.0 if value < 0 else 0.0
+
+
+def along_least(values: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """The coordinate axis along which a vector is least, the first of several: two zeros and a one; no test."""
+    a, b, c = map(abs, values)
+    second = is_negative(b - a)
+    x, y = (1.0 - second) * (1.0 - is_negative(c - a)), second * (1.0 - is_negative(c - b))
+    return x, y, 1.0 - x - y
+
+
+def count_of(values: Sequence[Any]) -> Any:
+    """How many of them are not zero."""
     if _is_recorded(values):
         return functools.reduce(lambda count, value: count.counted(value), values, _zero(values))
-    return sum(1 for value in values if value) >= 2
+    return sum(1 for value in values if value)
 
 
-def if_several(several: Any, then: Any, otherwise: Any) -> float:
-    """One of two numbers, which is no test where a formula is recorded."""
-    result: float = several.choose(then, otherwise) if isinstance(several, Plain) else then if several else otherwise
+def if_several(count: Any, then: Any, otherwise: Any) -> float:
+    """The first of two numbers where a count is 2 or more, else the second; no test where a formula is recorded."""
+    result: float = count.choose(then, otherwise) if isinstance(count, Plain) else then if count >= 2 else otherwise
     return result
 
 

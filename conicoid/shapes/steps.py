@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from . import exact as ex
 from .carried import said
+from .rounded import along_least
 from .vector import Matrix4, Vector
 
 Affine: TypeAlias = tuple[ex.Rows, ex.Row]
@@ -202,9 +203,7 @@ class Frame(_Step):
         """The directions of x, y and z."""
         z = ex.unit(ex.exact_row(self.axis))
         if self.reference is None:
-            axis = ex.exact_row(self.axis)
-            least = min(range(3), key=lambda i: abs(axis[i]))
-            towards = ex.IDENTITY[least]
+            towards = ex.exact_row(along_least(ex.exact_row(self.axis)))
         else:
             towards = ex.minus(ex.exact_row(self.reference), ex.exact_row(self.origin))
         along = ex.dot(towards, z)

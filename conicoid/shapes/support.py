@@ -13,7 +13,7 @@ from fractions import Fraction
 from typing import Any
 
 from .number import Symbol
-from .rounded import has_several, hypot, if_several, larger, root, sum_of
+from .rounded import count_of, hypot, if_several, larger, root, sum_of
 from .vector import Vector
 
 _SLACK = 8 * 2.0**-53
@@ -61,9 +61,9 @@ def _stationary(w: Any, uz: Any, g0: Any, g1: Any, g2: Any) -> tuple[float, floa
 def sum_up(terms: Iterable[float]) -> float:
     """The sum of terms, raised by what the rounding of its terms may have cost if there are several."""
     items = list(terms)
-    several = has_several(items)
+    count = count_of(items)
     total = sum_of(items) + 0.0
-    return if_several(several, total + _SLACK * sum_of(abs(term) for term in items), total)
+    return if_several(count, total + _SLACK * sum_of(abs(term) for term in items), total)
 
 
 def product_with_root(w: float, g: Any) -> float:

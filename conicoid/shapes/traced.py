@@ -195,16 +195,22 @@ def _compared(a: Any, b: Any, expected: int) -> bool:
     )
 
 
+def _both_ways(pair: tuple[Wide, ...]) -> tuple[tuple[Wide, ...], ...]:
+    """A pair, and the pair turned round; nothing where there is none."""
+    return (pair, pair[::-1]) if pair else ()
+
+
 class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
     """A number of 3000 bits of a formula that is being recorded."""
 
-    __slots__ = ("divisor", "less", "register", "tape", "value", "whole")
+    __slots__ = ("divisor", "factors", "less", "register", "tape", "value", "whole")
 
     def __init__(self, tape: Tape, register: int, value: Number) -> None:
         self.tape, self.register, self.value = tape, register, value
         self.whole: Wide | None = None  # of a difference or a quotient, what something was taken from, or divided
         self.less: Any = None
         self.divisor: Any = None
+        self.factors: tuple[Wide, ...] = ()
 
     @property
     def _unseen(self) -> NoReturn:
@@ -271,7 +277,13 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
             for ratio, factor in ((self, other), (other, self)):
                 if ratio.whole is not None and factor is ratio.divisor:  # (a / b) b
                     return ratio.whole
-        return self._both("multiply", operator.mul, self, other)
+                for one, more in _both_ways(factor.factors):
+                    if ratio.whole is not None and one is ratio.divisor:  # (a / b) (b c)
+                        return ratio.whole * more
+        made = self._both("multiply", operator.mul, self, other)
+        if isinstance(other, Wide):
+            made.factors = (self, other)
+        return made
 
     __rmul__ = __mul__
 

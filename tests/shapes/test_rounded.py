@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
 
@@ -99,3 +100,13 @@ def test_stationary_directions_are_eigenvectors_across_the_normal():
             image = v * squares
             image -= (image * normals).sum(axis=1)[:, None] * normals
             assert np.abs(image - (image * v).sum(axis=1)[:, None] * v).max() < 1e-14
+
+
+def test_the_axis_along_which_a_vector_is_least_is_the_first_of_several():
+    steps = (-2.0, -1.0, 0.0, 1.0, 2.0)
+    for vector in itertools.product(steps, steps, steps):
+        sizes = [abs(x) for x in vector]
+        expected = [0.0, 0.0, 0.0]
+        expected[sizes.index(min(sizes))] = 1.0
+        assert list(rounded.along_least(vector)) == expected, vector
+        assert list(rounded.along_least([Fraction(x) for x in vector])) == expected, vector

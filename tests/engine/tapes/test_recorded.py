@@ -171,6 +171,18 @@ def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
     assert len(left) == recordings.FEWEST - 1
 
 
+@pytest.mark.parametrize("kind", ["Cylinder", "Cone", "Disc"])
+def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
+    """x lies towards whichever coordinate axis is least along the axis; a cone grows or shrinks: neither is a test."""
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
+    made: list[Any] = []
+    whole = recordings.Recording.of
+    monkeypatch.setattr(recordings.Recording, "of", lambda tape: made.append(tape) or whole(tape))
+    rng = random.Random(f"all directions {kind}")
+    check([KINDS[kind](rng) for _ in range(60)], 0)
+    assert len(made) == 1
+
+
 def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.Recordings())
     shapes = [co.Polyhedron([(0, 0, 1.0), (1.0, 0, 0)], [1.0, 2.0 + k]) for k in range(20)]
