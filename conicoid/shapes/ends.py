@@ -7,7 +7,7 @@ from collections.abc import Callable
 from . import exact as ex
 from .motion import Motion
 from .planar import rounded_up
-from .rounded import above, above_if, count_of, is_finite
+from .rounded import above, above_if, count_of, is_finite, sign_of_first
 from .vector import Vector
 
 _SAFE = 1e-150
@@ -26,24 +26,17 @@ def support_ends(support: Callable[[Vector], float], motion: Motion) -> list[flo
     high: list[float] = []
     for i, (*row, shift) in enumerate(motion.rows):
         single = not (simple or count_of(row) >= 2)
+        towards = [count_of((entry,)) * sign_of_first((entry,)) for entry in row] if single else row
         for sign, ends in ((1.0, high), (-1.0, low)):
-            if single:
-                k = next(k for k in range(3) if row[k])
-                ends.append(_stretched(support(_unit(k, sign if row[k] > 0 else -sign)), motion, i, k, sign))
-                continue
-            x, y, z = row if sign > 0 else (0.0 - entry for entry in row)
+            x, y, z = towards if sign > 0 else (0.0 - entry for entry in towards)
             reach = support((x, y, z))
-            if not shift and reach == 0 and _is_nothing(motion, i):
+            if single:
+                ends.append(_stretched(reach, motion, i, sign))
+            elif not shift and reach == 0 and _is_nothing(motion, i):
                 ends.append(0.0)
             else:
                 ends.append(_outward(reach, shift if sign > 0 else -shift, simple))
     return [*(0.0 - end for end in low), *high]
-
-
-def _unit(axis: int, size: float) -> Vector:
-    """The direction of a coordinate axis, or against it."""
-    x, y, z = (size if k == axis else 0.0 for k in range(3))
-    return x, y, z
 
 
 def _is_nothing(motion: Motion, row: int) -> bool:
@@ -54,12 +47,13 @@ def _is_nothing(motion: Motion, row: int) -> bool:
     return not shift[row] and all(abs(entry) > _SAFE for entry in rows[row] if entry)
 
 
-def _stretched(reach: float, motion: Motion, row: int, column: int, sign: float) -> float:
-    """The least float64 not below |k| reach + sign·shift, k being the one entry of the motion's row."""
+def _stretched(reach: float, motion: Motion, row: int, sign: float) -> float:
+    """The least float64 not below |k| reach + sign·shift, k being the one entry of the motion's row that is not 0."""
     if not is_finite(reach):
         return reach
     rows, shift = motion.affine
-    return rounded_up(ex.cancelling_sum((abs(rows[row][column]) * ex.exact(reach), sign * shift[row])))
+    size = ex.total(map(abs, rows[row]))
+    return rounded_up(ex.cancelling_sum((size * ex.exact(reach), sign * shift[row])))
 
 
 def _outward(reach: float, shift: float, exact: bool) -> float:

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 from . import exact as ex
 from .motion import Motion
-from .rounded import root
+from .rounded import count_of, root
 
 Triple: TypeAlias = tuple[Any, Any, Any]
 Triples: TypeAlias = tuple[Triple, Triple, Triple]
@@ -92,7 +92,9 @@ class QuadricSurface:
 
         None for anything else, and for a ball so small that rounding its center matters: records go by the rows then.
         """
-        if self.rows is not UPRIGHT or self.squares != (1.0, 1.0, 1.0) or any(self.linear) or not self.constant > 0:
+        if self.rows is not UPRIGHT or any(self.linear) or not self.constant > 0:
+            return None
+        if count_of([ex.rounded(square - 1) for square in self.squares]):
             return None
         factor = motion.similarity
         if factor is None:
