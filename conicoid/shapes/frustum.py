@@ -13,7 +13,8 @@ def frustum_side(r0: Any, z0: Any, r1: Any, z1: Any) -> QuadricSurface:
     """x² + y² = r² with r = r0 at z0 and r1 at z1, inside towards the axis; fractions or 3000-bit numbers.
 
     A cone is kept about the end with the smaller radius r, as x² + y² - m² z² - 2 m r z - r² = 0: there all terms of
-    the radius have one sign, so that neither the nearly cylindrical nor the nearly pointed one loses digits.
+    the radius have one sign, so that neither the nearly cylindrical nor the nearly pointed one loses digits. Which end
+    that is decides a factor of 0 or 1, and is no test: one recording serves both.
     """
     growth = r1 - r0
     if not growth:

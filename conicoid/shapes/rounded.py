@@ -121,14 +121,18 @@ def sum_of(terms: Iterable[Any]) -> float:
 
 def sign_of_first(values: Sequence[Any]) -> float:
     """-1 where the first of them that is not zero is negative, else 1."""
-    if _is_recorded(values):
-        result: float = functools.reduce(lambda value, other: value.leading(other), values, _zero(values)).unit_sign()
+    zero = _zero(values)
+    if zero is not None:
+        result: float = functools.reduce(lambda value, other: value.leading(other), values, zero).unit_sign()
         return result
     return -1.0 if next((value for value in values if value), 0.0) < 0 else 1.0
 
 
 def is_negative(value: Any) -> Any:
-    """1 where a float or a number of many digits is negative, else 0; no test where a formula is recorded."""
+    """1.0 where a float or a number of many digits is negative, else 0.0; no test where a formula is recorded.
+
+    Times these a number is itself, or an exact zero (`engine.numbers.fourfold`): so they choose one of two numbers.
+    """
     if isinstance(value, (Plain, Wide)):
         return 0.5 - 0.5 * value.rounded().unit_sign()
     return 1.0 if value < 0 else 0.0
@@ -144,8 +148,9 @@ def along_least(values: Sequence[Any]) -> tuple[Any, Any, Any]:
 
 def count_of(values: Sequence[Any]) -> Any:
     """How many of them are not zero."""
-    if _is_recorded(values):
-        return functools.reduce(lambda count, value: count.counted(value), values, _zero(values))
+    zero = _zero(values)
+    if zero is not None:
+        return functools.reduce(lambda count, value: count.counted(value), values, zero)
     return sum(1 for value in values if value)
 
 
@@ -159,9 +164,9 @@ def _is_recorded(values: Iterable[Any]) -> bool:
     return any(isinstance(value, Symbol) for value in values)
 
 
-def _zero(values: Iterable[Any]) -> Plain:
-    """Zero, on the tape of some values."""
-    return next(value for value in values if isinstance(value, Plain)).tape.zero
+def _zero(values: Iterable[Any]) -> Plain | None:
+    """Zero on the tape of some floats; None where none of them is recorded."""
+    return next((value.tape.zero for value in values if isinstance(value, Plain)), None)
 
 
 def sin_cos_degrees(angle: Any) -> tuple[float, float]:

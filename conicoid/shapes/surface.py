@@ -94,7 +94,7 @@ class QuadricSurface:
         """
         if self.rows is not UPRIGHT or any(self.linear) or not self.constant > 0:
             return None
-        if count_of([ex.rounded(square - 1) for square in self.squares]):
+        if count_of([ex.rounded(square - 1) for square in self.squares]):  # one test of three numbers
             return None
         factor = motion.similarity
         if factor is None:

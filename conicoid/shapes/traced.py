@@ -195,11 +195,6 @@ def _compared(a: Any, b: Any, expected: int) -> bool:
     )
 
 
-def _both_ways(pair: tuple[Wide, ...]) -> tuple[tuple[Wide, ...], ...]:
-    """A pair, and the pair turned round; nothing where there is none."""
-    return (pair, pair[::-1]) if pair else ()
-
-
 class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
     """A number of 3000 bits of a formula that is being recorded."""
 
@@ -210,7 +205,7 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
         self.whole: Wide | None = None  # of a difference or a quotient, what something was taken from, or divided
         self.less: Any = None
         self.divisor: Any = None
-        self.factors: tuple[Wide, ...] = ()
+        self.factors: tuple[tuple[Wide, Wide], ...] = ()  # of a product, each with the other one
 
     @property
     def _unseen(self) -> NoReturn:
@@ -275,14 +270,16 @@ class Wide(_Compared, Number, Symbol):  # type: ignore[misc]
                 return -self
         else:
             for ratio, factor in ((self, other), (other, self)):
-                if ratio.whole is not None and factor is ratio.divisor:  # (a / b) b
+                if ratio.whole is None:
+                    continue
+                if factor is ratio.divisor:  # (a / b) b
                     return ratio.whole
-                for one, more in _both_ways(factor.factors):
-                    if ratio.whole is not None and one is ratio.divisor:  # (a / b) (b c)
+                for one, more in factor.factors:
+                    if one is ratio.divisor:  # (a / b) (b c)
                         return ratio.whole * more
         made = self._both("multiply", operator.mul, self, other)
         if isinstance(other, Wide):
-            made.factors = (self, other)
+            made.factors = (self, other), (other, self)
         return made
 
     __rmul__ = __mul__

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from conicoid.colormap import _sin_cos_degrees
+from conicoid.derivatives.slope import Slope
 from conicoid.shapes import rounded
+from conicoid.shapes.number import exact
 from conicoid.shapes.recession import _stationary
 from conicoid.shapes.row_vectors import dot_rows, product, unit_rows
 
@@ -110,3 +112,11 @@ def test_the_axis_along_which_a_vector_is_least_is_the_first_of_several():
         expected[sizes.index(min(sizes))] = 1.0
         assert list(rounded.along_least(vector)) == expected, vector
         assert list(rounded.along_least([Fraction(x) for x in vector])) == expected, vector
+
+
+def test_numbers_with_derivatives_are_counted_as_floats_are():
+    """They are symbols, but of no recording: a count, and the first sign, must not ask them for a tape."""
+    falling, still, nothing = Slope(exact(-2.0), {1: 1.0}), Slope(exact(3.0), {}), Slope(exact(0.0), {})
+    assert rounded.count_of([falling, nothing, still]) == 2
+    assert rounded.sign_of_first([nothing, falling, still]) == -1.0
+    assert rounded.along_least([falling, nothing, still]) == (0.0, 1.0, 0.0)
