@@ -86,7 +86,7 @@ def load_openmc(
     path: str | os.PathLike[str],
     *,
     void: bool = True,
-    max_bodies: int = 500_000,
+    max_bodies: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Scene:
     """The scene of an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.
@@ -95,7 +95,8 @@ def load_openmc(
 
     path: of the file.
     void: whether cells without material are invisible bodies, so that `scene.body_at` finds every cell.
-    max_bodies: what expands into more is refused, before they are made.
+    max_bodies: what expands into more is refused, before they are made; None for 4,000,000, of which 500,000 are no
+        others moved, as those in lattices are.
     progress: progress(done, count) is called with numbers of bodies.
 
     `scene.notes` is what there is to say of the import. Those of the notes that tell what is not as the file says, or
@@ -109,6 +110,6 @@ def load_openmc(
 
     flag("load_openmc", "void", void)
     callback("load_openmc", "progress", progress)
-    max_bodies = integer("load_openmc", "max_bodies", max_bodies, 1)
+    max_bodies = None if max_bodies is None else integer("load_openmc", "max_bodies", max_bodies, 1)
     parts = openmc.read(checked_path("load_openmc", path), void=void, max_bodies=max_bodies, progress=progress)
     return _scene_of(path, parts)

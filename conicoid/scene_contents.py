@@ -130,6 +130,8 @@ class Contents:
     def __contains__(self, item: object) -> bool:
         """Is there an entry of a name, this body, or an entry of this shape? A TypeError for anything else."""
         if isinstance(item, str):
+            if isinstance(self._bodies, Repeated):
+                return self._bodies.number(item) is not None
             return any(item == body.name for body in self._bodies)
         if isinstance(item, Shape):
             return any(item == body.shape for body in self._bodies)

@@ -6,7 +6,18 @@ import dataclasses
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from .scene_parts import Bodies, Entries, as_bodies, exchanged, moved_by, one_entry, refuse_same_names, shared_bodies
+from .scene_parts import (
+    Bodies,
+    as_bodies,
+    exchanged,
+    moved_by,
+    one_entry,
+    refuse_same_names,
+    shared_bodies,
+    with_entry,
+    with_fewer,
+    with_more,
+)
 from .shapes.base import Shape
 from .shapes.body import Body
 from .shapes.calls import explained_methods
@@ -68,7 +79,7 @@ class Edits:
         """
         entry = one_entry(self._bodies, self._first_numbers, which, "moved")
         old = self._bodies[entry]
-        return self._with_entry(entry, dataclasses.replace(old, shape=moved_by(old.shape, motion)))
+        return self._with_entry(entry, old, dataclasses.replace(old, shape=moved_by(old.shape, motion)))
 
     def added(self, items: Shape | Body | Iterable[Shape | Body], before: str | int | None = None) -> Scene:
         """A scene with more entries; it prepares only these.
@@ -81,7 +92,7 @@ class Edits:
         place = len(self._bodies)
         if before is not None:
             place = one_entry(self._bodies, self._first_numbers, before, "added", "before")
-        bodies = Entries((*self._bodies[:place], *as_bodies(items, "added"), *self._bodies[place:]))
+        bodies = with_more(self._bodies, place, as_bodies(items, "added"))
         refuse_same_names(bodies)
         return self._edited(bodies)
 
@@ -94,11 +105,11 @@ class Edits:
         """
         each = which if isinstance(which, Iterable) and not isinstance(which, str) else [which]
         gone = {one_entry(self._bodies, self._first_numbers, one, "without") for one in each}
-        return self._edited(Entries(body for number, body in enumerate(self._bodies) if number not in gone))
+        return self._edited(with_fewer(self._bodies, gone))
 
-    def _with_entry(self, entry: int, body: Body, *parts: Any) -> Scene:
-        """The scene with another body for an entry of the list; parts as for `_edited`."""
-        old, bodies = self._bodies[entry], Entries((*self._bodies[:entry], body, *self._bodies[entry + 1 :]))
+    def _with_entry(self, entry: int, old: Body, body: Body, *parts: Any) -> Scene:
+        """The scene with another body for an entry of the list, which is `old`; parts as for `_edited`."""
+        bodies = with_entry(self._bodies, entry, old, body)
         if body.name is not None and body.name != old.name:
             refuse_same_names(bodies)
         made = self._edited(bodies, *parts)

@@ -14,6 +14,7 @@ from .shapes.base import Shape, Solid
 from .shapes.body import Body
 from .shapes.bulk import Bulk
 from .shapes.repeated import Repeated
+from .shapes.repeated_edited import EditedBodies, Origins, gathered
 from .shapes.spheres import Spheres
 from .shapes.suggestion import known_names
 from .shapes.validate import shown, what
@@ -96,12 +97,17 @@ def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
         hint = "; names go to bodies, Body(shape, material, name)" if isinstance(items, Mapping) else hint
         hint = "; co.load(path) reads a scene file" if isinstance(items, str) else hint
         raise TypeError(f"{owner}: items must be a list of shapes and Bodies, or one of them, got {what(items)}{hint}")
-    return Entries(_as_body(i, item, owner) for i, item in enumerate(items))
+    bodies = Entries(_as_body(i, item, owner) for i, item in enumerate(items))
+    return gathered(bodies) or bodies
 
 
 def refuse_same_names(bodies: Sequence[Body]) -> None:
     """ValueError where two bodies have one name."""
     if isinstance(bodies, Repeated):
+        repeated = bodies.repeated_name() if isinstance(bodies, EditedBodies) else None
+        if repeated is not None:
+            name, first, second = repeated
+            raise ValueError(f"Scene: bodies[{first}] and bodies[{second}] are both named {shown(name)}")
         return
     known = [body.name for body in bodies if body.name is not None]
     if len(set(known)) == len(known):
@@ -214,8 +220,11 @@ def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str,
 
 def exchanged(
     bodies: Bodies, firsts: Callable[[], Any], which: Any, item: Any, labels: Mapping[str, Any]
-) -> tuple[int, Body]:
-    """One entry, that of a name or of a body's number, and what takes its place. `labels`: a material, a name."""
+) -> tuple[int, Body, Body]:
+    """One entry, that of a name or of a body's number: its place, it, and what takes its place.
+
+    `labels`: a material, a name.
+    """
     if isinstance(which, Shape | Body):
         raise TypeError(
             f"replace: which entry comes first, its name or number: replace(name, shape), got {what(which)}"
@@ -229,7 +238,34 @@ def exchanged(
     old = bodies[entry]
     new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
     changes = {"name": new.name or old.name, **labels}
-    return entry, dataclasses.replace(new, **changes)
+    return entry, old, dataclasses.replace(new, **changes)
+
+
+def with_entry(bodies: Bodies, entry: int, old: Body, body: Body) -> Bodies:
+    """The entries of a scene with another one for one of them, which is `old`."""
+    if isinstance(bodies, Repeated):
+        made = Origins.of(bodies).with_body(entry, old, body).bodies()
+        if made is not None:
+            return made
+    return Entries((*bodies[:entry], body, *bodies[entry + 1 :]))
+
+
+def with_more(bodies: Bodies, place: int, items: Sequence[Body]) -> Bodies:
+    """The entries of a scene with more of them before one."""
+    if isinstance(bodies, Repeated):
+        made = Origins.of(bodies).with_more(place, items).bodies()
+        if made is not None:
+            return made
+    return Entries((*bodies[:place], *items, *bodies[place:]))
+
+
+def with_fewer(bodies: Bodies, gone: set[int]) -> Bodies:
+    """The entries of a scene without some of them."""
+    if isinstance(bodies, Repeated):
+        made = Origins.of(bodies).without(sorted(gone)).bodies()
+        if made is not None:
+            return made
+    return Entries(body for number, body in enumerate(bodies) if number not in gone)
 
 
 def shared_bodies(old: Bodies, new: Bodies) -> Bodies:

@@ -32,7 +32,12 @@ def import_(
     ],
     void: Annotated[bool, typer.Option(help="Keep parts without material, as invisible bodies.")] = True,
     max_bodies: Annotated[
-        int | None, typer.Option(min=1, help="Refuse what expands into more bodies.", show_default="500,000")
+        int | None,
+        typer.Option(
+            min=1,
+            help="Refuse what expands into more bodies.",
+            show_default="4,000,000, of which 500,000 are no others moved",
+        ),
     ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Refuse a file that is not read as it says.")] = False,
     only: Annotated[

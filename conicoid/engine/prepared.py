@@ -15,6 +15,7 @@ from ..exact.forms import Form
 from ..shapes.body import Body
 from ..shapes.labels import Labels
 from ..shapes.repeated import Repeated
+from ..shapes.repeated_edited import same_shapes
 from ..shapes.repeated_labels import labels_of
 from . import lowering
 from .lowering import Lowered
@@ -111,7 +112,7 @@ def edited_from(before: list[Prepared], bodies: Sequence[Body], progress: Progre
     """`Prepared.edited`, of the one that is taken out of a list."""
     old = before.pop()
     if not old.can_be_edited or isinstance(old.entries, Repeated) or isinstance(bodies, Repeated):
-        return old.labelled(bodies) if bodies is old.entries else None
+        return old.labelled(bodies) if same_shapes(old.entries, bodies) else None
     found = runs(old.entries, bodies)
     if not found.fresh and len(bodies) == len(old.entries):
         return old.labelled(bodies)

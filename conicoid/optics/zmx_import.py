@@ -13,7 +13,7 @@ def imported(path: str | os.PathLike[str], options: Options) -> Imported:
     """The bodies of a lens file; its notes tell what was passed over. `load_zmx` gives the prescription itself."""
     options.refuse_others("a Zemax lens file", "strict", "only")
     system = load_zmx(path)
-    if len(system.bodies) > options.most:
+    if len(system.bodies) > options.most.alone:
         raise ValueError(f"load: max_bodies must be at least {len(system.bodies)} for this file")
     first = f"{counted(len(system.rows), 'surface')}, {counted(len(system.bodies), 'body')}"
     found = Imported(system.bodies, (), (first, *system.left_out), system.left_out)

@@ -55,7 +55,7 @@ def _lit_by(scene: Any, group: str, members: Any) -> Any:
     made = scene
     for number, body in enumerate(scene.bodies):
         if _glows(body) and body.name not in bodies:
-            made = made._with_entry(number, _dark(body))
+            made = made._with_entry(number, body, _dark(body))
     background = scene.background if sky else _BLACK
     return made.replace(lights=as_lights(lights) or [AmbientLight(0.0)], background=background)
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -77,6 +77,11 @@ class Repeated(Sequence[Body], ABC):
     @abstractmethod
     def is_rigid(self, kind: int) -> bool:
         """Do all shapes of a kind have the same structure, however far rounding moves their surfaces?"""
+
+    @property
+    def solid(self) -> tuple[bool, ...]:
+        """Of each kind: is it of solids? All are, but for those that an edit brings."""
+        return (True,) * len(self.materials)
 
     def shape(self, number: int) -> Solid:
         """The shape of a body; that of the first of a kind, or of one asked for lately, is the same object again."""
@@ -177,6 +182,9 @@ def _finite(ends: FloatArray) -> FloatArray:
 class _Later(Body):
     """A body whose shape and name are made when they are asked for."""
 
+    of: ClassVar[Repeated]  # set in each object; no fields, so that bodies are told and compared by those of Body
+    number: ClassVar[int]
+
     if not TYPE_CHECKING:  # which stand in for fields until these are set
 
         @cached_property
@@ -191,6 +199,16 @@ class _Later(Body):
 
     def __reduce__(self) -> Any:
         return Body, (self.shape, self.material, self.name)
+
+
+def any_of_lists(bodies: Sequence[Body]) -> bool:
+    """Is any of some bodies one that is made when it is asked for?"""
+    return _Later in set(map(type, bodies))
+
+
+def whose(body: Body) -> tuple[Repeated, int] | None:
+    """(the list that a body comes from, its number there), if it is one that is made when it is asked for."""
+    return (body.of, body.number) if isinstance(body, _Later) else None
 
 
 _Later.__name__ = _Later.__qualname__ = "Body"

@@ -23,7 +23,7 @@ def looks_of(bodies: Sequence[Body], item_of: Any) -> tuple[list[Any], list[bool
     """`looks` for any bodies of a scene."""
     if not isinstance(bodies, Repeated):
         return looks(bodies, item_of)
-    return list(bodies.materials), [False] * len(bodies.materials), bodies.kinds
+    return list(bodies.materials), [not solid for solid in bodies.solid], bodies.kinds
 
 
 class RepeatedLabels(Labels):
@@ -53,20 +53,22 @@ class RepeatedLabels(Labels):
 
         @cached_property
         def solid(self) -> tuple[bool, ...]:
-            """They are solids."""
-            return (True,) * len(self.bodies)
+            """Of all bodies: is it a solid?"""
+            return tuple(np.array(self.bodies.solid)[self.bodies.kinds].tolist())
 
     def of_only(self, numbers: Any) -> Labels:
         """Of those entries alone that some numbers belong to."""
         rows = np.unique(numbers)
         rows = rows[rows >= 0].astype(np.int64)
         names = tuple(self.bodies.name(number) for number in rows.tolist())
-        return Labels(rows, names, tuple(self.materials_of(rows)), (True,) * len(rows))
+        solid = tuple(self.bodies.solid[kind] for kind in self.bodies.kinds[rows].tolist())
+        return Labels(rows, names, tuple(self.materials_of(rows)), solid)
 
     def kinds(self, count: int) -> npt.NDArray[np.int8]:
-        """Of all bodies: 1 for those that are transparent."""
+        """Of all bodies: 0 for those that are opaque, 1 for transparent solids, 2 for transparent sheets."""
         del count
-        kinds = np.array([is_clear(material) for material in self._materials[:-1]], np.int8)
+        materials = zip(self.bodies.materials, self.bodies.solid, strict=True)
+        kinds = np.array([is_clear(material) * (1 if solid else 2) for material, solid in materials], np.int8)
         return kinds[self.bodies.kinds]
 
     def names_of(self, numbers: Any) -> Any:
@@ -83,8 +85,11 @@ class RepeatedLabels(Labels):
 
     @cached_property
     def distinct(self) -> tuple[tuple[Any, bool], ...]:
-        """The different materials in the order of their first bodies; all are of solids."""
-        return tuple((material, True) for material in self.bodies.distinct_materials)
+        """The different materials in the order of their first bodies, and whether any solid has them."""
+        bodies = self.bodies
+        there = [len(numbers) > 0 for numbers in bodies.members]
+        of_solids = {m for m, solid, any_ in zip(bodies.materials, bodies.solid, there, strict=True) if solid and any_}
+        return tuple((material, material in of_solids) for material in bodies.distinct_materials)
 
     def columns_of(self, numbers: Any, materials: Sequence[Any]) -> Any:
         """The place among some materials, which hold them all, of the material of each number's body."""

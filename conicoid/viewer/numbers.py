@@ -17,6 +17,7 @@ from ..formats.yaml_writer import dump
 from ..scene import Scene
 from ..shapes.bulk import Bulk
 from ..shapes.coefficients import NAMES as COEFFICIENTS
+from ..shapes.repeated import Repeated
 
 MOST = 40
 """Numbers of one body that get a slider."""
@@ -33,9 +34,9 @@ def numbers_of(scene: Scene, item: int) -> list[dict[str, Any]]:
         raise ValueError(f"numbers: item must be in [0, {len(scene.bodies)}), got {item}")
     if isinstance(scene.bodies[item].shape, Bulk):
         return []
-    data = _data(scene, None)
+    data, place = _data_of(scene, item)
     found: list[dict[str, Any]] = []
-    body = data["bodies"][item]
+    body = data["bodies"][place]
     for part in ("shape", "move"):
         if part in body:
             _collect(data, body[part], ["bodies", item, part], [], found)
@@ -52,7 +53,7 @@ def with_number(scene: Scene, path: list[Step], value: float) -> Scene:
         entry = int(path[1])
         old = scene.bodies[entry]
         changed = _changed(Scene(old), ["bodies", 0, *path[2:]], value).bodies[0]
-        return scene._with_entry(entry, dataclasses.replace(old, shape=changed.shape))
+        return scene._with_entry(entry, old, dataclasses.replace(old, shape=changed.shape))
     return _changed(scene, path, value)._taking_from(scene)
 
 
@@ -69,6 +70,15 @@ def _changed(scene: Scene, path: list[Step], value: float) -> Scene:
         place[path[-1]] = float(value)
         write_text(file, dump(data))
         return load(file)
+
+
+def _data_of(scene: Scene, item: int) -> tuple[dict[str, Any], int]:
+    """(data of a file with an entry of a scene, where it is there): all, as shapes may be shared; one of many alike."""
+    if isinstance(scene.bodies, Repeated):
+        data = _data(Scene(scene.bodies[item]), None)
+        if "shapes" not in data:
+            return data, 0
+    return _data(scene, None), item
 
 
 def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:

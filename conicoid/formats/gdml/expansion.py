@@ -10,6 +10,7 @@ from typing import Any
 from ...shapes.material import Material
 from ..errors import MOST, Problem, SceneFileError
 from ..imports.imported import counted
+from ..imports.options import Most
 from ..openmc.block import Path, flattened
 from .geometry import Geometry
 from .materials import NamedMaterial
@@ -44,7 +45,7 @@ class Expansion:
     geometry: Geometry
     void: bool
     levels: int
-    max_bodies: int
+    allowed: Most
     progress: Callable[[int, int], Any] | None = None
     whole: VolumeBlock = field(default_factory=VolumeBlock)
     bodies: VolumeBodies = field(init=False)
@@ -55,16 +56,17 @@ class Expansion:
     labels: dict[int, list[str]] = field(default_factory=dict)
     problems: dict[int, Problem] = field(default_factory=dict)
     most: int = 0
+    alone: int = 0  # bodies that are no others moved
 
     def run(self) -> None:
         """All of it. Raises SceneFileError for mistakes, and for too many bodies before any is made."""
         world = self.geometry.world
         self.most, parts = self.count(world, self.levels, 0)
-        if self.most > self.max_bodies or parts > PARTS_FOR_A_BODY * self.max_bodies:
-            found = counted(self.most, "body") if self.most > self.max_bodies else counted(parts, "solid")
-            told = "raise it where there is memory for them, or open fewer levels (depth)"
-            message = f"expands into {found}; the limit is {self.max_bodies:,} (max_bodies): {told}"
-            raise SceneFileError(self.geometry.path, [Problem(world.element.line, world.element.column, "", message)])
+        allowed = self.allowed.bodies
+        if self.most > allowed or parts > PARTS_FOR_A_BODY * allowed:
+            raise self._too_many(
+                counted(self.most, "body") if self.most > allowed else counted(parts, "solid"), allowed
+            )
         self.expand(world, Place(), path_of(world), self.levels, self.whole)
         pieces, flat = flattened(self.whole)
         self.bodies = VolumeBodies(self.whole, pieces, flat)
@@ -74,6 +76,15 @@ class Expansion:
                 self.progress(number, len(self.bodies))
         if self.problems:
             raise SceneFileError(self.geometry.path, self.problems.values())
+
+    def _too_many(self, found: str, allowed: int) -> SceneFileError:
+        """Refuses what expands into more than is allowed."""
+        element, told = (
+            self.geometry.world.element,
+            "raise it where there is memory for them, or open fewer levels (depth)",
+        )
+        message = f"expands into {found}; the limit is {allowed:,} (max_bodies): {told}"
+        return SceneFileError(self.geometry.path, [Problem(element.line, element.column, "", message)])
 
     @property
     def materials(self) -> Counter[NamedMaterial | None]:
@@ -109,6 +120,10 @@ class Expansion:
         is_filled = volume.is_filled and bool(found.solids)
         if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
             look = self._look(volume.material)
+            self.alone += 1
+            if self.alone > self.allowed.alone:
+                told = f"at least {counted(self.alone, 'body')} that are no others moved"
+                raise self._too_many(told, self.allowed.alone)
             block.add(VolumePiece("", path, look, volume, own, () if is_filled else found.solids), volume.material)
         block.take(inside)
         return Made((own,), found.filled + is_filled)

@@ -4,6 +4,6 @@ from __future__ import annotations
 
 from .formats import FORMATS, Format, format_of
 from .imported import Imported, LegendEntry
-from .options import MAX_BODIES, Options
+from .options import Options
 
-__all__ = ["FORMATS", "MAX_BODIES", "Format", "Imported", "LegendEntry", "Options", "format_of"]
+__all__ = ["FORMATS", "Format", "Imported", "LegendEntry", "Options", "format_of"]

@@ -7,8 +7,7 @@ something open, the program itself was read (rotations, ring order, root univers
 from __future__ import annotations
 
 from ..imports.imported import Imported, LegendEntry
-from ..imports.options import MAX_BODIES
 from .imported import read
 from .palette import color_of
 
-__all__ = ["MAX_BODIES", "Imported", "LegendEntry", "color_of", "read"]
+__all__ = ["Imported", "LegendEntry", "color_of", "read"]

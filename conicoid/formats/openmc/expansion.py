@@ -13,6 +13,7 @@ from ...shapes.looks import matte
 from ...shapes.material import Material
 from ...shapes.region import Union
 from ..errors import MOST, Problem, SceneFileError
+from ..imports.options import Most
 from . import limits
 from .block import Block, CellPiece, Path, flattened, placed_name
 from .context import Context
@@ -43,7 +44,7 @@ class Expansion:
 
     path: str | os.PathLike[str]
     geometry: Geometry
-    max_bodies: int
+    most: Most
     void: bool
     progress: Progress | None = None
     whole: Block[CellPiece] = field(default_factory=Block)
@@ -61,13 +62,14 @@ class Expansion:
     bodies: ImportedBodies = field(init=False)
     way: Path = ()  # to it
     made: int = 0
+    alone: int = 0  # of these, no others moved
 
     def __post_init__(self) -> None:
         self.block = self.whole
 
     def run(self) -> None:
         """Raises SceneFileError where there are too many bodies, or numbers leave the range of float64."""
-        limits.check_count(self.path, self.geometry, self.max_bodies)
+        limits.check_count(self.path, self.geometry, self.most.bodies)
         if self.progress is not None:
             self.progress(0, self.geometry.body_count)
         self._universe(self.geometry.root, Placement(), Context(), ())
@@ -109,8 +111,8 @@ class Expansion:
         """A context with further parts, the work being limited."""
         further = tuple(parts)
         self.steps += context.cost(place.outer, further)
-        if self.steps > limits.steps(self.max_bodies):
-            raise limits.too_long(self.path, cell, self.max_bodies)
+        if self.steps > limits.steps(self.most.alone):
+            raise limits.too_long(self.path, cell, self.most.alone)
         return context.and_(place.outer, further, extent)
 
     def _filled(self, cell: Cell, place: Placement, context: Context, path: Path) -> None:
@@ -200,9 +202,9 @@ class Expansion:
             return
         count = max(tiles.count - lattice.size, 0) * self.geometry.count(outer)
         self.outside += count
-        if self.outside > limits.PLACES_FOR_A_BODY * self.max_bodies:
+        if self.outside > limits.PLACES_FOR_A_BODY * self.most.alone:
             where = f"{cell}, in which the outer universe {outer} of {lattice} is repeated"
-            raise limits.too_many(self.path, count, self.max_bodies, cell.element, where, "up to ")
+            raise limits.too_many(self.path, count, self.most.alone, cell.element, where, "up to ")
         for index in tiles.indices:
             if index not in lattice.universes:
                 self._element(cell, lattice, index, outer, place, context, path)
@@ -217,6 +219,9 @@ class Expansion:
         if material is None and not self.void:
             return
         self._count(1, cell)
+        self.alone += 1
+        if self.alone > self.most.alone:
+            raise limits.too_many_alone(self.path, self.alone, self.most.alone, cell)
         if material is not None and material not in self.looks:
             known = self.geometry.material(material)
             name = self.geometry.material_names[material]
@@ -226,9 +231,9 @@ class Expansion:
     def _count(self, count: int, cell: Cell) -> None:
         """So many bodies more, through a cell. Raises SceneFileError where they are too many."""
         before, self.made = self.made, self.made + count
-        if self.made > self.max_bodies:
+        if self.made > self.most.bodies:
             where = f"{cell} and the outer universes around it"
-            raise limits.too_many(self.path, self.made, self.max_bodies, cell.element, where, "at least ")
+            raise limits.too_many(self.path, self.made, self.most.bodies, cell.element, where, "at least ")
         if self.progress is not None and self.made // 256 > before // 256:
             self.progress(self.made, self.geometry.body_count)
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from ...shapes.material import Material
 from ..errors import SHOWN
 from ..imports.imported import Imported, LegendEntry, counted, first_few, only_named
-from ..imports.options import MAX_BODIES, Options
+from ..imports.options import Most, Options
 from ..nodes import shortened
 from .expansion import Expansion, Progress
 from .geometry import Geometry
@@ -19,7 +19,7 @@ from .values import listed
 
 
 def read(
-    path: str | os.PathLike[str], *, void: bool = True, max_bodies: int = MAX_BODIES, progress: Progress | None = None
+    path: str | os.PathLike[str], *, void: bool = True, max_bodies: int | None = None, progress: Progress | None = None
 ) -> Imported:
     """The bodies of an OpenMC geometry: a geometry.xml (with the materials.xml beside it) or a model.xml.
 
@@ -27,10 +27,11 @@ def read(
     With `void`, cells without material are bodies too, invisible, so that `scene.body_at` finds every cell.
     progress(done, most) is called with numbers of bodies: first with none done, then now and then.
     Raises `SceneFileError`, a ValueError, that lists the mistakes found with their lines; also for tori and meshes,
-    which are no quadrics, and for more than `max_bodies` bodies, which are counted before they are made.
+    which are no quadrics, and for more than `max_bodies` bodies, which are counted before they are made; if that is
+    not given, for more than 4,000,000, or 500,000 that are no others moved.
     """
     geometry = read_geometry(path)
-    expansion = Expansion(path, geometry, max_bodies, void, progress)
+    expansion = Expansion(path, geometry, Most.of(max_bodies), void, progress)
     expansion.run()
     names = _material_names(expansion)
     facts, remarks = tuple(_facts(expansion)), tuple(_remarks(expansion))
@@ -41,7 +42,7 @@ def read(
 def imported(path: str | os.PathLike[str], options: Options) -> Imported:
     """`read` by the options of all imports."""
     options.refuse_others("an OpenMC geometry", "void", "strict", "only")
-    found = read(path, void=options.void, max_bodies=options.most, progress=options.progress)
+    found = read(path, void=options.void, max_bodies=options.max_bodies, progress=options.progress)
     return found if options.only is None else only_named(found, options.only)
 
 

@@ -10,8 +10,11 @@ from .geometry import Cell, Geometry
 from .lattices import Lattice
 from .xml_tree import Element
 
-BYTES_PER_BODY = 4_000
-"""Memory that a body takes while a scene is made ready to trace, measured on a core of many assemblies of pins."""
+BYTES_PER_PLACE, BYTES_PER_BODY = 600, 4_000
+"""Memory that a body takes while a scene is made ready to trace, if it is another one moved, and if it is not.
+
+Measured on cores of many assemblies of pins.
+"""
 PLACES_FOR_A_BODY = 1
 """Places outside of lattices that are looked at, most of them in vain perhaps, for each body that is allowed."""
 STEPS_FOR_A_BODY, FEWEST_STEPS = 20, 50_000
@@ -26,6 +29,16 @@ def too_many(
     most = f", most of them through {where}" if where else ""
     message = (
         f"expands into {bound}{_bodies(count)}, {_size(count)}{most}; the limit is {max_bodies:,} "
+        "(max_bodies): raise it where there is memory for them, or import a part of the geometry"
+    )
+    return SceneFileError(path, [Problem(element.line, element.column, "geometry", message)])
+
+
+def too_many_alone(path: str | os.PathLike[str], count: int, most: int, cell: Cell) -> SceneFileError:
+    """Refuses bodies that are worked out one by one."""
+    element, size = cell.element, with_bytes(count * BYTES_PER_BODY)
+    message = (
+        f"has at least {_bodies(count)} that are no others moved, {size} in memory; the limit is {most:,} "
         "(max_bodies): raise it where there is memory for them, or import a part of the geometry"
     )
     return SceneFileError(path, [Problem(element.line, element.column, "geometry", message)])
@@ -68,4 +81,4 @@ def _bodies(count: int) -> str:
 def _size(count: int) -> str:
     if count > 10**66:
         return "more than any memory holds"
-    return f"about {with_bytes(count * BYTES_PER_BODY)} in memory"
+    return f"at least {with_bytes(count * BYTES_PER_PLACE)} in memory"

@@ -10,6 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid.formats.imports import format_of
+from conicoid.formats.imports.options import Most
 
 from ...command_line import run
 
@@ -200,7 +201,7 @@ def test_mutated_files(tmp_path):
 
 
 def test_a_limit_counts_if_it_is_that_of_other_formats(tmp_path, monkeypatch):
-    monkeypatch.setattr("conicoid.formats.imports.options.MAX_BODIES", 3)
+    monkeypatch.setattr("conicoid.formats.imports.options.MOST", Most(3, 3))
     path = tmp_path / "a.xyz"
     path.write_text("5\n\n" + "".join(f"He {9 * k} 0 0\n" for k in range(5)))
     assert co.load(path).body_count == 5

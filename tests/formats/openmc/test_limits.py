@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 import conicoid as co
+from conicoid.bench.core import write_core
+from conicoid.formats.imports import options
 from conicoid.formats.openmc import limits
 from conicoid.formats.openmc.reading import read_geometry
 
@@ -30,7 +32,7 @@ SMALL = {
     # A square of 2e10 elements across; a number that floats cannot hold; hexagons; no height at all in one direction
     "tiny elements around a lattice": (
         geometry(*WITHIN, f'<{LATTICE} dimension="1 1" pitch="1e-8 1e-8" outer="1" universes="1"/>', '<cell id="2" fill="4" region="-3"/>'),
-        6, ("up to 399,999,999,999,999,999,999 bodies, about 1.6e+15 GB", "cell 2, in which the outer universe 1 of lattice 4 is repeated", "raise it"),
+        6, ("up to 399,999,999,999,999,999,999 bodies, at least 2.4e+14 GB", "cell 2, in which the outer universe 1 of lattice 4 is repeated", "raise it"),
     ),
     "no float holds their number": (
         geometry(*WITHIN, f'<{LATTICE} dimension="1 1" pitch="1e-300 1e-300" outer="1" universes="1"/>', '<cell id="2" fill="4" region="-3"/>'),
@@ -46,7 +48,7 @@ SMALL = {
     ),
     "universes in universes": (
         geometry(*(f'<cell id="{10 * i + j}" universe="{i}" fill="{i + 1}"/>' for i in range(98) for j in range(10)), '<cell id="2000" universe="98" material="1"/>'),
-        923, (f"about 1e{98} bodies, more than any memory holds, most of them through cell 920, which is filled with 100,000 bodies",),
+        913, (f"about 1e{98} bodies, more than any memory holds, most of them through cell 910, which is filled with 1,000,000 bodies",),
     ),
 }  # fmt: skip
 
@@ -83,11 +85,11 @@ def test_a_lattice_is_counted_and_not_written_out(tmp_path: Path) -> None:
     """In each row of a thousand: 999 elements with one cell, and one with two."""
     path = put(big(1000, 700), tmp_path)
     with pytest.raises(co.SceneFileError) as caught:
-        co.load_openmc(path)
+        co.load_openmc(path, max_bodies=500_000)
     (problem,) = caught.value.problems
     assert (problem.line, problem.where) == (5, "geometry")
     assert problem.message == (
-        "expands into 700,700 bodies, about 2.8 GB in memory, most of them through lattice 4 'core' of 700,000 elements; "
+        "expands into 700,700 bodies, at least 420 MB in memory, most of them through lattice 4 'core' of 700,000 elements; "
         "the limit is 500,000 (max_bodies): raise it where there is memory for them, or import a part of the geometry"
     )
     lattice = read_geometry(path).lattices[4]
@@ -95,11 +97,34 @@ def test_a_lattice_is_counted_and_not_written_out(tmp_path: Path) -> None:
     assert "universes" not in vars(lattice)
 
 
+def test_bodies_that_are_no_others_moved_have_a_limit_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a lattice that nothing cuts there are as many as elements, and one that is worked out."""
+    monkeypatch.setattr(options, "MOST", options.Most(1000, 10))
+    lattice = f'<{LATTICE} dimension="20 20" pitch="1 1" universes="{"1 " * 400}"/>'
+    path = put(geometry(PIN, lattice, '<cell id="2" fill="4"/>'), tmp_path)
+    assert len(co.load_openmc(path).bodies) == 400
+    with pytest.raises(co.SceneFileError, match=r"expands into 400 bodies, .* the limit is 399 \(max_bodies\)"):
+        co.load_openmc(path, max_bodies=399)
+    surfaces = [f"<surface id='{10 + i}' type='sphere' coeffs='{i} 0 0 0.4'/>" for i in range(11)]
+    cells = [f"<cell id='{10 + i}' material='1' region='-{10 + i}'/>" for i in range(11)]
+    path = put(geometry(*surfaces, *cells), tmp_path)
+    with pytest.raises(co.SceneFileError, match="has at least 11 bodies that are no others moved, 44 kB in memory"):
+        co.load_openmc(path)
+    assert len(co.load_openmc(path, max_bodies=11).bodies) == 11
+
+
+def test_a_core_of_400000_pins_is_no_more_than_is_allowed(tmp_path: Path) -> None:
+    write_core(tmp_path / "geometry.xml", 38)
+    assert 417_316 < read_geometry(tmp_path / "geometry.xml").body_count < options.MOST.bodies
+
+
 @pytest.mark.deep
 def test_thirty_million_elements_are_refused_in_one_gibibyte(tmp_path: Path) -> None:
     path = put(big(5000, 6000), tmp_path)
     found = limited(path, room=ROOM // 2)
-    assert "expands into 30,006,000 bodies, about 120 GB in memory" in found
+    assert "expands into 30,006,000 bodies, at least 18 GB in memory" in found
 
 
 def test_many_lattices_of_which_one_is_used(tmp_path: Path) -> None:

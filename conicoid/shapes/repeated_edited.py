@@ -1,0 +1,207 @@
+"""Bodies of which most are others moved, after an edit: some of those of another list, and others among them.
+
+What the list that they come from knows stays there, so an edit costs a number for each body and what is new.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .body import Body
+from .bulk import Bulk
+from .repeated import Ints, Repeated, Shift, Shifts, any_of_lists, whose
+
+FEWEST = 24
+"""Bodies of a list for which it is worth it to say whose they are."""
+
+
+@dataclass(frozen=True)
+class Origins:
+    """Whose bodies those of a list are."""
+
+    base: Repeated
+    numbers: Ints  # (bodies,) the number in the base; -1 - k: number k of its own
+    own: tuple[Body, ...]
+    labelled: Mapping[int, Body]
+    """By numbers in the base: bodies that have another name or material, and the shape that is there."""
+
+    @classmethod
+    def of(cls, bodies: Repeated) -> Origins:
+        """Those of any list of repeated bodies."""
+        if isinstance(bodies, EditedBodies):
+            return bodies.origins
+        return cls(bodies, np.arange(len(bodies), dtype=np.int32), (), {})
+
+    def with_body(self, entry: int, old: Body, new: Body) -> Origins:
+        """With another body for one of the list, which is `old`."""
+        number = int(self.numbers[entry])
+        if number >= 0 and new.shape is old.shape:
+            return Origins(self.base, self.numbers, self.own, {**self.labelled, number: new})
+        return self.without([entry]).with_more(entry, [new])
+
+    def with_more(self, place: int, bodies: Sequence[Body]) -> Origins:
+        """With more bodies before a place in the list."""
+        first = -1 - len(self.own)
+        more = np.arange(first, first - len(bodies), -1, dtype=np.int32)
+        numbers = np.concatenate([self.numbers[:place], more, self.numbers[place:]])
+        return Origins(self.base, numbers, (*self.own, *bodies), self.labelled)
+
+    def without(self, entries: Iterable[int]) -> Origins:
+        """Without some bodies of the list."""
+        numbers = np.delete(self.numbers, list(entries))
+        stay = np.zeros(len(self.own), bool)
+        stay[-1 - numbers[numbers < 0]] = True
+        if stay.all():
+            return Origins(self.base, numbers, self.own, self.labelled)
+        place = np.cumsum(stay, dtype=np.int32) - np.int32(1)
+        mine = numbers < 0
+        numbers[mine] = -1 - place[-1 - numbers[mine]]
+        own = tuple(body for body, stays in zip(self.own, stay.tolist(), strict=True) if stays)
+        return Origins(self.base, numbers, own, self.labelled)
+
+    def bodies(self) -> Repeated | None:
+        """The list; None where it has entries that are many bodies."""
+        if any(isinstance(body.shape, Bulk) for body in self.own):
+            return None
+        if not self.labelled and np.array_equal(self.numbers, np.arange(len(self.base), dtype=np.int32)):
+            return self.base
+        return EditedBodies(self)
+
+
+class EditedBodies(Repeated):
+    """The bodies of an edited scene.
+
+    Their kinds are those of the base; then one for each body of its own, and for each that is called otherwise.
+    """
+
+    def __init__(self, origins: Origins) -> None:
+        base, numbers = origins.base, origins.numbers
+        self.origins = origins
+        self._first_own = len(base.materials)
+        self._first_labelled = self._first_own + len(origins.own)
+        self._labelled = tuple(origins.labelled)
+        there = np.maximum(numbers, 0)
+        kinds = np.where(numbers >= 0, base.kinds[there] if len(base) else 0, self._first_own - 1 - numbers)
+        for k, number in enumerate(self._labelled):
+            kinds[numbers == number] = self._first_labelled + k
+        index = np.where(numbers >= 0, base.shifts.index[:, there], 0) if len(base) else np.zeros((3, len(numbers)))
+        others = (body.material for body in (*origins.own, *origins.labelled.values()))
+        super().__init__(
+            kinds.astype(np.int32), Shifts(base.shifts.values, index.astype(np.int32)), [*base.materials, *others]
+        )
+
+    def made(self, kind: int, shift: Shift) -> Any:
+        """The shape of a kind at a place; one of its own stands where it stands."""
+        base = self.origins.base
+        if kind < self._first_own:
+            return base.made(kind, shift)
+        if kind < self._first_labelled:
+            return self.origins.own[kind - self._first_own].shape
+        return base.made(int(base.kinds[self._labelled[kind - self._first_labelled]]), shift)
+
+    def shape(self, number: int) -> Any:
+        """The shape of a body: that of the list that it comes from is the same object."""
+        source = int(self.origins.numbers[number])
+        return self.origins.base.shape(source) if source >= 0 else self.origins.own[-1 - source].shape
+
+    def name(self, number: int) -> Any:
+        """What a body is called; None for one of its own without a name."""
+        source = int(self.origins.numbers[number])
+        if source < 0:
+            return self.origins.own[-1 - source].name
+        labelled = self.origins.labelled.get(source)
+        return self.origins.base.name(source) if labelled is None else labelled.name
+
+    def number(self, name: str) -> int | None:
+        """The body of a name."""
+        return next(self._numbers_of(name), None)
+
+    def _numbers_of(self, name: str) -> Iterator[int]:
+        """All bodies of a name."""
+        origins = self.origins
+        sources = [-1 - k for k, body in enumerate(origins.own) if body.name == name]
+        sources += [number for number, body in origins.labelled.items() if body.name == name]
+        known = origins.base.number(name)
+        if known is not None and known not in origins.labelled:
+            sources.append(known)
+        for source in sources:
+            yield from np.flatnonzero(origins.numbers == source).tolist()
+
+    def repeated_name(self) -> tuple[str, int, int] | None:
+        """A name that two bodies have, and their numbers; None where there is none."""
+        for body in (*self.origins.own, *self.origins.labelled.values()):
+            if body.name is not None:
+                found = sorted(self._numbers_of(body.name))
+                if len(found) > 1:
+                    return body.name, found[0], found[1]
+        return None
+
+    def is_rigid(self, kind: int) -> bool:
+        """Have all shapes of a kind the same structure?"""
+        return kind < self._first_own and self.origins.base.is_rigid(kind)
+
+    @cached_property
+    def solid(self) -> tuple[bool, ...]:
+        """Of each kind: is it of solids?"""
+        own = (not body.shape.is_sheet for body in self.origins.own)
+        return (*self.origins.base.solid, *own, *(True for _ in self._labelled))
+
+    def has_shapes_of(self, other: Sequence[Body]) -> bool:
+        """Has another list the same shapes in the same places?"""
+        if not isinstance(other, Repeated):
+            return False
+        mine, its = self.origins, Origins.of(other)
+        return (
+            mine.base is its.base
+            and np.array_equal(mine.numbers, its.numbers)
+            and all(a.shape is b.shape for a, b in zip(mine.own, its.own, strict=True))
+        )
+
+    def _body(self, number: int) -> Body:
+        source = int(self.origins.numbers[number])
+        if source < 0:
+            return self.origins.own[-1 - source]
+        return self.origins.labelled.get(source) or self.origins.base[source]
+
+
+def gathered(bodies: Sequence[Body]) -> Repeated | None:
+    """A list that has many bodies of a list of repeated ones, each at most once, as one of these; None for others.
+
+    So `co.Scene([body for body in scene.bodies if ...])` costs what `scene.without` does.
+    """
+    if not any_of_lists(bodies):
+        return None
+    owned = [whose(body) for body in bodies]
+    counts: dict[int, tuple[int, Repeated]] = {}
+    for each in owned:
+        if each is not None:
+            counts[id(each[0])] = counts.get(id(each[0]), (0, None))[0] + 1, each[0]
+    count, base = max(counts.values(), key=lambda each: each[0], default=(0, None))
+    if base is None or count < FEWEST:
+        return None
+    own: list[Body] = []
+    numbers = np.empty(len(bodies), np.int32)
+    for place, (body, each) in enumerate(zip(bodies, owned, strict=True)):
+        if each is not None and each[0] is base:
+            numbers[place] = each[1]
+        else:
+            own.append(body)
+            numbers[place] = -len(own)
+    taken = numbers[numbers >= 0]
+    if len(np.unique(taken)) < len(taken):
+        return None
+    return Origins(base, numbers, tuple(own), {}).bodies()
+
+
+def same_shapes(old: Sequence[Body], new: Sequence[Body]) -> bool:
+    """Have two lists, one of them of repeated bodies, the same shapes in the same places?"""
+    if old is new:
+        return True
+    if isinstance(new, EditedBodies):
+        return new.has_shapes_of(old)
+    return isinstance(old, EditedBodies) and old.has_shapes_of(new)

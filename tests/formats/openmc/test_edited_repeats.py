@@ -1,0 +1,175 @@
+"""Edits of imported models keep their lattices: what is new is made, and nothing is written out."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.bench.core import core_xml
+from conicoid.shapes.body import Body
+from conicoid.shapes.repeated import Repeated
+from conicoid.shapes.repeated_edited import EditedBodies
+
+from .models import put
+from .test_repeated import MODELS, written_out
+
+PROBE = co.Body(co.Cylinder((0.2, 0.1, -3), (0.4, 0.2, 3), 0.05), "red", "probe")
+
+
+@pytest.fixture(params=["core", "cubes", "turned"], scope="module")
+def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> co.Scene:
+    return co.load_openmc(put(MODELS[request.param], tmp_path_factory.mktemp("model")))
+
+
+@pytest.fixture(scope="module")
+def core(tmp_path_factory: pytest.TempPathFactory) -> co.Scene:
+    return co.load_openmc(put(MODELS["core"], tmp_path_factory.mktemp("model")))
+
+
+def asked(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
+    """Answers of every kind to the same rays and points."""
+    random = np.random.default_rng(11)
+    a, b = random.uniform(low, high, (2, 1500, 3))
+    rays = co.Rays(a, b - a)
+    hits, spans, crossings = scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)
+    return [
+        hits.t, hits.body, hits.face, hits.entering, hits.name, scene.occluded(rays, t_max=0.5), spans.offsets,
+        spans.t_enter, spans.t_exit, spans.body, crossings.body, crossings.t, scene.body_at(a), scene.contains(a),
+    ]  # fmt: skip
+
+
+def same_answers(edited: co.Scene) -> None:
+    """Those of a scene whose bodies are each a shape of its own."""
+    other = co.Scene(written_out(edited))
+    assert not isinstance(other.bodies, Repeated)
+    low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in other.bounds)
+    for mine, its in zip(asked(edited, low, high), asked(other, low, high), strict=True):
+        if mine.dtype == np.float64:
+            assert np.allclose(mine, its, rtol=1e-12, atol=1e-12)
+        else:
+            assert (mine == its).all()
+
+
+def inside(scene: co.Scene) -> int:
+    """A body in the middle of the list."""
+    return len(scene.bodies) // 2
+
+
+EDITS = {
+    "moved": lambda scene: scene.moved(inside(scene), (0.03, 0.02, 0.1)),
+    "turned": lambda scene: scene.moved(inside(scene), lambda shape: shape.rotate("z", 20)),
+    "replaced": lambda scene: scene.replace(inside(scene), co.Sphere(0.4, (0.2, 0.3, 0.1))),
+    "added at the end": lambda scene: scene.added(PROBE),
+    "added before": lambda scene: scene.added([PROBE, co.Sphere(0.3)], before=3),
+    "taken out": lambda scene: scene.without([0, inside(scene), len(scene.bodies) - 1]),
+    "a sheet": lambda scene: scene.added(co.Body(co.Disc((0.1, 0, 0.2), (0, 1, 3), 1.5), "blue"), before=0),
+    "one after the other": lambda scene: (
+        scene.added(PROBE, before=2).moved("probe", (0.1, 0, 0)).without(0).moved(1, (0, 0, 0.01)).without(5)
+    ),
+    "all of one material": lambda scene: scene.without(
+        [number for number, body in enumerate(scene.bodies) if body.material == scene.bodies[0].material]
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EDITS)
+@pytest.mark.parametrize("prepared", [False, True])
+def test_edits_answer_as_bodies_written_out(name: str, prepared: bool, scene: co.Scene) -> None:
+    """Made of a scene that is prepared, or that is not."""
+    if not prepared:
+        scene = pickle.loads(pickle.dumps(scene))
+    else:
+        scene.prepare()
+    edited = EDITS[name](scene)
+    assert isinstance(edited.bodies, EditedBodies)
+    same_answers(edited)
+
+
+def test_what_is_edited_back_is_the_list_that_it_was(core: co.Scene) -> None:
+    assert core.added(PROBE, before=4).without("probe").bodies is core.bodies
+    assert core.bodies != core.added(PROBE).bodies
+    assert core.added(PROBE).bodies == core.added(PROBE).bodies
+
+
+def test_names_and_materials_alone_prepare_nothing(core: co.Scene) -> None:
+    core.prepare()
+    number, red = inside(core), co.matte("red")
+    edited = core.replace(number, material=red, name="this one")
+    assert edited.geometry is core.geometry
+    assert edited["this one"].material == red
+    assert red in edited.materials
+    assert edited.bodies[number].shape == core.bodies[number].shape
+    assert edited.body(number).name == "this one"
+    assert core.bodies[number].name not in edited
+    low, high = core.bodies[number].shape.bounds
+    middle = 0.5 * (low + high)
+    for point in middle + np.random.default_rng(1).uniform(-0.3, 0.3, (20, 3)):
+        hit, again = (one.first_hit(point, (0, 0.1, 1)) for one in (edited, core))
+        assert (hit.t, hit.body) == (again.t, again.body)
+        assert hit.name == ("this one" if hit.body == number else again.name)
+        assert hit.material == (red if hit.body == number else again.material)
+    old = core.bodies[number]
+    assert edited.replace("this one", name=old.name, material=old.material) == core
+
+
+def test_names_stay_different(core: co.Scene) -> None:
+    taken = core.bodies[7].name
+    edited = core.added(PROBE, before=5)
+    assert edited["probe"] == PROBE
+    assert edited.bodies[5] == PROBE
+    assert edited[taken].name == taken
+    assert edited.bodies.index(taken) == 8
+    with pytest.raises(ValueError, match=r"bodies\[5\] and bodies\[6\] are both named 'probe'"):
+        edited.added(PROBE, before=6)
+    with pytest.raises(ValueError, match=r"bodies\[0\] and bodies\[8\] are both named "):
+        core.added(Body(co.Sphere(), name=taken), before=0)
+    with pytest.raises(ValueError, match="are both named"):
+        core.replace(0, name=taken)
+    with pytest.raises(KeyError, match="no body named"):
+        edited.without("nobody")
+
+
+def test_some_of_the_bodies_of_a_list_keep_what_they_have_in_common(core: co.Scene) -> None:
+    """In any order, and with others among them."""
+    bodies = [body for body in core.bodies if body.material != core.bodies[0].material]
+    some = co.Scene([PROBE, *bodies[::-1]])
+    assert isinstance(some.bodies, EditedBodies)
+    assert tuple(some.bodies) == (PROBE, *bodies[::-1])
+    same_answers(some)
+    assert co.Scene(list(core.bodies)).bodies is core.bodies
+    assert not isinstance(co.Scene(bodies[:5]).bodies, Repeated)
+    with pytest.raises(ValueError, match="are both named"):
+        co.Scene([*core.bodies, core.bodies[0]])
+
+
+def test_many_bodies_in_one_entry_may_come_to_them(core: co.Scene) -> None:
+    """An entry of many bodies has no number of its own, so such lists are written out."""
+    edited = core.added(co.Spheres([(0, 0, 1), (0.2, 0.1, 0.5)], 0.1), before=2)
+    assert edited.body_count == core.body_count + 2
+    same_answers(edited)
+
+
+def test_edited_scenes_are_pickled(core: co.Scene) -> None:
+    edited = core.added(PROBE, before=2).without(0)
+    again = pickle.loads(pickle.dumps(edited))
+    assert isinstance(again.bodies, EditedBodies)
+    assert again == edited
+    assert again.materials == edited.materials
+
+
+def test_an_edit_makes_few_bodies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 18,113 bodies some dozens: what is new, and one for each different place along an axis, of each kind."""
+    scene = co.load_openmc(put(core_xml(4), tmp_path))
+    scene.prepare()
+    made = []
+    kind = type(scene.bodies)
+    work = kind.made
+    monkeypatch.setattr(kind, "made", lambda *of: made.append(of[1]) or work(*of))
+    edited = scene.moved(inside(scene), (0, 0, 0.1)).without(3)
+    edited.prepare()
+    assert len(edited.bodies) == 18_112
+    assert len(made) < 1500
