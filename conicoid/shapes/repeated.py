@@ -59,6 +59,8 @@ class Repeated(Sequence[Body], ABC):
 
     def __init__(self, kinds: Ints, shifts: Shifts, materials: Sequence[Any]) -> None:
         self.kinds, self.shifts, self.materials = kinds, shifts, tuple(materials)
+        self.alone: dict[tuple[int, ...], FloatArray] = {}
+        """Numbers of bodies that were worked out alone, by kind and places of the shift: edited lists have them too."""
         self._firsts: dict[int, Solid] = {}
         self._shapes: OrderedDict[int, Solid] = OrderedDict()
 
@@ -171,7 +173,7 @@ class Repeated(Sequence[Body], ABC):
         return f"<{len(self):,} bodies>"
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_firsts": {}, "_shapes": OrderedDict()}
+        return {**self.__dict__, "alone": {}, "_firsts": {}, "_shapes": OrderedDict()}
 
 
 def _finite(ends: FloatArray) -> FloatArray:

@@ -95,6 +95,8 @@ class EditedBodies(Repeated):
             kinds.astype(np.int32), Shifts(base.shifts.values, index.astype(np.int32)), [*base.materials, *others]
         )
 
+        self.alone = base.alone
+
     def made(self, kind: int, shift: Shift) -> Any:
         """The shape of a kind at a place; one of its own stands where it stands."""
         base = self.origins.base

@@ -228,17 +228,18 @@ class _Moved:
 
     def _alone(self, which: int) -> Floats:
         """Those of one of the bodies."""
-        if which not in self.known:
-            self.known[which] = self._numbers(self._made(which))
+        if which not in self.known and not self._is_kept(which):
+            self._keep(which, self._numbers(self._made(which)))
         return self.known[which]
 
     def _work_out(self, leads: list[int]) -> None:
         """Make sure that bodies are known: those of several parts together, which is to the bit the same."""
-        missing = [lead for lead in leads if lead not in self.known]
+        missing = [lead for lead in leads if lead not in self.known and not self._is_kept(lead)]
         if len(missing) < FEWEST or len(self.part.pattern.cells) < FEWEST:
             shapes = list(map(self._made, missing))
             self.alone.prepare(shapes)
-            self.known.update((lead, self._numbers(shape)) for lead, shape in zip(missing, shapes, strict=True))
+            for lead, shape in zip(missing, shapes, strict=True):
+                self._keep(lead, self._numbers(shape))
             return
         together = Together()
         for lead in missing:
@@ -250,7 +251,25 @@ class _Moved:
             if pattern != self.part.pattern:
                 raise _OfOtherStructure
             some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
-            self.known.update(zip(numbers.tolist(), some, strict=True))
+            for lead, row in zip(numbers.tolist(), some, strict=True):
+                self._keep(lead, row)
+
+    def _keep(self, lead: int, numbers: Floats) -> None:
+        """Know a body, for edited lists as well."""
+        self.known[lead] = self.bodies.alone[self._place(lead)] = numbers
+
+    def _is_kept(self, lead: int) -> bool:
+        """Is a body known to the list? Then it is known here."""
+        found = self.bodies.alone.get(self._place(lead))
+        if found is None or len(found) != self._column(self.part.pattern.corners_at):
+            return False
+        self.known[lead] = found
+        return True
+
+    def _place(self, lead: int) -> tuple[int, ...]:
+        """The kind of a body, and the places of its shift."""
+        x, y, z = self.shifts.index[:, lead].tolist()
+        return self.kind, x, y, z
 
     @cached_property
     def _aside(self) -> Floats:
