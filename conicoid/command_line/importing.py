@@ -70,8 +70,8 @@ def import_(
                 file,
                 Options(void, max_bodies, strict, only, depth, smooth, entities, _told(file, bar)),
             )
-        with written(output, ".yaml") as place:
-            scene_file.write(imported, place, imported.material_names)
+        with written(output, ".yaml") as place, Bar("writing", "body") as bar:
+            scene_file.write(imported, place, imported.material_names, bar)
         for line in (*imported.notes, *imported.legend):
             typer.echo(line, err=output == STDOUT)
         say(f"{name_of(output)}: {counted(len(imported.bodies), 'body', 'bodies')}")

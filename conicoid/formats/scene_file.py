@@ -16,13 +16,14 @@ from ..collector import without_collector
 from ..shapes.base import Shape
 from ..shapes.body import Body
 from ..shapes.material import Material
+from ..shapes.repeated import Repeated
 from ..shapes.vector import FloatArray
 from . import scene_text, yaml_parser
 from .alike import document
 from .atomic import real_path, write_text
 from .data_files import array_name, keep_array
 from .errors import Problem, SceneFileError
-from .expansion import PARTS, expanded_parts, most_parts
+from .expansion import MAX_PARTS, PARTS, expanded_parts, most_parts
 from .nodes import is_null
 from .plain import ShapeWriter, body_data
 from .reading import Reader, TooManyProblems
@@ -95,14 +96,19 @@ def _parsed(text: str, path: str | os.PathLike[str], progress: Progress | None, 
     return parts
 
 
+_TOLD = 256  # bodies between two words of progress
 SUFFIXES = (".yaml", ".yml", ".json")
 """Of files that scenes are saved to."""
 
 
-def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mapping[Material, str] | None = None) -> None:
+def write(
+    scene: SceneLike, path: str | os.PathLike[str], material_names: Mapping[Material, str] | None = None,
+    progress: Progress | None = None,
+) -> None:  # fmt: skip
     """Write a scene so that reading gives an equal one: floats to the last bit, motions step by step.
 
-    Materials stand under the names given for them, others under letters.
+    Materials stand under the names given for them, others under letters. progress(done, count) is called with numbers
+    of bodies.
 
     More than 100 balls of a `Spheres` go to a .npy file beside the scene, named after it and after its content:
     no file of balls is ever overwritten or removed, so that whatever refers to one keeps what it had. They are
@@ -116,12 +122,16 @@ def write(scene: SceneLike, path: str | os.PathLike[str], material_names: Mappin
         raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json{hint}")
     final = real_path(path)
     with without_collector():
-        _write(scene, path, final, material_names)
+        _write(scene, path, final, material_names, progress)
 
 
 def _write(
-    scene: SceneLike, path: str | os.PathLike[str], final: Path, material_names: Mapping[Material, str] | None
-) -> None:
+    scene: SceneLike, path: str | os.PathLike[str], final: Path, material_names: Mapping[Material, str] | None,
+    progress: Progress | None,
+) -> None:  # fmt: skip
+    about = _parts_of_repeated(scene.bodies)
+    if about > MAX_PARTS:
+        raise ValueError(f"{final}: a scene file may have {MAX_PARTS:,} {PARTS} this scene has about {about:,}")
     stem = re.sub(r"[^\w.-]", "_", final.stem)[:40]
     bulk: dict[str, FloatArray] = {}
 
@@ -130,7 +140,7 @@ def _write(
         bulk[name] = table
         return name
 
-    data = scene_data(scene, keep, material_names=material_names, folder=final.parent)
+    data = scene_data(scene, keep, material_names=material_names, folder=final.parent, progress=progress)
     count = _values(data)
     parts, most = expanded_parts(_shapes(scene)), most_parts(count)
     if parts > most:
@@ -149,6 +159,15 @@ def _write(
     write_text(path, text)
 
 
+def _parts_of_repeated(bodies: Sequence[Body]) -> int:
+    """About how many parts bodies have that are others moved: that of the first of a kind for each; 0 for others."""
+    if not isinstance(bodies, Repeated):
+        return 0
+    firsts = (bodies.shape(int(numbers[0])) for numbers in bodies.members if len(numbers))
+    counts = (len(numbers) for numbers in bodies.members if len(numbers))
+    return sum(count * expanded_parts([shape]) for shape, count in zip(firsts, counts, strict=True))
+
+
 def _values(data: Any) -> int:
     """How many values a scene file has, as its parser counts them."""
     count, pending = 0, [data]
@@ -165,12 +184,16 @@ def _values(data: Any) -> int:
 
 def scene_data(
     scene: SceneLike, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None,
-    folder: Path | None = None,
+    folder: Path | None = None, progress: Progress | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """The sections of a scene file, those that say nothing left out; with `defaults` not so a record's fields."""
     writer = ShapeWriter(_shapes(scene), keep, defaults, material_names, folder)
     domain = {} if scene.domain is None else {"domain": writer.data(scene.domain)}
-    bodies = [body_data(body, writer) for body in scene.bodies]
+    bodies = []
+    for number, body in enumerate(scene.bodies):
+        if progress is not None and number % _TOLD == 0:
+            progress(number, len(scene.bodies))
+        bodies.append(body_data(body, writer))
     sections: dict[str, Any] = {"conicoid": VERSION}
     if scene.camera is not None:
         tagged = writer.value(scene.camera)

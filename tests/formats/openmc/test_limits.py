@@ -120,6 +120,22 @@ def test_a_core_of_400000_pins_is_no_more_than_is_allowed(tmp_path: Path) -> Non
     assert 417_316 < read_geometry(tmp_path / "geometry.xml").body_count < options.MOST.bodies
 
 
+def test_what_no_scene_file_holds_is_refused_before_its_bodies_are_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A cylinder of a lattice's element is two primitives, each with its motion: four parts at least."""
+    write_core(tmp_path / "geometry.xml", 15)
+    scene = co.load_openmc(tmp_path / "geometry.xml")
+    made, kind = [], type(scene.bodies)
+    work = kind.made
+    monkeypatch.setattr(kind, "made", lambda *of: made.append(of[1]) or work(*of))
+    with pytest.raises(
+        ValueError, match=r"scene.yaml: a scene file may have 1,000,000 parts .* has about [12],\d{3},\d{3}"
+    ):
+        scene.save(tmp_path / "scene.yaml")
+    assert len(made) < 100 < scene.body_count / 1000
+
+
 @pytest.mark.deep
 def test_thirty_million_elements_are_refused_in_one_gibibyte(tmp_path: Path) -> None:
     path = put(big(5000, 6000), tmp_path)
