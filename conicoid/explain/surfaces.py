@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..engine.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET
+from ..engine.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, Tables
 from ..shapes.classification import Classification
 from ..shapes.validate import shown
 from .polynomial import Source
@@ -87,8 +87,8 @@ def owners_of(scene: Prepared, number: int) -> tuple[Owner, ...]:
         faces, sides = tables.cell_face[cells], tables.cell_side[cells]
         balls = np.flatnonzero((tables.entry_kind == BALL) & (tables.entry_index == number))
         found |= {(body, 0, 1) for body in tables.entry_body[balls].tolist()}
-    for cell, face, side in zip(cells.tolist(), faces.tolist(), sides.tolist(), strict=True):
-        found |= {(body, face, side * sense) for body, sense in _bodies_of(tables, cell)}
+    which, bodies, senses = _bodies_of(tables, cells)
+    found |= set(zip(bodies.tolist(), faces[which].tolist(), (sides[which] * senses).tolist(), strict=True))
     for kind, surfaces, normals in (
         (SHEET, tables.sheet_surface, tables.sheet_side),
         (POLYGON, tables.polygon_surface, tables.polygon_side),
@@ -102,13 +102,33 @@ def owners_of(scene: Prepared, number: int) -> tuple[Owner, ...]:
     return tuple(Owner(body, name, face, side) for (body, face, side), name in zip(sorted(found), names, strict=True))
 
 
-def _bodies_of(tables: Any, cell: int) -> set[tuple[int, int]]:
-    """(body, -1 where the cell stands for its complement, else 1) of all bodies with a cell."""
-    found = np.flatnonzero((tables.entry_kind == CELL) & (tables.entry_index == cell))
-    bodies = {(body, 1) for body in tables.entry_body[found].tolist()}
-    for leaf in np.flatnonzero(tables.leaf_cell == cell).tolist():
-        program = int(np.searchsorted(tables.program_leaf, leaf, side="right")) - 1
-        sense = int(tables.leaf_sense[leaf])
-        found = np.flatnonzero((tables.entry_kind == REGION) & (tables.entry_index == program))
-        bodies |= {(body, sense) for body in tables.entry_body[found].tolist()}
-    return bodies
+def _bodies_of(tables: Tables, cells: Any) -> tuple[Any, Any, Any]:
+    """Whose some cells are: (which of the cells, body, -1 where it stands for its complement there, else 1)."""
+    which, entries = _joined(tables, CELL, cells)
+    order = np.argsort(cells, kind="stable")
+    leaves = np.flatnonzero(np.isin(tables.leaf_cell, cells))
+    first, last = (np.searchsorted(cells[order], tables.leaf_cell[leaves], side=end) for end in ("left", "right"))
+    leaf, at = _ranges(first, last)
+    programs = np.searchsorted(tables.program_leaf, leaves, side="right") - 1
+    part, regions = _joined(tables, REGION, programs[leaf])
+    return (
+        np.concatenate([which, order[at][part]]),
+        tables.entry_body[np.concatenate([entries, regions])],
+        np.concatenate([np.ones(len(which), np.int64), tables.leaf_sense[leaves][leaf][part]]),
+    )
+
+
+def _joined(tables: Tables, kind: int, rows: Any) -> tuple[Any, Any]:
+    """(which of some cells or programs, entry) for each entry of a kind that is one of these."""
+    entries = np.flatnonzero(tables.entry_kind == kind)
+    entries = entries[np.argsort(tables.entry_index[entries], kind="stable")]
+    index = tables.entry_index[entries]
+    which, at = _ranges(*(np.searchsorted(index, rows, side=end) for end in ("left", "right")))
+    return which, entries[at]
+
+
+def _ranges(first: Any, last: Any) -> tuple[Any, Any]:
+    """(which range, place in it) of every place of some ranges."""
+    counts = last - first
+    which = np.repeat(np.arange(len(counts)), counts)
+    return which, np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts - first, counts)

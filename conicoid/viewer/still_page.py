@@ -18,19 +18,24 @@ _RIGHTS = "allow-scripts allow-downloads allow-modals"
 def still_page(scene: Scene, preview: bytes, height: int) -> str:
     """HTML of `height` pixels: the scene's page in a frame, and its small picture where frames are taken out."""
     source = as_url(preview)
-    text = page(scene, "Scene", source)
+    text = "" if _is_too_large(scene) else page(scene, "Scene", source)
     if len(text) > MOST_BYTES:
         text = page(scene, "Scene", source, carries=False)
     picture = (
         f'<img src="{source}" alt="A picture of the scene" style="position: absolute; height: 100%; max-width: none">'
     )
-    if len(text) > MOST_BYTES:
+    if not text or len(text) > MOST_BYTES:
         return f'<div style="position: relative; height: {height}px; overflow: hidden">{picture}</div>'
     frame = (
         f'<iframe sandbox="{_RIGHTS}" title="Scene" srcdoc="{_attribute(text)}" '
         'style="position: absolute; width: 100%; height: 100%; border: 0"></iframe>'
     )
     return f'<div style="position: relative; height: {height}px; overflow: hidden">{picture}{frame}</div>'
+
+
+def _is_too_large(scene: Scene) -> bool:
+    """Are the boxes of its tree alone too much for a page, so that none need be made to see it?"""
+    return scene.lowered.tables.node_boxes.nbytes > MOST_BYTES
 
 
 def run_by_a_program() -> bool:

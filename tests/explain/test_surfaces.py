@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.bench.core import write_core
 
 from ..booleans.random_solids import EXAMPLES
 
@@ -89,3 +90,17 @@ def test_numbers_that_are_none():
     with pytest.raises(TypeError, match="number must be one integer"):
         scene.surface(np.array([0, 0]))
     assert scene.surface(np.int32(0)).number == 0
+
+
+def test_every_body_of_a_lattice_owns_the_plane_that_it_ends_at(tmp_path):
+    """All stand on the plane z = -182.88 cm that bounds the core from below, with their lower faces."""
+    write_core(tmp_path / "geometry.xml", 2, pins=5)
+    scene = co.load(tmp_path / "geometry.xml")
+    hit = scene.first_hit((0.1, 0.2, -500), (0, 0, 1))
+    found = scene.surface(hit.surface)
+    assert found.equation == "z + 182.88 = 0"
+    assert [owner.body for owner in found.owners] == list(range(scene.body_count))
+    assert {owner.side for owner in found.owners} == {-1}
+    assert [owner.name for owner in found.owners] == [body.name for body in scene.bodies]
+    pellet = scene.surface(scene.first_hit((3.19 + 1.26, 3.19, 0), (1, 0, 0)).surface)
+    assert sorted(owner.side for owner in pellet.owners) == [-1, 1]  # the fuel and the gap around it
