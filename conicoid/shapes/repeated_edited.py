@@ -18,6 +18,8 @@ from .repeated import Ints, Repeated, Shift, Shifts, any_of_lists, whose
 
 FEWEST = 24
 """Bodies of a list for which it is worth it to say whose they are."""
+MOST_WRITTEN_OUT = 50_000
+"""Bodies of a list that is written out, at some milliseconds each, where many bodies in one entry come to it."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,19 @@ class Origins:
         return Origins(self.base, numbers, own, self.labelled)
 
     def bodies(self) -> Repeated | None:
-        """The list; None where it has entries that are many bodies."""
-        if any(isinstance(body.shape, Bulk) for body in self.own):
+        """The list; None where it has entries that are many bodies, as each of this list has one number.
+
+        Raises ValueError where writing it out instead would take too long.
+        """
+        many = next((body.shape for body in self.own if isinstance(body.shape, Bulk)), None)
+        if many is not None:
+            if len(self.numbers) > MOST_WRITTEN_OUT:
+                kind = type(many).__name__
+                raise ValueError(
+                    f"Scene: a {kind} cannot come to {len(self.numbers):,} bodies of an imported model, as they would "
+                    f"all be written out for it, over {MOST_WRITTEN_OUT:,}; add its bodies as single ones: "
+                    f"scene.added([many.single(k) for k in range(len(many))]), many being the {kind}"
+                )
             return None
         if not self.labelled and np.array_equal(self.numbers, np.arange(len(self.base), dtype=np.int32)):
             return self.base

@@ -10,6 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid.bench.core import core_xml
+from conicoid.shapes import repeated_edited
 from conicoid.shapes.body import Body
 from conicoid.shapes.repeated import Repeated
 from conicoid.shapes.repeated_edited import EditedBodies
@@ -151,6 +152,22 @@ def test_many_bodies_in_one_entry_may_come_to_them(core: co.Scene) -> None:
     edited = core.added(co.Spheres([(0, 0, 1), (0.2, 0.1, 0.5)], 0.1), before=2)
     assert edited.body_count == core.body_count + 2
     same_answers(edited)
+
+
+def test_many_bodies_in_one_entry_are_refused_where_too_many_would_be_written_out(
+    core: co.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(repeated_edited, "MOST_WRITTEN_OUT", 100)
+    many = co.Spheres([(0, 0, 1), (0.2, 0.1, 0.5)], 0.1)
+    with pytest.raises(
+        ValueError, match="a Spheres cannot come to 460 bodies .* over 100; add its bodies as single ones"
+    ):
+        core.added(many)
+    with pytest.raises(ValueError, match="a Spheres cannot come to 460 bodies"):
+        co.Scene([*core.bodies, many])
+    edited = core.added([many.single(k) for k in range(len(many))])
+    assert isinstance(edited.bodies, EditedBodies)
+    assert edited.body_count == core.body_count + 2
 
 
 def test_edited_scenes_are_pickled(core: co.Scene) -> None:

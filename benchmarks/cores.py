@@ -1,0 +1,83 @@
+"""Reactor cores from OpenMC files: how long they take to open and to be edited, and how much memory.
+
+    python benchmarks/cores.py [--across 1 19 22 37 38]
+
+Each core, of so many assemblies across, is opened in a process of its own, with void and without: its bodies are read,
+its tables and tree made, and one ray traced. Then a body in the middle of the list is moved, five times, each time up
+to the next first hit. Prints a table in Markdown: wall time, and the largest memory of the process up to the first hit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+RAY = (0.1, 0.2, 500.0), (0.01, 0.02, -1.0)
+MOVES = 5
+
+
+def largest() -> int:
+    """The largest memory of this process so far, in MiB."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmHWM"):
+            return int(line.split()[1]) >> 10
+    raise SystemExit("cores: /proc does not tell the memory of a process here")
+
+
+def once(path: str, void: bool) -> None:
+    """One core, in this process."""
+    import conicoid as co
+
+    begin = time.perf_counter()
+    scene = co.load_openmc(path, void=void)
+    read = time.perf_counter()
+    scene.first_hit(*RAY)
+    ready, memory, tables = time.perf_counter(), largest(), sum(scene.memory[1:])
+    moves = []
+    for k in range(MOVES):
+        start = time.perf_counter()
+        scene = scene.moved(scene.body_count // 2, (0.0, 0.0, 0.01 * (k + 1)))
+        scene.first_hit(*RAY)
+        moves.append(time.perf_counter() - start)
+    print(json.dumps([scene.body_count, read - begin, ready - begin, memory, tables, statistics.median(moves)]))
+
+
+def main() -> None:
+    """The table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--across", type=int, nargs="+", default=[1, 19, 22, 37, 38], help="assemblies across a core")
+    parser.add_argument("--once", nargs=2, metavar=("FILE", "VOID"), help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.once:
+        once(asked.once[0], asked.once[1] == "1")
+        return
+    from conicoid.bench.core import PINS, write_core
+    from conicoid.bench.report import machine
+
+    print("| assemblies, pins | void | bodies | read | ready | largest memory | tables and tree | one body moved |")
+    print("|---|---|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "geometry.xml"
+        for across in asked.across:
+            write_core(path, across)
+            for void in (False, True):
+                command = [sys.executable, __file__, "--once", str(path), str(int(void))]
+                told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+                bodies, read, ready, memory, tables, moved = json.loads(told)
+                cells = (
+                    f"{across} × {across}, {(across * PINS) ** 2:,}", "yes" if void else "no", f"{bodies:,}",
+                    f"{read:.1f} s", f"{ready:.1f} s", f"{memory:,} MiB", f"{tables / 1e6:.0f} MB",
+                    f"{1e3 * moved:,.0f} ms",
+                )  # fmt: skip
+                print(f"| {' | '.join(cells)} |", flush=True)
+    print(f"\nWall time, medians of {MOVES} moves.", *machine([]), sep="\n")
+
+
+if __name__ == "__main__":
+    main()
