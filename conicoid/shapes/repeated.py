@@ -59,6 +59,8 @@ class Repeated(Sequence[Body], ABC):
 
     def __init__(self, kinds: Ints, shifts: Shifts, materials: Sequence[Any]) -> None:
         self.kinds, self.shifts, self.materials = kinds, shifts, tuple(materials)
+        self.looks = kinds
+        """Which of the materials each body has: those of kinds, but for what an edit brings."""
         self.alone: dict[tuple[int, ...], FloatArray] = {}
         """Numbers of bodies that were worked out alone, by kind and places of the shift: edited lists have them too."""
         self._firsts: dict[int, Solid] = {}
@@ -82,7 +84,7 @@ class Repeated(Sequence[Body], ABC):
 
     @property
     def solid(self) -> tuple[bool, ...]:
-        """Of each kind: is it of solids? All are, but for those that an edit brings."""
+        """Of each material: do solids have it? All do, but for what an edit brings."""
         return (True,) * len(self.materials)
 
     def shape(self, number: int) -> Solid:
@@ -102,15 +104,18 @@ class Repeated(Sequence[Body], ABC):
     @cached_property
     def members(self) -> list[Ints]:
         """The numbers of the bodies of each kind, rising."""
-        order = np.argsort(self.kinds, kind="stable").astype(np.int32)
-        ends = np.cumsum(np.bincount(self.kinds, minlength=len(self.materials)))
-        return np.split(order, ends[:-1]) if len(ends) else []
+        return members_of(self.kinds)
+
+    @property
+    def seen(self) -> list[Ints]:
+        """The numbers of the bodies of each material, rising."""
+        return self.members
 
     @cached_property
     def distinct_materials(self) -> tuple[Any, ...]:
         """The different materials, in the order of the first body of each."""
-        firsts = sorted((int(numbers[0]), kind) for kind, numbers in enumerate(self.members) if len(numbers))
-        return tuple(dict.fromkeys(self.materials[kind] for _, kind in firsts))
+        firsts = sorted((int(numbers[0]), look) for look, numbers in enumerate(self.seen) if len(numbers))
+        return tuple(dict.fromkeys(self.materials[look] for _, look in firsts))
 
     @cached_property
     def boxes(self) -> list[Box]:
@@ -126,7 +131,7 @@ class Repeated(Sequence[Body], ABC):
 
     def _body(self, number: int) -> Body:
         body = object.__new__(_Later)
-        body.__dict__.update(of=self, number=number, material=self.materials[self.kinds[number]])
+        body.__dict__.update(of=self, number=number, material=self.materials[self.looks[number]])
         return body
 
     def __len__(self) -> int:
@@ -174,6 +179,13 @@ class Repeated(Sequence[Body], ABC):
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "alone": {}, "_firsts": {}, "_shapes": OrderedDict()}
+
+
+def members_of(kinds: Ints) -> list[Ints]:
+    """The numbers of each kind, rising."""
+    order = np.argsort(kinds, kind="stable").astype(np.int32)
+    ends = np.cumsum(np.bincount(kinds))
+    return np.split(order, ends[:-1]) if len(ends) else []
 
 
 def _finite(ends: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ What the list that they come from knows stays there, so an edit costs a number f
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from .body import Body
 from .bulk import Bulk
-from .repeated import Ints, Repeated, Shift, Shifts, any_of_lists, whose
+from .repeated import Ints, Repeated, Shift, Shifts, any_of_lists, members_of, whose
 
 FEWEST = 24
 """Bodies of a list for which it is worth it to say whose they are."""
@@ -42,29 +42,37 @@ class Origins:
     def with_body(self, entry: int, old: Body, new: Body) -> Origins:
         """With another body for one of the list, which is `old`."""
         number = int(self.numbers[entry])
-        if number >= 0 and new.shape is old.shape:
-            return Origins(self.base, self.numbers, self.own, {**self.labelled, number: new})
-        return self.without([entry]).with_more(entry, [new])
+        if number < 0:
+            own = list(self.own)
+            own[-1 - number] = new
+            return replace(self, own=tuple(own))
+        if new.shape is not old.shape:
+            return self.without([entry]).with_more(entry, [new])
+        labelled = {**self.labelled, number: new}
+        was = self.base[number]
+        if (new.name, new.material) == (was.name, was.material):
+            del labelled[number]
+        return replace(self, labelled=labelled)
 
     def with_more(self, place: int, bodies: Sequence[Body]) -> Origins:
         """With more bodies before a place in the list."""
         first = -1 - len(self.own)
         more = np.arange(first, first - len(bodies), -1, dtype=np.int32)
         numbers = np.concatenate([self.numbers[:place], more, self.numbers[place:]])
-        return Origins(self.base, numbers, (*self.own, *bodies), self.labelled)
+        return replace(self, numbers=numbers, own=(*self.own, *bodies))
 
     def without(self, entries: Iterable[int]) -> Origins:
         """Without some bodies of the list."""
-        numbers = np.delete(self.numbers, list(entries))
-        stay = np.zeros(len(self.own), bool)
-        stay[-1 - numbers[numbers < 0]] = True
-        if stay.all():
-            return Origins(self.base, numbers, self.own, self.labelled)
+        places = list(entries)
+        gone, numbers = self.numbers[places], np.delete(self.numbers, places)
+        labelled = {number: self.labelled[number] for number in self.labelled.keys() - set(gone.tolist())}
+        stay = np.ones(len(self.own), bool)
+        stay[-1 - gone[gone < 0]] = False
         place = np.cumsum(stay, dtype=np.int32) - np.int32(1)
         mine = numbers < 0
         numbers[mine] = -1 - place[-1 - numbers[mine]]
         own = tuple(body for body, stays in zip(self.own, stay.tolist(), strict=True) if stays)
-        return Origins(self.base, numbers, own, self.labelled)
+        return Origins(self.base, numbers, own, labelled)
 
     def bodies(self) -> Repeated | None:
         """The list; None where it has entries that are many bodies, as each of this list has one number.
@@ -87,37 +95,38 @@ class Origins:
 
 
 class EditedBodies(Repeated):
-    """The bodies of an edited scene.
+    """The bodies of an edited scene. Their kinds are those of the base; then one for each body of its own.
 
-    Their kinds are those of the base; then one for each body of its own, and for each that is called otherwise.
+    Their looks are these, and then one for each body that is called otherwise.
     """
 
     def __init__(self, origins: Origins) -> None:
-        base, numbers = origins.base, origins.numbers
-        self.origins = origins
-        self._first_own = len(base.materials)
-        self._first_labelled = self._first_own + len(origins.own)
-        self._labelled = tuple(origins.labelled)
-        there = np.maximum(numbers, 0)
-        kinds = np.where(numbers >= 0, base.kinds[there] if len(base) else 0, self._first_own - 1 - numbers)
-        for k, number in enumerate(self._labelled):
-            kinds[numbers == number] = self._first_labelled + k
-        index = np.where(numbers >= 0, base.shifts.index[:, there], 0) if len(base) else np.zeros((3, len(numbers)))
-        others = (body.material for body in (*origins.own, *origins.labelled.values()))
-        super().__init__(
-            kinds.astype(np.int32), Shifts(base.shifts.values, index.astype(np.int32)), [*base.materials, *others]
-        )
+        base, numbers, own = origins.base, origins.numbers, origins.own
+        self.origins, self._first_own = origins, len(base.materials)
+        of_base = np.flatnonzero(numbers >= 0)
+        there = numbers[of_base]
+        kinds, index = self._first_own - 1 - numbers, np.zeros((3, len(numbers)), np.int32)
+        kinds[of_base], index[:, of_base] = base.kinds[there], base.shifts.index[:, there]
+        looks = kinds.copy()
+        looks[of_base] = base.looks[there]
+        if origins.labelled:
+            labels = np.full(len(base), -1, np.int32)
+            labels[list(origins.labelled)] = np.arange(len(origins.labelled)) + self._first_own + len(own)
+            looks[of_base] = np.where(labels[there] < 0, looks[of_base], labels[there])
+        others = (body.material for body in (*own, *origins.labelled.values()))
+        super().__init__(kinds, Shifts(base.shifts.values, index), [*base.materials, *others])
+        self.looks, self.alone = looks, base.alone
 
-        self.alone = base.alone
+    @cached_property
+    def seen(self) -> list[Ints]:
+        """The numbers of the bodies of each material, rising."""
+        return members_of(self.looks)
 
     def made(self, kind: int, shift: Shift) -> Any:
         """The shape of a kind at a place; one of its own stands where it stands."""
-        base = self.origins.base
         if kind < self._first_own:
-            return base.made(kind, shift)
-        if kind < self._first_labelled:
-            return self.origins.own[kind - self._first_own].shape
-        return base.made(int(base.kinds[self._labelled[kind - self._first_labelled]]), shift)
+            return self.origins.base.made(kind, shift)
+        return self.origins.own[kind - self._first_own].shape
 
     def shape(self, number: int) -> Any:
         """The shape of a body: that of the list that it comes from is the same object."""
@@ -162,9 +171,9 @@ class EditedBodies(Repeated):
 
     @cached_property
     def solid(self) -> tuple[bool, ...]:
-        """Of each kind: is it of solids?"""
+        """Of each material: do solids have it?"""
         own = (not body.shape.is_sheet for body in self.origins.own)
-        return (*self.origins.base.solid, *own, *(True for _ in self._labelled))
+        return (*self.origins.base.solid, *own, *(True for _ in self.origins.labelled))
 
     def has_shapes_of(self, other: Sequence[Body]) -> bool:
         """Has another list the same shapes in the same places?"""

@@ -23,7 +23,7 @@ def looks_of(bodies: Sequence[Body], item_of: Any) -> tuple[list[Any], list[bool
     """`looks` for any bodies of a scene."""
     if not isinstance(bodies, Repeated):
         return looks(bodies, item_of)
-    return list(bodies.materials), [not solid for solid in bodies.solid], bodies.kinds
+    return list(bodies.materials), [not solid for solid in bodies.solid], bodies.looks
 
 
 class RepeatedLabels(Labels):
@@ -49,19 +49,19 @@ class RepeatedLabels(Labels):
         @cached_property
         def materials(self) -> tuple[Any, ...]:
             """All materials."""
-            return tuple(self._materials[self.bodies.kinds])
+            return tuple(self._materials[self.bodies.looks])
 
         @cached_property
         def solid(self) -> tuple[bool, ...]:
             """Of all bodies: is it a solid?"""
-            return tuple(np.array(self.bodies.solid)[self.bodies.kinds].tolist())
+            return tuple(np.array(self.bodies.solid)[self.bodies.looks].tolist())
 
     def of_only(self, numbers: Any) -> Labels:
         """Of those entries alone that some numbers belong to."""
         rows = np.unique(numbers)
         rows = rows[rows >= 0].astype(np.int64)
         names = tuple(self.bodies.name(number) for number in rows.tolist())
-        solid = tuple(self.bodies.solid[kind] for kind in self.bodies.kinds[rows].tolist())
+        solid = tuple(self.bodies.solid[look] for look in self.bodies.looks[rows].tolist())
         return Labels(rows, names, tuple(self.materials_of(rows)), solid)
 
     def kinds(self, count: int) -> npt.NDArray[np.int8]:
@@ -69,7 +69,7 @@ class RepeatedLabels(Labels):
         del count
         materials = zip(self.bodies.materials, self.bodies.solid, strict=True)
         kinds = np.array([is_clear(material) * (1 if solid else 2) for material, solid in materials], np.int8)
-        return kinds[self.bodies.kinds]
+        return kinds[self.bodies.looks]
 
     def names_of(self, numbers: Any) -> Any:
         """Objects of the numbers' shape: the name; None for -1."""
@@ -81,24 +81,24 @@ class RepeatedLabels(Labels):
 
     def materials_of(self, numbers: Any) -> Any:
         """Objects of the numbers' shape: the material; None for -1."""
-        return self._materials[np.where(np.asarray(numbers) < 0, -1, self.bodies.kinds[numbers])]
+        return self._materials[np.where(np.asarray(numbers) < 0, -1, self.bodies.looks[numbers])]
 
     @cached_property
     def distinct(self) -> tuple[tuple[Any, bool], ...]:
         """The different materials in the order of their first bodies, and whether any solid has them."""
         bodies = self.bodies
-        there = [len(numbers) > 0 for numbers in bodies.members]
+        there = np.bincount(bodies.looks, minlength=len(bodies.materials)) > 0
         of_solids = {m for m, solid, any_ in zip(bodies.materials, bodies.solid, there, strict=True) if solid and any_}
         return tuple((material, material in of_solids) for material in bodies.distinct_materials)
 
     def columns_of(self, numbers: Any, materials: Sequence[Any]) -> Any:
         """The place among some materials, which hold them all, of the material of each number's body."""
         places = {material: place for place, material in enumerate(materials)}
-        return np.array([places[material] for material in self.bodies.materials], np.int64)[self.bodies.kinds[numbers]]
+        return np.array([places[material] for material in self.bodies.materials], np.int64)[self.bodies.looks[numbers]]
 
     @cached_property
     def _materials(self) -> Any:
-        """By kinds, None in the last row."""
+        """All of them, None in the last row."""
         table: Any = np.empty(len(self.bodies.materials) + 1, object)
         table[:-1] = self.bodies.materials
         return table

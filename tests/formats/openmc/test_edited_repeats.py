@@ -10,6 +10,8 @@ import pytest
 
 import conicoid as co
 from conicoid.bench.core import core_xml
+from conicoid.engine.lowering import contents
+from conicoid.engine.lowering import moved as moved_file
 from conicoid.shapes import repeated_edited
 from conicoid.shapes.body import Body
 from conicoid.shapes.repeated import Repeated
@@ -115,6 +117,48 @@ def test_names_and_materials_alone_prepare_nothing(core: co.Scene) -> None:
         assert hit.material == (red if hit.body == number else again.material)
     old = core.bodies[number]
     assert edited.replace("this one", name=old.name, material=old.material) == core
+
+
+def test_bodies_of_other_materials_are_lowered_with_their_like(core: co.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    red, edited = co.matte("red"), core
+    for number in range(0, len(core.bodies), 3):
+        edited = edited.replace(number, material=red)
+    monkeypatch.setattr(moved_file, "FEWEST", 2)
+    rows, found = moved_file.moved_rows, []
+    monkeypatch.setattr(contents, "moved_rows", lambda *of: found.append(rows(*of)) or found[-1])
+    for scene in (core, edited):
+        pickle.loads(pickle.dumps(scene)).prepare()
+    alike = [each is not None for each in found]
+    assert any(alike)
+    assert alike[: len(alike) // 2] == alike[len(alike) // 2 :]
+    kept = edited.without(0).moved(0, (0, 0, 0.01)).without(5)
+    same_answers(kept)
+    hits = kept.first_hit(np.random.default_rng(1).uniform(-3, 3, (200, 3)), (0.1, 0.2, 1))
+    assert [m == red for m in hits.material] == [b >= 0 and kept.bodies[b].material == red for b in hits.body.tolist()]
+    assert any(m == red for m in hits.material)
+    assert edited.materials == tuple(dict.fromkeys(body.material for body in edited.bodies))
+    back = edited
+    for number in range(0, len(core.bodies), 3):
+        back = back.replace(number, material=core.bodies[number].material)
+    assert back.bodies is core.bodies
+
+
+def test_bodies_of_its_own_change_their_looks_for_nothing(core: co.Scene) -> None:
+    first = core.added(PROBE, before=5)
+    first.prepare()
+    edited = first.replace("probe", material="blue", name="other")
+    assert edited.geometry is first.geometry
+    assert edited.body(5).name == edited.first_hit((0.2, 0.1, -20), (0.002, 0.001, 1)).name == "other"
+
+
+def test_all_bodies_may_go(core: co.Scene) -> None:
+    nothing = core.without(range(len(core.bodies)))
+    assert len(nothing.bodies) == nothing.body_count == 0
+    assert nothing.materials == ()
+    assert not nothing.first_hit((0, 0, -99), (0, 0, 1)).hit
+    probe = nothing.added(PROBE)
+    assert probe.first_hit((0.2, 0.1, -20), (0.002, 0.001, 1)).name == "probe"
+    assert probe.bodies == co.Scene([PROBE]).bodies
 
 
 def test_names_stay_different(core: co.Scene) -> None:
