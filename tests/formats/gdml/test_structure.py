@@ -7,6 +7,7 @@ import pytest
 
 import conicoid as co
 from conicoid.formats.errors import SceneFileError
+from conicoid.formats.imports import options
 
 from .files import HEAD, placed, scene_of, text_of, volume
 
@@ -229,6 +230,25 @@ def test_options(tmp_path):
         scene_of(tmp_path, text, max_bodies=2)
     with pytest.raises(ValueError, match="smooth means nothing for a GDML file"):
         scene_of(tmp_path, text, smooth=True)
+
+
+def test_volumes_that_are_no_others_moved_have_a_limit_of_their_own(tmp_path, monkeypatch):
+    """One bar in ten places with what is in it, and ten bars in one place each."""
+    monkeypatch.setattr(options, "MOST", options.Most(1000, 5))
+
+    def text(several):
+        names = [f"bar{k if several else 0}" for k in range(10)]
+        places = "".join(
+            f'<physvol><volumeref ref="{name}"/><position x="{3 * k - 15}" unit="mm"/></physvol>'
+            for k, name in enumerate(names)
+        )
+        bars = "".join(volume(name, "bar", placed("core")) for name in dict.fromkeys(names))
+        return text_of(NESTED_SOLIDS, volume("core", "core") + bars + volume("world", "w", places))
+
+    assert scene_of(tmp_path, text(False)).body_count == 21
+    with pytest.raises(SceneFileError, match="expands into at least 6 bodies that are no others moved; the limit is 5"):
+        scene_of(tmp_path, text(True))
+    assert scene_of(tmp_path, text(True), max_bodies=21).body_count == 21
 
 
 def test_materials(tmp_path):
