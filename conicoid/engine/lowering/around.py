@@ -12,7 +12,7 @@ from ...shapes.repeated import Repeated
 from ..tables import Floats, Ints
 from .apart import empty
 from .away import Away
-from .moved import MovedRows, moved_boxes
+from .moved_rows import MovedRows, moved_boxes
 from .pattern import BOX_NUMBERS, Group
 from .rows import blocks
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ...shapes.distinct import distinct_places
 from ...shapes.surface import Key, Surface
 from ..tables import QUADRIC, Floats, Ints, Signs
-from .moved import MovedRows
+from .moved_rows import MovedRows
 from .pattern import SIZES, Group
 from .places import Places
 from .surfaces import ExactSurfaces, SurfaceArrays

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..tables import SHIFT_SIZE, Floats, Ints
 from .apart import empty
-from .moved import MovedRows
+from .moved_rows import MovedRows
 from .pattern import BOX_NUMBERS, Group
 from .places import Contents, Places
 from .surfaces import end_to_end

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..tables import MAP_SIZE, PLACE_SIZE, Floats, Ints
 from .apart import empty
-from .moved import MovedRows
+from .moved_rows import MovedRows
 from .pattern import FRAME_NUMBERS, Group
 from .places import Contents, Places
 from .rows import blocks

@@ -19,7 +19,7 @@ from ..tables import MAP_SIZE, PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE,
 from .assembly import Assembly
 
 if TYPE_CHECKING:
-    from .moved import MovedRows
+    from .moved_rows import MovedRows
     from .rows import Rows
 
 SIZES = {PLANE: PLANE_SIZE, SPHERE: SPHERE_SIZE, QUADRIC: QUADRIC_SIZE}
