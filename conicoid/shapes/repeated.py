@@ -172,7 +172,7 @@ class Repeated(Sequence[Body], ABC):
         return self is other or (len(self) == len(other) and all(a == b for a, b in zip(self, other, strict=True)))
 
     def __hash__(self) -> int:
-        return hash((len(self), *self.materials))
+        return hash(len(self))
 
     def __repr__(self) -> str:
         return f"<{len(self):,} bodies>"
@@ -222,7 +222,7 @@ def any_of_lists(bodies: Sequence[Body]) -> bool:
 
 def whose(body: Body) -> tuple[Repeated, int] | None:
     """(the list that a body comes from, its number there), if it is one that is made when it is asked for."""
-    return (body.of, body.number) if isinstance(body, _Later) else None
+    return (body.of, body.number) if isinstance(body, _Later) and "of" in vars(body) else None  # not if it was changed
 
 
 _Later.__name__ = _Later.__qualname__ = "Body"

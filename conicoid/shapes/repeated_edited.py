@@ -81,10 +81,11 @@ class Origins:
         """
         many = next((body.shape for body in self.own if isinstance(body.shape, Bulk)), None)
         if many is not None:
-            if len(self.numbers) > MOST_WRITTEN_OUT:
+            imported = int((self.numbers >= 0).sum())
+            if imported > MOST_WRITTEN_OUT:
                 kind = type(many).__name__
                 raise ValueError(
-                    f"Scene: a {kind} cannot come to {len(self.numbers):,} bodies of an imported model, as they would "
+                    f"Scene: a {kind} cannot come to {imported:,} bodies of an imported model, as they would "
                     f"all be written out for it, over {MOST_WRITTEN_OUT:,}; add its bodies as single ones: "
                     f"scene.added([many.single(k) for k in range(len(many))]), many being the {kind}"
                 )
@@ -147,23 +148,50 @@ class EditedBodies(Repeated):
 
     def _numbers_of(self, name: str) -> Iterator[int]:
         """All bodies of a name."""
-        origins = self.origins
-        sources = [-1 - k for k, body in enumerate(origins.own) if body.name == name]
-        sources += [number for number, body in origins.labelled.items() if body.name == name]
-        known = origins.base.number(name)
-        if known is not None and known not in origins.labelled:
-            sources.append(known)
-        for source in sources:
-            yield from np.flatnonzero(origins.numbers == source).tolist()
+        for source in self._sources_of(name):
+            yield from np.flatnonzero(self.origins.numbers == source).tolist()
+
+    @cached_property
+    def _sources(self) -> dict[str | None, list[int]]:
+        """Of bodies of its own, and of those that are called otherwise: whose name is whose."""
+        found: dict[str | None, list[int]] = {}
+        own = ((-1 - k, body) for k, body in enumerate(self.origins.own))
+        for source, body in (*own, *self.origins.labelled.items()):
+            found.setdefault(body.name, []).append(source)
+        return found
+
+    def _sources_of(self, name: str) -> list[int]:
+        """All of a name, whether or not they are there still."""
+        known = self.origins.base.number(name)
+        of_base = [] if known is None or known in self.origins.labelled else [known]
+        return [*self._sources.get(name, ()), *of_base]
 
     def repeated_name(self) -> tuple[str, int, int] | None:
         """A name that two bodies have, and their numbers; None where there is none."""
-        for body in (*self.origins.own, *self.origins.labelled.values()):
-            if body.name is not None:
-                found = sorted(self._numbers_of(body.name))
-                if len(found) > 1:
-                    return body.name, found[0], found[1]
+        numbers = self.origins.numbers
+        there = np.zeros(len(self.origins.base), bool)
+        there[numbers[numbers >= 0]] = True
+        for name in self._sources:
+            if name is not None and sum(source < 0 or bool(there[source]) for source in self._sources_of(name)) > 1:
+                first, second, *_ = sorted(self._numbers_of(name))
+                return name, first, second
         return None
+
+    def index(self, value: Any, start: int = 0, stop: int = 2**62) -> int:
+        """`Repeated.index`; a body without a name is found too."""
+        if isinstance(value, Body) and value.name is None:
+            sources = [source for source in self._sources.get(None, ()) if self._of(source) == value]
+            places = np.flatnonzero(np.isin(self.origins.numbers, sources))
+            places = places[(places >= start) & (places < stop)]
+            if len(places):
+                return int(places[0])
+        return super().index(value, start, stop)
+
+    def _of(self, source: int) -> Body:
+        """The body of a number in `Origins.numbers`."""
+        if source < 0:
+            return self.origins.own[-1 - source]
+        return self.origins.labelled.get(source) or self.origins.base[source]
 
     def is_rigid(self, kind: int) -> bool:
         """Have all shapes of a kind the same structure?"""
@@ -187,14 +215,11 @@ class EditedBodies(Repeated):
         )
 
     def _body(self, number: int) -> Body:
-        source = int(self.origins.numbers[number])
-        if source < 0:
-            return self.origins.own[-1 - source]
-        return self.origins.labelled.get(source) or self.origins.base[source]
+        return self._of(int(self.origins.numbers[number]))
 
 
 def gathered(bodies: Sequence[Body]) -> Repeated | None:
-    """A list that has many bodies of a list of repeated ones, each at most once, as one of these; None for others.
+    """A list of which half and more come from one of repeated bodies, each at most once, as one of these; or None.
 
     So `co.Scene([body for body in scene.bodies if ...])` costs what `scene.without` does.
     """
@@ -206,7 +231,7 @@ def gathered(bodies: Sequence[Body]) -> Repeated | None:
         if each is not None:
             counts[id(each[0])] = counts.get(id(each[0]), (0, None))[0] + 1, each[0]
     count, base = max(counts.values(), key=lambda each: each[0], default=(0, None))
-    if base is None or count < FEWEST:
+    if base is None or count < FEWEST or 2 * count < len(bodies):
         return None
     own: list[Body] = []
     numbers = np.empty(len(bodies), np.int32)

@@ -94,7 +94,8 @@ class RepeatedLabels(Labels):
     def columns_of(self, numbers: Any, materials: Sequence[Any]) -> Any:
         """The place among some materials, which hold them all, of the material of each number's body."""
         places = {material: place for place, material in enumerate(materials)}
-        return np.array([places[material] for material in self.bodies.materials], np.int64)[self.bodies.looks[numbers]]
+        columns = [places.get(material, -1) for material in self.bodies.materials]  # some have no bodies any more
+        return np.array(columns, np.int64)[self.bodies.looks[numbers]]
 
     @cached_property
     def _materials(self) -> Any:

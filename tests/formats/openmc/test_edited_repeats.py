@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 from pathlib import Path
 
@@ -161,6 +162,44 @@ def test_all_bodies_may_go(core: co.Scene) -> None:
     assert probe.bodies == co.Scene([PROBE]).bodies
 
 
+def test_bodies_that_were_changed_are_bodies_like_others(core: co.Scene) -> None:
+    """Moved, or of another material, by themselves: in scenes, beside others, and once more."""
+    turned = [body.translate((100, 0, 0)) for body in core.bodies]
+    assert co.Scene(turned).bodies[3].shape == core.bodies[3].shape.translate((100, 0, 0))
+    assert co.Scene([dataclasses.replace(body, material="red") for body in core.bodies]).materials == (co.matte("red"),)
+    another = dataclasses.replace(core.bodies[0].translate((100, 0, 0)), name="another")
+    assert core.added(another)["another"] == another
+    moved = core.moved(0, (0.1, 0, 0))
+    assert co.Scene([body for body in moved.bodies if body.name]).bodies == moved.bodies
+    assert isinstance(core.moved(0, (0.1, 0, 0)).moved(0, (0.1, 0, 0)).bodies, EditedBodies)
+
+
+def test_answers_by_material_where_one_has_no_bodies_any_more(core: co.Scene) -> None:
+    first = core.bodies[0].material
+    edited = core.without([number for number, body in enumerate(core.bodies) if body.material == first])
+    other = co.Scene(written_out(edited))
+    rays = co.Rays(np.random.default_rng(1).uniform(-3, 3, (50, 3)), (0.1, 0.2, 1))
+    assert np.allclose(edited.lengths(rays, by="material"), other.lengths(rays, by="material"), rtol=1e-12, atol=1e-12)
+    assert (edited.slice("z", pixels=16).material == other.slice("z", pixels=16).material).all()
+
+
+def test_few_imported_bodies_among_others_are_no_list_of_theirs(core: co.Scene) -> None:
+    scene = co.Scene([*core.bodies[:30], *[co.Body(co.Sphere(0.1))] * 31, co.Spheres([(0, 0, 1000)], 0.1)])
+    assert not isinstance(scene.bodies, Repeated)
+    assert scene.body_count == 62
+
+
+def test_bodies_without_a_name_have_a_place_and_equal_lists_one_hash(core: co.Scene) -> None:
+    edited = core.added(co.Sphere(0.3, (0.1, 0, 0)))
+    assert edited.bodies.index(edited.bodies[459]) == 459
+    unnamed = core.replace(3, name=None)
+    assert unnamed.bodies.index(unnamed.bodies[3]) == 3
+    old = core.bodies[0]
+    again = core.replace(0, Body(pickle.loads(pickle.dumps(old.shape)), old.material, old.name))
+    assert again.bodies == core.bodies
+    assert hash(again.bodies) == hash(core.bodies)
+
+
 def test_names_stay_different(core: co.Scene) -> None:
     taken = core.bodies[7].name
     edited = core.added(PROBE, before=5)
@@ -204,10 +243,10 @@ def test_many_bodies_in_one_entry_are_refused_where_too_many_would_be_written_ou
     monkeypatch.setattr(repeated_edited, "MOST_WRITTEN_OUT", 100)
     many = co.Spheres([(0, 0, 1), (0.2, 0.1, 0.5)], 0.1)
     with pytest.raises(
-        ValueError, match="a Spheres cannot come to 460 bodies .* over 100; add its bodies as single ones"
+        ValueError, match="a Spheres cannot come to 459 bodies .* over 100; add its bodies as single ones"
     ):
         core.added(many)
-    with pytest.raises(ValueError, match="a Spheres cannot come to 460 bodies"):
+    with pytest.raises(ValueError, match="a Spheres cannot come to 459 bodies"):
         co.Scene([*core.bodies, many])
     edited = core.added([many.single(k) for k in range(len(many))])
     assert isinstance(edited.bodies, EditedBodies)
