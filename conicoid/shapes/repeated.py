@@ -1,7 +1,8 @@
 """The bodies of a scene of which many are others moved: what they have in common is said once, and each made on demand.
 
-A body is of a kind, and carried from where the kind is worked out by a shift that is known exactly. Along each axis
-there are few different shifts, in a lattice as many as rows, so what depends on one axis is worked out for those.
+A body is of a kind, and carried from where the kind is worked out by a shift that is known exactly, and then by the
+motion of the kind, if it has one: that of a lattice that is turned. Along each axis there are few different shifts, in
+a lattice as many as rows, so what depends on one axis is worked out for those.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy.typing as npt
 
 from .base import Solid
 from .body import Body
+from .motion import STILL, Motion
 from .validate import shown
 from .vector import Box, FloatArray
 
@@ -69,6 +71,15 @@ class Repeated(Sequence[Body], ABC):
     @abstractmethod
     def made(self, kind: int, shift: Shift) -> Solid:
         """The shape of a kind at a place. It must be the kind's with every surface moved, and then rounded."""
+
+    def motion(self, kind: int) -> Motion:
+        """What carries a kind to the world after the shift; the shapes that `made` makes have it."""
+        del kind
+        return STILL
+
+    def before(self, kind: int, shift: Shift) -> Solid:
+        """The shape of a kind at a place, before its motion."""
+        return self.made(kind, shift)
 
     @abstractmethod
     def name(self, number: int) -> str:
@@ -124,7 +135,7 @@ class Repeated(Sequence[Body], ABC):
         for numbers in self.members:
             if len(numbers):
                 low, high = self.shape(int(numbers[0])).bounds
-                away = self.shifts.chosen(numbers).away(0)
+                away = carried_away(self.shifts.chosen(numbers).away(0), self.motion(int(self.kinds[numbers[0]])))
                 slack = 2.0**-50 * (np.abs(away).max(axis=0) + _finite(low) + _finite(high))
                 found.append((low + (away.min(axis=0) - slack), high + (away.max(axis=0) + slack)))
         return found
@@ -186,6 +197,11 @@ def members_of(kinds: Ints) -> list[Ints]:
     order = np.argsort(kinds, kind="stable").astype(np.int32)
     ends = np.cumsum(np.bincount(kinds))
     return np.split(order, ends[:-1]) if len(ends) else []
+
+
+def carried_away(away: FloatArray, motion: Motion) -> FloatArray:
+    """(n, 3) how far things are from one in the world that are so far before a motion."""
+    return away if motion.is_identity else away @ motion.matrix[:3, :3].T
 
 
 def _finite(ends: FloatArray) -> FloatArray:

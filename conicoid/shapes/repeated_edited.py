@@ -14,6 +14,7 @@ import numpy as np
 
 from .body import Body
 from .bulk import Bulk
+from .motion import STILL, Motion
 from .repeated import Ints, Repeated, Shift, Shifts, any_of_lists, members_of, whose
 
 FEWEST = 24
@@ -128,6 +129,14 @@ class EditedBodies(Repeated):
         if kind < self._first_own:
             return self.origins.base.made(kind, shift)
         return self.origins.own[kind - self._first_own].shape
+
+    def motion(self, kind: int) -> Motion:
+        """`Repeated.motion`"""
+        return self.origins.base.motion(kind) if kind < self._first_own else STILL
+
+    def before(self, kind: int, shift: Shift) -> Any:
+        """`Repeated.before`"""
+        return self.origins.base.before(kind, shift) if kind < self._first_own else self.made(kind, shift)
 
     def shape(self, number: int) -> Any:
         """The shape of a body: that of the list that it comes from is the same object."""

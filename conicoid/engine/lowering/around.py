@@ -44,7 +44,7 @@ class Around:
             if known.ndim > 1:
                 boxes[numbers] = known
                 continue
-            away = Away.of(self.bodies.shifts.chosen(numbers))
+            away = Away.among(self.bodies, numbers)
             for some in blocks(len(numbers)):
                 boxes[numbers[some]] = moved_boxes(known, away[some])
         return boxes

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...shapes.repeated import Shifts
+from ...shapes.distinct import distinct_places
+from ...shapes.repeated import Repeated, Shifts, carried_away
 from ..tables import Floats, Ints
 
 
@@ -28,6 +29,16 @@ class Away:
             index[axis] = (np.cumsum(used, dtype=np.int32) - np.int32(1))[shifts.index[axis]]
             values.append(np.array([float(known[k] - base[axis]) for k in np.flatnonzero(used).tolist()]))
         return cls((values[0], values[1], values[2]), index)
+
+    @classmethod
+    def among(cls, bodies: Repeated, numbers: Ints) -> Away:
+        """Of some bodies of one kind."""
+        found, motion = cls.of(bodies.shifts.chosen(numbers)), bodies.motion(int(bodies.kinds[numbers[0]]))
+        if motion.is_identity:
+            return found
+        columns = [distinct_places(np.ascontiguousarray(c)) for c in carried_away(found[:], motion).T]
+        x, y, z = (values for values, _ in columns)
+        return cls((x, y, z), np.array([index for _, index in columns], np.int32))
 
     def __len__(self) -> int:
         return self.index.shape[1]

@@ -20,12 +20,13 @@ from ...shapes.surface import Key, Surface
 from ...shapes.vector import FloatArray
 from ..tables import Floats
 from .alone import Alone
-from .moved import moved_rows
+from .carried import Carried
 from .parts import part_of, stretched_balls
 from .pattern import Group, Pattern
 from .places import Balls, Contents
 from .stages import READ, TOGETHER, Stages
 from .together import Together
+from .turned import rows_of_kind
 
 _CHUNK = 1 << 13
 
@@ -171,10 +172,10 @@ class Collected:
         """`_take` for bodies that are one another moved."""
         self.contents.body_count, done = len(bodies), 0
         self.items = [1] * len(bodies)
-        alone = Alone()
+        alone, carried = Alone(), Carried()
         for kind, numbers in enumerate(bodies.members):
             stages.reached(0.0, READ, done, len(bodies))
-            found = moved_rows(bodies, kind, numbers, alone)
+            found = rows_of_kind(bodies, kind, numbers, alone, carried)
             done += len(numbers)
             if found is not None:
                 self.contents.groups.append(Group(found[0], numbers, found[1]))

@@ -32,6 +32,7 @@ class Given:
     is_lead: npt.NDArray[np.bool_]
     rank: Ints  # of one that leads, its number among these
     row: Ints  # its number among those of its kind
+    turned: Signs | None  # -1 where its record is that of its lead turned over; None where none is
 
     @classmethod
     def of(cls, groups: Sequence[Group], places: Places) -> Given:
@@ -44,19 +45,25 @@ class Given:
                 for number, (_, column, _) in enumerate(group.pattern.records):
                     if column in group.rows.leads:
                         lead[at[:, number]] = at[group.rows.leads[column], number]
+        senses: Signs | None = None
         for same in _of_one_form(groups, places):
-            numbers = np.concatenate([part for part, _ in same])
-            count, place = _numbered([anchors for _, anchors in same])
+            numbers = np.concatenate([part for part, _, _ in same])
+            count, place = _numbered([anchors for _, anchors, _ in same])
             least = np.full(count, places.count, np.int32)
             np.minimum.at(least, place, numbers)
             lead[numbers] = least[place]
+            if len({sense for _, _, sense in same}) > 1:
+                senses = np.ones(places.count, np.int8) if senses is None else senses
+                for part, _, sense in same:
+                    senses[part] = sense
         is_lead = lead == np.arange(places.count, dtype=np.int32)
         row = np.empty(places.count, np.int32)
         for kind in SIZES:
             own = is_lead & (kinds == kind)
             row[own] = np.arange(own.sum())
         rank = np.cumsum(is_lead, dtype=np.int32) - np.int32(1)
-        return cls(kinds, lead, np.flatnonzero(is_lead).astype(np.int32), is_lead, rank, row)
+        turned = None if senses is None else senses * senses[lead]
+        return cls(kinds, lead, np.flatnonzero(is_lead).astype(np.int32), is_lead, rank, row, turned)
 
     def count(self, kind: int) -> int:
         """How many of a kind lead."""
@@ -95,21 +102,22 @@ class Given:
             return surfaces
         rank, count = self.rank[self.lead], len(self.leads)
         ids = np.concatenate([surfaces.ids[:count][rank], surfaces.ids[count:]])
-        senses = np.concatenate([surfaces.senses[:count][rank], surfaces.senses[count:]])
+        own = surfaces.senses[:count][rank] if self.turned is None else surfaces.senses[:count][rank] * self.turned
+        senses = np.concatenate([own, surfaces.senses[count:]])
         return dataclasses.replace(surfaces, ids=ids, senses=senses, single=self.leads[surfaces.single])
 
 
-def _of_one_form(groups: Sequence[Group], places: Places) -> list[list[tuple[Ints, _Anchors]]]:
-    """Numbers and anchors of curved surfaces that are one if their anchors are."""
-    found: dict[Hashable, list[tuple[Ints, _Anchors]]] = {}
+def _of_one_form(groups: Sequence[Group], places: Places) -> list[list[tuple[Ints, _Anchors, int]]]:
+    """Numbers, anchors and senses of surfaces that are one if their anchors are."""
+    found: dict[Hashable, list[tuple[Ints, _Anchors, int]]] = {}
     for group in groups:
         if isinstance(group.rows, MovedRows):
             first = places.first[group.bodies]
-            for number, (_, column, _) in enumerate(group.pattern.records):
-                form = group.rows.forms.get(column)
-                if form is not None:
-                    anchors = [group.rows.distinct(column + axis) for axis in range(3)]
-                    found.setdefault(form, []).append((first + number, anchors))
+            for number, (_, column, sense) in enumerate(group.pattern.records):
+                named = group.rows.name(column)
+                if named is not None:
+                    form, anchors = named
+                    found.setdefault(form, []).append((first + number, anchors, int(group.rows.base[sense])))
     return list(found.values())
 
 

@@ -14,12 +14,12 @@ from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from ...shapes.base import Solid
-from ...shapes.repeated import Ints, Repeated, Shifts
+from ...shapes.repeated import Ints, Shift, Shifts
 from ...shapes.surface import ORIGIN, PlaneSurface, QuadricSurface
 from ..tables import PLANE, PLANE_SIZE, Floats
 from .alone import Alone
@@ -31,12 +31,28 @@ from .together import Together
 
 FEWEST = 24
 """Bodies of a kind that are worth it."""
-_SAME = 2.0**-40
+SAME = 2.0**-40
 """Relative difference of uv and frames of slanted bodies, which are computed, from those worked out alone."""
 
 
+class OneAnotherMoved(Protocol):
+    """What `moved_rows` asks of `Repeated`."""
+
+    @property
+    def shifts(self) -> Shifts: ...
+
+    @property
+    def alone(self) -> dict[tuple[int, ...], Floats]: ...
+
+    def is_rigid(self, kind: int, /) -> bool: ...
+
+    def made(self, kind: int, shift: Shift, /) -> Solid: ...
+
+    def shape(self, number: int, /) -> Solid: ...
+
+
 def moved_rows(
-    bodies: Repeated, kind: int, numbers: Ints, alone: Alone | None = None
+    bodies: OneAnotherMoved, kind: int, numbers: Ints, alone: Alone | None = None
 ) -> tuple[Pattern, MovedRows] | None:
     """The pattern and the rows of the bodies of a kind; None where they have to be lowered one by one.
 
@@ -70,7 +86,7 @@ class _Alone:
 class _Moved:
     """One run of `moved_rows`."""
 
-    def __init__(self, bodies: Repeated, kind: int, numbers: Ints, part: Part, alone: Alone) -> None:
+    def __init__(self, bodies: OneAnotherMoved, kind: int, numbers: Ints, part: Part, alone: Alone) -> None:
         self.bodies, self.kind, self.part, self.alone = bodies, kind, part, alone
         self.shifts: Shifts = bodies.shifts.chosen(numbers)
         self.known: dict[int, Floats] = {}
@@ -245,7 +261,7 @@ class _Moved:
         exact, own = np.ones(told.shape[1], bool), np.ones(told.shape[1], bool)
         exact[[self._column(at) + 3 for at in moved.slanted]] = False
         own[self.taken] = False
-        near = np.abs(told - found) <= _SAME * (1.0 + np.abs(found) + np.abs(moved.away[which]).max(axis=1)[:, None])
+        near = np.abs(told - found) <= SAME * (1.0 + np.abs(found) + np.abs(moved.away[which]).max(axis=1)[:, None])
         return bool((told.view(np.int64) == found.view(np.int64))[:, exact & own].all() and near[:, own].all())
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -28,6 +28,10 @@ class Gathered:
     index: Ints  # (bodies,)
 
 
+Named: TypeAlias = tuple[Hashable, list[tuple[Floats, Ints]]]
+"""A form; of each axis the different coordinates, and which of them each body has."""
+
+
 @dataclass
 class MovedRows:
     """The rows of bodies, worked out when columns are asked for: `rows[:, a:b]` and `rows[:, a]`."""
@@ -43,6 +47,8 @@ class MovedRows:
     """Of a plane that begins at a column, for each body the one whose record stands for all that have the same."""
     forms: dict[int, Hashable] = field(default_factory=dict)
     """Of a curved surface that begins at a column, what it is but for its anchor, which nothing was rounded in."""
+    names: dict[int, Named] = field(default_factory=dict)
+    """Of other surfaces that begin at a column, what says which are one."""
 
     def __len__(self) -> int:
         return len(self.away)
@@ -76,6 +82,13 @@ class MovedRows:
             if each.first <= column < each.last:
                 return each.values[:, column - each.first], each.index
         return self.base[column : column + 1], np.zeros(len(self), np.int32)
+
+    def name(self, column: int) -> Named | None:
+        """What says of surfaces that begin at a column which are one: those of one form with equal coordinates."""
+        form = self.forms.get(column)
+        if form is None:
+            return self.names.get(column)
+        return form, [self.distinct(column + axis) for axis in range(3)]
 
     def maps(self, at: int) -> tuple[Floats, Ints]:
         """Of the row of an affine map that begins at a column: (the different ones (n, 4), which each body has)."""

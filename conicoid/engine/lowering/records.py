@@ -14,7 +14,7 @@ from ...shapes.rounded import is_float, larger, root, scale_of, sign_of_first
 from ...shapes.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ..tables import PLANE, QUADRIC, SPHERE
 
-_CENTERED = 2.0**-46
+CENTERED = 2.0**-46
 """A ball whose center was rounded by more than this share of its radius is a general quadric, with its own bounds."""
 
 
@@ -107,8 +107,8 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
 
 
 def _centered(surface: QuadricSurface, radius: ex.Writable) -> tuple[ex.Writable, ...] | None:
-    """(center, radius), or None where rounding the center would move the sphere too far (`_CENTERED`)."""
-    if any(abs(rest) > _CENTERED * ex.rounded(radius) for rest in rests(surface.anchor)):
+    """(center, radius), or None where rounding the center would move the sphere too far (`CENTERED`)."""
+    if any(abs(rest) > CENTERED * ex.rounded(radius) for rest in rests(surface.anchor)):
         return None
     return (*surface.anchor, radius)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...shapes.motion import Motion
 from ...shapes.row_vectors import product
+from .about_axis import AboutAxis
 from .extent import EVERYWHERE, End, Extent
 from .narrowing import Conjunction, Part, cost
 from .placement import Point
@@ -23,19 +24,53 @@ class Context:
     groups: tuple[tuple[Motion, Conjunction], ...] = ()
 
     def and_(self, motion: Motion, parts: Iterable[Part], extent: Extent = EVERYWHERE) -> Context | None:
-        """With further parts before `motion`; None where nothing is left."""
+        """With further parts before `motion`, the innermost there is; None where nothing is left.
+
+        What other groups say of all of a box around these parts is left out. It stays true, as nothing is left out of
+        this group on their account, and nothing more comes to them once another motion is the innermost.
+        """
         before = dict(self.groups)
         narrowed = before.get(motion, Conjunction()).and_(parts, extent)
-        return None if narrowed is None else Context(tuple((before | {motion: narrowed}).items()))
+        if narrowed is None:
+            return None
+        if not before.keys() - {motion}:
+            return Context(((motion, narrowed),))
+        groups: list[tuple[Motion, Conjunction]] = []
+        for other, conjunction in (before | {motion: narrowed}).items():
+            left = conjunction if other == motion else conjunction.inside(_carried(narrowed.extent, motion, other))
+            if left is None:
+                return None
+            if left.parts or other == motion:
+                groups.append((other, left))
+        return Context(tuple(groups))
+
+    def entering(self, entry: Motion, before: Motion, after: Motion) -> Context:
+        """The same where `entry` comes before the innermost motion so far, both together being `after`.
+
+        Parts that lie about the axis of a turn, or across it, are said of what is turned, so that they are before the
+        same motion as what comes to them.
+        """
+        about = AboutAxis.of(entry)
+        groups = dict(self.groups)
+        outside = groups.pop(before, None)
+        if about is None or outside is None:
+            return self
+        told = [(part, about.undone(part)) for part in outside.parts]
+        inside = Conjunction().and_(turned for _, turned in told if turned is not None)
+        stay = Conjunction().and_(part for part, turned in told if turned is None)
+        if inside is None or stay is None:  # fractions show only now what was there
+            return self
+        if stay.parts:
+            groups[before] = stay
+        return Context(tuple((groups | {after: inside}).items()))
 
     def moved(self, shift: Point) -> Context:
-        """The same elsewhere; for one without motions."""
+        """The same elsewhere, before its motions."""
         return Context(tuple((motion, conjunction.moved(shift)) for motion, conjunction in self.groups))
 
-    @property
-    def is_unmoved(self) -> bool:
-        """Are all its parts where they are in the world?"""
-        return all(motion.is_identity for motion, _ in self.groups)
+    def is_before(self, motion: Motion) -> bool:
+        """Are all its parts before one motion?"""
+        return all(other == motion for other, _ in self.groups)
 
     def cost(self, motion: Motion, parts: Iterable[Part]) -> int:
         """How many sides and pairs of sides `and_` looks at, at most."""
@@ -46,14 +81,17 @@ class Context:
         whole = EVERYWHERE
         for other, conjunction in self.groups:
             extent = conjunction.extent
-            whole = whole.common(extent if other == motion else _carried(extent, other, motion))
+            whole = whole.common(extent if other == motion else _carried(extent, other, motion, 1e-12))
         return whole
 
 
-def _carried(extent: Extent, motion: Motion, back: Motion) -> Extent:
-    """A box around an extent after a motion and back through another, widened by the rounding of floats."""
+def _carried(extent: Extent, motion: Motion, back: Motion, nothing: float = 0.0) -> Extent:
+    """A box around an extent after a motion and back through another, widened by the rounding of floats.
+
+    nothing: entries of the motion up to here are taken for what rounding left of none.
+    """
     matrix = product(back.inverse_matrix, motion.matrix)
-    linear = np.where(np.abs(matrix[:3, :3]) < 1e-12, 0.0, matrix[:3, :3])
+    linear = np.where(np.abs(matrix[:3, :3]) < nothing, 0.0, matrix[:3, :3])
     low = np.array([-math.inf if end is None else float(end) for end in extent.low])
     high = np.array([math.inf if end is None else float(end) for end in extent.high])
     lows: list[End] = []

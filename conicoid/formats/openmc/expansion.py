@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from ...shapes.base import Solid
 from ...shapes.looks import matte
 from ...shapes.material import Material
+from ...shapes.motion import Motion
 from ...shapes.region import Union
 from ..errors import MOST, Problem, SceneFileError
 from ..imports.options import Most
@@ -48,7 +49,7 @@ class Expansion:
     void: bool
     progress: Progress | None = None
     whole: Block[CellPiece] = field(default_factory=Block)
-    blocks: dict[tuple[int, Turn, Context], Block[CellPiece]] = field(default_factory=dict)
+    blocks: dict[tuple[int, Turn, Motion, Context], Block[CellPiece]] = field(default_factory=dict)
     open_lattices: set[int] = field(default_factory=set)  # without an outer universe, in cells that reach beyond
     problems: dict[int, Problem] = field(default_factory=dict)  # the first of each cell
     outside: int = 0  # places in elements outside of lattices
@@ -103,7 +104,11 @@ class Expansion:
         else:
             if self.block is self.whole and not path:
                 self.filled.append(self._solid(inner))
-            self._filled(cell, place.inner(cell.translation, cell.rotation), inner, (*path, *cell.step))
+            inside = place.inner(cell.translation, cell.rotation)
+            if not cell.rotation.motion.is_identity:
+                entry = place.entry(cell.translation, cell.rotation)
+                inner = inner.entering(entry, place.outer, inside.outer)
+            self._filled(cell, inside, inner, (*path, *cell.step))
 
     def _narrowed(
         self, cell: Cell, context: Context, place: Placement, parts: Iterable[Part], extent: Extent = EVERYWHERE
@@ -156,18 +161,18 @@ class Expansion:
 
     def _shared(self, cell: Cell, universe: int, place: Placement, context: Context, path: Path) -> None:
         """A universe in an element, as a block that serves wherever the surroundings are the same about the centre."""
-        if not place.outer.is_identity or not context.is_unmoved or self._turns(universe):
+        if not context.is_before(place.outer) or self._turns(universe):
             self._universe(universe, place, context, path)
             return
         x, y, z = place.shift
         about = context.moved((-x, -y, -z))
-        key = universe, place.turn, about
+        key = universe, place.turn, place.outer, about
         block = self.blocks.get(key)
         if block is None:
             block = self.blocks[key] = Block()
             outer, way = self.block, self.way
             self.block, self.way = block, (*way, *path)
-            self._universe(universe, Placement(place.turn), about, ())
+            self._universe(universe, Placement(place.turn, outer=place.outer), about, ())
             self.block, self.way = outer, way
         else:
             self._count(block.count, cell)

@@ -12,8 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...shapes.base import Solid
+from ...shapes.motion import STILL, Motion
 from ...shapes.repeated import Repeated, Shift
 from .block import Block, CellPiece, Flat, P
+from .context import Context
 from .narrowing import Part, Side, moved
 from .placement import ORIGIN, Placement
 from .solids import SolidMaker
@@ -72,7 +74,23 @@ class ImportedBodies(PlacedBodies[CellPiece]):
 
     def made(self, kind: int, shift: Shift) -> Solid:
         """A piece moved by a shift."""
-        groups, maker = [(motion, group.parts) for motion, group in self._pieces[kind].context.groups], self._maker
+        return self._solid(self._pieces[kind].context, shift)
+
+    def motion(self, kind: int) -> Motion:
+        """What all parts of a piece are before; none where they are before several."""
+        groups = self._pieces[kind].context.groups
+        return groups[0][0] if len(groups) == 1 else STILL
+
+    def before(self, kind: int, shift: Shift) -> Solid:
+        """`Repeated.before`"""
+        context = self._pieces[kind].context
+        if len(context.groups) == 1:
+            context = Context(((STILL, context.groups[0][1]),))
+        return self._solid(context, shift)
+
+    def _solid(self, context: Context, shift: Shift) -> Solid:
+        """A context moved by a shift."""
+        groups, maker = [(motion, group.parts) for motion, group in context.groups], self._maker
         if shift != ORIGIN:
             place, maker = Placement(shift=shift), SolidMaker()
             groups = [(motion, tuple(moved(part, place) for part in parts)) for motion, parts in groups]
@@ -84,7 +102,7 @@ class ImportedBodies(PlacedBodies[CellPiece]):
         And are normals of planes that slant floats, so that equal distances along them are equal planes?
         """
         context = self._pieces[kind].context
-        if not context.is_unmoved:
+        if len(context.groups) > 1:
             return False
         far = self.farthest
         planes: dict[tuple[Fraction, ...], set[Fraction]] = {}

@@ -92,7 +92,7 @@ class Conjunction:
         kept = None if apart is None else _without_shown(_without_idle_planes(apart, unions, box), box)
         if kept is None:
             return None
-        left = [_within(union, box) for union in unions]
+        left = [within(union, box) for union in unions]
         if False in left:
             return None
         branches = [part for part in left if not isinstance(part, bool)]
@@ -100,6 +100,15 @@ class Conjunction:
         result = Conjunction((*kept, *still), box)
         opened = [part for part in branches if not isinstance(part, AnyOf)]
         return result.and_(opened) if opened else result
+
+    def inside(self, box: Extent) -> Conjunction | None:
+        """What is left to ask of points in a box; None where none of them is in."""
+        left = [within(part, box) for part in self.parts]
+        if False in left:
+            return None
+        if len(left) and all(part is own for part, own in zip(left, self.parts, strict=True)):
+            return self
+        return Conjunction().and_(part for part in left if not isinstance(part, bool))
 
     def moved(self, shift: Point) -> Conjunction:
         """The same elsewhere."""
@@ -260,14 +269,14 @@ def _relation(solid: RoundSurface, side: Side) -> int:
     return -relation if side.positive else relation
 
 
-def _within(part: Part, box: Extent) -> Part | bool:
+def within(part: Part, box: Extent) -> Part | bool:
     """What is left to ask of a part for points in the box: nothing (True), or it has none of them (False)."""
     if isinstance(part, Side):
         relation = part.of(box)
         return part if relation == 0 else relation < 0
     decisive = isinstance(part, AnyOf)
     left = []
-    for piece in (_within(inner, box) for inner in part.parts):
+    for piece in (within(inner, box) for inner in part.parts):
         if piece is decisive:
             return decisive
         if not isinstance(piece, bool):

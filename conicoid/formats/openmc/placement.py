@@ -146,13 +146,14 @@ class Placement:
 
     def inner(self, shift: Point, rotation: Rotation = STRAIGHT) -> Placement:
         """The placement of what is rotated and then translated by `shift` within this."""
-        whole = self.point(shift)
         if rotation.motion.is_identity:
-            return Placement(self.turn.after(rotation.turn), whole, self.outer)
-        motion = turned_by(rotation.motion, self.turn)
-        if any(whole):
-            motion = motion.translate(floats(whole))
-        return Placement(outer=motion.then(self.outer))
+            return Placement(self.turn.after(rotation.turn), self.point(shift), self.outer)
+        return Placement(outer=self.entry(shift, rotation).then(self.outer))
+
+    def entry(self, shift: Point, rotation: Rotation) -> Motion:
+        """From what is rotated by other angles than multiples of 90 degrees to before the outer motion."""
+        motion, whole = turned_by(rotation.motion, self.turn), self.point(shift)
+        return motion.translate(floats(whole)) if any(whole) else motion
 
 
 def turned_by(motion: Motion, turn: Turn) -> Motion:

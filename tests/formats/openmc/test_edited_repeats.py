@@ -11,7 +11,7 @@ import pytest
 
 import conicoid as co
 from conicoid.bench.core import core_xml
-from conicoid.engine.lowering import contents
+from conicoid.engine.lowering import contents, turned
 from conicoid.engine.lowering import moved as moved_file
 from conicoid.shapes import repeated_edited
 from conicoid.shapes.body import Body
@@ -24,7 +24,7 @@ from .test_repeated import MODELS, written_out
 PROBE = co.Body(co.Cylinder((0.2, 0.1, -3), (0.4, 0.2, 3), 0.05), "red", "probe")
 
 
-@pytest.fixture(params=["core", "cubes", "turned"], scope="module")
+@pytest.fixture(params=["core", "cubes", "turned", "core at an angle", "cubes at an angle"], scope="module")
 def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> co.Scene:
     return co.load_openmc(put(MODELS[request.param], tmp_path_factory.mktemp("model")))
 
@@ -125,8 +125,8 @@ def test_bodies_of_other_materials_are_lowered_with_their_like(core: co.Scene, m
     for number in range(0, len(core.bodies), 3):
         edited = edited.replace(number, material=red)
     monkeypatch.setattr(moved_file, "FEWEST", 2)
-    rows, found = moved_file.moved_rows, []
-    monkeypatch.setattr(contents, "moved_rows", lambda *of: found.append(rows(*of)) or found[-1])
+    rows, found = turned.rows_of_kind, []
+    monkeypatch.setattr(contents, "rows_of_kind", lambda *of: found.append(rows(*of)) or found[-1])
     for scene in (core, edited):
         pickle.loads(pickle.dumps(scene)).prepare()
     alike = [each is not None for each in found]
