@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import Counter
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -36,6 +37,11 @@ class Piece:
 
     count: ClassVar[int] = 1
 
+    @property
+    def form(self) -> Hashable:
+        """Pieces of one form are one another, in their blocks."""
+        return id(self)
+
 
 @dataclass(eq=False)
 class CellPiece(Piece):
@@ -43,6 +49,11 @@ class CellPiece(Piece):
 
     cell: int
     context: Context
+
+    @property
+    def form(self) -> Hashable:
+        """A pin that nothing cuts is as any other, whatever is cut of what is around it."""
+        return self.cell, self.context
 
 
 P = TypeVar("P", bound=Piece)
@@ -148,8 +159,9 @@ class Flat:
 
 
 def flattened(block: Block[P]) -> tuple[list[P], Flat]:
-    """All pieces that there are, and the bodies of a block."""
+    """The different pieces that there are, and the bodies of a block."""
     pieces: list[P] = []
+    forms: dict[Hashable, int] = {}
     known: dict[int, Flat] = {}
     pending = [block]
     while pending:  # no recursion: universes may be many levels deep
@@ -159,11 +171,11 @@ def flattened(block: Block[P]) -> tuple[list[P], Flat]:
         if first is not None:
             pending.append(first)
             continue
-        known[id(pending.pop())] = _flat(last, pieces, known)
+        known[id(pending.pop())] = _flat(last, pieces, forms, known)
     return pieces, known[id(block)]
 
 
-def _flat(block: Block[P], pieces: list[P], known: dict[int, Flat]) -> Flat:
+def _flat(block: Block[P], pieces: list[P], forms: dict[Hashable, int], known: dict[int, Flat]) -> Flat:
     """One block, those within being known."""
     tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]  # not by fractions, which are slow to look up
     numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
@@ -175,8 +187,9 @@ def _flat(block: Block[P], pieces: list[P], known: dict[int, Flat]) -> Flat:
             numbers[begin:end] = flat.pieces
             shifts = flat.shifts.values, flat.shifts.index
         else:
-            numbers[begin] = len(pieces)
-            pieces.append(item)
+            numbers[begin] = forms.setdefault(item.form, len(pieces))
+            if numbers[begin] == len(pieces):
+                pieces.append(item)
             shift, shifts = ORIGIN, _UNMOVED
         for axis, (table, values, row) in enumerate(zip(tables, *shifts, strict=True)):
             by = shift[axis]

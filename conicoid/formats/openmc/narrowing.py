@@ -5,16 +5,17 @@ dozen half-spaces or more, of which two or three matter. A part is left out only
 imply it, as fractions show; an intersection of which fractions show that it has no volume is None.
 Which parts are left never changes a point's cell, except on the surface of a part left out.
 
-Why it is right to test one part after another: `extent` is always a box around the parts that are
-kept. A round part whose bounds are an end of the box cannot contain the box, so it does not vanish by
-its own help, nor does a union that ends before the box; and a round part that made a plane or another
-round part vanish is pinned: it stays.
+Why it is right to test one part after another: every end of `extent` is that of a part that is kept, or beyond it, so
+that it is a box around these parts. A round part whose bounds are an end of the box cannot contain the box, so it does
+not vanish by its own help, nor does a union that ends before the box. A round part that lies strictly within another
+or beyond a plane ends before it, and the box with it; and if the first vanishes in turn, because the box or a third
+part lies within it, these lie within the others too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, reduce
 from typing import TypeAlias
@@ -34,7 +35,6 @@ class Side:
 
     surface: Surface
     positive: bool
-    pinned: bool = False
 
     def of(self, extent: Extent) -> int:
         """-1 where all of the extent is on this side, +1 where none of it is (but for its surface), else 0."""
@@ -70,7 +70,7 @@ def bound(region: Region, surfaces: Mapping[int, Surface]) -> Part:
 def moved(part: Part, place: Placement) -> Part:
     """A part elsewhere."""
     if isinstance(part, Side):
-        return Side(part.surface.placed(place), part.positive, part.pinned)
+        return Side(part.surface.placed(place), part.positive)
     return type(part)(tuple(moved(piece, place) for piece in part.parts))
 
 
@@ -169,9 +169,7 @@ def _sorted(parts: Iterable[Part]) -> tuple[list[Side], list[AnyOf]]:
     while pending:
         part = pending.pop()
         if isinstance(part, Side):
-            key = part.surface, part.positive
-            if key not in sides or part.pinned:
-                sides[key] = part
+            sides.setdefault((part.surface, part.positive), part)
         elif isinstance(part, AllOf):
             pending.extend(reversed(part.parts))
         else:
@@ -186,7 +184,7 @@ def _without_shown(sides: list[Side], box: Extent) -> list[Side] | None:
         relation = side.of(box)
         if relation > 0:
             return None
-        if relation == 0 or side.pinned or isinstance(side.surface, FlatSurface):
+        if relation == 0 or isinstance(side.surface, FlatSurface):
             kept.append(side)
     return kept
 
@@ -195,7 +193,6 @@ def _without_idle_planes(sides: list[Side], unions: list[AnyOf], box: Extent) ->
     """Without the planes across an axis that are no end of the box, or lie beyond a union; each end is kept once."""
     kept: list[Side] = []
     ends: set[tuple[int, bool]] = set()
-    pins: set[int] = set()
     around = [_extent(union) for union in unions]
     for side in sides:
         plane = side.surface
@@ -210,9 +207,7 @@ def _without_idle_planes(sides: list[Side], unions: list[AnyOf], box: Extent) ->
         if end == box.end(axis, above):
             ends.add((axis, above))
             kept.append(side)
-        else:
-            pins.update(_holders(sides, axis, above, box))
-    return [replace(side, pinned=True) if id(side) in pins else side for side in kept]
+    return kept
 
 
 def _lies_beyond(end: Fraction, axis: int, above: bool, extent: Extent) -> bool:
@@ -228,33 +223,24 @@ def _extent(part: Part) -> Extent:
     return reduce(Extent.common if isinstance(part, AllOf) else Extent.around, map(_extent, part.parts))
 
 
-def _holders(sides: list[Side], axis: int, above: bool, box: Extent) -> list[int]:
-    """The curved sides whose bounds are the end of the box."""
-    end = box.end(axis, above)
-    rounds = [side for side in sides if isinstance(side.surface, RoundSurface) and not side.positive]
-    return [id(side) for side in rounds if side.surface.extent(False).end(axis, above) == end]
-
-
 def _without_pairs(sides: list[Side]) -> list[Side] | None:
-    """Without the sides that a single round solid implies, which is pinned; None where two exclude each other."""
+    """Without the sides that a single round solid implies; None where two exclude each other."""
     rounds = [side for side in sides if isinstance(side.surface, RoundSurface) and not side.positive]
     if len(rounds) * len(sides) > MOST_PAIRS:
         return sides
     implied: set[int] = set()
-    pins: set[int] = set()
     for solid in rounds:
         if id(solid) in implied:
             continue
         for side in sides:
-            if side is solid or id(side) in implied or id(side) in pins or side.pinned:
+            if side is solid or id(side) in implied:
                 continue
             relation = _relation(solid.surface, side)  # type: ignore[arg-type]
             if relation > 0:
                 return None
             if relation < 0:
                 implied.add(id(side))
-                pins.add(id(solid))
-    return [replace(s, pinned=True) if id(s) in pins else s for s in sides if id(s) not in implied]
+    return [side for side in sides if id(side) not in implied]
 
 
 def _relation(solid: RoundSurface, side: Side) -> int:

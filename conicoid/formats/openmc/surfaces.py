@@ -21,6 +21,8 @@ from ...shapes.vector import Vector
 from .extent import EVERYWHERE, End, Extent
 from .placement import Placement, Point, Turn, floats
 
+_CLEAR = 2.0**-40
+"""Share of the largest term of a sum: what floats lose of it is far less."""
 TERMS = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
 """The terms of OpenMC's quadric, in the order of its coefficients."""
 
@@ -44,8 +46,12 @@ class FlatSurface:
     @property
     def axis(self) -> int | None:
         """The axis that the normal lies along, if any."""
-        along = [i for i in range(3) if self.normal[i]]
-        return along[0] if len(along) == 1 else None
+        x, y, z = self.normal
+        if x:
+            return None if y or z else 0
+        if y:
+            return None if z else 1
+        return 2 if z else None
 
     def extent(self, positive: bool) -> Extent:
         """Around the side f >= 0 or f <= 0."""
@@ -114,10 +120,27 @@ class RoundSurface:
         """-1 where all of the round solid has plane < 0, +1 where all of it has plane > 0, else 0."""
         if self.axis is not None and plane.normal[self.axis]:
             return 0
+        clear = self._clear_side_of_plane(plane)
+        if clear is not None:
+            return clear
         height = sum((n * c for n, c in zip(plane.normal, self.center, strict=True)), -plane.offset)
         if height**2 <= self.radius**2 * sum(n * n for n in plane.normal):
             return 0
         return 1 if height > 0 else -1
+
+    def _clear_side_of_plane(self, plane: FlatSurface) -> int | None:
+        """What floats show of it, which is as good as always; None where they are close, or too large."""
+        try:
+            normal, center = floats(plane.normal), floats(self.center)
+            height, radius = float(plane.offset), float(self.radius)
+        except OverflowError:
+            return None
+        terms = [n * c for n, c in zip(normal, center, strict=True)]
+        reach, above = radius * math.hypot(*normal), sum(terms) - height
+        margin = _CLEAR * (sum(map(abs, terms)) + abs(height) + reach)
+        if abs(above) < reach - margin:
+            return 0
+        return (1 if above > 0 else -1) if abs(above) > reach + margin else None
 
     def is_within(self, other: RoundSurface) -> bool:
         """Whether this solid lies strictly inside another of the same kind."""

@@ -113,6 +113,36 @@ def test_a_vessel_around_an_element_vanishes_and_one_that_cuts_it_stays() -> Non
     assert len(kept(*walls, Side(cylinder("0.5", "1.6"), True)) or ()) == 4
 
 
+def test_a_vessel_that_hides_a_wall_vanishes_around_what_lies_within_it() -> None:
+    """An assembly that it cuts has no outer wall any more; the pins inside do not meet it."""
+    vessel = Side(cylinder("10"), False)
+    assembly = Conjunction().and_([vessel, *planes(0, "5", "12"), *planes(1, "-1", "1"), *planes(2, "-3", "3")])
+    assert assembly is not None
+    assert Side(FlatSurface((ONE, ZERO, ZERO), Fraction(12)), False) not in assembly.parts
+    inner = assembly.and_([*planes(0, "6", "7"), *planes(1, "0", "1")])
+    outer = assembly.and_([*planes(0, "9", "10"), *planes(1, "0", "1")])
+    assert inner is not None
+    assert outer is not None
+    assert vessel not in inner.parts
+    assert vessel in outer.parts
+
+
+def test_round_solids_beside_planes_are_as_fractions_say() -> None:
+    """Far from a plane floats decide; where it touches, fractions do."""
+    random = np.random.default_rng(7)
+    touching = 0
+    for _ in range(3000):
+        solid, plane = side(random).surface, side(random).surface
+        if not isinstance(solid, RoundSurface) or not isinstance(plane, FlatSurface):
+            continue
+        height = sum((n * c for n, c in zip(plane.normal, solid.center, strict=True)), -plane.offset)
+        reach = solid.radius**2 * sum(n * n for n in plane.normal)
+        beside = height**2 > reach and not (solid.axis is not None and plane.normal[solid.axis])
+        touching += height**2 == reach
+        assert solid.side_of_plane(plane) == (0 if not beside else 1 if height > 0 else -1)
+    assert touching > 10
+
+
 def test_balls_that_are_apart_or_within() -> None:
     a, b = cylinder("1", "0", None), cylinder("0.25", "1.5", None)
     assert kept(Side(a, False), Side(b, False)) is None

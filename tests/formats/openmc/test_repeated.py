@@ -241,6 +241,16 @@ def test_limits_that_places_share_are_as_wide_as_those_of_each(path: Path, monke
     assert (mine >= its * (1 - 1e-9)).all()
 
 
+def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
+    """Those of assemblies that it cuts, and fuel whose water it cuts, are of the kinds of all others."""
+    bodies = co.load_openmc(put(core_xml(5, vessel=8.0, pins=4), tmp_path)).bodies
+    assert isinstance(bodies, Repeated)
+    fuel = [number for number, body in enumerate(bodies) if body.name.startswith("cell 1 ")]
+    within = [number for number in fuel if np.hypot(*np.mean(bodies.shape(number).bounds, axis=0)[:2]) < 8 - 1.3]
+    assert len(within) > 80
+    assert len({int(bodies.kinds[number]) for number in within}) == 1
+
+
 def test_boxes_are_made_again_as_they_were(path: Path) -> None:
     scene = co.load_openmc(path)
     expected = lower(scene.bodies).boxes.tobytes()
