@@ -1,10 +1,11 @@
 """Reactor cores from OpenMC files: how long they take to open and to be edited, and how much memory.
 
-    python benchmarks/cores.py [--across 1 19 22 37 38]
+    python benchmarks/cores.py [--across 1 19 22 37 38] [--model standing | turned | cut]
 
-Each core, of so many assemblies across, is opened in a process of its own, with void and without: its bodies are read,
-its tables and tree made, and one ray traced. Then a body in the middle of the list is moved, five times, each time up
-to the next first hit. Prints a table in Markdown: wall time, and the largest memory of the process up to the first hit.
+The cores stand along the axes, are turned by 30 degrees, or are cut by a vessel that is 0.9 times as wide. Each core,
+of so many assemblies across, is opened in a process of its own, with void and without: its bodies are read, its tables
+and tree made, and one ray traced. Then a body in the middle of the list is moved, five times, each time up to the next
+first hit. Prints a table in Markdown: wall time, and the largest memory of the process up to the first hit.
 """
 
 from __future__ import annotations
@@ -53,11 +54,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--across", type=int, nargs="+", default=[1, 19, 22, 37, 38], help="assemblies across a core")
     parser.add_argument("--once", nargs=2, metavar=("FILE", "VOID"), help=argparse.SUPPRESS)
+    parser.add_argument(
+        "--model", choices=("standing", "turned", "cut"), default="standing", help="how the cores stand"
+    )
     asked = parser.parse_args()
     if asked.once:
         once(asked.once[0], asked.once[1] == "1")
         return
-    from conicoid.bench.core import PINS, write_core
+    from conicoid.bench.core import PINS, pitch_of_assemblies, write_core
     from conicoid.bench.report import machine
 
     print("| assemblies, pins | void | bodies | read | ready | largest memory | tables and tree | one body moved |")
@@ -65,7 +69,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "geometry.xml"
         for across in asked.across:
-            write_core(path, across)
+            vessel = 0.45 * across * pitch_of_assemblies() if asked.model == "cut" else None
+            write_core(path, across, vessel=vessel, turned="0 0 30" if asked.model == "turned" else "")
             for void in (False, True):
                 command = [sys.executable, __file__, "--once", str(path), str(int(void))]
                 told = subprocess.run(command, capture_output=True, text=True, check=True).stdout

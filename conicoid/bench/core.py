@@ -17,12 +17,18 @@ _TUBES = {
 """Rows and columns of guide tubes."""
 
 
-def core_xml(across: int, vessel: float | None = None, pins: int = PINS) -> str:
+def pitch_of_assemblies(pins: int = PINS) -> float:
+    """From one assembly to the next, in cm."""
+    return pins * PIN_PITCH + BETWEEN_ASSEMBLIES
+
+
+def core_xml(across: int, vessel: float | None = None, pins: int = PINS, turned: str = "") -> str:
     """The geometry.xml of across x across assemblies, pins x pins each, within a cylinder of radius `vessel`.
 
-    The radius is such that nothing is cut, if none is given.
+    The radius is such that nothing is cut, if none is given. turned: three angles in degrees by which the core is
+    turned in its vessel.
     """
-    pitch = pins * PIN_PITCH + BETWEEN_ASSEMBLIES
+    pitch = pitch_of_assemblies(pins)
     cylinders = (PELLET, CLAD_INSIDE, CLAD, TUBE_INSIDE, TUBE)
     lines = [f'<surface id="{i}" type="z-cylinder" coeffs="0 0 {r}"/>' for i, r in enumerate(cylinders, start=1)]
     lines += [
@@ -38,8 +44,12 @@ def core_xml(across: int, vessel: float | None = None, pins: int = PINS) -> str:
         '<cell id="7" name="water around a tube" universe="2" material="3" region="5"/>',
         '<cell id="8" name="water" universe="5" material="3"/>',
         '<cell id="9" name="assembly" universe="3" fill="10"/>',
-        '<cell id="10" name="core" fill="11" region="-6 7 -8"/>',
     ]
+    whole = 'region="-6 7 -8"'
+    if turned:
+        lines.append(f'<cell id="20" name="turned" fill="20" {whole} rotation="{turned}"/>')
+        whole = 'universe="20"'
+    lines.append(f'<cell id="10" name="core" fill="11" {whole}/>')
     tubes = {tube for tube in _TUBES if max(tube) < pins} or {(pins // 2, pins // 2)}
     universes = " ".join("2" if (i, j) in tubes else "1" for i in range(pins) for j in range(pins))
     lines.append(_lattice(10, PIN_PITCH, pins, universes))
@@ -47,9 +57,9 @@ def core_xml(across: int, vessel: float | None = None, pins: int = PINS) -> str:
     return "\n".join(["<geometry>", *lines, "</geometry>"])
 
 
-def write_core(path: Path, across: int, pins: int = PINS) -> None:
+def write_core(path: Path, across: int, pins: int = PINS, vessel: float | None = None, turned: str = "") -> None:
     """The same as a file."""
-    path.write_text(core_xml(across, pins=pins), encoding="utf-8")
+    path.write_text(core_xml(across, vessel, pins, turned), encoding="utf-8")
 
 
 def _lattice(number: int, pitch: float, across: int, universes: str) -> str:

@@ -33,17 +33,6 @@ CELLS = (
     '<cell id="4" universe="1" material="4" region="1 (2 | 4) -3 5"/>',
 )
 INSIDE = BALL, CONE, PIPE, WALL, GENERAL, AROUND, *CELLS
-
-
-def turned_core(across: int, angles: str, more: str = "") -> str:
-    """A core that stands in a vessel at an angle."""
-    whole = '<cell id="10" name="core" fill="11" region="-6 7 -8"/>'
-    parts = (
-        f'<cell id="20" fill="20" region="-6 7 -8" rotation="{angles}" {more}/><cell id="10" universe="20" fill="11"/>'
-    )
-    return core_xml(across, vessel=7.0, pins=4).replace(whole, parts)
-
-
 MODELS = {
     "core": core_xml(3, vessel=7.0, pins=4),
     "cubes": "<geometry>" + "".join((
@@ -68,7 +57,7 @@ MODELS = {
         '<cell id="22" universe="7" fill="4"/>',
         '<cell id="20" fill="7" rotation="0 0 30" region="-9"/>',
     )) + "</geometry>",
-    "core at an angle": turned_core(3, "0 0 30", 'translation="0.1 0.2 0.3"'),
+    "core at an angle": core_xml(3, vessel=7.0, pins=4, turned='0 0 30" translation="0.1 0.2 0.3'),
     "cubes at an angle": "<geometry>" + "".join((
         *INSIDE,
         '<lattice id="4" dimension="5 5 4" pitch="1 1.1 1.2" lower_left="-2.5 -2.75 -2.4" universes="' + "1 " * 100 + '"/>',
