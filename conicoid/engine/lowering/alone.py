@@ -27,7 +27,8 @@ from .plan import primitives
 from .said import again, said
 from .trees import Faces, world_tree
 
-_Lists: TypeAlias = tuple[list[float], list[float]]
+_Lists: TypeAlias = tuple[list[float], list[float], tuple[int, ...]]
+"""Numbers of surfaces and of uv, and the kinds of the surfaces."""
 
 
 class Alone:
@@ -38,12 +39,15 @@ class Alone:
 
     def prepare(self, shapes: Iterable[Shape]) -> None:
         """Work out the primitives of solids whose numbers will be asked for."""
+        self.prepare_primitives(primitive for shape in shapes for primitive in primitives(shape))
+
+    def prepare_primitives(self, moved: Iterable[tuple[Shape, tuple[Step, ...]]]) -> None:
+        """Work out primitives that steps move."""
         missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
-        for shape in shapes:
-            for leaf, steps in primitives(shape):
-                told = _told(leaf, steps)
-                if told is not None and told.key not in self._known:
-                    missing.setdefault(told.forms, {})[told.key] = leaf, steps, told.numbers
+        for leaf, steps in moved:
+            told = _told(leaf, steps)
+            if told is not None and told.key not in self._known:
+                missing.setdefault(told.forms, {})[told.key] = leaf, steps, told.numbers
         for forms, alike in missing.items():
             if len(alike) >= recordings.FEWEST:
                 self._play(forms, list(alike), list(alike.values()))
@@ -51,39 +55,40 @@ class Alone:
     def _play(self, forms: Hashable, keys: list[Hashable], alike: list[tuple[Shape, tuple[Step, ...], Floats]]) -> None:
         """Work out primitives of which the same was said but for its numbers; those that are left open are left."""
 
-        def record(which: int, tape: Tape) -> tuple[int, int]:
+        def record(which: int, tape: Tape) -> tuple[int, int, tuple[int, ...]]:
             leaf, steps, _ = alike[which]
             traced = again(leaf, tape)
             object.__setattr__(traced, "motion", Motion(tuple(again(step, tape) for step in steps)))
-            surfaces, uv = _numbers(traced)
+            surfaces, uv, kinds = _numbers(traced)
             found = [float(x.value if isinstance(x, Plain) else x) for x in (*surfaces, *uv)]
-            if not _same(found, [x for part in _worked_out(leaf, steps) for x in part]):
+            alone = _worked_out(leaf, steps)
+            if not _same(found, [*alone[0], *alone[1]]) or kinds != alone[2]:
                 raise TypeError("it is not the same where it is recorded")
             for number in (*surfaces, *uv):
                 tape.write(number)
-            return len(surfaces), len(found)
+            return len(surfaces), len(found), kinds
 
         numbers = np.array([each for _, _, each in alike])
         rows = np.zeros(len(alike), np.int32)
-        for (first_uv, count), which, played in recordings.RECORDINGS.play(
+        for (first_uv, count, kinds), which, played in recordings.RECORDINGS.play(
             ("alone", forms), record, numbers, NOTHING, rows
         )[0]:
             assert played.floats.shape[1] == count
             for k, row in zip(which.tolist(), played.floats.tolist(), strict=True):
-                self._known[keys[k]] = row[:first_uv], row[first_uv:]
+                self._known[keys[k]] = row[:first_uv], row[first_uv:], kinds
 
     def numbers(self, shape: Shape) -> Floats:
         """The row of a solid's numbers but for its boxes: its surfaces, the uv of its faces, the way to its frame."""
         surfaces: list[float] = []
         uv: list[float] = []
         for leaf, steps in primitives(shape):
-            own = self._of(leaf, steps)
+            own = self.of(leaf, steps)
             surfaces += own[0]
             uv += own[1]
         return np.array([*surfaces, *uv, *(number for line in own_frame(shape).inverse_rows for number in line)])
 
-    def _of(self, leaf: Shape, steps: tuple[Step, ...]) -> _Lists:
-        """(numbers of surfaces, of uv) of a primitive that steps move."""
+    def of(self, leaf: Shape, steps: tuple[Step, ...]) -> _Lists:
+        """(numbers of surfaces, of uv, kinds of surfaces) of a primitive that steps move."""
         told = _told(leaf, steps)
         if told is None:
             return _worked_out(leaf, steps)
@@ -116,19 +121,20 @@ def _told(leaf: Shape, steps: tuple[Step, ...]) -> _Told | None:
 
 
 def _worked_out(leaf: Shape, steps: tuple[Step, ...]) -> _Lists:
-    """`Alone._of`, computed."""
+    """`Alone.of`, computed."""
     return _numbers(replace(leaf, motion=Motion(steps)))
 
 
 def _numbers(leaf: Any) -> _Lists:
-    """(numbers of surfaces, of uv) of a primitive, which may be recorded."""
+    """(numbers of surfaces, of uv, kinds of surfaces) of a primitive, which may be recorded."""
     assembly, faces = Assembly(), Faces()
     tree = world_tree(leaf, STILL, faces)
     if isinstance(tree, Cell):
         assembly.cell(tree)
     else:
         assembly.program(tree, {})
-    return numbers_of_surfaces(assembly), [number for numbers in faces.maps()[0] for number in numbers]
+    kinds = tuple(record.kind for record in assembly.surfaces)
+    return numbers_of_surfaces(assembly), [number for numbers in faces.maps()[0] for number in numbers], kinds
 
 
 def _same(some: list[float], others: list[float]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from functools import cache
 from typing import Any, Protocol
 
@@ -18,9 +18,11 @@ from ...shapes.repeated import Repeated
 from ...shapes.spheres import Spheres
 from ...shapes.surface import Key, Surface
 from ...shapes.vector import FloatArray
-from ..tables import Floats
+from ..tables import Floats, Longs
 from .alone import Alone
+from .before_turns import FEWEST, owners, said_before_turns
 from .carried import Carried
+from .exact_surfaces import exact_surface
 from .parts import part_of, stretched_balls
 from .pattern import Group, Pattern
 from .places import Balls, Contents
@@ -66,29 +68,35 @@ class Exact:
         return Exact(shapes, self._starts, self._first, self._first_outline)
 
     def __getitem__(self, index: int) -> Surface:
-        _, surfaces, own = self._of(index)
-        return surfaces[own]
+        return _surface(*self._of(index))
 
     def name(self, index: int) -> tuple[Key, int]:
         """The exact name of a surface, and its sense."""
-        shape, surfaces, own = self._of(index)
+        shape, own = self._of(index)
         names: dict[int, tuple[Key, int]] = shape.kept.setdefault("names", {})
         if own not in names:
-            names[own] = surfaces[own].key()
+            names[own] = _surface(shape, own).key()
         return names[own]
+
+    def said(self, indices: Longs) -> dict[int, Hashable]:
+        """What is equal for surfaces that are surely one, where it is seen without their names; of many."""
+        if len(indices) < FEWEST:
+            return {}
+        asked = owners(self._first, indices)
+        shapes = {body: self._single(body) for body in asked}
+        known = said_before_turns(shapes, asked)
+        return {int(self._first[body]) + own: name for (body, own), name in known.items()}
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
         """The corners of a polygon."""
         body = int(np.searchsorted(self._first_outline, polygon, side="right")) - 1
         return part_of(self._shape(body)).outlines[polygon - int(self._first_outline[body])]
 
-    def _of(self, index: int) -> tuple[Shape, Sequence[Surface], int]:
-        """The shape of the body that a surface belongs to, all surfaces of that, and which of them it is."""
+    def _of(self, index: int) -> tuple[Shape, int]:
+        """The shape of the body that a surface belongs to, and which of all its surfaces it is."""
         body = int(np.searchsorted(self._first, index, side="right")) - 1
         shape = self._shape(body)
-        if isinstance(shape, Spheres):
-            return shape, shape.kept["balls"][2], body - self._start(body)
-        return shape, part_of(shape).exact, index - int(self._first[body])
+        return shape, body - self._start(body) if isinstance(shape, Spheres) else index - int(self._first[body])
 
     def _entry(self, body: int) -> int:
         """The entry that a body belongs to."""
@@ -97,6 +105,11 @@ class Exact:
     def _start(self, body: int) -> int:
         """The first body of the entry that one belongs to."""
         return body if self._starts is None else int(self._starts[self._entry(body)])
+
+    def _single(self, body: int) -> Shape:
+        """The shape of a body, which need not be kept."""
+        shape = self._shapes[self._entry(body)]
+        return shape.single(body - self._start(body)) if isinstance(shape, Bulk) else shape
 
     def _shape(self, body: int) -> Shape:
         """The shape of a body, where its surfaces and their names are kept; a `Spheres` keeps those of its balls."""
@@ -108,6 +121,13 @@ class Exact:
         if own not in singles:
             singles[own] = shape.single(own)
         return singles[own]
+
+
+def _surface(shape: Shape, number: int) -> Surface:
+    """A surface of a body; of balls, that of one of them."""
+    if isinstance(shape, Spheres):
+        return shape.kept["balls"][2][number]
+    return exact_surface(shape, number)
 
 
 class Collected:

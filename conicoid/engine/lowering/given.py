@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ...shapes.distinct import distinct_places
 from ...shapes.surface import Key, Surface
-from ..tables import QUADRIC, Floats, Ints, Signs
+from ..tables import QUADRIC, Floats, Ints, Longs, Signs
 from .moved_rows import MovedRows
 from .pattern import SIZES, Group
 from .places import Places
@@ -156,6 +156,13 @@ class Leading:
     def name(self, index: int) -> tuple[Key, int]:
         """The exact name of a surface, and its sense."""
         return self.exact.name(int(self.leads[index]))
+
+    def said(self, indices: Longs) -> dict[int, Hashable]:
+        """What is equal for surfaces that are surely one."""
+        leads = self.leads[indices].astype(np.int64)
+        known = self.exact.said(leads)
+        pairs = zip(indices.tolist(), leads.tolist(), strict=True)
+        return {index: known[lead] for index, lead in pairs if lead in known}
 
 
 def columns_of(group: Group, which: Ints | None, some: slice, first: int, last: int) -> Floats:

@@ -8,7 +8,7 @@ their records represents all, and so gives the anchor, does not depend on the or
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Protocol
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from ...shapes.row_vectors import dot_rows
 from ...shapes.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
-from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Signs
+from ..tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from .clusters import Curved, Flat, clusters, coefficients
 from .features import put_across_axes, put_first_across_axes
 from .quadrics import Quadrics
@@ -86,6 +86,10 @@ class ExactSurfaces(Protocol):
 
     def name(self, index: int) -> tuple[Key, int]:
         """The exact name of a surface, and its sense."""
+        ...
+
+    def said(self, indices: Longs) -> dict[int, Hashable]:
+        """What is equal for surfaces that are surely one, of those of which that is seen."""
         ...
 
 
@@ -171,12 +175,17 @@ class _Finish:
             at = int(row[index])
             return kind[index] != SPHERE, *tables[kind[index]][at : at + 1][0]
 
+        asked = np.concatenate(close) if close else np.zeros(0, np.int64)
+        said = self.exact.said(asked[asked < self.single])
         named: dict[int, tuple[int, int]] = {}
         for cluster in close:
-            equal: dict[Any, list[tuple[int, int]]] = {}
+            same: dict[Any, list[int]] = {}
             for index in cluster.tolist():
-                key, sense = self._name(index, spheres, row)
-                equal.setdefault(key, []).append((index, sense))
+                same.setdefault(said.get(index, index), []).append(index)
+            equal: dict[Any, list[tuple[int, int]]] = {}
+            for some in same.values():
+                key, sense = self._name(some[0], spheres, row) if len(same) > 1 else (None, 1)
+                equal.setdefault(key, []).extend((index, sense) for index in some)
             for members in equal.values():
                 # Which record represents them does not depend on the order in which they were added
                 chosen, its_sense = min(members, key=lambda m: record(m[0]))

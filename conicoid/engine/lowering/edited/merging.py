@@ -6,7 +6,7 @@ is worked out anew where a new surface may belong to it, or where that is gone w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -55,6 +55,13 @@ class _Some:
     def name(self, index: int) -> tuple[Key, int]:
         """The exact name of a surface, and its sense."""
         return self.exact.name(int(self.chosen[index]))
+
+    def said(self, indices: Longs) -> dict[int, Hashable]:
+        """What is equal for surfaces that are surely one."""
+        chosen = self.chosen[indices]
+        known = self.exact.said(chosen)
+        pairs = zip(indices.tolist(), chosen.tolist(), strict=True)
+        return {index: known[number] for index, number in pairs if number in known}
 
 
 def given_senses(given: Signs, count: int) -> Signs:

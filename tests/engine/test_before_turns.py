@@ -1,0 +1,95 @@
+"""Walls that coincide under a turn that they have in common are one, as their exact names say; without these names."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.engine.lowering import contents, lower
+from conicoid.engine.lowering.contents import Exact
+from conicoid.engine.lowering.exact_surfaces import exact_surface
+from conicoid.engine.lowering.parts import part_of
+from conicoid.engine.tables import PLANE
+from conicoid.shapes.base import Solid
+
+
+def at_an_angle(shape: Solid) -> Solid:
+    return shape.rotate("z", 30).rotate((1, 2, 3), 20)
+
+
+def walls() -> list[co.Body]:
+    """Boxes, balls and pipes at an angle that share walls, with each other and with what is moved otherwise."""
+    shapes: list[Solid] = []
+    for i in range(6):
+        for j in range(4):
+            own = co.Box((i, j, 0), (i + 1, j + 1, 1)) if j % 2 else co.Box((0, 0, 0), (1, 1, 1)).translate((i, j, 0))
+            shapes.append(at_an_angle(own))
+    shapes += [(co.Sphere(0.3, (i, 0.5, 2)) & co.HalfSpace((0, 1, 1), 2.5)).rotate("x", 12) for i in range(8)]
+    shapes += [
+        (co.Cylinder((0, 0, 5), (0, 0, 6 + k), 1.5) - co.Sphere(0.5, (0, 0, 5))).rotate("x", 12) for k in range(8)
+    ]
+    shapes.append(at_an_angle(co.Box((math.nextafter(1.0, 2.0), 3.5, 4), (2, 4, 5))))
+    shapes.append(at_an_angle(co.Box((1, 3.5, 7), (2, 4, 8))))
+    shapes.append(co.Box((-1, -4, 9), (2, 4, 10)).rotate("z", 10).rotate("z", 20).rotate((1, 2, 3), 20))
+    shapes.append(at_an_angle(co.Box((0, 0, 0), (6, 4, 1))))
+    return [co.Body(shape, "red") for shape in shapes]
+
+
+@pytest.fixture
+def named(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The surfaces whose exact names are asked for."""
+    found: list[int] = []
+    name = Exact.name
+
+    def watched(self: Exact, index: int) -> object:
+        found.append(index)
+        return name(self, index)
+
+    monkeypatch.setattr(Exact, "name", watched)
+    return found
+
+
+def test_tables_are_those_of_exact_names(named: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    found = lower(walls())
+    few = len(named)
+    monkeypatch.setattr(contents, "FEWEST", 10**9)
+    expected = lower(walls())
+    assert 0 < few < (len(named) - few) / 3
+    for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
+        assert mine.tobytes() == its.tobytes(), field
+
+
+def test_walls_an_ulp_apart_are_two() -> None:
+    bodies = walls()
+    tables = lower(bodies).tables
+    near, at = (
+        set(tables.plane_surface[tables.cell_first[cell] : tables.cell_first[cell + 1]].tolist())
+        for cell in tables.entry_index[[len(bodies) - 4, len(bodies) - 3]].tolist()
+    )
+    assert len(near & at) == 3  # x = 2, y = 3.5 and y = 4, but not x = 1
+
+
+def test_single_surfaces_are_those_of_the_whole_body() -> None:
+    shapes = [body.shape for body in walls()]
+    shapes.append(co.Union(tuple(shapes[::5])).translate((0.1, 0.2, 0.3)) - shapes[1])
+    shapes.append(co.Box((-9, -9, -9), (9, 9, 9)) - shapes[-1].rotate("y", 3))
+    for shape in shapes:
+        count = len(part_of(shape).exact)
+        shape.kept.pop("part")
+        alone = [exact_surface(shape, number).key() for number in range(count)]
+        assert "part" not in shape.kept
+        assert alone == [surface.key() for surface in part_of(shape).exact]
+
+
+def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[int]) -> None:
+    """Five modules of 10 × 5 crystals: 2 × 10 planes across each, 2 × 5 along, and two that all have in common."""
+    crystal = co.Box((-0.45, -0.45, -0.5), (0.45, 0.45, 0.5))
+    bodies = [
+        co.Body(crystal.translate((10 + i, j, 0)).rotate("z", angle), "red")
+        for angle in np.linspace(7, 307, 5) for i in range(10) for j in range(5)
+    ]  # fmt: skip
+    assert (lower(bodies).tables.surface_kind == PLANE).sum() == 5 * (20 + 10) + 2
+    assert len(named) < 20
