@@ -32,24 +32,28 @@ def said_before_turns(shapes: Mapping[int, Shape], asked: Mapping[int, list[int]
 
     asked: of each body, which of its surfaces. Those of which it is not seen are left out.
     """
-    moved = {number: list(map(_parted, primitives(shape))) for number, shape in shapes.items()}
-    turned = {
-        number: parts
-        for number, parts in moved.items()
-        if any(rest for _, _, rest in parts) and all(isinstance(leaf, PrimitiveSolid) for leaf, _, _ in parts)
-    }
+    moved = {
+        number: list(map(_parted, primitives(shape)))
+        for number, shape in shapes.items() if "said" not in shape.kept
+    }  # fmt: skip
     alone = Alone()
-    alone.prepare_primitives((leaf, first) for parts in turned.values() for leaf, first, rest in parts if rest)
-    found: dict[tuple[int, int], Hashable] = {}
-    for number, parts in turned.items():
+    alone.prepare_primitives((leaf, first) for parts in moved.values() if _turned(parts) for leaf, first, _ in parts)
+    for number, parts in moved.items():
         names: list[Hashable] = []
-        for leaf, first, rest in parts:
+        for leaf, first, rest in parts if _turned(parts) else ():
             numbers, _, kinds = alone.of(leaf, first)
             names += _names(numbers, kinds, rest)
-        for own in asked[number]:
-            if own < len(names) and names[own] is not None:
-                found[number, own] = names[own]
-    return found
+        shapes[number].kept["said"] = names
+    return {
+        (number, own): names[own]
+        for number, some in asked.items() for names in (shapes[number].kept["said"],) for own in some
+        if own < len(names) and names[own] is not None
+    }  # fmt: skip
+
+
+def _turned(parts: list[_Moved]) -> bool:
+    """Is any of the primitives of a solid more than moved elsewhere?"""
+    return any(rest for _, _, rest in parts) and all(isinstance(leaf, PrimitiveSolid) for leaf, _, _ in parts)
 
 
 def _parted(moved: tuple[Shape, tuple[Step, ...]]) -> _Moved:

@@ -161,8 +161,13 @@ class _Turned:
             moved.gathered.append(Gathered(at, at + MAP_SIZE, rows, index))
 
     def _alone(self, which: int) -> Floats:
-        """The numbers of one of the bodies but for its boxes, worked out alone."""
-        return self.alone.numbers(self.bodies.shape(int(self.numbers[which])))
+        """The numbers of one of the bodies but for its boxes, worked out alone; edited lists know them too."""
+        number = int(self.numbers[which])
+        x, y, z = self.bodies.shifts.index[:, number].tolist()
+        known, place = self.bodies.alone, (-1 - self.kind, x, y, z)  # not those before the turn
+        if place not in known:
+            known[place] = self.alone.numbers(self.bodies.shape(number))
+        return known[place]
 
     def _holds(self, moved: MovedRows) -> bool:
         """Are some bodies that are worked out alone as the rows say? Planes need not be, of which others have one."""
