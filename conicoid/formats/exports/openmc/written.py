@@ -95,7 +95,8 @@ def _flatten_what_fills_everything(cells: list[_Cell], regions: Regions, univers
     root = {
         universe for (around, region, _), universe in universes.numbers.items() if around == _ROOT and region is None
     }
-    others = any(cell.universe == _ROOT for cell in cells) or len(universes.numbers) > len(root)
+    beside = any(around == _ROOT and universe not in root for (around, _, _), universe in universes.numbers.items())
+    others = beside or any(cell.universe == _ROOT for cell in cells)
     if not root or (len(root) == 1 and not others):
         return
     inner = set(root)
