@@ -136,7 +136,7 @@ class Repeated(Sequence[Body], ABC):
             if len(numbers):
                 low, high = self.shape(int(numbers[0])).bounds
                 away = carried_away(self.shifts.chosen(numbers).away(0), self.motion(int(self.kinds[numbers[0]])))
-                slack = 2.0**-50 * (np.abs(away).max(axis=0) + _finite(low) + _finite(high))
+                slack = 2.0**-50 * (np.abs(away).max() + _finite(low) + _finite(high))
                 found.append((low + (away.min(axis=0) - slack), high + (away.max(axis=0) + slack)))
         return found
 

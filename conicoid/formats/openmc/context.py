@@ -74,7 +74,8 @@ class Context:
 
     def cost(self, motion: Motion, parts: Iterable[Part]) -> int:
         """How many sides and pairs of sides `and_` looks at, at most."""
-        return cost(dict(self.groups).get(motion, Conjunction()), parts)
+        others = sum(conjunction.size for other, conjunction in self.groups if other != motion)
+        return others + cost(dict(self.groups).get(motion, Conjunction()), parts)
 
     def extent_before(self, motion: Motion) -> Extent:
         """A box around everything, in the coordinates before a motion."""
@@ -91,15 +92,16 @@ def _carried(extent: Extent, motion: Motion, back: Motion, nothing: float = 0.0)
     nothing: entries of the motion up to here are taken for what rounding left of none.
     """
     matrix = product(back.inverse_matrix, motion.matrix)
+    far = np.abs(back.inverse_matrix[:3, :3]) @ np.abs(motion.matrix[:3, 3]) + np.abs(back.inverse_matrix[:3, 3])
     linear = np.where(np.abs(matrix[:3, :3]) < nothing, 0.0, matrix[:3, :3])
     low = np.array([-math.inf if end is None else float(end) for end in extent.low])
     high = np.array([math.inf if end is None else float(end) for end in extent.high])
     lows: list[End] = []
     highs: list[End] = []
-    for row, shift in zip(linear, matrix[:3, 3], strict=True):
+    for row, shift, lost in zip(linear, matrix[:3, 3], 2.0**-48 * far, strict=True):  # of shifts that cancel
         used = row != 0
         ends = np.stack([row[used] * low[used], row[used] * high[used]])
-        size = 1e-9 * (np.abs(ends).max(initial=0.0) + abs(shift))
+        size = 1e-9 * (np.abs(ends).max(initial=0.0) + abs(shift)) + lost
         lows.append(_end(ends.min(axis=0).sum() + shift - size))
         highs.append(_end(ends.max(axis=0).sum() + shift + size))
     return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
