@@ -16,7 +16,7 @@ from ..tables import QUADRIC, Floats, Ints, Longs, Signs
 from .moved_rows import MovedRows
 from .pattern import SIZES, Group
 from .places import Places
-from .surfaces import ExactSurfaces, SurfaceArrays
+from .surfaces import ExactSurfaces, SurfaceArrays, said_of
 
 _Anchors: TypeAlias = list[tuple[Floats, Ints]]
 """Of each axis the different coordinates of anchors, and which of them each anchor has."""
@@ -159,10 +159,7 @@ class Leading:
 
     def said(self, indices: Longs) -> dict[int, Hashable]:
         """What is equal for surfaces that are surely one."""
-        leads = self.leads[indices].astype(np.int64)
-        known = self.exact.said(leads)
-        pairs = zip(indices.tolist(), leads.tolist(), strict=True)
-        return {index: known[lead] for index, lead in pairs if lead in known}
+        return said_of(self.exact, self.leads, indices)
 
 
 def columns_of(group: Group, which: Ints | None, some: slice, first: int, last: int) -> Floats:

@@ -93,6 +93,14 @@ class ExactSurfaces(Protocol):
         ...
 
 
+def said_of(exact: ExactSurfaces, numbers: Ints | Longs, indices: Longs) -> dict[int, Hashable]:
+    """`ExactSurfaces.said` for surfaces that have other numbers there: `numbers[indices]`."""
+    there = numbers[indices].astype(np.int64)
+    known = exact.said(there)
+    pairs = zip(indices.tolist(), there.tolist(), strict=True)
+    return {index: known[number] for index, number in pairs if number in known}
+
+
 def finished(surfaces: Surfaces) -> SurfaceArrays:
     """Number the distinct surfaces. ids and senses are ordered as they came, bulk balls after the rest."""
     return _Finish(surfaces).arrays()

@@ -19,7 +19,8 @@ from conicoid.shapes.repeated import Repeated
 from conicoid.shapes.repeated_edited import EditedBodies
 
 from .models import put
-from .test_repeated import MODELS, written_out
+from .repeated_models import MODELS
+from .test_repeated import written_out
 
 PROBE = co.Body(co.Cylinder((0.2, 0.1, -3), (0.4, 0.2, 3), 0.05), "red", "probe")
 

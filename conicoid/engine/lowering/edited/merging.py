@@ -19,7 +19,7 @@ from ...tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..contents import Exact
 from ..laid import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, Laid
 from ..quadrics import Quadrics
-from ..surfaces import Remainders, Surfaces, finished
+from ..surfaces import Remainders, Surfaces, finished, said_of
 from .joined import Joined
 from .near import Frame, Marks, Places, near, records_of
 
@@ -58,10 +58,7 @@ class _Some:
 
     def said(self, indices: Longs) -> dict[int, Hashable]:
         """What is equal for surfaces that are surely one."""
-        chosen = self.chosen[indices]
-        known = self.exact.said(chosen)
-        pairs = zip(indices.tolist(), chosen.tolist(), strict=True)
-        return {index: known[number] for index, number in pairs if number in known}
+        return said_of(self.exact, self.chosen, indices)
 
 
 def given_senses(given: Signs, count: int) -> Signs:
