@@ -29,9 +29,7 @@ class Targets:
 
     @classmethod
     def of(cls, lowered: Lowered) -> Targets:
-        low, high = np.full((lowered.body_count, 3), np.inf), np.full((lowered.body_count, 3), -np.inf)
-        low[lowered.tables.entry_body], high[lowered.tables.entry_body] = lowered.boxes[:, :3], lowered.boxes[:, 3:]
-        return cls(low, high, _window(lowered))
+        return cls(lowered.boxes[:, :3], lowered.boxes[:, 3:], _window(lowered))
 
     @property
     def sizes(self) -> FloatArray:

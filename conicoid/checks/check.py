@@ -107,7 +107,7 @@ def _unseen(scan: Scan, targets: Targets, rays: int, random: np.random.Generator
     """Bodies that no ray has met, after some more through their boxes. A ball is never empty."""
     tables = scan.scene.lowered.tables
     missing = ~scan.seen
-    missing[tables.entry_body[tables.entry_kind == BALL]] = False
+    missing[tables.entry_kind == BALL] = False
     bodies = np.flatnonzero(missing & ~targets.empty)
     if len(bodies):
         scan.follow(

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..engine.programs import cells_of_leaves, leaves_of_programs
 from ..engine.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
 from ..shapes.vector import FloatArray
 from .aim import Targets
@@ -105,7 +106,7 @@ class Users:
 
     @classmethod
     def of(cls, tables: Tables) -> Users:
-        kind, index, body = tables.entry_kind, tables.entry_index, tables.entry_body
+        kind, index, body = tables.entry_kind, tables.entry_index, np.arange(len(tables.entry_kind))
         pairs = [(index[kind == BALL], body[kind == BALL])]
         # Surfaces of every cell
         cell = np.repeat(np.arange(len(tables.cell_quadric)), np.diff(tables.cell_first))
@@ -127,9 +128,9 @@ class Users:
             clipped = clip[index[kind == sort]]
             programs.append((clipped[clipped >= 0], body[kind == sort][clipped >= 0]))
         for program, owner in programs:
-            counts = tables.program_leaf[program + 1] - tables.program_leaf[program]
-            leaves = np.repeat(tables.program_leaf[program], counts) + _counted(counts)
-            cells.append(tables.leaf_cell[leaves])
+            firsts, counts = (each[program] for each in leaves_of_programs(tables))
+            leaves = np.repeat(firsts, counts) + _counted(counts)
+            cells.append(cells_of_leaves(tables, leaves))
             owners.append(np.repeat(owner, counts))
         used, by = np.concatenate(cells), np.concatenate(owners)
         counts = first[used + 1] - first[used]

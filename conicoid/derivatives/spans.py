@@ -20,7 +20,7 @@ from .asked import Cotangents, array_of, change_of, handed_back, met, scene_of
 from .backward import asked_by
 from .crossing import Crossings
 from .forward import crossings_at, moved_by
-from .ties import entries_of, faces_of_ends, tied_within
+from .ties import faces_of_ends, tied_within
 
 if TYPE_CHECKING:
     from ..engine.answers.spans import Spans
@@ -91,7 +91,7 @@ def _ends(spans: Spans) -> _Ends:
     body, surface = np.tile(spans.body, 2)[which], spans._ends.reshape(-1)[which].astype(np.int32)
     ray = np.tile(owners(spans.offsets), 2)[which]
     o, d = (part[ray] for part in lines_of(spans.rays))
-    x, entry = o + t[:, None] * d, entries_of(prepared.lowered.tables, body)
+    x, entry = o + t[:, None] * d, body.astype(np.int32)
     face = faces_of_ends(prepared, entry, surface, o, x)
     walls, lost = met(prepared, body, face, surface), tied_within(prepared, entry, face, o, x)
     crossings = crossings_at(walls.place, np.ones(len(t), np.int32), lost, x, d, t)

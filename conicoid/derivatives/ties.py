@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..engine.answers.rays import Rays, lines_of
+from ..engine.programs import cells_of_leaves, leaves_of_programs
 from ..engine.queries import queries
 from ..engine.ray import RayArrays
-from ..engine.tables import BALL, CELL, POLYGON, REGION, SHEET, Signs, Tables
+from ..engine.tables import BALL, CELL, POLYGON, REGION, SHEET, Signs
 from ..engine.threads import run_on
 from ..shapes.vector import FloatArray
 from .across import OPEN, ties_across
@@ -46,13 +47,6 @@ def faces_of_ends(prepared: Prepared, entry: Any, surface: Any, origins: FloatAr
     count = len(entry)
     run_on(prepared.geometry, lambda g, a, b: faces_on(g, *arguments, a, b, faces), count, _CHUNK, count)
     return faces
-
-
-def entries_of(tables: Tables, bodies: Any) -> Any:
-    """The entry of each body; no body has more than one."""
-    number = np.full(len(tables.body_face), -1, np.int32)
-    number[tables.entry_body] = np.arange(len(tables.entry_body), dtype=np.int32)
-    return number[bodies]
 
 
 def tied_hits(hits: Hits) -> Signs:
@@ -105,13 +99,14 @@ def shared_surfaces(prepared: Prepared) -> Any:
     if known is not None:
         return known
     tables = prepared.lowered.tables
-    kind, index, owner = tables.entry_kind, tables.entry_index, tables.entry_body
+    kind, index, owner = tables.entry_kind, tables.entry_index, np.arange(len(tables.entry_kind))
     of_cells = np.full(len(tables.cell_quadric), -1, np.int64)
     of_cells[index[kind == CELL]] = owner[kind == CELL]
-    of_programs = np.full(len(tables.program_leaf), -1, np.int64)
+    (first, count), of_programs = leaves_of_programs(tables), np.full(len(tables.program_leaf) - 1, -1, np.int64)
     of_programs[index[kind == REGION]] = owner[kind == REGION]
-    of_leaves = np.repeat(of_programs[:-1], np.diff(tables.program_leaf))
-    of_cells[tables.leaf_cell[of_leaves >= 0]] = of_leaves[of_leaves >= 0]
+    of_leaves = np.repeat(of_programs, count)
+    leaves = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(len(of_leaves))
+    of_cells[cells_of_leaves(tables, leaves[of_leaves >= 0])] = of_leaves[of_leaves >= 0]
     pairs = [
         (tables.cell_quadric, of_cells),
         (tables.plane_surface, np.repeat(of_cells, np.diff(tables.cell_first))),
@@ -122,6 +117,6 @@ def shared_surfaces(prepared: Prepared) -> Any:
     surfaces, bodies = (np.concatenate(part).astype(np.int64) for part in zip(*pairs, strict=True))
     real = (surfaces >= 0) & (bodies >= 0)
     keys = np.unique(surfaces[real] * (prepared.lowered.body_count + 1) + bodies[real])
-    count = np.bincount(keys // (prepared.lowered.body_count + 1), minlength=len(tables.surface_kind))
-    found = vars(prepared)["_shared_surfaces"] = count > 1
+    users = np.bincount(keys // (prepared.lowered.body_count + 1), minlength=len(tables.surface_kind))
+    found = vars(prepared)["_shared_surfaces"] = users > 1
     return found

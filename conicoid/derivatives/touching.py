@@ -10,8 +10,10 @@ from typing import Any
 
 from ..compiler.jit import helper, inline, kernel
 from ..engine import tables as table
+from ..engine.body.cell import place_face, quadric_place
 from ..engine.culling.leaf_bounds import LeafBounds, leaf_bounds, leaf_high, leaf_low
 from ..engine.numbers.vectors import Vector, dot
+from ..engine.programs import cell_of_leaf, leaves_of
 from ..engine.surface.quadric import Quadric
 from ..engine.surface.records import load_plane, load_quadric, load_sphere
 from ..engine.tables import (
@@ -88,17 +90,8 @@ def near_surface(geometry: Geometry, surface: int, x: float, y: float, z: float,
 @inline
 def _wall_of(geometry: Geometry, cell: int, slot: int, last: int) -> tuple[int, int, int]:
     """(surface, side, face number) of a wall of a cell: its planes, and after the last of them its quadric."""
-    if slot == last:
-        return (
-            integer(geometry, table.CELL_QUADRIC, cell),
-            integer(geometry, table.CELL_SIDE, cell),
-            integer(geometry, table.CELL_FACE, cell),
-        )
-    return (
-        integer(geometry, table.PLANE_SURFACE, slot),
-        integer(geometry, table.PLANE_SIDE, slot),
-        integer(geometry, table.PLANE_FACE, slot),
-    )
+    surface, face, side = place_face(geometry, whole(quadric_place(cell)) if slot == last else whole(slot))
+    return surface, side, face
 
 
 @inline
@@ -143,8 +136,8 @@ def _cells_of(geometry: Geometry, entry: int) -> tuple[int, int, bool]:
         return index, index + 1, False
     if kind != REGION:
         return whole(0), whole(0), False
-    first = integer(geometry, table.PROGRAM_LEAF, index)
-    return first, integer(geometry, table.PROGRAM_LEAF, index + 1), True
+    first, end = leaves_of(geometry, index)
+    return first, end, True
 
 
 @helper
@@ -155,7 +148,7 @@ def on_cells(geometry: Geometry, entry: int, face: int, x: float, y: float, z: f
     for k in range(first, last):
         if leaves and _is_beyond(geometry, bounds, k - first, x, y, z, reach):
             continue
-        cell = integer(geometry, table.LEAF_CELL, k) if leaves else k
+        cell = cell_of_leaf(geometry, k) if leaves else k
         if _touches(geometry, cell, face, x, y, z, reach):
             return True
     return False
@@ -194,7 +187,7 @@ def faces_on(
         reach = max(largest(x, y, z), largest(origins[i, 0], origins[i, 1], origins[i, 2]))
         first, last, leaves = _cells_of(geometry, whole(entry[i]))
         for k in range(first, last):
-            cell = integer(geometry, table.LEAF_CELL, k) if leaves else k
+            cell = cell_of_leaf(geometry, k) if leaves else k
             face = _face_with(geometry, cell, whole(surface[i]))
             if face >= 0:
                 faces[i] = face

@@ -24,7 +24,7 @@ from .backward import asked_by, unpacked
 from .forward import crossings_at
 from .met import gathered, met, moving
 from .parameters import Parameters
-from .ties import entries_of, tied_within
+from .ties import tied_within
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -116,8 +116,10 @@ def _integral(alone: Scene, own: Parameters, index: int, origins: FloatArray, ax
     t, directions = found.t[mine], np.tile(direction, (len(mine), 1))
     points = origins + t[:, None] * directions
     body, face = found.body[mine], found.face[mine].astype(np.int32)
-    entry = entries_of(prepared.lowered.tables, body)
-    walls, lost = met(prepared, body, face, found.surface[mine]), tied_within(prepared, entry, face, points, points)
+    walls, lost = (
+        met(prepared, body, face, found.surface[mine]),
+        tied_within(prepared, body.astype(np.int32), face, points, points),
+    )
     crossings = crossings_at(walls.place, np.ones(len(mine), np.int32), lost, points, directions, t)
     sense = np.where(found.entering[mine], -1.0, 1.0)
     asked, _ = asked_by(walls.rows, crossings, (sense * found.normal[mine, axis] ** 2, None, None, None), True)

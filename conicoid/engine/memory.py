@@ -12,8 +12,11 @@ from .tables import (
     LEAF_ITEMS,
     NODE_BOXES,
     NODE_CHILDREN,
+    PROGRAM_ROW,
+    PROGRAM_SHIFTS,
     REGION,
     ROOTS,
+    SHIFT_SIZE,
     TREE_DEPTH,
     TREE_ORDER,
     TREE_ROOT,
@@ -58,4 +61,14 @@ def memory(geometry: Geometry) -> Memory:
     tree = boxes + sum(int(length(geometry, k)) for k in _TREE) * geometry.integers.itemsize
     first, count = int(geometry.places[ENTRY_KIND]), int(length(geometry, ENTRY_KIND))
     regions = int(np.count_nonzero(geometry.integers[first : first + count] == REGION))
-    return Memory(count - regions + int(length(geometry, LEAF_CELL)), every - tree, tree)
+    return Memory(count - regions + _leaves(geometry), every - tree, tree)
+
+
+def _leaves(geometry: Geometry) -> int:
+    """How many leaves all programs have."""
+    rows, row = (
+        geometry.integers[int(geometry.places[k]) :][: int(length(geometry, k))] for k in (PROGRAM_SHIFTS, PROGRAM_ROW)
+    )
+    if not len(rows):
+        return int(length(geometry, LEAF_CELL))
+    return int(np.diff(row)[rows.reshape(-1, SHIFT_SIZE)[:, -1]].sum())

@@ -13,7 +13,7 @@ from ..compiler.shapes import shaped
 
 # Numbers in a row of a table of floats
 PLANE_SIZE, SPHERE_SIZE, ANCHOR_SIZE, FORM_SIZE, NODE_SIZE, MAP_SIZE, FRAME_SIZE = 7, 4, 4, 16, 48, 4, 9
-BOUNDS_SIZE, SHIFT_SIZE, PLACE_SIZE = 6, 5, 5
+BOUNDS_SIZE, SHIFT_SIZE, PLACE_SIZE = 6, 4, 4
 QUADRIC_SIZE = 3 + FORM_SIZE
 """Numbers of a quadric: its anchor, and its form."""
 
@@ -44,23 +44,23 @@ class Tables(NamedTuple):
 
     # Cells: at most one quadric, and planes. [cells]
     cell_quadric: Ints  # surface or -1
-    cell_likes: Ints  # [cells] or none: the row of its limits, which those share that are one another moved
-    cell_side: Signs  # +1: inside where the quadric is <= 0; -1: where >= 0
-    cell_face: Ints  # face number of the quadric
+    cell_likes: Ints  # [cells] or none: 1 + the row of its face and limits, alike in those that are one another moved
+    cell_face: Ints  # 1 + face number of the quadric; negative: inside where that is >= 0; 1: none (engine/faces.py)
     cell_first: Ints  # [cells + 1] first plane
     plane_surface: Ints  # [planes of cells]
-    plane_side: Signs  # +1: inside where n·x <= offset; -1: where >=
-    plane_face: Ints
+    plane_face: Ints  # 1 + face number; negative: inside where n·x >= offset; four in one, if these are fewer
 
-    # Programs: Boolean trees as counting gates. [programs + 1] first leaf and first gate; gate 0 of each is its root
-    program_leaf: Ints
-    program_gate: Ints
-    leaf_cell: Ints  # [leaves]
-    leaf_gate: Ints  # the gate it feeds
+    # Programs: Boolean trees as counting gates. What follows of those that differ by where they are, but for the cells
+    # of their leaves, is there once: in rows that `program_shifts` tell (engine/programs.py)
+    program_leaf: Ints  # [programs + 1] first leaf; with `program_shifts` its cell
+    program_gate: Ints  # [programs that differ + 1] first gate, which is the root
+    program_row: Ints  # [programs that differ + 1] or none: row of the first leaf
+    leaf_cell: Ints  # [leaves]; none with `program_shifts`
+    leaf_gate: Ints  # [leaves of programs that differ] the gate it feeds
     leaf_negated: Signs  # 1: feeds the complement
     leaf_sense: Signs  # +1, or -1 under an odd number of complements: which way its faces look
-    leaf_bounds: Floats  # [leaves, 6] low, high; infinite where unbounded; with `program_shifts` of those that differ
-    program_shifts: Ints  # [programs, 5] or none: rows of `shifts` for x, y, z; of its first bounds; of its limits
+    leaf_bounds: Floats  # [the same, 6] low, high; infinite where unbounded; less `shifts`
+    program_shifts: Ints  # [programs, 4] or none: rows of `shifts` for x, y, z; its own row
     shifts: Floats  # how far bounds of leaves are moved
     gate_parent: Ints  # [gates] -1 for a root
     gate_need: Ints  # true when at least so many inputs are
@@ -78,31 +78,30 @@ class Tables(NamedTuple):
     polygon_program: Ints
     vertices: Floats  # [vertices, 3]
 
-    # Entries: what the tree holds, at most one a body. [entries]
+    # Entries: what the tree holds, one a body, with its number. [bodies]
     entry_kind: Signs
     entry_index: Ints  # surface, cell, program, sheet or polygon
-    entry_body: Ints
-    body_face: Ints  # [bodies] first face row; -1 - k: a ball of many, with frame k
+    body_face: Ints  # first face row; -1 - k: a ball of many, with frame k
     ball_frames: Floats  # [frames, 9] world directions to those of the balls' own axes
     face_maps: Ints  # [faces, 3] rows of its map from the world; -1 - the first where it is angular, else third = first
-    body_maps: Ints  # [bodies, 5] or none are: where bodies that are one another moved find theirs (`body/maps.py`)
+    body_maps: Ints  # [bodies, 4] or none are: where bodies that are one another moved find theirs (`body/maps.py`)
     map_rows: Floats  # [rows, 4] (a, b, c, d) for a x + b y + c z + d
 
-    # Trees, 8 wide: one over the leaves of each program, and last the scene's over its entries
+    # Trees, 8 wide: one over the leaves of each program, empty if these are few; last the scene's over its entries
     node_boxes: Floats  # [nodes, 6, 8] low xyz, high xyz; infinite where what they hold is; (inf, -inf) where empty
     node_children: Ints  # [nodes, 8] 0 empty; > 0 node; < 0 leaf -(first << 4 | count) - 1
     tree_order: Ints  # what the trees hold, in leaf order
     tree_root: Ints  # [programs + 2] first of its roots
     roots: Ints  # where a walk begins: a node, and leaves of what no box holds
     tree_depth: Ints  # [1] the most that a walk's stack holds
-    leaf_items: Floats  # [8 a place of the scene's tree] what leaves hold: see engine/tree/leaf.py
+    leaf_items: Floats  # [6 a place of the scene's tree] what leaves hold: see engine/tree/leaf.py
     extent: Floats  # [5] diagonal of the box of what is bounded, an entry's share of it, its middle
 
     # How far the fast formulas can be trusted (engine/lowering/limits.py)
     plane_limits: Floats  # [planes, 2] square of the least certain rate, least certain height of parallel rays
     quadric_limits: Floats  # [forms, 2] least certain discriminant, least certain value along rulings
     cell_limits: Floats  # [cells, 2] what t may be off by, for |d| = 1; the farthest |o| + |t d|; see `cell_likes`
-    program_limits: Floats  # [programs, 2] the same; see `program_shifts`
+    program_limits: Floats  # [programs that differ, 2] the same
     sheet_limits: Floats  # [sheets, 2]
     polygon_limits: Floats  # [polygons, 2]
 
@@ -117,11 +116,11 @@ class Tables(NamedTuple):
 
     def bounds_of_leaves(self, program: int) -> Floats:
         """(n, 6) boxes around the leaves of a program."""
-        first, count = int(self.program_leaf[program]), int(self.program_leaf[program + 1] - self.program_leaf[program])
         if not len(self.program_shifts):
-            return self.leaf_bounds[first : first + count]
-        *away, row, _ = self.program_shifts[program].tolist()
-        return self.leaf_bounds[row : row + count] + np.tile(self.shifts[away], 2)
+            return self.leaf_bounds[self.program_leaf[program] : self.program_leaf[program + 1]]
+        *away, like = self.program_shifts[program].tolist()
+        rows = slice(*self.program_row[like : like + 2].tolist())
+        return self.leaf_bounds[rows] + np.tile(self.shifts[away], 2)
 
 
 def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
@@ -139,14 +138,13 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     QUADRIC_FORMS,
     CELL_QUADRIC,
     CELL_LIKES,
-    CELL_SIDE,
     CELL_FACE,
     CELL_FIRST,
     PLANE_SURFACE,
-    PLANE_SIDE,
     PLANE_FACE,
     PROGRAM_LEAF,
     PROGRAM_GATE,
+    PROGRAM_ROW,
     LEAF_CELL,
     LEAF_GATE,
     LEAF_NEGATED,
@@ -169,7 +167,6 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     VERTICES,
     ENTRY_KIND,
     ENTRY_INDEX,
-    ENTRY_BODY,
     BODY_FACE,
     BALL_FRAMES,
     FACE_MAPS,
@@ -189,7 +186,7 @@ def whole_quadrics(quadrics: Floats, forms: Floats) -> Floats:
     PROGRAM_LIMITS,
     SHEET_LIMITS,
     POLYGON_LIMITS,
-) = range(58)
+) = range(56)
 LENGTHS = len(Tables._fields)
 """In `Geometry.places` a table's length is stored so many places behind its begin."""
 HALT = 2 * LENGTHS
@@ -202,7 +199,7 @@ ITEMS = 2 * LENGTHS + 4
 """In `Geometry.places`: where `leaf_items` would begin if the trees of bodies, which come first, had items as well."""
 
 
-@shaped(places="121", integers="*", floats="*")
+@shaped(places="117", integers="*", floats="*")
 class Geometry(NamedTuple):
     """`Tables` as kernels take them: end to end in one array of integers and one of floats.
 
@@ -263,8 +260,10 @@ def put_sizes(geometry: Geometry, tables: Tables) -> None:
 
     For `STEPS` every entry and corner is met; and of a body every leaf, which may turn all gates.
     """
-    leaves, gates = (np.diff(first).astype(np.int64) for first in (tables.program_leaf, tables.program_gate))
-    geometry.places[STEPS] = len(tables.entry_kind) + len(tables.vertices) + int(np.dot(leaves, gates))
+    shares, gates = len(tables.program_shifts) > 0, np.diff(tables.program_gate).astype(np.int64)
+    leaves = np.diff(tables.program_row if shares else tables.program_leaf).astype(np.int64)
+    times = np.bincount(tables.program_shifts[:, -1], minlength=len(gates)) if shares else np.ones(len(gates), np.int64)
+    geometry.places[STEPS] = len(tables.entry_kind) + len(tables.vertices) + int(np.dot(leaves * gates, times))
     geometry.places[LEAVES], geometry.places[GATES] = (int(np.max(each, initial=1)) for each in (leaves, gates))
 
 

@@ -83,13 +83,14 @@ def _steps(
     """(bodies met, and the first of those left out by the tree; how many more there are of these)."""
     reached, balls = recording.walk()
     tables, boxes = recording.tables, scene.prepared.lowered.boxes
-    owners, work = tables.entry_body, Bodies(recording, surfaces, line)
-    wanted = np.ones(len(owners), np.bool_) if asked is None else (owners >= asked.start) & (owners < asked.stop)
+    work, wanted = Bodies(recording, surfaces, line), np.ones(len(boxes), np.bool_)
+    if asked is not None:
+        wanted[: asked.start], wanted[asked.stop :] = False, False
     met = np.flatnonzero(wanted & (reached == kernels.IN_BALL))
     left = np.flatnonzero(wanted & (reached != kernels.IN_BALL))
     steps = []
     for entry in sorted([*met.tolist(), *left[:MOST_MISSED].tolist()]):
-        known = _known(scene, int(owners[entry]), int(tables.entry_kind[entry]))
+        known = _known(scene, entry, int(tables.entry_kind[entry]))
         if reached[entry] == kernels.IN_BALL:
             steps.append(work.step(entry, known))
             continue
@@ -98,7 +99,7 @@ def _steps(
             left_out = missed_ball(known, box, ball_test(balls[entry].tolist(), line))
         else:
             left_out = missed_box(known, box)
-        if asked is not None or len(owners) <= FEW:
+        if asked is not None or len(boxes) <= FEW:
             left_out = worked_all_the_same(left_out, work.step(entry, known))
         steps.append(left_out)
     return steps, max(0, len(left) - MOST_MISSED)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..engine.programs import cells_of_leaves, leaves_of_program
 from ..shapes.validate import integer
 from ..shapes.vector import FloatArray
 from .arcs import Arc, Plane, walls
@@ -102,17 +103,16 @@ def surfaces_of(scene: Any, body: int) -> list[int]:
 
     tables = scene.lowered.tables
     found: set[int] = set()
-    for entry in np.flatnonzero(tables.entry_body == body).tolist():
-        kind, index = int(tables.entry_kind[entry]), int(tables.entry_index[entry])
-        if kind == table.BALL:
-            found.add(index)
-        elif kind == table.CELL:
-            found |= _of_cell(tables, index)
-        elif kind == table.REGION:
-            leaves = tables.leaf_cell[tables.program_leaf[index] : tables.program_leaf[index + 1]]
-            found = found.union(*(_of_cell(tables, cell) for cell in leaves.tolist()))
-        else:
-            found.add(int((tables.sheet_surface if kind == table.SHEET else tables.polygon_surface)[index]))
+    kind, index = int(tables.entry_kind[body]), int(tables.entry_index[body])
+    if kind == table.BALL:
+        found.add(index)
+    elif kind == table.CELL:
+        found |= _of_cell(tables, index)
+    elif kind == table.REGION:
+        leaves = leaves_of_program(tables, index)
+        found = found.union(*(_of_cell(tables, int(cells_of_leaves(tables, leaf))) for leaf in leaves))
+    else:
+        found.add(int((tables.sheet_surface if kind == table.SHEET else tables.polygon_surface)[index]))
     return sorted(found)
 
 

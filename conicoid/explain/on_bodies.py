@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from ..engine.programs import cells_of_leaves, leaves_of_program
 from ..engine.queries import recorded as kernels
 from ..engine.tables import BALL, CELL, POLYGON, REGION, SHEET
 from .line import Line
 from .on_cells import cell_step, touched_or_not
-from .on_regions import leaves_of, letter_of, region_crossings, sweep_of
+from .on_regions import letter_of, region_crossings, sweep_of
 from .on_surfaces import Surfaces
 from .outlines import outline_board
 from .recording import Recording
@@ -92,7 +93,7 @@ class Bodies:
 
     def _region(self, program: int, known: BodyStep) -> BodyStep:
         rows = self.recording.sweep(program)
-        crossings, inside = region_crossings(self.recording, known.body, rows)
+        crossings, inside = region_crossings(self.recording, known.body, program, rows)
         cells = self._leaves(program, rows)
         why = "" if crossings else (INSIDE if inside else BOOLEAN)
         doubtful = any(cell.doubtful for cell in cells)
@@ -104,13 +105,15 @@ class Bodies:
     def _leaves(self, program: int, rows: Any) -> tuple[CellStep, ...]:
         """The cells of a program, those that have events first where there are very many."""
         tables = self.recording.tables
-        leaves = list(leaves_of(tables, program))
+        leaves = list(leaves_of_program(tables, program))
         if len(leaves) > MOST_LEAVES:
             met = {int(row[kernels.EVENT_LEAF]) for row in rows[1:]}
             leaves = sorted(met)[:MOST_LEAVES]
         first = int(tables.program_leaf[program])
         return tuple(
-            cell_step(self.recording, self.surfaces, int(tables.leaf_cell[leaf]), letter_of(leaf - first), self.line)
+            cell_step(
+                self.recording, self.surfaces, int(cells_of_leaves(tables, leaf)), letter_of(leaf - first), self.line
+            )
             for leaf in leaves
         )
 

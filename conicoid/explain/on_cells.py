@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from ..engine.faces import cell_faces, numbers_of, plane_faces, sides_of
 from ..engine.queries import recorded as kernels
 from .line import Line
 from .on_surfaces import Surfaces
@@ -39,17 +40,21 @@ def _faces(recording: Recording, surfaces: Surfaces, cell: int) -> tuple[FaceSte
     tables, found = recording.tables, []
     quadric = int(tables.cell_quadric[cell])
     if quadric >= 0:
-        step, inside = surfaces[quadric], int(tables.cell_side[cell])
+        step, inside = surfaces[quadric], int(sides_of(cell_faces(tables, cell)))
         entered, left = step.roots[:1], step.roots[1:]
         if step.outside == (inside > 0):
             entered, left = left, entered
-        found.append(FaceStep(int(tables.cell_face[cell]), step, inside, _finite(entered), _finite(left)))
+        found.append(FaceStep(int(numbers_of(cell_faces(tables, cell))), step, inside, _finite(entered), _finite(left)))
     for place in range(int(tables.cell_first[cell]), int(tables.cell_first[cell + 1])):
-        step, inside = surfaces[int(tables.plane_surface[place])], int(tables.plane_side[place])
+        step, inside = surfaces[int(tables.plane_surface[place])], int(sides_of(plane_faces(tables, place)))
         enters = (step.rate < 0) == (inside > 0)
         found.append(
             FaceStep(
-                int(tables.plane_face[place]), step, inside, step.roots if enters else (), () if enters else step.roots
+                int(numbers_of(plane_faces(tables, place))),
+                step,
+                inside,
+                step.roots if enters else (),
+                () if enters else step.roots,
             )
         )
     return tuple(found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from ..engine.programs import gates_of_program, leaves_of_program, row_of_leaf
 from ..engine.queries import recorded as kernels
 from .recording import Recording
 from .steps import Crossing, Sweep, SweepRow
@@ -17,19 +18,15 @@ def letter_of(leaf: int) -> str:
     return "ABCDEFGHIJKLMNOPQRSTUVWXYZ"[leaf % _SINGLE] + (str(leaf // _SINGLE + 1) if leaf >= _SINGLE else "")
 
 
-def leaves_of(tables: Any, program: int) -> range:
-    """The leaves of a program."""
-    return range(int(tables.program_leaf[program]), int(tables.program_leaf[program + 1]))
-
-
 def expression_of(tables: Any, program: int) -> str:
     """A Boolean program in the letters of its leaves, with ∪, ∩ and ¬; longer ones are cut."""
     first = int(tables.program_leaf[program])
-    gates = range(int(tables.program_gate[program]), int(tables.program_gate[program + 1]))
+    gates = gates_of_program(tables, program)
     inputs: dict[int, list[str]] = {gate: [] for gate in gates}
-    for leaf in leaves_of(tables, program):
-        negated = "¬" if tables.leaf_negated[leaf] else ""
-        inputs[int(tables.leaf_gate[leaf])].append(negated + letter_of(leaf - first))
+    for leaf in leaves_of_program(tables, program):
+        row = int(row_of_leaf(tables, program, leaf))
+        negated = "¬" if tables.leaf_negated[row] else ""
+        inputs[int(tables.leaf_gate[row])].append(negated + letter_of(leaf - first))
     for gate in sorted(gates, key=lambda gate: -_depth(tables, gate)):
         need, names = int(tables.gate_need[gate]), inputs[gate]
         sign = " ∪ " if need == 1 else " ∩ "
@@ -54,7 +51,7 @@ def _depth(tables: Any, gate: int) -> int:
 def sweep_of(recording: Recording, program: int, rows: Any) -> Sweep:
     """The events of a program as a table."""
     tables = recording.tables
-    first, need = int(tables.program_leaf[program]), int(tables.gate_need[int(tables.program_gate[program])])
+    first, need = int(tables.program_leaf[program]), int(tables.gate_need[gates_of_program(tables, program)[0]])
     inside: list[int] = []
     found = []
     for row in rows[1:]:
@@ -68,10 +65,13 @@ def sweep_of(recording: Recording, program: int, rows: Any) -> Sweep:
                 row[kernels.EVENT_INSIDE] == 1.0,
             )
         )  # fmt: skip
-    met = {row.letter for row in found}
+    met, letters = (
+        {row.letter for row in found},
+        [letter_of(leaf - first) for leaf in leaves_of_program(tables, program)],
+    )
     return Sweep(
         expression_of(tables, program), rows[0, kernels.EVENT_INSIDE] == 1.0, tuple(found),
-        tuple(letter_of(leaf - first) for leaf in leaves_of(tables, program) if letter_of(leaf - first) not in met),
+        tuple(letter for letter in letters if letter not in met),
     )  # fmt: skip
 
 
@@ -86,7 +86,7 @@ def groups(rows: Any) -> Iterator[Any]:
         k = end
 
 
-def region_crossings(recording: Recording, body: int, rows: Any) -> tuple[list[Crossing], bool]:
+def region_crossings(recording: Recording, body: int, program: int, rows: Any) -> tuple[list[Crossing], bool]:
     """(crossings within the interval, inside just after t_min) from recorded events: as `body/boolean.sweep`."""
     found: list[Crossing] = []
     inside = rows[0, kernels.EVENT_INSIDE] == 1.0
@@ -101,7 +101,7 @@ def region_crossings(recording: Recording, body: int, rows: Any) -> tuple[list[C
         if value == inside:
             continue
         inside = value
-        surface, face = recording.face_at(int(_shown(recording.tables, group, value)[kernels.EVENT_PLACE]))
+        surface, face = recording.face_at(int(_shown(recording.tables, program, group, value)[kernels.EVENT_PLACE]))
         if recording.is_start(t, surface):
             started = not started
         else:
@@ -109,10 +109,10 @@ def region_crossings(recording: Recording, body: int, rows: Any) -> tuple[list[C
     return found, started
 
 
-def _shown(tables: Any, group: Sequence[Any], entered: bool) -> Any:
+def _shown(tables: Any, program: int, group: Sequence[Any], entered: bool) -> Any:
     """The event whose face is reported: the first of the group that turned the way the body did."""
     for row in group:
-        sense = int(tables.leaf_sense[int(row[kernels.EVENT_LEAF])])
+        sense = int(tables.leaf_sense[row_of_leaf(tables, program, int(row[kernels.EVENT_LEAF]))])
         if (row[kernels.EVENT_ON] == 1.0) == (entered == (sense > 0)):
             return row
     return group[0]

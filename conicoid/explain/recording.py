@@ -9,6 +9,7 @@ import numpy as np
 
 from ..engine.answers.rays import Rays
 from ..engine.arrays.crossing_arrays import trace_rows_alone
+from ..engine.faces import cell_faces, numbers_of, plane_faces
 from ..engine.prepared import Prepared
 from ..engine.queries import recorded as kernels
 from ..engine.queries.queries import arrays_of
@@ -73,8 +74,8 @@ class Recording:
         if place == -1:
             return -1, -1
         if place < 0:
-            return int(tables.cell_quadric[-2 - place]), int(tables.cell_face[-2 - place])
-        return int(tables.plane_surface[place]), int(tables.plane_face[place])
+            return int(tables.cell_quadric[-2 - place]), int(numbers_of(cell_faces(tables, -2 - place)))
+        return int(tables.plane_surface[place]), int(numbers_of(plane_faces(tables, place)))
 
     def counts(self, t: float, surface: int) -> bool:
         """Is a crossing within the interval, and not the one that the ray starts on? As `surface/interval.py`."""

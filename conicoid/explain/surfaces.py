@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..engine.faces import cell_faces, numbers_of, plane_faces, sides_of
+from ..engine.programs import cells_of_leaves, leaves_of_programs, row_of_leaf
 from ..engine.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, Tables
 from ..shapes.classification import Classification
 from ..shapes.validate import shown
@@ -81,12 +83,13 @@ def owners_of(scene: Prepared, number: int) -> tuple[Owner, ...]:
     if is_plane:
         places = np.flatnonzero(tables.plane_surface == number)
         cells = np.searchsorted(tables.cell_first, places, side="right") - 1
-        faces, sides = tables.plane_face[places], tables.plane_side[places]
+        both = plane_faces(tables, places)
     else:
         cells = np.flatnonzero(tables.cell_quadric == number)
-        faces, sides = tables.cell_face[cells], tables.cell_side[cells]
+        both = cell_faces(tables, cells)
         balls = np.flatnonzero((tables.entry_kind == BALL) & (tables.entry_index == number))
-        found |= {(body, 0, 1) for body in tables.entry_body[balls].tolist()}
+        found |= {(body, 0, 1) for body in balls.tolist()}
+    faces, sides = numbers_of(both), sides_of(both)
     which, bodies, senses = _bodies_of(tables, cells)
     found |= set(zip(bodies.tolist(), faces[which].tolist(), (sides[which] * senses).tolist(), strict=True))
     for kind, surfaces, normals in (
@@ -95,9 +98,7 @@ def owners_of(scene: Prepared, number: int) -> tuple[Owner, ...]:
     ):
         rows = np.flatnonzero(surfaces == number)
         entries = np.flatnonzero((tables.entry_kind == kind) & np.isin(tables.entry_index, rows))
-        found |= {
-            (int(tables.entry_body[entry]), 0, int(normals[tables.entry_index[entry]])) for entry in entries.tolist()
-        }
+        found |= {(entry, 0, int(normals[tables.entry_index[entry]])) for entry in entries.tolist()}
     names = scene.labels.names_of(np.array([body for body, _, _ in sorted(found)], np.int64))
     return tuple(Owner(body, name, face, side) for (body, face, side), name in zip(sorted(found), names, strict=True))
 
@@ -106,16 +107,27 @@ def _bodies_of(tables: Tables, cells: Any) -> tuple[Any, Any, Any]:
     """Whose some cells are: (which of the cells, body, -1 where it stands for its complement there, else 1)."""
     which, entries = _joined(tables, CELL, cells)
     order = np.argsort(cells, kind="stable")
-    leaves = np.flatnonzero(np.isin(tables.leaf_cell, cells))
-    first, last = (np.searchsorted(cells[order], tables.leaf_cell[leaves], side=end) for end in ("left", "right"))
+    leaves = _leaves_of(tables, cells)
+    cells_of = cells_of_leaves(tables, leaves)
+    first, last = (np.searchsorted(cells[order], cells_of, side=end) for end in ("left", "right"))
     leaf, at = _ranges(first, last)
     programs = np.searchsorted(tables.program_leaf, leaves, side="right") - 1
     part, regions = _joined(tables, REGION, programs[leaf])
+    senses = tables.leaf_sense[row_of_leaf(tables, programs, leaves)]
     return (
         np.concatenate([which, order[at][part]]),
-        tables.entry_body[np.concatenate([entries, regions])],
-        np.concatenate([np.ones(len(which), np.int64), tables.leaf_sense[leaves][leaf][part]]),
+        np.concatenate([entries, regions]),
+        np.concatenate([np.ones(len(which), np.int64), senses[leaf][part]]),
     )
+
+
+def _leaves_of(tables: Tables, cells: Any) -> Any:
+    """The leaves that are some cells, in rising order."""
+    if not len(tables.program_shifts):
+        return np.flatnonzero(np.isin(tables.leaf_cell, cells))
+    leaves, (first, count) = np.unique(cells), leaves_of_programs(tables)
+    programs = np.searchsorted(first, leaves, side="right") - 1
+    return leaves[(programs >= 0) & (leaves < (first + count)[programs])]
 
 
 def _joined(tables: Tables, kind: int, rows: Any) -> tuple[Any, Any]:

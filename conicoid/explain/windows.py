@@ -79,7 +79,7 @@ def _axis(found: Explanation, main: BodyStep | None, middle: FloatArray) -> tupl
 def _box(found: Explanation, shown: Sequence[int]) -> tuple[FloatArray, FloatArray]:
     """(low, high) around some bodies, infinite where they are."""
     lowered = found.scene.prepared.lowered
-    rows = lowered.boxes[np.isin(lowered.tables.entry_body, shown)]
+    rows = lowered.boxes[np.array(shown, np.intp)]
     return rows[:, :3].min(axis=0, initial=math.inf), rows[:, 3:].max(axis=0, initial=-math.inf)
 
 

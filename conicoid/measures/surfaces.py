@@ -107,9 +107,9 @@ def _leaves(shape: Shape) -> int:
 
 def _sides(tables: Any, cell: int) -> Iterator[tuple[int, bool]]:
     if tables.cell_quadric[cell] >= 0:
-        yield int(tables.cell_quadric[cell]), bool(tables.cell_side[cell] > 0)
+        yield int(tables.cell_quadric[cell]), bool(tables.cell_face[cell] > 0)
     for row in range(int(tables.cell_first[cell]), int(tables.cell_first[cell + 1])):
-        yield int(tables.plane_surface[row]), bool(tables.plane_side[row] > 0)
+        yield int(tables.plane_surface[row]), bool(tables.plane_face[row] > 0)
 
 
 def _surface(tables: Any, number: int, origin: FloatArray) -> Plane | Quadric:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..engine.faces import cell_faces, plane_faces, sides_of
+from ..engine.programs import cells_of_leaves, gates_of_program, leaves_of_program, row_of_leaf
 from ..engine.tables import BALL, CELL, POLYGON, REGION, SHEET
 from ..shapes.vector import FloatArray
 from .window import Window
@@ -74,7 +76,7 @@ class Bodies:
 
     def number(self, entry: int) -> int:
         """Its body."""
-        return int(self.tables.entry_body[entry])
+        return entry
 
     def is_sheet(self, entry: int) -> bool:
         return int(self.tables.entry_kind[entry]) in (SHEET, POLYGON)
@@ -123,15 +125,18 @@ class Bodies:
         return np.stack([points @ window.u / across - across / 2, points @ window.v / up - up / 2], axis=1)
 
     def _leaves(self, program: int) -> list[tuple[tuple[int, int], ...]]:
-        first, last = self.tables.program_leaf[program : program + 2].tolist()
-        return [self._cell(cell) for cell in self.tables.leaf_cell[first:last].tolist()]
+        return [self._cell(int(cells_of_leaves(self.tables, leaf))) for leaf in leaves_of_program(self.tables, program)]
 
     def _cell(self, cell: int) -> tuple[tuple[int, int], ...]:
         tables = self.tables
         first, last = tables.cell_first[cell : cell + 2].tolist()
-        planes = zip(tables.plane_surface[first:last].tolist(), tables.plane_side[first:last].tolist(), strict=True)
+        planes = zip(
+            tables.plane_surface[first:last].tolist(),
+            sides_of(plane_faces(tables, slice(first, last))).tolist(),
+            strict=True,
+        )
         quadric = int(tables.cell_quadric[cell])
-        return (*planes, *([(quadric, int(tables.cell_side[cell]))] if quadric >= 0 else []))
+        return (*planes, *([(quadric, int(sides_of(cell_faces(tables, cell))))] if quadric >= 0 else []))
 
     def holds(self, entry: int, signs: Signs, count: int) -> Mask:
         """Is each of `count` places in an entry, by the signs of its surfaces there? Of a sheet: in what clips it."""
@@ -147,13 +152,13 @@ class Bodies:
     def _program(self, program: int, cells: Any, signs: Signs, count: int) -> Mask:
         """A Boolean program, by counting the true inputs of its gates (engine/body/gates.py)."""
         tables = self.tables
-        begin, end = tables.program_gate[program : program + 2].tolist()
-        first = int(tables.program_leaf[program])
-        truths = np.repeat(tables.gate_start[begin:end].astype(np.int64)[:, None], count, axis=1)
+        gates = gates_of_program(tables, program)
+        begin, first = gates[0], int(row_of_leaf(tables, program, tables.program_leaf[program]))
+        truths = np.repeat(tables.gate_start[begin : gates.stop].astype(np.int64)[:, None], count, axis=1)
         for k, cell in enumerate(cells):
             change = -1 if tables.leaf_negated[first + k] else 1
             truths[tables.leaf_gate[first + k] - begin] += change * _in_cell(cell, signs, count)
-        for gate in range(end - 1, begin, -1):
+        for gate in reversed(gates[1:]):
             need, start = int(tables.gate_need[gate]), int(tables.gate_start[gate])
             falls = (start >= need) != bool(tables.gate_negated[gate])
             changed = (truths[gate - begin] >= need) != (start >= need)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from ..engine.tables import Tables
 from .picks import name_of
+from .written_out import written_out
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -47,13 +48,14 @@ def shipped() -> bytes | None:
 
 
 def engine_data(scene: Scene, shown: Any) -> dict[str, Any] | None:
-    """The engine and the tables that are not `shown` to the shader, compressed; None where there is no engine."""
+    """The engine and its tables that are not `shown` to the shader as they are, compressed; None if there is none."""
     code = shipped()
     if code is None:
         return None
     geometry, rest, tables = scene.geometry, scene.prepared.rest, scene.prepared.lowered.tables
     parts: dict[str, npt.NDArray[Any]] = {"places": geometry.places}
-    parts |= {name: getattr(tables, name) for name in Tables._fields if name not in shown}
+    others = written_out(tables)
+    parts |= {name: getattr(tables, name) for name in Tables._fields if name not in shown or name in others}
     parts |= {f"rest_{name}": getattr(rest, name) for name in rest._fields}
     kinds = {name: _KINDS[array.dtype.kind, name == "places"] for name, array in parts.items()}
     return {

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..engine import tables as table
-from ..engine.body.maps import maps_of_faces
 from ..engine.tables import Tables, length
 from ..render.camera import Camera, OrthographicCamera
 from ..render.fit import fitting_lights
@@ -20,11 +19,13 @@ from ..shading.materials import CHECKER_SPACE, CHECKER_UV, PLAIN
 from ..shapes.material import DEFAULT
 from ..shapes.repeated_labels import looks_of
 from .limits import check
+from .written_out import written_out
 
 ASPECT = 4 / 3
 _UNUSED = {
     "leaf_bounds",
     "cell_likes",
+    "program_row",
     "program_shifts",
     "shifts",
     "body_maps",
@@ -45,9 +46,8 @@ def scene_data(scene: Scene) -> dict[str, Any]:
     look = look_of(scene, lights)
     low, high = scene.extent
     tables = {name: _array(scene, number) for number, name in enumerate(Tables._fields) if name not in _UNUSED}
-    if len(scene.prepared.lowered.tables.body_maps):  # the engine takes those that share them
-        del tables["face_maps"]
-        tables["face_rows"] = maps_of_faces(scene.prepared.lowered.tables).ravel()
+    # The engine takes those that share rows, see `engine_data`
+    tables |= {name: column.ravel() for name, column in written_out(scene.prepared.lowered.tables).items()}
     check(tables)
     return {
         "tables": {name: _encoded(array) for name, array in tables.items()},

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import conicoid as co
 from conicoid.bench.core import PINS, core_xml
+from conicoid.engine.tree.leaf import ROWS
 
 REAL, WHOLE = 8, 4
-WALL = (4 + 2) * REAL + 2 * WHOLE  # anchor and form, limits; kind and row
-PART = 2 * REAL + (4 + 4) * WHOLE  # limits; a cell, and a leaf of a Boolean body
-PLANE = 3 * WHOLE  # surface, side, face
-BODY = (2 + 4) * REAL + (2 + 4) * WHOLE + (4 + 5) * WHOLE  # limits, shift; a program of one gate; entry, face, maps
+WALL = 4 * REAL + 2 * WHOLE  # anchor and form; kind and row
+PART = (4 + 1) * WHOLE  # a cell, and a leaf of a Boolean body
+PLANE = 2 * WHOLE  # surface; side and face
+BODY = (1 + 4 + 3 + 4) * WHOLE  # a program, and where it is; entry, face, maps
 PIN = 3 * WALL + 7 * PART + 10 * PLANE + 3 * BODY
 """A pin: pellet, cladding and water, of seven parts in all, with three curved walls; parts end at ten planes."""
 EDGES = 32
@@ -31,4 +32,4 @@ def test_a_pin_takes_what_tells_it_from_others(tmp_path: Path) -> None:
     assert len(one.quadric_forms) == len(other.quadric_forms)
     for shared in ("planes", "leaf_bounds", "face_maps"):
         assert len(getattr(other, shared)) - len(getattr(one, shared)) < pins / 16, shared
-    assert len(other.leaf_items) == 8 * len(other.entry_kind)
+    assert len(other.leaf_items) == ROWS * len(other.entry_kind)

@@ -8,6 +8,7 @@ import pytest
 import conicoid as co
 from conicoid.engine.lowering.edited import exchange
 from conicoid.engine.tree.build.leaf_items import put_items
+from conicoid.engine.tree.leaf import ROWS
 from tests.engine.exchanges import CUBE, bodies, content, moved, note_memory_taken, slid, standing
 from tests.engine.nodes import Nodes
 from tests.engine.test_edited import same_answers, same_tables
@@ -23,11 +24,11 @@ def leaves(scene):
     found, tree = {}, Nodes(scene)
     tables, first = scene.lowered.tables, int(scene.prepared.woods.places[-1])
     items = tables.leaf_items
-    assert len(items) == 8 * (len(tables.tree_order) - first)
+    assert len(items) == ROWS * (len(tables.tree_order) - first)
     for code in [*tree.children[tree.children < 0].tolist(), *(root for root in tree.roots if root < 0)]:
         place, count = (-code - 1) >> 4, (-code - 1) & 15
         if place >= first:
-            found[place] = items[8 * (place - first) : 8 * (place - first + count)].tobytes()
+            found[place] = items[ROWS * (place - first) : ROWS * (place - first + count)].tobytes()
     return found
 
 

@@ -18,6 +18,7 @@ from conicoid.cluster.tables_file import opened, write_tables
 from conicoid.engine.lowering.edited import stores
 from conicoid.engine.lowering.edited.exchange import Exchange
 from conicoid.engine.lowering.edited.kept import Kept, Known
+from conicoid.engine.tree.leaf import ROWS
 from tests.engine.exchanges import bodies, content, moved, note_memory_taken
 from tests.engine.test_edited import same_answers, same_tables
 
@@ -244,7 +245,7 @@ def test_numbers_of_what_was_edited_in_the_same_way_are_equal_in_any_memory(take
             alone += [] if holds else [[part.tobytes() for part in scene.geometry]]
             tables = scene.lowered.tables
             of_no_leaf = tables.tree_order[int(scene.prepared.woods.places[-1]) :] < 0
-            assert not tables.leaf_items.reshape(-1, 8)[of_no_leaf].any()
+            assert not tables.leaf_items.reshape(-1, ROWS)[of_no_leaf].any()
             gaps += of_no_leaf.sum()
         assert sum(taken[1:]) > 20 or holds
         assert not any(taken[1:]) or not holds

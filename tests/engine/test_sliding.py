@@ -224,7 +224,7 @@ def test_a_wall_that_stays_goes_from_one_wall_of_a_body_to_the_other():
     assert scene.contains((1.5, 2.5, 2.5))
     anew = co.Scene(list(scene.bodies))
     for name, table, other in zip(scene.lowered.tables._fields, scene.lowered.tables, anew.lowered.tables, strict=True):
-        if name in ("cell_quadric", "plane_surface", "plane_side", "surface_kind", "surface_row", "planes"):
+        if name in ("cell_quadric", "plane_surface", "plane_face", "surface_kind", "surface_row", "planes"):
             assert table.tobytes() == other.tobytes(), name
 
 

@@ -123,3 +123,11 @@ def test_command_refuses(tmp_path):
         "explain", path, "--ray", 0, 0, 0, 1, 0, 0, "--html", tmp_path / "x.pdf"
     )
     assert "direction must not be zero" in refused("explain", path, "--ray", 0, 0, 0, 0, 0, 0)
+
+
+def test_a_sweep_counts_the_inputs_of_its_own_body():
+    """x and y are in [0, 4] and [1, 3]: so is the ray from 0 and 1 on, of which the intersection needs both."""
+    slab = co.Box((0, -1, -1), (4, 1, 1)) & co.Box((1, -2, -2), (3, 2, 2))
+    scene = co.Scene([slab.translate((0, 9, 0)), slab])
+    sweep = scene.explain((-5, 0, 0), (1, 0, 0), body=1).bodies[-1].sweep
+    assert [(row.t, row.count, row.need) for row in sweep.rows] == [(5, 1, 2), (6, 2, 2), (8, 1, 2), (9, 0, 2)]

@@ -267,9 +267,8 @@ class Crossings(Answer, ByRay):
         scene, starts = self._scene, self._rays._starts_in(self._scene)
         starts = starts if len(starts) == 1 else starts[owners(self.offsets)]
         limits = np.array([-np.inf]), np.array([np.inf])
-        entries = np.searchsorted(scene.lowered.tables.entry_body, self.body).astype(np.int32)
         turns = np.where(self.entering, 2, 1).astype(np.int8)
-        places = Places(self.t, self.surface, entries, turns)
+        places = Places(self.t, self.surface, self.body.astype(np.int32), turns)
         sides = np.ascontiguousarray(sides_of(scene, RayArrays(*self._rows_rays, *limits, starts), places).T)
         sides.flags.writeable = False
         return sides

@@ -12,11 +12,12 @@ from __future__ import annotations
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..numbers.sort import first_gap, next_gap
+from ..programs import cell_of_leaf, gates_of, sense_of
 from ..ray import Ray, span_inverse, with_limits
 from ..surface.interval import at_start, has_not_ended
 from ..surface.nearness import Nearness, beyond, near, nearness_of
-from ..tables import Geometry, halted, halted_now_and_then, integer, whole
-from ..tree.walk import walk
+from ..tables import Geometry, halted, halted_now_and_then, whole
+from ..tree.walk import walk_leaves
 from .cell import cell_spans, place_face
 from .gates import hold, put_outside, root_value, turn_leaf
 from .scratch import CROSS_ENTERS, CROSS_PLACE, CROSS_SENSE, CROSS_T, EVENT, KNOWN, LEAF, ON, PLACE, TIME, Scratch
@@ -39,7 +40,7 @@ def leaves_met(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> 
     """
     if scratch.found_leaves[KNOWN] >= 0:
         return scratch.found_leaves[KNOWN]
-    return walk(geometry, scratch.inner_way, program, ray, scratch.found_leaves)
+    return walk_leaves(geometry, scratch.inner_way, program, ray, scratch.found_leaves)
 
 
 @helper
@@ -51,7 +52,7 @@ def gather(geometry: Geometry, scratch: Scratch, program: int, ray: Ray) -> tupl
     inverse = span_inverse(ray)
     for k in range(leaves_met(geometry, scratch, program, ray)):
         leaf = scratch.found_leaves[k]
-        found = cell_spans(geometry, integer(geometry, table.LEAF_CELL, leaf), ray, inverse)
+        found = cell_spans(geometry, cell_of_leaf(geometry, leaf), ray, inverse)
         doubtful |= found.unsure
         if found.number > 0:
             count = put_event(scratch, count, found.in1, leaf, found.place_in1, 1)
@@ -110,14 +111,16 @@ def region_crossings(
 
 
 @inline
-def _turned_until(geometry: Geometry, scratch: Scratch, done: int, events: int, t: float, through: bool) -> int:
+def _turned_until(
+    geometry: Geometry, scratch: Scratch, program: int, done: int, events: int, t: float, through: bool
+) -> int:
     """Turn the leaves of the events from number `done` on that come before t, or `through` it; returns how many are."""
     event = scratch.event
     while done < events and not halted_now_and_then(geometry, done):
         end = scratch.time[TIME * done]
         if not (end < t or (through and end == t)):
             break
-        turn_leaf(geometry, scratch.counts, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+        turn_leaf(geometry, scratch.counts, program, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
         done += 1
     return done
 
@@ -134,7 +137,7 @@ def sweep(
     t_min, t_max = ray.t_min, ray.t_max
     gates, event, unsure, found = scratch.counts, scratch.event, False, 0
     hold(geometry, gates, program)
-    done = _turned_until(geometry, scratch, 0, events, t_min, True)
+    done = _turned_until(geometry, scratch, program, 0, events, t_min, True)
     unsure |= (done > 0) & (done < events) and _unsettled(geometry, scratch, done, nearness)
     inside = root_value(geometry, gates, program)
     started_inside = inside
@@ -149,13 +152,13 @@ def sweep(
             break
         first = done
         while done < events and scratch.time[TIME * done] == t and not halted_now_and_then(geometry, done):
-            turn_leaf(geometry, gates, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
+            turn_leaf(geometry, gates, program, event[EVENT * done + LEAF], event[EVENT * done + ON] == 1)
             done += 1
             unsure |= done < events and _unsettled(geometry, scratch, done, nearness)
         after = root_value(geometry, gates, program)
         if after != inside:
             inside = after
-            reported = _report(geometry, scratch, first, done, ray.start, after, found)
+            reported = _report(geometry, scratch, program, first, done, ray.start, after, found)
             found += reported
             started_inside ^= reported == 0
     turn_back(geometry, scratch, program, done)
@@ -173,7 +176,7 @@ def _at_start(geometry: Geometry, scratch: Scratch, k: int, ray: Ray, nearness: 
 @helper
 def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> None:
     """Undo the first `done` events: every leaf is outside again."""
-    first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
+    first, last = gates_of(geometry, program)
     if last - first <= done:
         put_outside(geometry, scratch.counts, program)
         return
@@ -181,7 +184,7 @@ def turn_back(geometry: Geometry, scratch: Scratch, program: int, done: int) -> 
         if halted_now_and_then(geometry, i):
             return
         at = EVENT * i
-        turn_leaf(geometry, scratch.counts, scratch.event[at + LEAF], scratch.event[at + ON] == 0)
+        turn_leaf(geometry, scratch.counts, program, scratch.event[at + LEAF], scratch.event[at + ON] == 0)
 
 
 @helper
@@ -189,25 +192,27 @@ def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t
     """(inside just before t, inside just after t) of a region."""
     events, _ = gather(geometry, scratch, program, ray)
     hold(geometry, scratch.counts, program)
-    done = _turned_until(geometry, scratch, 0, events, t, False)
+    done = _turned_until(geometry, scratch, program, 0, events, t, False)
     before = root_value(geometry, scratch.counts, program)
-    done = _turned_until(geometry, scratch, done, events, t, True)
+    done = _turned_until(geometry, scratch, program, done, events, t, True)
     after = root_value(geometry, scratch.counts, program)
     turn_back(geometry, scratch, program, done)
     return before, after
 
 
 @inline
-def _report(geometry: Geometry, scratch: Scratch, first: int, last: int, start: int, entered: bool, n: int) -> int:
+def _report(
+    geometry: Geometry, scratch: Scratch, program: int, first: int, last: int, start: int, entered: bool, n: int
+) -> int:
     """The crossing shows the first leaf of the group that turned the way the body did. 0: it is the ray's start."""
     event, chosen = scratch.event, first
     for i in range(first, last):
-        sense = integer(geometry, table.LEAF_SENSE, event[EVENT * i + LEAF])
+        sense = sense_of(geometry, program, event[EVENT * i + LEAF])
         if (event[EVENT * i + ON] == 1) == (entered == (sense > 0)):
             chosen = i
             break
     t, place = scratch.time[TIME * chosen], event[EVENT * chosen + PLACE]
-    sense = integer(geometry, table.LEAF_SENSE, event[EVENT * chosen + LEAF])
+    sense = sense_of(geometry, program, event[EVENT * chosen + LEAF])
     put_crossing(scratch, n, t, place, sense, 1 if entered else 0)
     return 0 if t == 0.0 and place_face(geometry, place)[0] == start else 1
 
@@ -226,7 +231,7 @@ def inside_program_at(geometry: Geometry, scratch: Scratch, program: int, ray: R
             enters, end = scratch.event[EVENT * i + ON] == 1, scratch.time[TIME * i]
             unsure |= near(end, t, nearness)
             if end < t or (enters and end == t):
-                turn_leaf(geometry, scratch.counts, scratch.event[EVENT * i + LEAF], enters == (sweep == 0))
+                turn_leaf(geometry, scratch.counts, program, scratch.event[EVENT * i + LEAF], enters == (sweep == 0))
         if sweep == 0:
             inside = root_value(geometry, scratch.counts, program)
     return inside, unsure

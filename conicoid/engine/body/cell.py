@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..faces import cell_face_and_side, cell_side, plane_face_and_side, plane_side
 from ..ray import Ray
 from ..surface.nearness import Nearness, nearness_of
 from ..surface.records import curved_roots, plane_values
@@ -57,7 +58,7 @@ def slab_of(geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: N
     """
     slab, unsure, lost = Slab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False, False
     for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-        surface, inner = integer(geometry, table.PLANE_SURFACE, place), integer(geometry, table.PLANE_SIDE, place) > 0
+        surface, inner = integer(geometry, table.PLANE_SURFACE, place), plane_side(geometry, place) > 0
         height, rate, doubtful = plane_values(geometry, surface, ray, inverse)
         slab, close = clip_slab(slab, height, rate, inner, whole(place), nearness.off)
         unsure |= close
@@ -80,7 +81,7 @@ def cell_spans(geometry: Geometry, cell: int, ray: Ray, inverse: float) -> CellS
     quadric, low, high, crosses, outside = integer(geometry, table.CELL_QUADRIC, cell), math.inf, math.inf, False, True
     if quadric >= 0 and slab.t_in < slab.t_out:
         low, high, outside, crosses, doubtful = curved_roots(geometry, quadric, ray, inverse)
-        outside = outside != (integer(geometry, table.CELL_SIDE, cell) < 0)
+        outside = outside != (cell_side(geometry, cell) < 0)
         unsure |= doubtful
     unsure = lost | spans_unsure(slab, low, high, crosses, unsure, ray.t_min, ray.t_max, nearness)
     if not crosses:  # an early out: what `compose_spans` would say
@@ -102,13 +103,7 @@ def place_face(geometry: Geometry, place: int) -> tuple[int, int, int]:
     """(surface, face number, side) of a place; side +1 where the surface's gradient points out of the cell."""
     if place < 0:
         cell = -2 - place
-        return (
-            integer(geometry, table.CELL_QUADRIC, cell),
-            integer(geometry, table.CELL_FACE, cell),
-            integer(geometry, table.CELL_SIDE, cell),
-        )
-    return (
-        integer(geometry, table.PLANE_SURFACE, place),
-        integer(geometry, table.PLANE_FACE, place),
-        integer(geometry, table.PLANE_SIDE, place),
-    )
+        face, side = cell_face_and_side(geometry, cell)
+        return integer(geometry, table.CELL_QUADRIC, cell), face, side
+    face, side = plane_face_and_side(geometry, place)
+    return integer(geometry, table.PLANE_SURFACE, place), face, side

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..faces import cell_side, plane_side
 from ..numbers.errorfree import two_difference
 from ..numbers.sure import sign
 from ..numbers.vectors import dot
+from ..programs import cell_of_leaf
 from ..ray import Ray
 from ..surface.decide import OPEN, Rest, curved_terms, plane_terms, rest_number, rest_of_quadric
 from ..surface.doubt import POINT, POINT_AT_BALL
@@ -76,10 +78,10 @@ def cell_holds(geometry: Geometry, rest: Rest, cell: int, x: float, y: float, z:
     first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
     for slot in range(first, last + 1 if quadric >= 0 else last):
         if slot == last:
-            where, inner = side(geometry, rest, quadric, x, y, z), integer(geometry, table.CELL_SIDE, cell)
+            where, inner = side(geometry, rest, quadric, x, y, z), cell_side(geometry, cell)
         else:
             where = side(geometry, rest, integer(geometry, table.PLANE_SURFACE, slot), x, y, z)
-            inner = integer(geometry, table.PLANE_SIDE, slot)
+            inner = plane_side(geometry, slot)
         if where == OPEN:
             held = OPEN
         elif where * inner > 0:
@@ -104,15 +106,15 @@ def entry_holds(geometry: Geometry, rest: Rest, scratch: Scratch, entry: int, x:
         if table.halted_now_and_then(geometry, k):
             break
         leaf = scratch.found_leaves[k]
-        holds = cell_holds(geometry, rest, integer(geometry, table.LEAF_CELL, leaf), x, y, z)
+        holds = cell_holds(geometry, rest, cell_of_leaf(geometry, leaf), x, y, z)
         certain &= holds != OPEN
         if holds == INSIDE:
-            turn_leaf(geometry, scratch.counts, leaf, True)
+            turn_leaf(geometry, scratch.counts, index, leaf, True)
             scratch.event[EVENT * held + LEAF] = leaf
             held += 1
     inside = root_value(geometry, scratch.counts, index)
     for k in range(held):
         if table.halted_now_and_then(geometry, k):
             break
-        turn_leaf(geometry, scratch.counts, scratch.event[EVENT * k + LEAF], False)
+        turn_leaf(geometry, scratch.counts, index, scratch.event[EVENT * k + LEAF], False)
     return (INSIDE if inside else 0) if certain else OPEN

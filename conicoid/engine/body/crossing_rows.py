@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
-from .. import tables as table
 from ..numbers.sort import sorting_by
 from ..ray import Ray
-from ..tables import Floats, Geometry, integer, whole
+from ..tables import Floats, Geometry, whole
 from .boolean import crossing
 from .entry import crossed_face, entry_crossings, entry_nearness, is_solid
 from .hit import too_close
@@ -60,7 +59,7 @@ def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
 @helper
 def _put_spans(geometry: Geometry, scratch: Scratch, entry: int, met: Met, ray: Ray, rows: Floats, used: int) -> int:
     """Rows of the spans between an entry's crossings, read from scratch; returns how many rows there are now."""
-    body = integer(geometry, table.ENTRY_BODY, entry)
+    body = whole(entry)
     enter, surface, before, inside = ray.t_min, whole(-1), 0.0, met.inside
     for c in range(met.crossings + 1):
         at_end = c == met.crossings
@@ -81,7 +80,7 @@ def _put_spans(geometry: Geometry, scratch: Scratch, entry: int, met: Met, ray: 
 @helper
 def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, met: Met, rows: Floats, used: int) -> int:
     """Rows of an entry's crossings, read from scratch; returns how many rows there are now."""
-    body = integer(geometry, table.ENTRY_BODY, entry)
+    body = whole(entry)
     for c in range(met.crossings):
         t, place, sense, enters = crossing(scratch, c)
         surface, face, side = crossed_face(geometry, whole(entry), place, sense)

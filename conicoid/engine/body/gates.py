@@ -15,6 +15,7 @@ import numpy as np
 
 from ...compiler.jit import allocator, inline
 from .. import tables as table
+from ..programs import gates_of, root_of, rows_of_leaves
 from ..tables import Geometry, Ints, integer, length
 
 HELD = -1
@@ -42,7 +43,7 @@ def new_counts(geometry: Geometry) -> Ints:
 @inline
 def hold(geometry: Geometry, counts: Ints, program: int) -> None:
     """Let `counts` have those of a program, with every leaf outside; so it has, if that was the last that was held."""
-    first = integer(geometry, table.PROGRAM_GATE, program)
+    first = root_of(geometry, program)
     if counts[_ALL] == 0 and counts[HELD] != first:
         counts[HELD] = first
         put_outside(geometry, counts, program)
@@ -51,7 +52,7 @@ def hold(geometry: Geometry, counts: Ints, program: int) -> None:
 @inline
 def put_outside(geometry: Geometry, counts: Ints, program: int) -> None:
     """Put every leaf of a program that is held outside."""
-    first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
+    first, last = gates_of(geometry, program)
     for gate in range(first, last):
         counts[gate - counts[HELD]] = integer(geometry, table.GATE_START, gate)
 
@@ -63,21 +64,28 @@ def gate_value(geometry: Geometry, counts: Ints, gate: int) -> bool:
 
 
 @inline
+def root_count(geometry: Geometry, counts: Ints, program: int) -> int:
+    """How many inputs of the root of a program, which is held, are true."""
+    return counts[root_of(geometry, program) - counts[HELD]]
+
+
+@inline
 def root_value(geometry: Geometry, counts: Ints, program: int) -> bool:
     """The value of a whole program, which is held."""
-    root = integer(geometry, table.PROGRAM_GATE, program)
+    root = root_of(geometry, program)
     return gate_value(geometry, counts, root) != (integer(geometry, table.GATE_NEGATED, root) == 1)
 
 
 @inline
-def turn_leaf(geometry: Geometry, counts: Ints, leaf: int, on: bool) -> None:
+def turn_leaf(geometry: Geometry, counts: Ints, program: int, leaf: int, on: bool) -> None:
     """Count a leaf's change from off to on, or back, up to the first gate that keeps its value.
 
-    Keeps `counts` the true inputs of every gate of the program that is held; relies on the leaf having been the other
+    Keeps `counts` the true inputs of every gate of the program, which is held; relies on the leaf having been the other
     way before.
     """
-    gate = integer(geometry, table.LEAF_GATE, leaf)
-    rises = on != (integer(geometry, table.LEAF_NEGATED, leaf) == 1)
+    row = leaf + rows_of_leaves(geometry, program)
+    gate = integer(geometry, table.LEAF_GATE, row)
+    rises = on != (integer(geometry, table.LEAF_NEGATED, row) == 1)
     while gate >= 0:
         before = gate_value(geometry, counts, gate)
         counts[gate - counts[HELD]] += 1 if rises else -1

@@ -1,9 +1,9 @@
 """The rows of faces' maps from world coordinates to uv; bodies that are one another moved share what says which.
 
 A scene without such bodies has no `body_maps`: `face_maps` have a row for each face, in order. One with such bodies has
-the five numbers of `body_maps` for each body: where the rows of its faces begin in `face_maps`, and then, which of the
+the four numbers of `body_maps` for each body: where the rows of its faces begin in `face_maps`, and then, which of the
 different places along an axis it has, or which of its kind it is. A number 8 row + k of `face_maps` says there that a
-body has the row that lies behind this one by its number k of the five; for k = 0 this one.
+body has the row that lies behind this one by its number k of the four; for k = 0 this one.
 """
 
 from __future__ import annotations

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from ...compiler.jit import helper, inline
-from .. import tables as table
 from ..ray import Ray, scaled_ray, with_limits
-from ..tables import Geometry, Signs, integer
+from ..tables import Geometry, Signs
 from .entry import collect, entry_sides
 from .scratch import Scratch
 
@@ -29,7 +28,7 @@ def media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: S
     before, after = -1, -1
     for k in range(collect(geometry, scratch, here)):
         entry = scratch.found[k]
-        body = integer(geometry, table.ENTRY_BODY, entry)
+        body = entry
         if is_medium[body] == 0 or (before >= 0 and after >= 0):
             continue
         was_inside, is_inside = entry_sides(geometry, scratch, entry, here, t)

@@ -15,7 +15,7 @@ from ..ray import Ray, line_of, with_limits
 from ..surface.interval import at_start, counts_in
 from ..surface.nearness import along, beyond, lengths_of_ball, nearness_of
 from ..surface.quadric import Sphere, sphere_roots
-from ..tables import BALL, CELL, Geometry, integer, whole
+from ..tables import BALL, CELL, Geometry, whole
 from ..tree.leaf import Item
 from .ball import ball_event
 from .boolean import crossing, surface_of
@@ -73,7 +73,7 @@ def try_entry(geometry: Geometry, scratch: Scratch, entry: int, ray: Ray, best: 
     if count == 0:
         return doubted(best, unsure)
     t, place, sense, enters = crossing(scratch, 0)
-    body = integer(geometry, table.ENTRY_BODY, entry)
+    body = whole(entry)
     return nearer(geometry, best, Hit(t, body, entry, place, sense, enters, nearness.off, unsure))
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from ...compiler.jit import helper, inline
 from .. import tables as table
+from ..faces import cell_side, plane_side
 from ..surface.decide import Rest, rest_number, rest_of_quadric
 from ..surface.doubt import POINT_AT_BALL
 from ..surface.quadric import own_coordinates, quadric_rounding, quadric_value
@@ -189,7 +190,7 @@ def cell_shares(geometry: Geometry, rest: Rest, cell: int, prism: Prism) -> Shar
     inside, share = True, 0.0
     first, last = integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)
     for slot in range(first, last):
-        surface, side = integer(geometry, table.PLANE_SURFACE, slot), integer(geometry, table.PLANE_SIDE, slot)
+        surface, side = integer(geometry, table.PLANE_SURFACE, slot), plane_side(geometry, slot)
         at = _along(geometry, rest, surface, side, prism)
         if at.q1 == 0.0 and abs(at.q0) <= at.off:
             inside = inside and at.q0 <= 0.0
@@ -204,7 +205,7 @@ def cell_shares(geometry: Geometry, rest: Rest, cell: int, prism: Prism) -> Shar
     if quadric < 0:
         found = Shares(0.5 * max(0.0, high0 - low0), 0.5 * max(0.0, high1 - low1), 0.5 * (high2 - low2))
         return _beside(found, inside, share)
-    at = _along(geometry, rest, quadric, integer(geometry, table.CELL_SIDE, cell), prism)
+    at = _along(geometry, rest, quadric, cell_side(geometry, cell), prism)
     found = Shares(
         0.5 * _measure(at, -at.off, low0, high0),
         0.5 * _measure(at, 0.0, low1, high1),

@@ -11,10 +11,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ...compiler.jit import helper, inline
-from .. import tables as table
 from ..numbers.bits import next_above, next_below
 from ..ray import Ray, with_limits
-from ..tables import Geometry, Signs, integer, whole
+from ..tables import Geometry, Signs, whole
 from .boolean import crossing
 from .entry import collect, crossed_face, entry_crossings, entry_nearness, is_solid
 from .media import first_listed
@@ -94,6 +93,6 @@ def sides_at(
         if count > 0:
             _, place, sense, _ = crossing(scratch, 0)
             unsure |= crossed_face(geometry, whole(one), place, sense)[0] != surface
-        body, solid = integer(geometry, table.ENTRY_BODY, one), is_solid(geometry, one)
+        body, solid = whole(one), is_solid(geometry, one)
         sides = with_body(sides, body, kinds[body], count > 0, inside, inside != (solid and count > 0))
     return sides, unsure

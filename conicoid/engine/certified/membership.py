@@ -40,7 +40,7 @@ def _locate_one(
     if not _is_point(x, y, z):
         return whole(-1), 0
     for k in range(collect(geometry, scratch, point_ray(x, y, z))):
-        body = integer(geometry, table.ENTRY_BODY, scratch.found[k])
+        body = whole(scratch.found[k])
         if body <= after:
             continue
         holds = entry_holds(geometry, rest, scratch, scratch.found[k], x, y, z)
@@ -132,11 +132,11 @@ def located_by_ranks(geometry: Geometry, room: Room, x: float, y: float, z: floa
     for k in range(ranks.size[SURFACES]):
         _stand_in(stand, ranks.surfaces[k], float(ranks.verdict[ranks.surfaces[k]]))
     for k in range(count):
-        if integer(geometry, table.ENTRY_BODY, scratch.found[k]) <= after:
+        if whole(scratch.found[k]) <= after:
             continue
         find_leaves(geometry, scratch, scratch.found[k], ray)
         if entry_holds(stand, nothing, scratch, scratch.found[k], 0.0, 0.0, 0.0) == INSIDE:
-            body = integer(geometry, table.ENTRY_BODY, scratch.found[k])
+            body = whole(scratch.found[k])
             break
     forget_leaves(scratch)
     forget(ranks)

@@ -13,7 +13,6 @@ import math
 import numpy as np
 
 from ...compiler.jit import allocator, helper, inline
-from .. import tables as table
 from ..body.boolean import crossing, leaves_met, put_crossing
 from ..body.crossing_rows import (
     ENTER,
@@ -33,7 +32,7 @@ from ..body.entry import crossed_face, entry_crossings, is_solid
 from ..body.hit import Hit, comes_first, no_hit
 from ..body.scratch import KNOWN, TIME, Scratch
 from ..ray import Ray, scaled_ray
-from ..tables import Floats, Geometry, integer, whole
+from ..tables import Floats, Geometry, whole
 from .ranks import Ranks, Room, entry_program, ray_of_ranks, t_of
 
 
@@ -94,7 +93,7 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
         find_leaves(geometry, scratch, entry, ray)
         crossings, _ = told_crossings(geometry, stand, scratch, ranks, entry, ray)
         rank, place, sense, enters = crossing(scratch, 0)
-        body = integer(geometry, table.ENTRY_BODY, entry)
+        body = whole(entry)
         if crossings > 0 and rank <= best.t:
             latest = max(latest if rank == best.t else -math.inf, scratch.time[0])
             if comes_first(rank, body, best.t, best.body):

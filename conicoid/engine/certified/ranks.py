@@ -23,6 +23,7 @@ from ..body.entry import collect
 from ..body.scratch import Scratch
 from ..numbers.sort import sorting_by
 from ..numbers.sure import Sure
+from ..programs import cell_of_leaf
 from ..ray import Ray
 from ..surface.decide import CROSSES, OPEN, Rest, decide_curved, decide_plane
 from ..surface.decide_loop import decide_loop
@@ -129,7 +130,7 @@ def list_surfaces(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, 
         program = entry_program(geometry, entry)
         if program >= 0:
             for j in range(leaves_met(geometry, scratch, program, ray)):
-                _list_cell(geometry, ranks, integer(geometry, table.LEAF_CELL, scratch.found_leaves[j]))
+                _list_cell(geometry, ranks, cell_of_leaf(geometry, scratch.found_leaves[j]))
 
 
 @inline

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...compiler.jit import helper, inline, kernel
 from ...compiler.shapes import shaped
-from .. import tables as table
 from ..body.boolean import crossing
 from ..body.entry import crossed_face, entry_crossings, is_solid
 from ..body.scratch import Scratch, new_scratch
@@ -25,7 +24,7 @@ from ..body.sides import (
     with_body,
 )
 from ..ray import Ray, RayArrays, load_ray, scaled_ray, span_inverse
-from ..tables import Floats, Geometry, Ints, Signs, halted, integer, whole
+from ..tables import Floats, Geometry, Ints, Signs, halted, whole
 from ..threads import chunk_size, run_on
 from .kernels import again, limits_of_hits
 from .ranked import find_leaves, forget_leaves
@@ -114,7 +113,7 @@ def _sides_of_ranks(
             was ^= solid and at < rank
             now ^= solid and at <= rank
             crossed |= at == rank
-        body = integer(geometry, table.ENTRY_BODY, entry)
+        body = whole(entry)
         sides = with_body(sides, body, kinds[body], crossed, was, now)
     forget_leaves(scratch)
     return sides

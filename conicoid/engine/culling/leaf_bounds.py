@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from ...compiler.jit import inline
 from .. import tables as table
+from ..programs import first_leaf
 from ..tables import BOUNDS_SIZE, SHIFT_SIZE, Geometry, integer, length
 
 
@@ -21,14 +22,13 @@ class LeafBounds(NamedTuple):
 @inline
 def leaf_bounds(geometry: Geometry, program: int) -> LeafBounds:
     """The boxes of the leaves of a program."""
-    f, places, first = geometry.floats, geometry.places, integer(geometry, table.PROGRAM_LEAF, program)
+    f, places, first = geometry.floats, geometry.places, first_leaf(geometry, program)
     x, y, z = 0.0, 0.0, 0.0
     if length(geometry, table.PROGRAM_SHIFTS) > 0:
         shifts, at = places[table.SHIFTS], SHIFT_SIZE * program
         x = f[shifts + integer(geometry, table.PROGRAM_SHIFTS, at)]
         y = f[shifts + integer(geometry, table.PROGRAM_SHIFTS, at + 1)]
         z = f[shifts + integer(geometry, table.PROGRAM_SHIFTS, at + 2)]
-        first = integer(geometry, table.PROGRAM_SHIFTS, at + 3)
     return LeafBounds(places[table.LEAF_BOUNDS] + BOUNDS_SIZE * first, x, y, z)
 
 

@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from ..faces import cell_faces
 from ..tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables
+from .alike import columns_of_programs, shared_faces
 from .apart import apart, empty, give_back_of
+from .columns import Columns, ends_of
 from .given import Given, Leading, columns_of, has_form
-from .leaf_bounds import bounds_of_leaves, likes_of_cells
 from .maps import frames_of, maps_of_faces, shares_frame
-from .pattern import BOX_NUMBERS, SIZES, Group
+from .moved_rows import MovedRows
+from .pattern import BOX_NUMBERS, SIZES
 from .places import Contents, Places
 from .quadrics import Quadrics
 from .rows import blocks
@@ -32,8 +35,7 @@ class Layout:
 
         self.surfaces = places(lambda p: len(p.kinds))
         self.cells, self.planes = places(lambda p: len(p.cells)), places(lambda p: len(p.planes))
-        self.programs, self.leaves = places(lambda p: len(p.programs)), places(lambda p: len(p.leaves))
-        self.gates, self.sheets = places(lambda p: len(p.gates)), places(lambda p: len(p.sheets))
+        self.programs, self.sheets = places(lambda p: len(p.programs)), places(lambda p: len(p.sheets))
         self.polygons, self.corners = places(lambda p: len(p.polygons)), places(lambda p: int(p.corners.sum()))
         self.faces = places(lambda p: len(p.angular))
         self.frames = Places.of(contents, [int(group.pattern.framed and not shares_frame(group)) for group in groups])
@@ -82,6 +84,8 @@ class Layout:
     def tables(self, surfaces: SurfaceArrays) -> tuple[Tables, Floats]:
         """The finished arrays (without trees and limits), and the entries' boxes (n, 6)."""
         columns = self._columns(surfaces)
+        if any(isinstance(group.rows, MovedRows) for group in self.contents.groups):  # of which edits do not ask
+            surfaces.forget_numbers()
         give_back_of(self.contents.body_count)
         entries, boxes = self._entries(surfaces)
         tables = Tables(
@@ -93,22 +97,18 @@ class Layout:
 
     def _columns(self, surfaces: SurfaceArrays) -> dict[str, Any]:
         """Cells, programs, sheets and polygons."""
-        cell, plane = _Columns(self.cells, "ibi"), _Columns(self.planes, "ibi")
-        leaf, gate = _Columns(self.leaves, "iibb"), _Columns(self.gates, "iibi")
-        program, sheet = _Columns(self.programs, "ii"), _Columns(self.sheets, "iibb")
-        polygon, corners = _Columns(self.polygons, "ii"), np.zeros(self.polygons.count, np.int32)
+        cell, plane = Columns(self.cells, "ii"), Columns(self.planes, "ii")
+        sheet = Columns(self.sheets, "iibb")
+        polygon, corners = Columns(self.polygons, "ii"), np.zeros(self.polygons.count, np.int32)
         cell_first = empty(self.cells.count + 1, np.int32)  # first how many planes each has
         vertices = np.empty((self.corners.count, 3))
         for group in self.contents.groups:
             p = group.pattern
-            surface, first_program, first_cell, first_gate = (
-                each.first[group.bodies] for each in (self.surfaces, self.programs, self.cells, self.gates)
+            surface, first_program, first_cell = (
+                each.first[group.bodies] for each in (self.surfaces, self.programs, self.cells)
             )
-            cell.put(group, p.cells, {0: surface})
-            plane.put(group, p.planes, {0: surface})
-            program.put(group, p.programs, {})
-            leaf.put(group, p.leaves, {0: first_cell, 1: first_gate})
-            gate.put(group, p.gates, {0: first_gate})
+            cell.put(group, _signed(p.cells), {0: surface})
+            plane.put(group, _signed(p.planes), {0: surface})
             sheet.put(group, p.sheets, {0: surface, 1: first_program})
             polygon.put(group, p.polygons, {0: surface, 1: first_program})
             for k, count in enumerate(p.cell_planes.tolist()):
@@ -118,39 +118,22 @@ class Layout:
             vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
                 len(group.rows), -1, 3
             )
-        bounds, program_shifts, shifts = bounds_of_leaves(self.contents, self.programs)
         ids_and_senses = [_resolved(surfaces, each.columns[0]) for each in (cell, plane, sheet, polygon)]
         (cell_quadric, cell_sense), (plane_surface, plane_sense) = ids_and_senses[:2]
         (sheet_surface, sheet_sense), (polygon_surface, polygon_sense) = ids_and_senses[2:]
         columns = dict(
             cell_quadric=cell_quadric,
-            cell_likes=likes_of_cells(self.contents, self.cells),
-            cell_side=cell.signs(1, cell_sense),
-            cell_face=cell.columns[2],
+            **shared_faces(self.contents, self.cells, cell.signed(1, cell_sense), plane.signed(1, plane_sense)),
             cell_first=np.cumsum(cell_first, out=cell_first),
             plane_surface=plane_surface,
-            plane_side=plane.signs(1, plane_sense),
-            plane_face=plane.columns[2],
-            program_leaf=_ends(program.columns[0]),
-            program_gate=_ends(program.columns[1]),
-            leaf_cell=leaf.columns[0],
-            leaf_gate=leaf.columns[1],
-            leaf_negated=leaf.columns[2],
-            leaf_sense=leaf.columns[3],
-            leaf_bounds=bounds,
-            program_shifts=program_shifts,
-            shifts=shifts,
-            gate_parent=gate.columns[0],
-            gate_need=gate.columns[1],
-            gate_negated=gate.columns[2],
-            gate_start=gate.columns[3],
+            **columns_of_programs(self.contents, self.programs, self.cells),
             sheet_surface=sheet_surface,
             sheet_program=sheet.columns[1],
-            sheet_side=sheet.signs(2, sheet_sense),
+            sheet_side=sheet.signed(2, sheet_sense),
             sheet_one_sided=sheet.columns[3],
             polygon_surface=polygon_surface,
             polygon_side=polygon_sense,
-            polygon_first=_ends(corners),
+            polygon_first=ends_of(corners),
             polygon_program=polygon.columns[1],
             vertices=vertices,
         )
@@ -160,9 +143,8 @@ class Layout:
         """The leaves of the scene's tree in the order of their bodies, and what bodies need besides; boxes."""
         contents = self.contents
         count = contents.body_count
-        kind, index, body = empty(count, np.int8), empty(count, np.int32), empty(count, np.int32)
+        kind, index = empty(count, np.int8), empty(count, np.int32)
         body_face, boxes = empty(count, np.int32), empty((count, 6), np.float64)
-        body[:] = np.arange(count, dtype=np.int32)
         of_kind = {CELL: self.cells, REGION: self.programs, SHEET: self.sheets, POLYGON: self.polygons}
         for group in contents.groups:
             p, bodies = group.pattern, group.bodies
@@ -182,7 +164,6 @@ class Layout:
         columns = dict(
             entry_kind=kind,
             entry_index=index,
-            entry_body=body,
             body_face=body_face,
             ball_frames=np.array(contents.ball_frames, dtype=np.float64).reshape(-1, 9),
             face_maps=apart(face_maps),
@@ -211,31 +192,9 @@ class Layout:
         return lost
 
 
-class _Columns:
-    """Columns of one table, which are filled group by group: "b" for those of small numbers, "i" for others."""
-
-    def __init__(self, places: Places, kinds: str) -> None:
-        self.places = places
-        self.columns: list[Any] = [empty(places.count, np.int8 if kind == "b" else np.int32) for kind in kinds]
-
-    def put(self, group: Group, rows: Ints, shifts: dict[int, Ints]) -> None:
-        """Rows of a pattern for each body of a group; numbers in some columns count on from a body's first one."""
-        first = self.places.first[group.bodies].astype(np.intp)
-        for k, row in enumerate(rows.tolist()):
-            at = first + k
-            for column, (values, number) in enumerate(zip(self.columns, row, strict=True)):
-                values[at] = shifts[column] + np.int32(number) if column in shifts and number >= 0 else number
-
-    def signs(self, column: int, senses: Signs) -> Signs:
-        """A column of signs, each times a sense."""
-        values: Signs = self.columns[column]
-        values *= senses
-        return values
-
-
-def _ends(counts: Ints) -> Ints:
-    """Where each begins, and the last ends."""
-    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
+def _signed(rows: Ints) -> Ints:
+    """Rows of a surface, a side and a face as those of a surface and of both (engine/faces.py); 1 for no surface."""
+    return np.stack([rows[:, 0], np.where(rows[:, 0] < 0, 1, rows[:, 1] * (rows[:, 2] + 1))], axis=1)
 
 
 def _resolved(surfaces: SurfaceArrays, numbers: Ints) -> tuple[Ints, Signs]:
@@ -280,7 +239,7 @@ def balls_direct(tables: Tables) -> Tables:
     kind, index = tables.entry_kind.copy(), tables.entry_index.copy()
     cells = index[at]
     quadric = tables.cell_quadric[cells]
-    ball = (quadric >= 0) & (tables.cell_side[cells] > 0) & (tables.cell_face[cells] == 0)
+    ball = (quadric >= 0) & (cell_faces(tables, cells) == 1)
     ball &= np.diff(tables.cell_first)[cells] == 0
     ball[ball] = tables.surface_kind[quadric[ball]] == SPHERE
     kind[at[ball]], index[at[ball]] = BALL, quadric[ball]

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..faces import rows_of_cells
+from ..programs import cells_of_leaves, leaves_of_programs, rows_of_programs
 from ..tables import CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, Floats, Tables
 from .apart import apart, empty
 from .surfaces import Remainders
@@ -68,17 +70,13 @@ def limits_of(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str, Any]
 
 def _rows_of_cells(tables: Tables) -> int:
     """How many limits cells have: those that are one another moved share them."""
-    return int(tables.cell_likes.max()) + 1 if len(tables.cell_likes) else len(tables.cell_quadric)
+    return len(tables.cell_face)
 
 
 def _models(tables: Tables) -> Whole:
     """Of each of the limits that programs have, one of the programs that share them."""
-    every = np.arange(len(tables.program_leaf) - 1, dtype=np.int32)
-    if not len(tables.program_shifts):
-        return every
-    rows = tables.program_shifts[:, -1]
-    models = np.empty(int(rows.max()) + 1, np.int32)
-    models[rows] = every
+    models = np.empty(len(tables.program_gate) - 1, np.int32)
+    models[rows_of_programs(tables)] = np.arange(len(tables.program_leaf) - 1, dtype=np.int32)
     return models
 
 
@@ -106,12 +104,20 @@ def _entries_of_cells(tables: Tables) -> Whole:
     cell_entry.fill(-1)
     own = np.flatnonzero(kind == CELL)
     cell_entry[index[own]] = own
-    of_programs, leaves = _entries_of_programs(tables), tables.program_leaf
-    for begin, end in _parts(leaves):
-        entries = np.repeat(of_programs[begin:end], np.diff(leaves[begin : end + 1]))
+    of_programs, (first, count) = _entries_of_programs(tables), leaves_of_programs(tables)
+    ends = _ends(count)
+    for begin, end in _parts(ends):
+        some = count[begin:end]
+        entries = np.repeat(of_programs[begin:end], some)
+        leaves = np.repeat(first[begin:end] - ends[begin:end], some) + np.arange(ends[begin], ends[end], dtype=np.int32)
         held = entries >= 0
-        cell_entry[tables.leaf_cell[leaves[begin] : leaves[end]][held]] = entries[held]
+        cell_entry[cells_of_leaves(tables, leaves[held])] = entries[held]
     return cell_entry
+
+
+def _ends(counts: Whole) -> Whole:
+    """Where each begins, and the last ends."""
+    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
 
 
 def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Whole]]:
@@ -119,15 +125,15 @@ def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Who
 
     Those that are missing, or in no entry, are left out.
     """
-    kind, index, cells, likes = tables.entry_kind, tables.entry_index, len(cell_entry), tables.cell_likes
+    kind, index, cells = tables.entry_kind, tables.entry_index, len(cell_entry)
     for begin in range(0, cells, _USES):
         end = min(cells, begin + _USES)
-        rows = likes[begin:end] if len(likes) else np.arange(begin, end, dtype=np.int32)
+        rows = rows_of_cells(tables, np.arange(begin, end, dtype=np.int32))
         yield _used(tables.cell_quadric[begin:end], rows, cell_entry[begin:end])
     for begin, end in _parts(tables.cell_first):
         first = tables.cell_first[begin : end + 1]
         owners = np.repeat(np.arange(begin, end, dtype=np.int32), np.diff(first))
-        rows = likes[owners] if len(likes) else owners
+        rows = rows_of_cells(tables, owners)
         yield _used(tables.plane_surface[first[0] : first[-1]], rows, cell_entry[owners])
     base = _rows_of_cells(tables)
     for which, column in ((SHEET, tables.sheet_surface), (POLYGON, tables.polygon_surface)):
@@ -190,15 +196,14 @@ def weigh_all(
 def _merged(tables: Tables, cells: Floats) -> Floats:
     """The limits of programs: the widest of their leaves'."""
     models = _models(tables)
-    first = tables.program_leaf[models]
-    ends = np.concatenate([np.zeros(1, np.int32), np.cumsum(tables.program_leaf[models + 1] - first, dtype=np.int32)])
+    first, count = (each[models] for each in leaves_of_programs(tables))
+    ends = _ends(count)
     merged = empty((len(models), 2), np.float64)
     for begin, end in _parts(ends):
         program = np.repeat(np.arange(end - begin, dtype=np.int32), np.diff(ends[begin : end + 1]))
         leaves = np.arange(ends[begin], ends[end]) + (first - ends[:-1])[begin:end][program]
-        like = tables.leaf_cell[leaves]
-        like = tables.cell_likes[like] if len(tables.cell_likes) else like
-        merged[begin:end] = limits_of_programs(program, cells[like], end - begin)
+        rows = rows_of_cells(tables, cells_of_leaves(tables, leaves))
+        merged[begin:end] = limits_of_programs(program, cells[rows], end - begin)
     return merged
 
 

@@ -45,14 +45,13 @@ def maps_of_faces(contents: Contents, faces: Places) -> tuple[Ints, Ints, Floats
                 maps[faces.first[group.bodies] + np.int32(face), k] = number
     if not moved:
         return maps, empty((0, PLACE_SIZE), np.int32), rows
-    parts, tables, places = [maps], [rows], np.zeros((contents.body_count, PLACE_SIZE), np.int32)
+    parts, tables, places = [maps], [rows], empty((contents.body_count, PLACE_SIZE), np.int32)
     places[:, 0] = faces.first
     first, count = faces.count, own.count
     for group, moving in moved:
         p, which = group.pattern, _Which()
         numbers: list[Any] = []
-        for column in range(p.uv_at, p.bounds_at, MAP_SIZE):
-            table, index = moving.maps(column)
+        for table, index in _maps_of(moving, range(p.uv_at, p.bounds_at, MAP_SIZE)):
             numbers.append(count << _SHIFT | which.of(index))
             tables.append(table)
             count += len(table)
@@ -73,6 +72,18 @@ def _numbered(group: Group, rows: Any) -> list[list[Any]]:
     return found
 
 
+def _maps_of(moving: MovedRows, columns: range) -> list[tuple[Floats, Ints]]:
+    """`MovedRows.maps` of columns; rows that depend on more than `_Which` has numbers for are written out."""
+    found, which = [moving.maps(column) for column in columns], _Which()
+    try:
+        for _, index in found:
+            which.of(index)
+    except ValueError:
+        own = np.arange(len(moving), dtype=np.int32)
+        found = [(table[index], own) if index.any() else (table, index) for table, index in found]
+    return found
+
+
 class _Which:
     """What the rows of maps depend on, by the numbers that `body_maps` has for it."""
 
@@ -82,7 +93,7 @@ class _Which:
     def of(self, index: Ints) -> int:
         """The number of what the rows depend on by which each body has this one; 0 where all have the first.
 
-        Raises ValueError for more than four: those of three axes, and one that is another for each body.
+        Raises ValueError for more than three.
         """
         if not index.any():
             return 0

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..tables import Floats, Ints
+from .moved_rows import MovedRows
 from .pattern import Group
 
 
@@ -49,6 +50,20 @@ class Places:
             counts[group.bodies] = number
         ends = np.cumsum(counts, dtype=np.int32)
         return cls(ends - counts, int(ends[-1]) if len(ends) else 0)
+
+    @classmethod
+    def alike(cls, contents: Contents, each: Sequence[int]) -> Places:
+        """The same, where those of a group that are one another moved (`MovedRows`) have one: behind all others'."""
+        shares = [isinstance(group.rows, MovedRows) for group in contents.groups]
+        if not any(shares):
+            return cls.of(contents, each)
+        own = cls.of(contents, [0 if one else number for one, number in zip(shares, each, strict=True)])
+        first, count = np.array(own.first), own.count
+        for group, one, number in zip(contents.groups, shares, each, strict=True):
+            if one:
+                first[group.bodies] = count
+                count += number
+        return cls(first, count)
 
     def rows(self, group: Group, each: int) -> Ints:
         """(bodies, each) rows of a group's bodies."""

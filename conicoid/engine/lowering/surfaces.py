@@ -43,6 +43,10 @@ class SurfaceArrays:
     given: Surfaces
     first: Ints | None  # for each that was added the one whose record it takes; None where that is its own
 
+    def forget_numbers(self) -> None:
+        """Keep no longer which of the table each surface is that was added."""
+        self.ids, self.senses = self.ids[:0].copy(), self.senses[:0].copy()
+
 
 @dataclass
 class Remainders:

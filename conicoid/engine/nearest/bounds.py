@@ -13,6 +13,8 @@ import math
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..culling.leaf_bounds import LeafBounds, leaf_bounds, leaf_high, leaf_low
+from ..faces import cell_side, plane_side
+from ..programs import cell_of_leaf, gates_of, leaves_of, rows_of_leaves
 from ..surface.records import load_plane, load_quadric, load_sphere
 from ..tables import CELL, PLANE, REGION, SHEET, SPHERE, Floats, Geometry, integer
 from .axes import Axes, Directions, parts_along, principal_axes
@@ -144,10 +146,10 @@ def cell_bound(geometry: Geometry, cell: int, x: float, y: float, z: float, enou
     """A signed bound of the distance to the walls of a cell, negative inside."""
     quadric, bound = integer(geometry, table.CELL_QUADRIC, cell), -math.inf
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-        surface, side = integer(geometry, table.PLANE_SURFACE, slot), integer(geometry, table.PLANE_SIDE, slot)
+        surface, side = integer(geometry, table.PLANE_SURFACE, slot), plane_side(geometry, slot)
         bound = max(bound, side * surface_bound(geometry, surface, x, y, z, enough))
     if quadric >= 0 and bound < enough:
-        side = integer(geometry, table.CELL_SIDE, cell)
+        side = cell_side(geometry, cell)
         bound = max(bound, side * surface_bound(geometry, quadric, x, y, z, enough))
     return bound
 
@@ -180,18 +182,19 @@ def program_bound(
     geometry: Geometry, gates: Floats, program: int, x: float, y: float, z: float, enough: float
 ) -> float:
     """A signed bound of the distance to the walls of a region: its gates take the least or largest of their inputs."""
-    first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
+    first, last = gates_of(geometry, program)
     for gate in range(first, last):
         gates[gate - first] = math.inf if integer(geometry, table.GATE_NEED, gate) == 1 else -math.inf
-    bounds, begin = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
-    for leaf in range(begin, integer(geometry, table.PROGRAM_LEAF, program + 1)):
+    bounds, row = leaf_bounds(geometry, program), rows_of_leaves(geometry, program)
+    begin, end = leaves_of(geometry, program)
+    for leaf in range(begin, end):
         bound = leaf_box(geometry, bounds, leaf - begin, x, y, z)
         if bound < enough:
-            cell = integer(geometry, table.LEAF_CELL, leaf)
+            cell = cell_of_leaf(geometry, leaf)
             inner = cell_bound(geometry, cell, x, y, z, enough)
             bound = max(bound, inner) if bound > 0.0 else inner
-        negated = integer(geometry, table.LEAF_NEGATED, leaf) == 1
-        _feed(geometry, gates, first, integer(geometry, table.LEAF_GATE, leaf), -bound if negated else bound)
+        negated = integer(geometry, table.LEAF_NEGATED, leaf + row) == 1
+        _feed(geometry, gates, first, integer(geometry, table.LEAF_GATE, leaf + row), -bound if negated else bound)
     for gate in range(last - 1, first, -1):
         bound = gates[gate - first]
         negated = integer(geometry, table.GATE_NEGATED, gate) == 1

@@ -7,6 +7,8 @@ import math
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..culling.leaf_bounds import leaf_bounds
+from ..faces import cell_side, plane_side
+from ..programs import cell_of_leaf, leaves_of
 from ..tables import PLANE, Geometry, integer
 from .bounds import leaf_box, surface_bound
 from .room import (
@@ -56,10 +58,10 @@ def gather_cell(geometry: Geometry, room: Room, leaf: int, cell: int, x: float, 
     before, first, quadric = room.sizes[SURFACES], room.sizes[LINKS], integer(geometry, table.CELL_QUADRIC, cell)
     alive = True
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-        surface, side = integer(geometry, table.PLANE_SURFACE, slot), integer(geometry, table.PLANE_SIDE, slot)
+        surface, side = integer(geometry, table.PLANE_SURFACE, slot), plane_side(geometry, slot)
         alive = alive and _link(geometry, room, surface, side, x, y, z)
     if alive and quadric >= 0:
-        alive = _link(geometry, room, quadric, integer(geometry, table.CELL_SIDE, cell), x, y, z)
+        alive = _link(geometry, room, quadric, cell_side(geometry, cell), x, y, z)
     if not alive:
         room.sizes[SURFACES], room.sizes[LINKS] = before, first
         return
@@ -72,10 +74,10 @@ def gather_cell(geometry: Geometry, room: Room, leaf: int, cell: int, x: float, 
 @helper
 def gather_program(geometry: Geometry, room: Room, program: int, x: float, y: float, z: float) -> None:
     """The near leaves of a region, or of what clips a sheet."""
-    bounds, first = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
-    for leaf in range(first, integer(geometry, table.PROGRAM_LEAF, program + 1)):
+    bounds, (first, end) = leaf_bounds(geometry, program), leaves_of(geometry, program)
+    for leaf in range(first, end):
         if not leaf_box(geometry, bounds, leaf - first, x, y, z) > limit(room):
-            gather_cell(geometry, room, leaf, integer(geometry, table.LEAF_CELL, leaf), x, y, z)
+            gather_cell(geometry, room, leaf, cell_of_leaf(geometry, leaf), x, y, z)
 
 
 @inline

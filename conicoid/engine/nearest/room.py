@@ -10,6 +10,7 @@ import numpy as np
 from ...compiler.jit import allocator, inline
 from .. import tables as table
 from ..body.scratch import Scratch, new_scratch
+from ..programs import cell_of_leaf, leaves_of
 from ..tables import Floats, Geometry, Ints, integer, length
 
 MOST_BOXES = 4096
@@ -52,17 +53,13 @@ class Room(NamedTuple):
 @allocator
 def new_room(geometry: Geometry) -> Room:
     """Room for one thread."""
-    gates, leaves, links = 1, 1, 8
+    gates, leaves, links = geometry.places[table.GATES], 1, 8
     for program in range(length(geometry, table.PROGRAM_LEAF) - 1):
-        first, last = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
+        first, last = leaves_of(geometry, program)
         leaves = max(leaves, last - first)
-        gates = max(
-            gates,
-            integer(geometry, table.PROGRAM_GATE, program + 1) - integer(geometry, table.PROGRAM_GATE, program),
-        )
         here = 0
         for leaf in range(first, last):
-            cell = integer(geometry, table.LEAF_CELL, leaf)
+            cell = cell_of_leaf(geometry, leaf)
             here += 2 + integer(geometry, table.CELL_FIRST, cell + 1) - integer(geometry, table.CELL_FIRST, cell)
         links = max(links, here)
     for cell in range(length(geometry, table.CELL_QUADRIC)):

@@ -8,6 +8,7 @@ from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..body.cell import NO_PLACE, quadric_place
 from ..body.gates import hold, root_value, turn_leaf
+from ..programs import sense_of
 from ..tables import Geometry, integer, whole
 from .form import form_at, length_of
 from .outline import is_within
@@ -76,11 +77,11 @@ def holds(geometry: Geometry, room: Room) -> bool:
     hold(geometry, counts, whole(program))
     for k in range(leaves):
         if _is_on(room, k):
-            turn_leaf(geometry, counts, whole(room.leaves[4 * k + LEAF]), True)
+            turn_leaf(geometry, counts, whole(program), whole(room.leaves[4 * k + LEAF]), True)
     value = root_value(geometry, counts, whole(program))
     for k in range(leaves):
         if _is_on(room, k):
-            turn_leaf(geometry, counts, whole(room.leaves[4 * k + LEAF]), False)
+            turn_leaf(geometry, counts, whole(program), whole(room.leaves[4 * k + LEAF]), False)
     return value
 
 
@@ -223,10 +224,10 @@ def keep(geometry: Geometry, room: Room, at: Query, chosen: int, x: float, y: fl
 @helper
 def _place_of(geometry: Geometry, room: Room, chosen: int) -> tuple[int, int]:
     """(place of the face, sense of its leaf) of a near surface: of the first leaf that it bounds."""
-    surface = room.surface[chosen]
+    surface, program = room.surface[chosen], whole(room.sizes[PROGRAM])
     for k in range(room.sizes[LEAVES]):
         cell, leaf = whole(room.leaves[4 * k + CELL_OF]), whole(room.leaves[4 * k + LEAF])
-        sense = integer(geometry, table.LEAF_SENSE, leaf) if leaf >= 0 else whole(1)
+        sense = sense_of(geometry, program, leaf) if leaf >= 0 else whole(1)
         first, count = room.leaves[4 * k + FIRST_LINK], room.leaves[4 * k + LINK_COUNT]
         mine, fits = False, True
         for link in range(first, first + count):

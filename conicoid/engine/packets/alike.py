@@ -18,6 +18,8 @@ from ..body.cell import NO_PLACE, quadric_place
 from ..body.hit import Hit
 from ..culling import records_in_lanes
 from ..culling.slack import END, END_LEAST
+from ..faces import cell_side, plane_side
+from ..programs import cell_of_leaf, leaves_of, root_of, rows_of_leaves
 from ..surface.doubt import STARTING
 from ..surface.interval import may_overlap
 from ..surface.nearness import Nearness, lengths_of, ray_size, ray_unit
@@ -129,17 +131,17 @@ def _meet_leaf(geometry: Geometry, bodies: Bodies, model: int, leaf: int, narrow
     lanes, numbers = bodies.lanes, bodies.numbers
     for k in range(count):
         lane = np.uint64(k)
-        cell = integer(geometry, table.LEAF_CELL, integer(geometry, table.PROGRAM_LEAF, numbers[PROGRAM + k]) + leaf)
+        cell = cell_of_leaf(geometry, integer(geometry, table.PROGRAM_LEAF, numbers[PROGRAM + k]) + leaf)
         numbers[CELL + k] = cell
         lengths = lengths_of(geometry, table.CELL_LIMITS, cell)
         lanes[CELL_OFF + lane], lanes[CELL_FAR + lane] = lengths.off, lengths.far
     first, last = eights(0, count)
     for i in range(first, last):
         put_whole_lane(lanes, i)
-    like = integer(geometry, table.LEAF_CELL, integer(geometry, table.PROGRAM_LEAF, model) + leaf)
+    like = cell_of_leaf(geometry, integer(geometry, table.PROGRAM_LEAF, model) + leaf)
     begin, end = integer(geometry, table.CELL_FIRST, like), integer(geometry, table.CELL_FIRST, like + 1)
     for place in range(begin, end):
-        side = integer(geometry, table.PLANE_SIDE, place)
+        side = plane_side(geometry, place)
         cut_planes(geometry, bodies, place - begin, side, FACES * leaf + place - begin, count)
     some = 0
     for i in range(first, last):
@@ -152,7 +154,7 @@ def _meet_leaf(geometry: Geometry, bodies: Bodies, model: int, leaf: int, narrow
         return 0
     surface, side = integer(geometry, table.CELL_QUADRIC, like), 1
     if surface >= 0:
-        side = integer(geometry, table.CELL_SIDE, like)
+        side = cell_side(geometry, like)
         if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
             meet_spheres(geometry, bodies, count)
         else:
@@ -196,10 +198,11 @@ def _close_up(geometry: Geometry, bodies: Bodies, form: int, count: int) -> int:
     for row in _MOVED:
         _move(lanes, row, numbers, padded)
     model = numbers[MODELS + form]
-    root = integer(geometry, table.PROGRAM_GATE, model)
-    first, last = integer(geometry, table.PROGRAM_LEAF, model), integer(geometry, table.PROGRAM_LEAF, model + 1)
+    root = root_of(geometry, model)
+    (first, last), more = leaves_of(geometry, model), rows_of_leaves(geometry, model)
     for leaf in range(first, last):
-        met = integer(geometry, table.LEAF_GATE, leaf) == root and integer(geometry, table.LEAF_NEGATED, leaf) == 0
+        met = integer(geometry, table.LEAF_GATE, leaf + more) == root
+        met = met and integer(geometry, table.LEAF_NEGATED, leaf + more) == 0
         for k in range(4 * bodies.spans[leaf - first] if met else 0):
             _move(leaves, np.uint64(LEAF * (leaf - first) + LANES * k), numbers, padded)
     return left
@@ -218,12 +221,12 @@ def meet_bodies(geometry: Geometry, bodies: Bodies, form: int, rays: Floats, mor
         numbers[ENTRIES + LANES * form + k] = numbers[ENTRIES + LANES * form]
     its, count = count, (count + 7) & -8
     _load_rays(geometry, bodies, form, rays, more, count)
-    within, root = lies_within(geometry, model), integer(geometry, table.PROGRAM_GATE, model)
-    begin, end = integer(geometry, table.PROGRAM_LEAF, model), integer(geometry, table.PROGRAM_LEAF, model + 1)
+    within, root = lies_within(geometry, model), root_of(geometry, model)
+    (begin, end), row = leaves_of(geometry, model), rows_of_leaves(geometry, model)
     for turn in range(2 if within else 1):
         for leaf in range(begin, end):
-            narrows = within and integer(geometry, table.LEAF_GATE, leaf) == root
-            narrows &= integer(geometry, table.LEAF_NEGATED, leaf) == 0
+            narrows = within and integer(geometry, table.LEAF_GATE, leaf + row) == root
+            narrows &= integer(geometry, table.LEAF_NEGATED, leaf + row) == 0
             if narrows == (within and turn == 0):
                 _meet_leaf(geometry, bodies, model, leaf - begin, narrows, count)
         if within and turn == 0:
@@ -248,9 +251,9 @@ def body_hit(geometry: Geometry, bodies: Bodies, form: int, k: int) -> Hit:
     t, place = lanes[FOUND + i], whole(NO_PLACE)
     if t < math.inf:
         leaf = integer(geometry, table.PROGRAM_LEAF, program) + face // FACES
-        cell, number = integer(geometry, table.LEAF_CELL, leaf), face % FACES
+        cell, number = cell_of_leaf(geometry, leaf), face % FACES
         place = quadric_place(cell) if number == FACES - 1 else integer(geometry, table.CELL_FIRST, cell) + number
     return Hit(
-        t, integer(geometry, table.ENTRY_BODY, entry), whole(entry), place, whole(lanes[NEW_SENSE + i]),
+        t, whole(entry), whole(entry), place, whole(lanes[NEW_SENSE + i]),
         lanes[NEW_ENTERS + i] == 1.0, lanes[OFF + i], lanes[DOUBT + i] != 0.0,
     )  # fmt: skip

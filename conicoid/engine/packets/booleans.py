@@ -15,6 +15,7 @@ import numpy as np
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
 from ..body.hit import Hit
+from ..programs import cell_of_leaf, gates_of, leaves_of, root_of, rows_of_leaves
 from ..surface.interval import has_begun, has_not_ended, is_open
 from ..surface.nearness import Nearness, lengths_of
 from ..tables import Floats, Geometry, Ints, integer
@@ -64,9 +65,8 @@ class Memory(NamedTuple):
 @inline
 def in_lanes(geometry: Geometry, program: int) -> bool:
     """Is the body small enough to be traced in lanes?"""
-    leaves = integer(geometry, table.PROGRAM_LEAF, program + 1) - integer(geometry, table.PROGRAM_LEAF, program)
-    gates = integer(geometry, table.PROGRAM_GATE, program + 1) - integer(geometry, table.PROGRAM_GATE, program)
-    return leaves <= MOST and gates <= MOST
+    leaves, gates = leaves_of(geometry, program), gates_of(geometry, program)
+    return leaves[1] - leaves[0] <= MOST and gates[1] - gates[0] <= MOST
 
 
 @helper
@@ -139,8 +139,8 @@ def _reset(geometry: Geometry, lanes: Floats, truths: Floats, program: int, firs
 def reset_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
     """The true inputs of every gate while all leaves are outside."""
     first, last = eights(first, last)
-    begin = integer(geometry, table.PROGRAM_GATE, program)
-    for gate in range(begin, integer(geometry, table.PROGRAM_GATE, program + 1)):
+    begin, end = gates_of(geometry, program)
+    for gate in range(begin, end):
         start, counter = float(integer(geometry, table.GATE_START, gate)), np.uint64((gate - begin) * LANES)
         for i in range(first, last):
             truths[counter + i] = start
@@ -161,8 +161,8 @@ def _pass_on(
 @helper
 def settle_gates(geometry: Geometry, truths: Floats, program: int, first: int, last: int) -> None:
     """Count from the leaves' gates up to the root; parents stand before their children."""
-    begin = integer(geometry, table.PROGRAM_GATE, program)
-    for gate in range(integer(geometry, table.PROGRAM_GATE, program + 1) - 1, begin, -1):
+    begin, end = gates_of(geometry, program)
+    for gate in range(end - 1, begin, -1):
         need, start = integer(geometry, table.GATE_NEED, gate), integer(geometry, table.GATE_START, gate)
         falls = (start >= need) != (integer(geometry, table.GATE_NEGATED, gate) == 1)
         parent = integer(geometry, table.GATE_PARENT, gate) - begin
@@ -178,7 +178,7 @@ def _advance(
     Keeps INSIDE the value just after NOW; a lane stops seeking at its crossing, or beyond its interval or nearest hit.
     """
     first, last = eights(first, last)
-    root = integer(geometry, table.PROGRAM_GATE, program)
+    root = root_of(geometry, program)
     need, negated = float(integer(geometry, table.GATE_NEED, root)), integer(geometry, table.GATE_NEGATED, root) == 1
     seeking = 0
     for i in range(first, last):
@@ -243,7 +243,7 @@ def begin_lane(lanes: Floats, i: Any, nearness: Nearness) -> None:
 @inline
 def lies_within(geometry: Geometry, program: int) -> bool:
     """Is a body true only where all inputs of its root are?"""
-    root = integer(geometry, table.PROGRAM_GATE, program)
+    root = root_of(geometry, program)
     return integer(geometry, table.GATE_NEED, root) > 1 and integer(geometry, table.GATE_NEGATED, root) == 0
 
 
@@ -252,17 +252,17 @@ def leaves_of_lanes(geometry: Geometry, memory: Memory, program: int, first: int
     """Spans of all leaves, those first that the body lies within; returns how many lanes still seek."""
     lanes, leaves, _, spans = memory
     _begin(lanes, lengths_of(geometry, table.PROGRAM_LIMITS, program), first, last)
-    root = integer(geometry, table.PROGRAM_GATE, program)
+    root = root_of(geometry, program)
     within = lies_within(geometry, program)
-    begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
+    (begin, end), row = leaves_of(geometry, program), rows_of_leaves(geometry, program)
     seeking = 1
     for sweep in range(2):
         for leaf in range(begin, end):
-            narrows = within and integer(geometry, table.LEAF_GATE, leaf) == root
-            narrows &= integer(geometry, table.LEAF_NEGATED, leaf) == 0
+            narrows = within and integer(geometry, table.LEAF_GATE, leaf + row) == root
+            narrows &= integer(geometry, table.LEAF_NEGATED, leaf + row) == 0
             if narrows != (sweep == 0):
                 continue
-            k, cell = leaf - begin, integer(geometry, table.LEAF_CELL, leaf)
+            k, cell = leaf - begin, cell_of_leaf(geometry, leaf)
             spans[k], near = _leaf_spans(geometry, lanes, leaves, k * LEAF, cell, narrows, first, last)
             seeking = near if narrows else seeking
             if seeking == 0:
@@ -306,21 +306,21 @@ def sweep_lanes(geometry: Geometry, memory: Memory, program: int, first: int, la
     for i in range(first, last):
         lanes[FOUND + i], lanes[NOW + i] = math.inf, lanes[T_MIN + i]
         lanes[LATEST + i], lanes[ENDS + i] = lanes[T_MIN + i], 0.0
-    begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
-    root = integer(geometry, table.PROGRAM_GATE, program)
+    (begin, end), row = leaves_of(geometry, program), rows_of_leaves(geometry, program)
+    root = root_of(geometry, program)
     starts, seeking = True, 1
     while seeking > 0:
         _reset(geometry, lanes, truths, program, first, last)
         for leaf in range(begin, end):
             k = leaf - begin
-            change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf) == 1 else 1.0
-            gate = integer(geometry, table.LEAF_GATE, leaf) - root
+            change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf + row) == 1 else 1.0
+            gate = integer(geometry, table.LEAF_GATE, leaf + row) - root
             for s in range(spans[k]):
                 _count_span(lanes, leaves, truths, k * LEAF + s * SPAN, gate, change, first, last)
         settle_gates(geometry, truths, program, first, last)
         seeking = _advance(geometry, lanes, truths, program, starts, first, last)
         starts = False
     for leaf in range(end - 1, begin - 1, -1):
-        k, sense = leaf - begin, float(integer(geometry, table.LEAF_SENSE, leaf))
+        k, sense = leaf - begin, float(integer(geometry, table.LEAF_SENSE, leaf + row))
         for s in range(spans[k]):
             _choose_face(lanes, leaves, k * LEAF + s * SPAN, sense, first, last)

@@ -20,6 +20,7 @@ from ..body.ball import ball_event
 from ..body.cell import NO_PLACE, quadric_place
 from ..body.hit import Hit
 from ..body.spans import Composed, Slab, compose_spans, spans_at_start, spans_unsure
+from ..faces import cell_side
 from ..ray import Line
 from ..surface.interval import counts_in, is_open, may_overlap
 from ..surface.nearness import Nearness, beyond, lengths_of, lengths_of_ball
@@ -218,7 +219,7 @@ def unsure_lane(lanes: Floats, i: int, nearness: Nearness) -> bool:
 @inline
 def curved_side(geometry: Geometry, cell: int) -> int:
     """+1 where a cell lies inside of its quadric (or has none), -1 where outside."""
-    return 1 if integer(geometry, table.CELL_QUADRIC, cell) < 0 else integer(geometry, table.CELL_SIDE, cell)
+    return 1 if integer(geometry, table.CELL_QUADRIC, cell) < 0 else cell_side(geometry, cell)
 
 
 @inline
@@ -241,7 +242,7 @@ def lane_spans(lanes: Floats, i: int, side: int, curved: int) -> Composed:
 def _has_one_span(geometry: Geometry, cell: int) -> bool:
     """Is no ray inside of a cell twice, because it lies inside of a quadric that bends one way?"""
     surface = integer(geometry, table.CELL_QUADRIC, cell)
-    if surface < 0 or integer(geometry, table.CELL_SIDE, cell) < 0:
+    if surface < 0 or cell_side(geometry, cell) < 0:
         return surface < 0
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
         return True

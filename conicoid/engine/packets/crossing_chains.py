@@ -18,6 +18,7 @@ from ..body.crossing_rows import Met, put_rows, with_room
 from ..body.entry import crossings_of_roots, crossings_of_spans, entry_crossings, entry_nearness
 from ..body.scratch import Scratch
 from ..culling import balls_in_beam, highest_bit, lowest_bit
+from ..programs import leaves_of
 from ..ray import Ray
 from ..surface.nearness import lengths_of, lengths_of_ball
 from ..surface.records import load_sphere
@@ -105,7 +106,7 @@ def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: in
     if packet.lanes[SEEKS + i] == 0.0:
         return Met(0, False, 0.0, False)
     events = 0
-    begin, end = integer(geometry, table.PROGRAM_LEAF, program), integer(geometry, table.PROGRAM_LEAF, program + 1)
+    begin, end = leaves_of(geometry, program)
     for leaf in range(begin, end):
         for s in range(packet.spans[leaf - begin]):
             t_in, t_out, a, b = _span(packet.leaves, (leaf - begin) * LEAF + s * SPAN, i)

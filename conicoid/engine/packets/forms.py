@@ -12,6 +12,8 @@ import numpy as np
 from ...compiler.jit import allocator, helper, inline
 from .. import tables as table
 from ..culling import bit_count
+from ..faces import cell_side, plane_side
+from ..programs import cell_of_leaf, gates_of, leaves_of, root_of, rows_of_leaves
 from ..tables import Floats, Geometry, Ints, integer, length, whole
 from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, in_lanes
 from .lanes import LANES, SIZE
@@ -78,27 +80,23 @@ def _same_faces(geometry: Geometry, a: int, b: int) -> bool:
     count = integer(geometry, table.CELL_FIRST, a + 1) - first
     same = count < FACES and integer(geometry, table.CELL_FIRST, b + 1) - other == count
     for k in range(count if same else 0):
-        same = same and _same(geometry, table.PLANE_SIDE, first + k, other + k)
+        same = same and plane_side(geometry, first + k) == plane_side(geometry, other + k)
     p, q = integer(geometry, table.CELL_QUADRIC, a), integer(geometry, table.CELL_QUADRIC, b)
     if p < 0 or q < 0:
         return same and p < 0 and q < 0
-    return same and _same(geometry, table.SURFACE_KIND, p, q) and _same(geometry, table.CELL_SIDE, a, b)
+    return same and _same(geometry, table.SURFACE_KIND, p, q) and cell_side(geometry, a) == cell_side(geometry, b)
 
 
 @helper
 def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
     """Do two programs differ in the numbers of their surfaces only?"""
-    leaf, other = integer(geometry, table.PROGRAM_LEAF, p), integer(geometry, table.PROGRAM_LEAF, q)
-    gate, its = integer(geometry, table.PROGRAM_GATE, p), integer(geometry, table.PROGRAM_GATE, q)
-    leaves, gates = (
-        integer(geometry, table.PROGRAM_LEAF, p + 1) - leaf,
-        integer(geometry, table.PROGRAM_GATE, p + 1) - gate,
-    )
-    if integer(geometry, table.PROGRAM_LEAF, q + 1) - other != leaves:
+    (leaf, end), (other, its_end) = leaves_of(geometry, p), leaves_of(geometry, q)
+    leaves, gates = end - leaf, gates_of(geometry, p)
+    gate, its = gates[0], root_of(geometry, q)
+    if its_end - other != leaves or gates_of(geometry, q)[1] - its != gates[1] - gate:
         return False
-    if integer(geometry, table.PROGRAM_GATE, q + 1) - its != gates:
-        return False
-    for k in range(gates):
+    row, its_row = rows_of_leaves(geometry, p), rows_of_leaves(geometry, q)
+    for k in range(gates[1] - gate):
         a, b = gate + k, its + k
         same = _same(geometry, table.GATE_NEED, a, b) and _same(geometry, table.GATE_NEGATED, a, b)
         same = same and _same(geometry, table.GATE_START, a, b)
@@ -106,10 +104,10 @@ def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
         if not same or (above < 0) != (below < 0) or (above >= 0 and above - gate != below - its):
             return False
     for k in range(leaves):
-        a, b = leaf + k, other + k
+        a, b = leaf + k + row, other + k + its_row
         same = _same(geometry, table.LEAF_NEGATED, a, b) and _same(geometry, table.LEAF_SENSE, a, b)
         same = same and integer(geometry, table.LEAF_GATE, a) - gate == integer(geometry, table.LEAF_GATE, b) - its
-        cell, another = integer(geometry, table.LEAF_CELL, a), integer(geometry, table.LEAF_CELL, b)
+        cell, another = cell_of_leaf(geometry, leaf + k), cell_of_leaf(geometry, other + k)
         if not same or not _same_faces(geometry, cell, another):
             return False
     return True

@@ -7,6 +7,7 @@ from typing import Any
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
 from ..body.spans import clip_slab
+from ..faces import plane_side
 from ..ray import Line
 from ..surface.nearness import Nearness
 from ..surface.plane import Plane, PlaneLimits, careful_plane, plain_plane, runs_along, unsure_of_plane
@@ -79,7 +80,7 @@ def put_careful_plane(lanes: Floats, i: Any, plane: Plane, limits: PlaneLimits) 
 def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int, first: int, last: int) -> None:
     """Cut the lanes' slabs by the plane of a place; `lengths` are the limits of its cell."""
     surface = integer(geometry, table.PLANE_SURFACE, place)
-    row, inner = integer(geometry, table.SURFACE_ROW, surface), integer(geometry, table.PLANE_SIDE, place) > 0
+    row, inner = integer(geometry, table.SURFACE_ROW, surface), plane_side(geometry, place) > 0
     plane, limits = load_plane(geometry, row), plane_limits(geometry, row)
     again, x, y, z = 0, lanes[OX], lanes[OY], lanes[OZ]
     if lanes[SHARED] != 0.0:

@@ -11,6 +11,7 @@ import numpy as np
 from ...compiler.jit import choose, helper, inline
 from .. import tables as table
 from ..body.contains import plane_value, sphere_value
+from ..faces import cell_side, plane_side
 from ..surface.decide import Rest, rest_number, rest_of_quadric
 from ..surface.quadric import Quadric, own_coordinates, quadric_rounding, quadric_value
 from ..surface.records import load_plane, load_quadric, load_sphere, plane_limits
@@ -161,8 +162,8 @@ def clear_sides(room: Floats) -> None:
 def _face(geometry: Geometry, cell: int, slot: int, last: int) -> tuple[int, int]:
     """(surface, inner side) of a face of a cell, the quadric's being the last."""
     if slot == last:
-        return integer(geometry, table.CELL_QUADRIC, cell), integer(geometry, table.CELL_SIDE, cell)
-    return integer(geometry, table.PLANE_SURFACE, slot), integer(geometry, table.PLANE_SIDE, slot)
+        return integer(geometry, table.CELL_QUADRIC, cell), cell_side(geometry, cell)
+    return integer(geometry, table.PLANE_SURFACE, slot), plane_side(geometry, slot)
 
 
 @helper

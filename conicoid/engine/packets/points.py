@@ -15,10 +15,11 @@ from .. import tables as table
 from ..body.contains import INSIDE, cell_holds, entry_holds
 from ..body.scratch import Scratch
 from ..numbers.sort import sorting_by
+from ..programs import cell_of_leaf, gates_of, rows_of_leaves
 from ..surface.decide import OPEN, Rest
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs, integer, whole
 from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_range
-from ..tree.walk import OWN_BEAM, next_leaf, push_roots, put_box, scene_tree, walk_box
+from ..tree.walk import OWN_BEAM, next_leaf, push_roots, put_box, scene_tree, walk_leaves_box
 from .booleans import MOST, TRUTHS_SIZE, reset_gates, settle_gates
 from .lanes import LANES
 from .load import packet_row
@@ -138,13 +139,13 @@ def entries_of_box(geometry: Geometry, scratch: Scratch, room: Floats) -> int:
 def _region_of_lanes(geometry: Geometry, rest: Rest, scratch: Scratch, memory: PointMemory, program: int) -> int:
     """`cell_of_lanes` of a Boolean body; -1 where it has too many parts here."""
     room, truths = memory.room, memory.truths
-    begin = integer(geometry, table.PROGRAM_GATE, program)
-    if integer(geometry, table.PROGRAM_GATE, program + 1) - begin > MOST:
+    (begin, end), row = gates_of(geometry, program), rows_of_leaves(geometry, program)
+    if end - begin > MOST:
         return -1
     way = scratch.inner_way
     for k in range(14):
         way[OWN_BEAM + k] = scratch.way[OWN_BEAM + k]
-    leaves = walk_box(geometry, way, program, scratch.found_leaves, _FEW)
+    leaves = walk_leaves_box(geometry, way, program, scratch.found_leaves, _FEW)
     if leaves < 0:
         return -1
     reset_gates(geometry, truths, program, 0, LANES)
@@ -152,11 +153,11 @@ def _region_of_lanes(geometry: Geometry, rest: Rest, scratch: Scratch, memory: P
         room[LOST + i] = 0.0
     for k in range(leaves):
         leaf = whole(scratch.found_leaves[k])
-        held = cell_of_lanes(geometry, rest, integer(geometry, table.LEAF_CELL, leaf), room)
+        held = cell_of_lanes(geometry, rest, cell_of_leaf(geometry, leaf), room)
         if held == NONE:
             continue
-        change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf) == 1 else 1.0
-        counter = np.uint64((integer(geometry, table.LEAF_GATE, leaf) - begin) * LANES)
+        change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf + row) == 1 else 1.0
+        counter = np.uint64((integer(geometry, table.LEAF_GATE, leaf + row) - begin) * LANES)
         if held == ALL:
             for i in range(EVERY):
                 truths[counter + i] += change
@@ -199,7 +200,7 @@ def locate_packet(
     for k in range(count):
         entry: Any = scratch.found[k]
         kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
-        body = integer(geometry, table.ENTRY_BODY, entry)
+        body = whole(entry)
         if kind > REGION:
             continue
         if kind == BALL:

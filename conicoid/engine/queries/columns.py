@@ -20,11 +20,12 @@ from ..body.gates import hold, root_value, turn_leaf
 from ..body.scratch import Scratch, new_scratch
 from ..body.shares import Prism, Shares, ball_shares, cell_shares, shared
 from ..prepared import Prepared
+from ..programs import cell_of_leaf
 from ..ray import Ray
 from ..surface.decide import Rest
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, halted, integer, whole
 from ..threads import Progress, chunk_size, run_on
-from ..tree.walk import put_box, scene_tree, walk_box
+from ..tree.walk import put_box, scene_tree, walk_box, walk_leaves_box
 
 _ROUNDING = 2.0**-46
 """Of the sum of some thousands of shares."""
@@ -85,9 +86,9 @@ def _region_shares(
     hold(geometry, scratch.counts, program)
     for k in range(room.state[2]):
         leaf = whole(scratch.found_leaves[k])
-        found = cell_shares(geometry, rest, integer(geometry, table.LEAF_CELL, leaf), prism)
+        found = cell_shares(geometry, rest, cell_of_leaf(geometry, leaf), prism)
         if found.least >= 1.0:
-            turn_leaf(geometry, scratch.counts, leaf, True)
+            turn_leaf(geometry, scratch.counts, program, leaf, True)
             room.turned[turned] = leaf
             turned += 1
         elif found.most > 0.0:
@@ -97,11 +98,11 @@ def _region_shares(
     without = root_value(geometry, scratch.counts, program)
     with_it = without
     if parts == 1:
-        turn_leaf(geometry, scratch.counts, only, True)
+        turn_leaf(geometry, scratch.counts, program, only, True)
         with_it = root_value(geometry, scratch.counts, program)
-        turn_leaf(geometry, scratch.counts, only, False)
+        turn_leaf(geometry, scratch.counts, program, only, False)
     for k in range(turned):
-        turn_leaf(geometry, scratch.counts, whole(room.turned[k]), False)
+        turn_leaf(geometry, scratch.counts, program, whole(room.turned[k]), False)
     if parts > 1:
         chord = _chord_of_region(geometry, scratch, room, program, ray, begin, end)
         return Shares(max(0.0, chord - off), chord, min(1.0, chord + off))
@@ -140,7 +141,7 @@ def _entry_into(
     last = whole(min(max(end + 1.0, 0.0), float(count)))
     room.state[0] = -1
     if kind == REGION:
-        room.state[2] = walk_box(geometry, scratch.inner_way, index, scratch.found_leaves, len(room.turned))
+        room.state[2] = walk_leaves_box(geometry, scratch.inner_way, index, scratch.found_leaves, len(room.turned))
     for k in range(first, last):
         x, y, z = _placed(axis, a, b, low + (k + 0.5) * step)
         prism = Prism(x, y, z, hx, hy, hz, axis)
@@ -181,7 +182,7 @@ def fill_columns(
                 entry: Any = whole(scratch.found[k])
                 if integer(geometry, table.ENTRY_KIND, entry) > REGION:
                     continue
-                at = whole(groups[integer(geometry, table.ENTRY_BODY, entry)]) * voxels
+                at = whole(groups[whole(entry)]) * voxels
                 if 0 <= at <= shares.shape[1] - voxels:
                     _entry_into(
                         geometry, rest, scratch, room, grid, boxes, entry, a, b, shares, bounds, i, at, voxels

@@ -15,7 +15,7 @@ from ...compiler.jit import inline, kernel
 from .. import tables as table
 from ..body.boolean import gather, inside_program_at, turn_back
 from ..body.cell import CellSpans, cell_spans, slab_of
-from ..body.gates import hold, root_value, turn_leaf
+from ..body.gates import hold, root_count, root_value, turn_leaf
 from ..body.scratch import EVENT, LEAF, ON, PLACE, TIME, new_scratch
 from ..culling import balls_met, lowest_bit
 from ..numbers.errorfree import difference_of_products
@@ -156,7 +156,7 @@ def record_cells(geometry: Geometry, rays: RayArrays, i: int, cells: Ints, rows:
         _put_spans(cell_spans(geometry, cell, ray, inverse), scale, rows, k)
 
 
-@kernel(i="0..n-1", program="0..program_gate-2")
+@kernel(i="0..n-1", program="0..program_leaf-2")
 def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> Floats:
     """The ends of all leaves of a program on ray i, in order, with the value of the program after each group.
 
@@ -169,20 +169,18 @@ def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> F
     done = 0
     hold(geometry, scratch.counts, program)
     rows[0, EVENT_T], rows[0, EVENT_LEAF], rows[0, EVENT_PLACE], rows[0, EVENT_ON] = -math.inf, -1.0, -1.0, 0.0
-    rows[0, EVENT_COUNT] = float(scratch.counts[0])
+    rows[0, EVENT_COUNT] = float(root_count(geometry, scratch.counts, program))
     rows[0, EVENT_INSIDE] = 1.0 if root_value(geometry, scratch.counts, program) else 0.0
     while done < events and not halted_now_and_then(geometry, done):
         first, t = done, scratch.time[TIME * done]
         while done < events and scratch.time[TIME * done] == t:
             at = EVENT * done
-            turn_leaf(geometry, scratch.counts, scratch.event[at + LEAF], scratch.event[at + ON] == 1)
+            turn_leaf(geometry, scratch.counts, program, scratch.event[at + LEAF], scratch.event[at + ON] == 1)
             done += 1
             rows[done, EVENT_T], rows[done, EVENT_LEAF] = t * scale, float(scratch.event[at + LEAF])
             rows[done, EVENT_PLACE] = float(scratch.event[at + PLACE])
-            rows[done, EVENT_ON], rows[done, EVENT_COUNT] = (
-                float(scratch.event[at + ON]),
-                float(scratch.counts[0]),
-            )
+            rows[done, EVENT_ON] = float(scratch.event[at + ON])
+            rows[done, EVENT_COUNT] = float(root_count(geometry, scratch.counts, program))
         inside = root_value(geometry, scratch.counts, program)
         for k in range(first, done):
             rows[k + 1, EVENT_INSIDE] = 1.0 if inside else 0.0
@@ -190,7 +188,7 @@ def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> F
     return rows
 
 
-@kernel(i="0..n-1", program="0..program_gate-2")
+@kernel(i="0..n-1", program="0..program_leaf-2")
 def record_clip(geometry: Geometry, rays: RayArrays, i: int, program: int, t: float) -> int:
     """1 if the point of ray i at t lies in what clips a sheet, else 0."""
     scratch = new_scratch(geometry)

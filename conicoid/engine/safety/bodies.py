@@ -9,9 +9,11 @@ import numpy as np
 from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..culling.leaf_bounds import LeafBounds, leaf_bounds
+from ..faces import cell_side, plane_side
 from ..nearest.bounds import leaf_box
 from ..packets.booleans import MOST
 from ..packets.lanes import LANES
+from ..programs import cell_of_leaf, gates_of, leaves_of, root_of, rows_of_leaves
 from ..tables import CELL as CELLS
 from ..tables import REGION, SHEET, Floats, Geometry, integer
 from .rows import BEST, BOUND, CELL, EVERY, FACE, GATES, LEAF, X, Y, Z
@@ -33,10 +35,10 @@ def cell_of_lanes(geometry: Geometry, cell: int, room: Floats) -> None:
         room[CELL + i] = -math.inf
     for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
         surface_of_lanes(geometry, integer(geometry, table.PLANE_SURFACE, slot), room)
-        _largest(room, float(integer(geometry, table.PLANE_SIDE, slot)))
+        _largest(room, float(plane_side(geometry, slot)))
     if quadric >= 0:
         surface_of_lanes(geometry, quadric, room)
-        _largest(room, float(integer(geometry, table.CELL_SIDE, cell)))
+        _largest(room, float(cell_side(geometry, cell)))
 
 
 @inline
@@ -60,7 +62,7 @@ def _leaf_of_lanes(geometry: Geometry, bounds: LeafBounds, first: int, leaf: int
         room[LEAF + i] = away
         near += 1 if away < room[BEST + i] else 0
     if near > 0:
-        cell_of_lanes(geometry, integer(geometry, table.LEAF_CELL, leaf), room)
+        cell_of_lanes(geometry, cell_of_leaf(geometry, leaf), room)
         for i in range(EVERY):
             inner, away = room[CELL + i], room[LEAF + i]
             room[CELL + i] = max(away, inner) if away > 0.0 else inner
@@ -72,16 +74,18 @@ def _leaf_of_lanes(geometry: Geometry, bounds: LeafBounds, first: int, leaf: int
 @helper
 def program_of_lanes(geometry: Geometry, program: int, room: Floats) -> None:
     """The root's row of GATES: signed bounds of the distances to the walls of a region, as `program_bound` says."""
-    first, last = integer(geometry, table.PROGRAM_GATE, program), integer(geometry, table.PROGRAM_GATE, program + 1)
+    first, last = gates_of(geometry, program)
     for gate in range(first, last):
         none = math.inf if integer(geometry, table.GATE_NEED, gate) == 1 else -math.inf
         target = np.uint64(GATES + (gate - first) * LANES)
         for i in range(EVERY):
             room[target + i] = none
-    bounds, begin = leaf_bounds(geometry, program), integer(geometry, table.PROGRAM_LEAF, program)
-    for leaf in range(begin, integer(geometry, table.PROGRAM_LEAF, program + 1)):
+    bounds, row = leaf_bounds(geometry, program), rows_of_leaves(geometry, program)
+    begin, end = leaves_of(geometry, program)
+    for leaf in range(begin, end):
         _leaf_of_lanes(geometry, bounds, begin, leaf, room)
-        gate, negated = integer(geometry, table.LEAF_GATE, leaf), integer(geometry, table.LEAF_NEGATED, leaf) == 1
+        gate = integer(geometry, table.LEAF_GATE, leaf + row)
+        negated = integer(geometry, table.LEAF_NEGATED, leaf + row) == 1
         least = integer(geometry, table.GATE_NEED, gate) == 1
         _feed(room, int(CELL), gate - first, -1.0 if negated else 1.0, least)
     for gate in range(last - 1, first, -1):
@@ -98,9 +102,8 @@ def fits_lanes(geometry: Geometry, kind: int, index: int) -> bool:
         program = integer(geometry, table.SHEET_PROGRAM, index)
     if program < 0:
         return kind != table.POLYGON
-    gates = integer(geometry, table.PROGRAM_GATE, program + 1) - integer(geometry, table.PROGRAM_GATE, program)
-    leaves = integer(geometry, table.PROGRAM_LEAF, program + 1) - integer(geometry, table.PROGRAM_LEAF, program)
-    return gates <= MOST and leaves <= MOST
+    gates, leaves = gates_of(geometry, program), leaves_of(geometry, program)
+    return gates[1] - gates[0] <= MOST and leaves[1] - leaves[0] <= MOST
 
 
 @helper
@@ -130,7 +133,7 @@ def _sheet_of_lanes(geometry: Geometry, sheet: int, room: Floats) -> None:
         room[GATES + i] = -math.inf
     if program >= 0:
         program_of_lanes(geometry, program, room)
-        turned = integer(geometry, table.GATE_NEGATED, integer(geometry, table.PROGRAM_GATE, program)) == 1
+        turned = integer(geometry, table.GATE_NEGATED, root_of(geometry, program)) == 1
         for i in range(EVERY):
             room[GATES + i] = -room[GATES + i] if turned else room[GATES + i]
     surface_of_lanes(geometry, integer(geometry, table.SHEET_SURFACE, sheet), room)

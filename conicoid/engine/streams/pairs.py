@@ -19,7 +19,7 @@ from ..ray import Line, Ray
 from ..surface.nearness import along, lengths_of_ball
 from ..surface.quadric import Sphere, sphere_roots
 from ..tables import Floats, Geometry, whole
-from ..tree.leaf import leaf_number
+from ..tree.leaf import leaf_ball, leaf_item
 
 MOST = 64
 
@@ -49,13 +49,9 @@ def put_pair(pairs: Pairs, at: int, ray: int, geometry: Geometry, leaf: int, siz
     """Pair number `at`: a ray of a stream, and the ball that stands at a place of a leaf of some size."""
     lanes, i = pairs.lanes, np.uint64(at)
     pairs.rays[i] = ray
-    lanes[X + i] = leaf_number(geometry, leaf, size, place, 0)
-    lanes[Y + i] = leaf_number(geometry, leaf, size, place, 1)
-    lanes[Z + i] = leaf_number(geometry, leaf, size, place, 2)
-    lanes[RADIUS + i] = leaf_number(geometry, leaf, size, place, 3)
-    lanes[SURFACE + i] = leaf_number(geometry, leaf, size, place, 5)
-    lanes[BODY + i] = leaf_number(geometry, leaf, size, place, 6)
-    lanes[ENTRY + i] = leaf_number(geometry, leaf, size, place, 7)
+    ball, item = leaf_ball(geometry, leaf, size, place), leaf_item(geometry, leaf, size, place)
+    lanes[X + i], lanes[Y + i], lanes[Z + i], lanes[RADIUS + i] = ball
+    lanes[SURFACE + i], lanes[BODY + i], lanes[ENTRY + i] = float(item.index), float(item.body), float(item.entry)
 
 
 @helper

@@ -24,7 +24,7 @@ from ..packets.alike import body_hit, meet_bodies
 from ..packets.forms import EVERY, Bodies, form_of, forms_known, new_bodies, put_body, take_waiting, waiting_body
 from ..ray import Ray
 from ..tables import BALL, REGION, Floats, Geometry, Ints, Signs, halted, integer, node_at, whole
-from ..tree.leaf import leaf_at, leaf_ball, leaf_item, leaf_number, leaf_range
+from ..tree.leaf import leaf_at, leaf_ball, leaf_entry, leaf_index, leaf_item, leaf_kind, leaf_range
 from ..tree.walk import ask_for, reciprocal, scene_tree
 from .pairs import MOST, Pairs, meet_pairs, new_pairs, pair_hit, put_pair
 
@@ -222,18 +222,19 @@ def _meet(
     for j in range(begin, begin + count, 8):
         for n in range(_sift(geometry, stream, at, size, j, begin + count - j)):
             k, place = stream.asked[n] >> 4, stream.asked[n] & 15
-            if len(blocks) > 0 and blocks[whole(leaf_number(geometry, at, size, place, 6))] == 0:
+            if len(blocks) > 0 and blocks[leaf_entry(geometry, at, size, place)] == 0:
                 continue
-            if whole(leaf_number(geometry, at, size, place, 4)) == BALL:
+            kind = leaf_kind(geometry, at, size, place)
+            if kind == BALL:
                 put_pair(stream.pairs, paired, k, geometry, at, size, place)
                 paired += 1
                 if paired == MOST:
                     paired = _settle_pairs(geometry, stream, paired, any_hit)
                 continue
-            if whole(leaf_number(geometry, at, size, place, 4)) == REGION and stream.rays[8 * k + T_MIN] >= 0.0:
-                form = form_of(geometry, stream.bodies, whole(leaf_number(geometry, at, size, place, 5)))
+            if kind == REGION and stream.rays[8 * k + T_MIN] >= 0.0:
+                form = form_of(geometry, stream.bodies, leaf_index(geometry, at, size, place))
                 if form >= 0:
-                    if put_body(stream.bodies, form, k, whole(leaf_number(geometry, at, size, place, 7))):
+                    if put_body(stream.bodies, form, k, leaf_entry(geometry, at, size, place)):
                         _settle_bodies(geometry, scratch, stream, form, any_hit)
                     continue
             item, ball = leaf_item(geometry, at, size, place), leaf_ball(geometry, at, size, place)

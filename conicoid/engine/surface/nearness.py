@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 from ...compiler.jit import inline
 from .. import tables as table
+from ..faces import row_of_cell
+from ..programs import row_of_program
 from ..ray import Ray
-from ..tables import SHIFT_SIZE, Geometry, integer, length
+from ..tables import Geometry, length
 from .doubt import BALL_FAR, BALL_OFF, RELATIVE, STARTING
 from .quadric import Sphere
 
@@ -38,10 +40,10 @@ def ray_size(ox: float, oy: float, oz: float, unit: float) -> float:
 @inline
 def row_of_limits(geometry: Geometry, limits: int, row: int) -> int:
     """The row of the limits of a cell, program, sheet or polygon: those that are one another moved share one."""
-    if limits == table.CELL_LIMITS and length(geometry, table.CELL_LIKES) > 0:
-        return integer(geometry, table.CELL_LIKES, row)
+    if limits == table.CELL_LIMITS:
+        return row_of_cell(geometry, row)
     if limits == table.PROGRAM_LIMITS and length(geometry, table.PROGRAM_SHIFTS) > 0:
-        return integer(geometry, table.PROGRAM_SHIFTS, SHIFT_SIZE * row + SHIFT_SIZE - 1)
+        return row_of_program(geometry, row)
     return row
 
 

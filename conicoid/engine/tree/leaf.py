@@ -1,8 +1,8 @@
 """Leaves of the scene's tree: the items of one, side by side in one block of floats.
 
-A leaf of n entries has eight rows of n numbers: x, y, z and radii of balls around them, kinds, indices, bodies and
-entries, so that visiting a leaf waits for one place of memory only. The ball around an entry that is a ball is that
-ball exactly; those around others are bounds, widened by their slack.
+A leaf of n entries has six rows of n numbers: x, y, z and radii of balls around them, entries with their kinds (8 entry
++ kind), and indices, so that visiting a leaf waits for one place of memory only. The ball around an entry that is a
+ball is that ball exactly; those around others are bounds, widened by their slack.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ from .. import tables as table
 from ..surface.quadric import Sphere
 from ..tables import Geometry, whole
 
-ROWS = 8
+ROWS = 6
+WHO, INDEX = 4, 5
+"""The rows behind those of the balls."""
 ROUND = 0.5
-"""Added to the kind of the first entry where each ball of a leaf has a smaller mean projection than its entry's box."""
+"""Added to the first entry where each ball of a leaf has a smaller mean projection than its entry's box."""
 
 
 class Item(NamedTuple):
@@ -26,7 +28,7 @@ class Item(NamedTuple):
     kind: Any
     index: Any  # surface, cell, program, sheet or polygon
     body: Any
-    entry: Any
+    entry: Any  # the number of its body
 
 
 @inline
@@ -45,17 +47,15 @@ def leaf_at(geometry: Geometry, first: int) -> int:
 @inline
 def is_round(geometry: Geometry, at: int, count: int) -> bool:
     """Are the balls around the items of a leaf tighter than their boxes (`ROUND`)?"""
-    kind = geometry.floats[at + 4 * count]
-    return kind != math.floor(kind)
+    who = geometry.floats[at + WHO * count]
+    return who != math.floor(who)
 
 
 @inline
 def leaf_item(geometry: Geometry, at: int, count: int, k: int) -> Item:
     """Item k of the leaf of `count` at floats[at:]."""
-    f, at = geometry.floats, at + k
-    return Item(
-        whole(f[at + 4 * count]), whole(f[at + 5 * count]), whole(f[at + 6 * count]), whole(f[at + 7 * count])
-    )  # fmt: skip
+    who = whole(geometry.floats[at + WHO * count + k])
+    return Item(who & 7, leaf_index(geometry, at, count, k), who >> 3, who >> 3)
 
 
 @inline
@@ -66,6 +66,18 @@ def leaf_ball(geometry: Geometry, at: int, count: int, k: int) -> Sphere:
 
 
 @inline
-def leaf_number(geometry: Geometry, at: int, count: int, k: int, row: int) -> float:
-    """Number `row` of the eight of item k: its ball, kind, index, body and entry, unconverted."""
-    return geometry.floats[at + row * count + k]
+def leaf_kind(geometry: Geometry, at: int, count: int, k: int) -> int:
+    """The kind of item k."""
+    return whole(geometry.floats[at + WHO * count + k]) & 7
+
+
+@inline
+def leaf_index(geometry: Geometry, at: int, count: int, k: int) -> int:
+    """The surface, cell, program, sheet or polygon that item k is."""
+    return whole(geometry.floats[at + INDEX * count + k])
+
+
+@inline
+def leaf_entry(geometry: Geometry, at: int, count: int, k: int) -> int:
+    """The entry that item k is."""
+    return whole(geometry.floats[at + WHO * count + k]) >> 3

@@ -12,10 +12,13 @@ from ...compiler.jit import helper, inline
 from .. import tables as table
 from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, boxes_met, lowest_bit, prefetch_soon
 from ..culling.slack import ENTERED, STEEPEST
+from ..programs import leaves_of
 from ..ray import Ray
 from ..tables import Floats, Geometry, Ints, integer, length, node_at, whole
 from .leaf import leaf_at, leaf_range
 
+FEW = 12
+"""Leaves of a body that are tested one by one, without a tree."""
 OWN_BEAM = 8
 """Where the beam begins, behind the eight places."""
 _STACK, _ROW = 24, 3
@@ -168,6 +171,30 @@ def walk_box(geometry: Geometry, way: Floats, tree: int, found: Ints, most: int)
             count += 1
         code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
     return count
+
+
+@helper
+def walk_leaves(geometry: Geometry, way: Floats, program: int, ray: Ray, found: Ints) -> int:
+    """`walk` over the leaves of a program; a few of them are all found, as they have no tree."""
+    first, end = leaves_of(geometry, program)
+    if end - first > FEW:
+        return walk(geometry, way, program, ray, found)
+    for leaf in range(first, end):
+        found[leaf - first] = leaf
+    return end - first
+
+
+@helper
+def walk_leaves_box(geometry: Geometry, way: Floats, program: int, found: Ints, most: int) -> int:
+    """`walk_box` over the leaves of a program; a few of them are all found."""
+    first, end = leaves_of(geometry, program)
+    if end - first > FEW:
+        return walk_box(geometry, way, program, found, most)
+    if end - first > most:
+        return -1
+    for leaf in range(first, end):
+        found[leaf - first] = leaf
+    return end - first
 
 
 @inline

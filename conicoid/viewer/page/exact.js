@@ -74,7 +74,7 @@ export class Exact {
     this.counts = i4(1);
     this.doubts = array("i1", [1]);
     this.doubtful = [array("i4", [1], [0]), array("i1", [1])];
-    this.sheets = new Set([...tables.entry_body].filter((_, k) => tables.entry_kind[k] >= SHEET));
+    this.sheets = new Set([...tables.entry_kind.keys()].filter((k) => tables.entry_kind[k] >= SHEET));
     this.one = { which: array("i8", [0]), t: f8(1), surface: i4(1), errors: f8(1) };
   }
 

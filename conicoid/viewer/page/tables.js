@@ -19,9 +19,6 @@ export function decodedScene(data) {
   return { ...data, t, look, body_item: decoded(data.body_item) };
 }
 
-// Three rows of `map_rows` for each face; where bodies share theirs, Python writes them out for the shader
-const mapsOf = (t) => t.face_rows ?? t.face_maps;
-
 class Records {
   constructor() { this.rows = []; }
   get next() { return this.rows.length / 4; }
@@ -30,7 +27,7 @@ class Records {
 
 // Where each surface's floats begin, and the records of integers; they do not depend on the origin
 export function packedIntegers(scene, styles) {
-  const t = scene.t, maps = mapsOf(t), ints = new Records(), place = [];
+  const t = scene.t, maps = t.face_maps, ints = new Records(), place = [];
   const table = (fill) => { place.push(ints.next); fill(); };
   const planes = 2, quadrics = 5, counts = [t.planes.length / 7, t.spheres.length / 4, t.quadrics.length / 4];
   const start = [0, planes * counts[0], planes * counts[0] + counts[1]];
@@ -45,8 +42,8 @@ export function packedIntegers(scene, styles) {
 
   table(() => t.surface_kind.forEach((kind, i) => ints.put(kind, start[kind] + width[kind] * t.surface_row[i])));
   table(() => t.cell_quadric.forEach((quadric, i) =>
-    ints.put(quadric, 2 * t.cell_face[i] + (t.cell_side[i] > 0 ? 1 : 0), t.cell_first[i], t.cell_first[i + 1])));
-  table(() => t.plane_surface.forEach((surface, i) => ints.put(surface, t.plane_side[i], t.plane_face[i])));
+    ints.put(quadric, 2 * (Math.abs(t.cell_face[i]) - 1) + (t.cell_face[i] > 0 ? 1 : 0), t.cell_first[i], t.cell_first[i + 1])));
+  table(() => t.plane_surface.forEach((surface, i) => ints.put(surface, Math.sign(t.plane_face[i]), Math.abs(t.plane_face[i]) - 1)));
   table(() => t.leaf_cell.forEach((cell, i) => ints.put(cell, t.leaf_gate[i], t.leaf_negated[i], t.leaf_sense[i])));
   table(() => t.gate_parent.forEach((parent, i) => ints.put(parent, t.gate_need[i], t.gate_negated[i], t.gate_start[i])));
   table(() => {
@@ -57,7 +54,7 @@ export function packedIntegers(scene, styles) {
     ints.put(surface, t.sheet_program[i], t.sheet_side[i], t.sheet_one_sided[i])));
   table(() => t.polygon_surface.forEach((surface, i) =>
     ints.put(2 * surface + (t.polygon_side[i] > 0 ? 1 : 0), t.polygon_program[i], t.polygon_first[i], t.polygon_first[i + 1])));
-  table(() => t.entry_kind.forEach((kind, i) => ints.put(kind, t.entry_index[i], t.entry_body[i])));
+  table(() => t.entry_kind.forEach((kind, i) => ints.put(kind, t.entry_index[i], i)));
   table(() => t.body_face.forEach((face, i) => {
     const item = scene.body_item[i], tint = styles.tints.get(item);
     const flags = (scene.look.opaque[i] ? OPAQUE : 0) | (scene.look.medium[i] ? MEDIUM : 0)
@@ -78,7 +75,7 @@ export function packedIntegers(scene, styles) {
 
 // All floats, relative to an origin
 export function packedFloats(scene, floats, origin) {
-  const t = scene.t, maps = mapsOf(t), out = new Float32Array(4 * floats.end);
+  const t = scene.t, maps = t.face_maps, out = new Float32Array(4 * floats.end);
   let at = 0;
   const put = (...values) => { for (const v of values) out[at++] = Math.min(FAR, Math.max(-FAR, v)); };
   for (let i = 0; i < t.planes.length; i += 7) {

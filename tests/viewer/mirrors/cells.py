@@ -185,15 +185,15 @@ def gates(world, scratch, x, out):
     out[0] = engine.root_value(geometry, scratch.counts, program)
     for leaf in range(first, last):
         if (on >> (leaf - first)) & 1:
-            engine.turn_leaf(geometry, scratch.counts, leaf, True)
+            engine.turn_leaf(geometry, scratch.counts, program, leaf, True)
     out[1] = engine.root_value(geometry, scratch.counts, program)
     for leaf in range(first, last):
         if (on >> (leaf - first)) & (off >> (leaf - first)) & 1:
-            engine.turn_leaf(geometry, scratch.counts, leaf, False)
+            engine.turn_leaf(geometry, scratch.counts, program, leaf, False)
     out[2] = engine.root_value(geometry, scratch.counts, program)
     for leaf in range(first, last):
         if (on >> (leaf - first)) & ~(off >> (leaf - first)) & 1:
-            engine.turn_leaf(geometry, scratch.counts, leaf, False)
+            engine.turn_leaf(geometry, scratch.counts, program, leaf, False)
 
 
 GATES_GLSL = """int program = int(given(0).x), on = int(given(0).y), off = int(given(0).z);
@@ -208,7 +208,7 @@ put(root_value());"""
 
 
 def _bits(scene: Any, rng: Any) -> Any:
-    program = rng.integers(0, len(tables_of(scene).program_gate) - 1, COUNT)
+    program = rng.integers(0, len(tables_of(scene).program_leaf) - 1, COUNT)
     leaves = np.diff(tables_of(scene).program_leaf)[program]
     return records(COUNT, np.column_stack([program, rng.integers(0, 1 << 12, (COUNT, 2)), leaves]))
 

@@ -56,10 +56,8 @@ def _faces(scene: Any, rng: Any) -> Any:
     firsts = np.append(np.unique(tables.body_face[tables.body_face >= 0]), len(tables.face_maps))
     first = tables.body_face[body]
     count = np.where(first >= 0, firsts[np.minimum(np.searchsorted(firsts, first) + 1, len(firsts) - 1)] - first, 1)
-    entry = np.zeros(len(tables.body_face), int)
-    entry[tables.entry_body] = tables.entry_index
     face = rng.integers(0, 1 << 30, COUNT) % np.maximum(count, 1)
-    return np.column_stack([body, face, np.where(first < 0, entry[body], 0)])
+    return np.column_stack([body, face, np.where(first < 0, tables.entry_index[body], 0)])
 
 
 def _points_of_faces(scene: Any, rng: Any) -> Any:

@@ -52,7 +52,6 @@ from conicoid.engine.surface.records import curved_roots, is_curved, load_quadri
 from conicoid.engine.tables import (
     BALL,
     CELL,
-    ENTRY_BODY,
     ENTRY_INDEX,
     ENTRY_KIND,
     LEAF_CELL,

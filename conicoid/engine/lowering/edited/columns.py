@@ -36,7 +36,7 @@ from .pieces import Pieces
 
 PLAIN = {
     "planes": PLANES, "quadrics": QUADRICS, "quadric_forms": QUADRICS,
-    "cell_face": CELLS, "plane_face": CELL_PLANES, "leaf_negated": LEAVES,
+    "leaf_negated": LEAVES,
     "leaf_sense": LEAVES, "leaf_bounds": LEAVES, "gate_need": GATES, "gate_negated": GATES, "gate_start": GATES,
     "sheet_one_sided": SHEETS, "vertices": CORNERS, "ball_frames": BALL_FRAMES,
     "plane_limits": PLANES, "quadric_limits": QUADRICS, "cell_limits": CELLS, "program_limits": PROGRAMS,
@@ -54,12 +54,12 @@ BEGINS = {
 }  # fmt: skip
 """Columns of the first rows of another kind; one more says where these end."""
 SURFACE = {"cell_quadric": CELLS, "plane_surface": CELL_PLANES, "sheet_surface": SHEETS, "polygon_surface": POLYGONS}
-SIDES = {"cell_side": "cell_quadric", "plane_side": "plane_surface", "sheet_side": "sheet_surface",
+SIDES = {"cell_face": "cell_quadric", "plane_face": "plane_surface", "sheet_side": "sheet_surface",
          "polygon_side": "polygon_surface"}  # fmt: skip
-"""Columns of surfaces, and the sides of them."""
+"""Columns of surfaces, and the sides of them, or numbers whose signs are those."""
 AXES = {PLANE: PLANES, SPHERE: SPHERES, QUADRIC: QUADRICS}
-ENTRIES = ("entry_kind", "entry_index", "entry_body", "body_face")
-OF_MOVED = ("cell_likes", "program_shifts", "shifts", "body_maps")
+ENTRIES = ("entry_kind", "entry_index", "body_face")
+OF_MOVED = ("cell_likes", "program_row", "program_shifts", "shifts", "body_maps")
 """Columns of bodies that are one another moved, which are not edited: of others they have no rows."""
 OTHERS = ("surface_kind", "surface_row", "spheres", "face_maps", "map_rows", *ENTRIES, *OF_MOVED)
 TREES = ("node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items", "extent")
@@ -276,6 +276,5 @@ class Columns(Filling):
         numbers = np.arange(len(self.merged.kinds), self.merged.count)
         index[balls] = numbers if self.ids is None else self.ids[numbers]
         tables.entry_kind[:], tables.entry_index[:] = kind, index
-        tables.entry_body[:] = np.arange(len(which))
         sides = [side.tables.body_face for side in self.joined.sides]
         self.framed(tables.body_face, FACES, sides)

@@ -13,7 +13,7 @@ from ...lowering import Lowered
 from ...lowering.apart import give_back_of
 from ...lowering.around import Around
 from ...lowering.limits import limits_of, shapes_of_limits
-from ...tables import NODE_BOXES, Geometry, Tables, pack, put_sizes, room_for
+from ...tables import NODE_BOXES, Floats, Geometry, Tables, pack, put_sizes, room_for
 from .leaf_items import put_items
 from .woods import COSTS, Woods, extent_of, programs_of
 
@@ -28,10 +28,10 @@ def with_trees(lowered: Lowered, room: Callable[[Tables], Geometry] = room_for) 
     tables = lowered.taken()
     count = len(tables.entry_kind)
     give_back_of(count)
-    forest = programs_of(tables)
+    forest = programs_of(tables, lowered.laid is not None)
     give_back_of(count)
     depth = forest.depth
-    survey = forest.add(lowered.boxes, 0, COSTS[tables.entry_kind])
+    survey = forest.add(_taken(lowered), 0, COSTS[tables.entry_kind])
     levels = forest.levels
     forest.end_tree()
     give_back_of(count)
@@ -52,6 +52,14 @@ def with_trees(lowered: Lowered, room: Callable[[Tables], Geometry] = room_for) 
         lowered.around.let_go()
     give_back_of(count)
     return geometry, woods
+
+
+def _taken(lowered: Lowered) -> Floats:
+    """The boxes of a scene, which it makes anew when it is asked for them again, if it can."""
+    boxes = lowered.boxes
+    if isinstance(lowered.around, Around):
+        lowered.around.let_go()
+    return boxes
 
 
 __all__ = ["Woods", "with_trees"]

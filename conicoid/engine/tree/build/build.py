@@ -10,7 +10,7 @@ import numpy as np
 from ...lowering.apart import empty
 from ...tables import Floats, Ints
 from ...threads import run_chunks
-from .branches import ROW, WIDTH, Branches, grow, new_branches, weigh_first
+from .branches import ROW, WIDTH, grow, new_branches, weigh_first
 from .large import part_large
 from .nodes import box_nodes, items_of, take_nodes
 from .vectors import SIZE
@@ -24,16 +24,16 @@ class Tree:
     """Nodes of eight over records; `children` are numbered from 0 and its leaves' entries too."""
 
     records: Floats  # (8 n,) in the order of the leaves
-    branches: Branches
     children: Ints  # (nodes, 8)
-    sources: Ints  # (nodes, 8) the branch that a child comes from
+    first: Ints  # (nodes, 8) the records in a child, from this one on
+    last: Ints  # (nodes, 8) up to here; 0 where there is no child
     limits: Floats  # (6,) used in place of infinity in the records
     levels: int
 
     def put_boxes(self, floats: Floats, at: int) -> None:
         """Write the boxes of the nodes, (nodes, 6, 8) flat, to floats[at:]."""
         run_chunks(
-            lambda a, b: box_nodes(self.records, self.branches, self.sources, self.limits, a, b, floats, at),
+            lambda a, b: box_nodes(self.records, self.first, self.last, self.limits, a, b, floats, at),
             len(self.children),
             _NODES,
         )
@@ -70,4 +70,6 @@ def build(records: Floats, limits: Floats, most: int) -> Tree:
     weigh_first(branches, 2 * count, areas, costs)
     children, sources = np.empty((count, WIDTH), np.int32), np.empty((count, WIDTH), np.int32)
     used, levels = take_nodes(branches, 2 * count, children, sources)
-    return Tree(records, branches, children[:used], sources[:used], limits, levels)
+    children, sources = children[:used].copy(), sources[:used]
+    first, last = (np.where(sources < 0, np.int32(0), each[sources]) for each in (branches.first, branches.last))
+    return Tree(records, children, first, last, limits, levels)

@@ -39,17 +39,21 @@ class Forest:
         self.levels = 0
 
     def add(self, boxes: Floats, first_item: int, costs: Floats | None = None) -> Survey:
-        """A tree over items first_item, ... with boxes (n, 6); `costs` (n,) of testing each. Empty boxes go nowhere."""
+        """A tree over items first_item, ... with boxes (n, 6); `costs` (n,) of testing each. Empty boxes go nowhere.
+
+        The boxes are let go before the tree is built.
+        """
         boxes = np.ascontiguousarray(boxes)
         found = survey(boxes)
         limits = stand_ins(found.ends)
-        for pattern in range(ENDLESS):
-            if found.counts[pattern] == 0:
-                continue
+        records = []
+        for pattern in np.flatnonzero(found.counts[:ENDLESS]).tolist():
             every = found.counts[pattern] == len(boxes)
             rows = _NONE if every else np.flatnonzero(found.patterns == pattern).astype(np.int32)
-            records = records_of(boxes, rows, first_item, np.zeros(0) if costs is None else costs, limits)
-            self._plant(build(records, limits, MOST))
+            records.append(records_of(boxes, rows, first_item, np.zeros(0) if costs is None else costs, limits))
+        del boxes
+        for some in records:
+            self._plant(build(some, limits, MOST))
         self.add_beside(np.flatnonzero(found.patterns == ENDLESS).astype(np.int32) + np.int32(first_item))
         return found
 
@@ -82,19 +86,14 @@ class Forest:
         self.nodes.append(self.node_count)
         self.places.append(self.placed)
 
-    def add_few(self, first: Ints) -> None:
-        """Trees without boxes, one after the other, over items from first[k] to first[k + 1]: at most 15 each."""
-        counts = np.diff(first)
-        begin = first[:-1] + np.int32(self.placed - int(first[0]))
-        there = counts > 0
-        codes = -((begin << 4) | counts) - 1
-        _add(self.ends, len(self.roots) + np.cumsum(there))
-        _add(self.nodes, np.full(len(counts), self.node_count))
-        _add(self.places, begin + counts)
-        _add(self.roots, codes[there])
-        self.order.append(np.arange(first[0], first[-1], dtype=np.int32))
-        self.placed += int(first[-1] - first[0])
-        self.depth = max(self.depth, WIDTH + 1)
+    def add_none(self, count: int) -> None:
+        """So many empty trees."""
+        for numbers, number in (
+            (self.ends, len(self.roots)),
+            (self.nodes, self.node_count),
+            (self.places, self.placed),
+        ):
+            numbers.extend(array("i", [number]) * count)
 
     def columns(self) -> dict[str, Any]:
         """The columns of the trees; of boxes and items the shapes alone. The last tree alone has items."""
@@ -113,8 +112,3 @@ class Forest:
         for tree in self.trees:
             tree.put_boxes(floats, at)
             at += 6 * WIDTH * len(tree.children)
-
-
-def _add(numbers: array[int], more: Any) -> None:
-    """Append the numbers of an array."""
-    numbers.frombytes(more.astype(np.int32).tobytes())

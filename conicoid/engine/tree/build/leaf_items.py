@@ -12,7 +12,7 @@ from ...surface.quadric import Sphere
 from ...surface.records import load_sphere
 from ...tables import BALL, CELL, Floats, Geometry, integer, length
 from ...threads import run_chunks
-from ..leaf import ROUND, ROWS, leaf_at, leaf_range
+from ..leaf import INDEX, ROUND, ROWS, WHO, leaf_at, leaf_range
 from .round_cells import around_cell
 
 _CHUNK = 1 << 14
@@ -52,7 +52,7 @@ def _put_leaves(geometry: Geometry, boxes: Floats, place: int, of_roots: bool, b
         for j in range(count):
             rounds += _put_item(geometry, boxes, at + j, count, integer(geometry, table.TREE_ORDER, first + j))
         if rounds == count:
-            geometry.floats[at + 4 * count] += ROUND
+            geometry.floats[at + WHO * count] += ROUND
 
 
 @inline
@@ -61,10 +61,8 @@ def _put_item(geometry: Geometry, boxes: Floats, at: int, count: int, entry: int
     f, kind = geometry.floats, integer(geometry, table.ENTRY_KIND, entry)
     ball = _around(geometry, boxes, kind, entry)
     f[at], f[at + count], f[at + 2 * count], f[at + 3 * count] = ball
-    f[at + 4 * count] = kind
-    f[at + 5 * count] = integer(geometry, table.ENTRY_INDEX, entry)
-    f[at + 6 * count] = integer(geometry, table.ENTRY_BODY, entry)
-    f[at + 7 * count] = entry
+    f[at + WHO * count] = 8 * entry + kind
+    f[at + INDEX * count] = integer(geometry, table.ENTRY_INDEX, entry)
     if kind == BALL:  # whose box need not be read
         return 1
     a, b, c = _width(boxes, entry, 0), _width(boxes, entry, 1), _width(boxes, entry, 2)

@@ -78,21 +78,24 @@ def _open(branches: Branches, branch: int, place: int, slots: int, pending: Any,
     return waiting + 2
 
 
-@kernel(records="8*r", sources="n 8", limits="6", begin="0..end", end="0..n", boxes="out b", at="0..b-48*end")
+@kernel(records="8*r", first="n 8", last="n 8", limits="6", begin="0..end", end="0..n", boxes="out b", at="0..b-48*end")
 def box_nodes(
-    records: Floats, branches: Branches, sources: Ints, limits: Floats, begin: int, end: int, boxes: Floats, at: int
+    records: Floats, first: Ints, last: Ints, limits: Floats, begin: int, end: int, boxes: Floats, at: int
 ) -> None:
-    """Write the boxes of nodes begin..end, six sides of eight each, to boxes[at:]."""
+    """Write the boxes of nodes begin..end, six sides of eight each, to boxes[at:].
+
+    first, last: the records in each child of the nodes; none where there is no child.
+    """
     box = np.empty(SIZE)
     for node in range(begin, end):
         for k in range(WIDTH):
-            place, branch = at + 6 * WIDTH * node + k, sources[node, k]
-            if not 0 <= branch < len(branches.first):
+            place, begins, ends = at + 6 * WIDTH * node + k, max(0, first[node, k]), last[node, k]
+            if begins >= ends:
                 for axis in range(3):
                     boxes[place + WIDTH * axis], boxes[place + WIDTH * (axis + 3)] = math.inf, -math.inf
                 continue
             clear(box, 0)
-            for i in range(max(0, branches.first[branch]), min(branches.last[branch], len(records) // SIZE)):
+            for i in range(begins, min(ends, len(records) // SIZE)):
                 join(box, 0, records, SIZE * i)
             for axis in range(3):
                 boxes[place + WIDTH * axis] = restored(limits, axis, -box[axis])

@@ -13,6 +13,7 @@ import math
 from ....compiler.jit import helper, inline
 from ... import tables as table
 from ...culling.slack import BESIDE, PARALLEL, ROUND_AWAY, ROUND_RAISED, ROUND_ROUNDED
+from ...faces import cell_side, plane_side
 from ...numbers.vectors import dot
 from ...surface.quadric import Quadric, Sphere
 from ...surface.records import load_plane, load_quadric, load_sphere
@@ -50,7 +51,7 @@ def _between(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: floa
         along = dot(nx, ny, nz, quadric[3 + 3 * j], quadric[4 + 3 * j], quadric[5 + 3 * j])
         height = dot(nx, ny, nz, quadric.ax - ax, quadric.ay - ay, quadric.az - az) + over
         y, slack = -height * square / along, ROUND_AWAY * away * math.sqrt(square)
-        if (along > 0.0) == (integer(geometry, table.PLANE_SIDE, slot) > 0):
+        if (along > 0.0) == (plane_side(geometry, slot) > 0):
             high = min(high, y + slack)
         else:
             low = max(low, y - slack)
@@ -100,7 +101,7 @@ def _along_axis(geometry: Geometry, cell: int, quadric: Quadric, j: int, away: f
 def around_cell(geometry: Geometry, cell: int, x: float, y: float, z: float, reach: float) -> Sphere:
     """A ball around a cell whose points are at most `reach` from (x, y, z); of infinite radius, if none is known."""
     surface, best = integer(geometry, table.CELL_QUADRIC, cell), _none()
-    if surface < 0 or integer(geometry, table.CELL_SIDE, cell) < 0 or not math.isfinite(reach):
+    if surface < 0 or cell_side(geometry, cell) < 0 or not math.isfinite(reach):
         return best
     row = integer(geometry, table.SURFACE_ROW, surface)
     if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:

@@ -9,12 +9,11 @@ import numpy as np
 
 from ....shapes.rounded import odd_root
 from ....shapes.row_vectors import lengths
+from ...programs import leaves_of_programs
 from ...tables import BALL, CELL, POLYGON, REGION, SHEET, Floats, Ints, Tables
+from ..walk import FEW
 from .forest import Forest
 from .records import Survey
-
-_FEW = 12
-"""Leaves of a body that are tested one by one, without a tree."""
 
 COSTS = np.ones(5)
 """What testing an entry of each kind costs, where a node costs one."""
@@ -45,14 +44,19 @@ class Woods:
         return cls(nodes, places, depth, levels, main, np.zeros(0, np.int32))
 
 
-def programs_of(tables: Tables) -> Forest:
-    """The trees over the leaves of each body."""
-    forest, first = Forest(), tables.program_leaf
-    large = np.flatnonzero(np.diff(first) > _FEW).tolist()
-    for begin, end in zip([0, *(program + 1 for program in large)], [*large, len(first) - 1], strict=True):
+def programs_of(tables: Tables, edited: bool = True) -> Forest:
+    """The trees over the leaves of each body: empty ones of those that have few, or none at all where all have.
+
+    edited: might the scene be? Then each body has one.
+    """
+    forest, (first, count) = Forest(), leaves_of_programs(tables)
+    large = np.flatnonzero(count > FEW).tolist()
+    if not (large or edited):
+        return forest
+    for begin, end in zip([0, *(program + 1 for program in large)], [*large, len(first)], strict=True):
         if end > begin:
-            forest.add_few(first[begin : end + 1])
-        if end < len(first) - 1:
+            forest.add_none(end - begin)
+        if end < len(first):
             forest.add(tables.bounds_of_leaves(end), int(first[end]))
             forest.end_tree()
     return forest
