@@ -3,8 +3,9 @@
 Both are in one number of `cell_face` and `plane_face`: 1 + the number of the face, negative where a cell is inside
 where its quadric, or the height over its plane, is at least 0.
 
-Cells that are one another moved have their face in the tables once: `cell_likes` says where, and has the sign. Of a
-scene with such cells, numbers of `plane_face` that fit in a byte have no more than that: four are in an integer.
+Cells that are one another moved have their face in the tables once: `cell_likes` is twice its row, and 1 more if the
+side is -1. Of a scene with such cells, numbers of `plane_face` that fit in a byte have no more than that: four are in
+an integer.
 """
 
 from __future__ import annotations
@@ -25,8 +26,7 @@ def row_of_cell(geometry: Geometry, cell: int) -> int:
     """The row of a cell in `cell_face` and `cell_limits`."""
     if length(geometry, table.CELL_LIKES) == 0:
         return whole(cell)
-    like = integer(geometry, table.CELL_LIKES, cell)
-    return (like if like > 0 else -like) - 1
+    return integer(geometry, table.CELL_LIKES, cell) >> 1
 
 
 @inline
@@ -36,7 +36,7 @@ def _cell_face(geometry: Geometry, cell: int) -> int:
         return integer(geometry, table.CELL_FACE, cell)
     like = integer(geometry, table.CELL_LIKES, cell)
     face = integer(geometry, table.CELL_FACE, row_of_cell(geometry, cell))
-    return face if like > 0 else -face
+    return face if like & 1 == 0 else -face
 
 
 @inline
@@ -51,8 +51,9 @@ def _plane_face(geometry: Geometry, place: int) -> int:
 @inline
 def cell_side(geometry: Geometry, cell: int) -> int:
     """+1: a cell is inside where its quadric is <= 0; -1: where >= 0. 1 where it has none."""
-    likes = table.CELL_FACE if length(geometry, table.CELL_LIKES) == 0 else table.CELL_LIKES
-    return whole(1) if integer(geometry, likes, cell) > 0 else whole(-1)
+    if length(geometry, table.CELL_LIKES) == 0:
+        return whole(1) if integer(geometry, table.CELL_FACE, cell) > 0 else whole(-1)
+    return 1 - 2 * (integer(geometry, table.CELL_LIKES, cell) & 1)
 
 
 @inline
@@ -81,14 +82,14 @@ def _face_and_side(both: int) -> tuple[int, int]:
 
 def rows_of_cells(tables: Tables, cells: Any) -> Any:
     """The rows of some cells in `cell_face` and `cell_limits`."""
-    return np.abs(tables.cell_likes[cells]) - np.int32(1) if len(tables.cell_likes) else cells
+    return tables.cell_likes[cells] >> 1 if len(tables.cell_likes) else cells
 
 
 def cell_faces(tables: Tables, cells: Any) -> Any:
     """1 + the numbers of the faces of some cells, with their sides."""
     if not len(tables.cell_likes):
         return tables.cell_face[cells]
-    return tables.cell_face[rows_of_cells(tables, cells)] * np.sign(tables.cell_likes[cells])
+    return tables.cell_face[rows_of_cells(tables, cells)] * (1 - 2 * (tables.cell_likes[cells] & 1))
 
 
 def plane_faces(tables: Tables, places: Any) -> Any:
@@ -112,7 +113,7 @@ def shared(likes: Ints, faces: Ints, rows: int) -> tuple[Ints, Ints]:
     """(`cell_likes`, `cell_face`) of cells by the rows that they have in common, of which there are so many."""
     column = np.zeros(rows, np.int32)
     column[likes] = np.abs(faces)
-    return (likes + np.int32(1)) * np.sign(faces), column
+    return 2 * likes + (faces < 0), column
 
 
 def as_bytes(faces: Ints) -> Ints:

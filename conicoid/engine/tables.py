@@ -44,7 +44,7 @@ class Tables(NamedTuple):
 
     # Cells: at most one quadric, and planes. [cells]
     cell_quadric: Ints  # surface or -1
-    cell_likes: Ints  # [cells] or none: 1 + the row of its face and limits, alike in those that are one another moved
+    cell_likes: Ints  # [cells] or none: twice the row of face and limits, alike in those moved; 1 more: other side
     cell_face: Ints  # 1 + face number of the quadric; negative: inside where that is >= 0; 1: none (engine/faces.py)
     cell_first: Ints  # [cells + 1] first plane
     plane_surface: Ints  # [planes of cells]
