@@ -26,7 +26,7 @@ from .lowering.edited.pieces import runs
 from .lowering.edited.stores import Claim, Opened
 from .lowering.stages import PLANTED, Progress, Stages
 from .surface.decide import Rest
-from .tables import Geometry, Tables, shared
+from .tables import LEAF_ITEMS, LINE, Geometry, Tables, shared
 from .tree.build import Woods, with_trees
 from .tree.build.leaf_items import put_items
 from .tree.build.patched import patched
@@ -143,6 +143,8 @@ def _finished(made: Edit | Exchange, old: Tables, woods: Woods, bodies: Sequence
     trees.put_boxes(tables.node_boxes)
     lowered, kept = made.fill(geometry, tables)
     trees.keep_items(tables, None if made.in_place else old)
+    end = int(geometry.places[LEAF_ITEMS]) + tables.leaf_items.size
+    geometry.floats[end : end + -end % LINE] = 0.0  # up to the next table, whatever was there
     put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
     made.close(kept)
     return Prepared(lowered, geometry, _flat(lowered), trees.woods, entries=bodies, kept=kept)

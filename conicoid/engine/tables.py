@@ -213,13 +213,13 @@ class Geometry(NamedTuple):
 
 
 SPARE = 8  # floats after the last: leaves are read eight at a time
-_LINE = 8  # floats in a line of memory; every table of floats begins at one
+LINE = 8  # floats in a line of memory; every table of floats begins at one
 
 
 def aligned(count: int) -> Floats:
     """An array that begins at a line of memory."""
-    room = np.zeros(count + _LINE)  # memory that nobody writes to is never taken
-    skip = -room.ctypes.data % (_LINE * room.itemsize) // room.itemsize
+    room = np.zeros(count + LINE)  # memory that nobody writes to is never taken
+    skip = -room.ctypes.data % (LINE * room.itemsize) // room.itemsize
     return room[skip : skip + count]
 
 
@@ -251,7 +251,7 @@ def places_of(tables: Tables, order: Sequence[int] = range(LENGTHS)) -> tuple[Lo
         table = arrays[k]
         real = table.dtype == np.float64
         places[k], places[LENGTHS + k] = ends[real], table.size
-        ends[real] += -(-table.size // _LINE) * _LINE if real else table.size
+        ends[real] += -(-table.size // LINE) * LINE if real else table.size
     return places, ends[0], ends[1]
 
 
