@@ -11,6 +11,7 @@ from ..engine.body.maps import maps_of_faces
 from ..engine.faces import cell_faces, plane_faces
 from ..engine.programs import leaves_of_programs, row_of_leaf, rows_of_programs
 from ..engine.tables import Ints, Tables
+from ..engine.tree.leaf import ROWS
 from ..engine.tree.walk import FEW
 
 
@@ -62,12 +63,16 @@ def faces_written_out(tables: Tables) -> dict[str, npt.NDArray[Any]]:
 
 
 def _trees(tables: Tables) -> dict[str, npt.NDArray[Any]]:
-    """Trees of bodies with a few leaves, which have none, as one leaf of a tree each; their places come last."""
-    _, leaves = leaves_of_programs(tables)
-    first = _ends(leaves)  # numbered as where they are written out
+    """The trees of bodies, whose leaves are numbered as they are written out.
+
+    Those of a few leaves, which have none, are one leaf of a tree each; their places come last.
+    """
+    leaf_of, leaves = leaves_of_programs(tables)
+    first = _ends(leaves)
     few = np.flatnonzero((leaves > 0) & (leaves <= FEW))
+    known = _known_order(tables, leaf_of, leaves, first)
     if not len(few):
-        return {}
+        return dict(tree_order=known)
     own = np.diff(tables.tree_root, prepend=np.zeros(len(first) + 1 - len(tables.tree_root), np.int32))
     own[few] = 1
     ends = _ends(own)
@@ -78,8 +83,20 @@ def _trees(tables: Tables) -> dict[str, npt.NDArray[Any]]:
     places = len(tables.tree_order) + _ends(leaves[few])
     roots[ends[few]] = -(places[:-1] << 4 | leaves[few]) - 1
     held = np.repeat(first[few] - places[:-1], leaves[few]) + np.arange(len(tables.tree_order), places[-1])
-    order = np.concatenate([tables.tree_order, held]).astype(np.int32)
+    order = np.concatenate([known, held]).astype(np.int32)
     return dict(tree_root=ends, roots=roots, tree_order=order)
+
+
+def _known_order(tables: Tables, leaf_of: Ints, leaves: Ints, first: Ints) -> Ints:
+    """`Tables.tree_order`, in which leaves have the numbers from `first` on; they have those of cells with shifts."""
+    if not len(tables.program_shifts):
+        return tables.tree_order
+    renumbered = np.zeros(len(tables.cell_quadric), np.int32)
+    cells = np.repeat(leaf_of - first[:-1], leaves) + np.arange(first[-1], dtype=np.int32)
+    renumbered[cells] = np.arange(first[-1], dtype=np.int32)
+    order, of_bodies = tables.tree_order.copy(), len(tables.tree_order) - len(tables.leaf_items) // ROWS
+    order[:of_bodies] = renumbered[order[:of_bodies]]
+    return order
 
 
 def _ends(counts: Any) -> Ints:
