@@ -15,7 +15,7 @@ MOST_GATES = 1024
 
 def check(tables: Mapping[str, Any]) -> None:
     """Raise ValueError for tables that the page cannot take, naming the limit. The page checks its own GPU's."""
-    size = sum(array.nbytes for array in tables.values())
+    size = sum(array.size * max(4, array.itemsize) for array in tables.values())  # signs stand there as integers
     if size > MOST_BYTES:
         raise ValueError(
             f"view: this scene's tables take {size / 2**20:,.0f} MiB, "

@@ -11,6 +11,7 @@ import pytest
 import conicoid as co
 
 BALL, BOX = co.Sphere(), co.Box((-1, -1, -1), (1, 1, 1))
+Box = tuple[tuple[float, ...], tuple[float, ...]]
 WINDOW = (-1.25, -1.3, -1.2), (1.2, 1.25, 1.35)
 DRUM = co.Cylinder((0, 0, -1), (0, 0, 1), 0.5)
 CLOSED = {
@@ -63,6 +64,40 @@ def test_every_share_is_that_of_dense_points(name: str):
     whole = sure & (np.isin(shares.fractions[0], (0, 1)))
     assert whole.sum() > 20
     assert (shares.fractions[0][whole] == counted[whole]).all()
+
+
+def _around(count: int, middle: tuple[float, float, float], half: float, holes: float) -> tuple[co.Solid, list[Box]]:
+    """A box less `count` small ones, and these: more leaves than bodies without trees have."""
+    corners = [np.array((11.0 * (k % 4), 11.0 * (k // 4), 0.0)) + middle for k in range(count)]
+    made = [(tuple((at - holes).tolist()), tuple((at + holes).tolist())) for at in corners]
+    solid: co.Solid = co.Box(*(tuple((np.array(middle) + sign * half).tolist()) for sign in (-1, 1)))
+    for low, high in made:
+        solid = solid - co.Box(low, high)
+    return solid, made
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.parametrize("samples", [1, 2, 3])
+def test_bounds_hold_of_bodies_of_many_parts(axis, samples: int):
+    """Boxes less fourteen boxes each, against what these overlap with each voxel."""
+    solids, holes = zip(*(_around(14, middle, 100, 5.0) for middle in ((0, 0, 0), (3.5, -7.25, 1.125))), strict=True)
+    window, shape = ((-100.0, -100.0, -25.0), (100.0, 100.0, 25.0)), (6, 6, 2)
+    found = co.Scene(list(solids)).voxels(window, shape, fractions="body", axis=axis, samples=samples)
+    edges = [np.linspace(window[0][k], window[1][k], shape[k] + 1) for k in range(3)]
+
+    def overlaps(low: tuple[float, ...], high: tuple[float, ...]) -> np.ndarray:
+        shares = [
+            np.clip(np.minimum(e[1:], h) - np.maximum(e[:-1], l), 0, None) / np.diff(e)
+            for e, l, h in zip(edges, low, high, strict=True)
+        ]
+        return np.einsum("i,j,k->ijk", *shares)
+
+    for number, (middle, boxes) in enumerate(zip(((0, 0, 0), (3.5, -7.25, 1.125)), holes, strict=True)):
+        low, high = (np.array(middle) + sign * 100 for sign in (-1, 1))
+        exact = overlaps(tuple(low), tuple(high)) - sum(overlaps(*box) for box in boxes)
+        off = np.abs(found.fractions[number] - exact)
+        assert (off <= found.bounds[number] + 1e-12).all()
+        assert (off > found.bounds[number] / 1000).any()  # the middle of a column does not tell all of it
 
 
 def test_prisms_along_the_rays_are_exact_but_for_rounding():

@@ -57,10 +57,10 @@ def columns_of_programs(contents: Contents, programs: Places, cells: Places) -> 
 
 
 def _first_cells(pattern: Pattern) -> Ints:
-    """(programs, 1) the cell of the first leaf of each: those of the others have the numbers behind it."""
+    """(programs, 1) the cell of the first leaf of each, any of one without leaves: the others follow behind it."""
     first = np.cumsum(pattern.programs[:, 0]) - pattern.programs[:, 0]
-    cells = pattern.leaves[:, 0]
-    assert (cells - np.repeat(cells[first] - first, pattern.programs[:, 0]) == np.arange(len(cells))).all()
+    cells = np.append(pattern.leaves[:, 0], 0)
+    assert (cells[:-1] - np.repeat(cells[first] - first, pattern.programs[:, 0]) == np.arange(len(cells) - 1)).all()
     return cells[first][:, None]
 
 

@@ -17,7 +17,7 @@ from ...shapes.vector import FloatArray
 from .. import tables as table
 from ..body.boolean import crossing, region_crossings
 from ..body.gates import hold, root_value, turn_leaf
-from ..body.scratch import Scratch, new_scratch
+from ..body.scratch import KNOWN, Scratch, new_scratch
 from ..body.shares import Prism, Shares, ball_shares, cell_shares, shared
 from ..prepared import Prepared
 from ..programs import cell_of_leaf
@@ -57,9 +57,14 @@ def _new_room(scratch: Scratch) -> Room:
 def _chord_of_region(
     geometry: Geometry, scratch: Scratch, room: Room, program: int, ray: Ray, begin: float, end: float
 ) -> float:
-    """The share of [begin, end] of a ray within a Boolean body; its crossings are found once for a column."""
+    """The share of [begin, end] of a ray within a Boolean body; its crossings are found once for a column.
+
+    Relies on room.state[2] leaves in scratch.found_leaves, and leaves them there.
+    """
     if room.state[0] < 0:
+        scratch.found_leaves[KNOWN] = room.state[2]  # the ray is within the column, so it meets no other leaves
         count, inside, _ = region_crossings(geometry, scratch, program, ray, len(room.ends))
+        scratch.found_leaves[KNOWN] = -1
         for k in range(count):
             room.ends[k] = crossing(scratch, k)[0]
         room.state[0], room.state[1] = count, 1 if inside else 0

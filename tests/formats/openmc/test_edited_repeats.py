@@ -14,13 +14,28 @@ from conicoid.bench.core import core_xml
 from conicoid.engine.lowering import contents, turned
 from conicoid.engine.lowering import moved as moved_file
 from conicoid.shapes import repeated_edited
+from conicoid.shapes.base import PrimitiveSolid
 from conicoid.shapes.body import Body
+from conicoid.shapes.cells import NOTHING, Tree
 from conicoid.shapes.repeated import Repeated
 from conicoid.shapes.repeated_edited import EditedBodies
+from conicoid.shapes.vector import Vector
 
 from .models import put
 from .repeated_models import MODELS
 from .test_repeated import written_out
+
+
+@dataclasses.dataclass(frozen=True)
+class Nowhere(PrimitiveSolid):
+    """A solid without a part: nothing is in it."""
+
+    def tree(self) -> Tree:
+        return NOTHING
+
+    def support(self, direction: Vector) -> float:
+        return 1.0
+
 
 PROBE = co.Body(co.Cylinder((0.2, 0.1, -3), (0.4, 0.2, 3), 0.05), "red", "probe")
 
@@ -71,6 +86,7 @@ EDITS = {
     "added at the end": lambda scene: scene.added(PROBE),
     "added before": lambda scene: scene.added([PROBE, co.Sphere(0.3)], before=3),
     "taken out": lambda scene: scene.without([0, inside(scene), len(scene.bodies) - 1]),
+    "of no part": lambda scene: scene.added([Nowhere(), PROBE], before=5),
     "a sheet": lambda scene: scene.added(co.Body(co.Disc((0.1, 0, 0.2), (0, 1, 3), 1.5), "blue"), before=0),
     "one after the other": lambda scene: (
         scene.added(PROBE, before=2).moved("probe", (0.1, 0, 0)).without(0).moved(1, (0, 0, 0.01)).without(5)
