@@ -1,6 +1,7 @@
 """Reactor cores from OpenMC files: how long they take to open and to be edited, and how much memory.
 
     python benchmarks/cores.py [--across 1 19 22 37 38] [--model standing | turned | cut]
+    python benchmarks/cores.py --rays [--across 1 4 12 22 37]
 
 The cores stand along the axes, are turned by 30 degrees, or are cut by a vessel that is 0.9 times as wide. Each core,
 of so many assemblies across, is opened in a process of its own, with void and without: its bodies are read, its tables
@@ -21,6 +22,7 @@ from pathlib import Path
 
 RAY = (0.1, 0.2, 500.0), (0.01, 0.02, -1.0)
 MOVES = 5
+TURNS = 9
 
 
 def largest() -> int:
@@ -49,15 +51,54 @@ def once(path: str, void: bool) -> None:
     print(json.dumps([scene.body_count, read - begin, ready - begin, memory, tables, statistics.median(moves)]))
 
 
+def trace(across: list[int], width: int = 1000) -> None:
+    """The table of rays: all cores in turns, medians of them."""
+    import numpy as np
+
+    import conicoid as co
+    from conicoid.bench.core import PINS, VIEWS, rays_of_view, write_core
+    from conicoid.bench.report import machine
+
+    scenes = []
+    with tempfile.TemporaryDirectory() as folder:
+        for size in across:
+            write_core(Path(folder) / "geometry.xml", size)
+            scenes.append(co.load_openmc(Path(folder) / "geometry.xml", void=False))
+            scenes[-1].prepare()
+    print("| view | assemblies, pins | hit | different bodies | ns/ray | times the first |\n|---|---|---|---|---|---|")
+    for view in VIEWS:
+        pairs = [(scene, rays_of_view(view, size, width)) for scene, size in zip(scenes, across, strict=True)]
+        hits = [scene.first_hit(rays) for scene, rays in pairs]
+        seconds: list[list[float]] = [[] for _ in pairs]
+        for _ in range(TURNS):
+            for (scene, rays), times in zip(pairs, seconds, strict=True):
+                scene.first_hit(rays)
+                begin = time.perf_counter()
+                scene.first_hit(rays)
+                times.append(time.perf_counter() - begin)
+        middle = [statistics.median(times) * 1e9 / width**2 for times in seconds]
+        for size, found, each in zip(across, hits, middle, strict=True):
+            print(
+                f"| {view} | {size} × {size}, {(size * PINS) ** 2:,} | {100 * found.hit.mean():.0f} % "
+                f"| {len(np.unique(found.body[found.hit])):,} | {each:.0f} | {each / middle[0]:.2f} |",
+                flush=True,
+            )
+    print(f"\nMedians of {TURNS} turns.", *machine([]), sep="\n")
+
+
 def main() -> None:
     """The table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--across", type=int, nargs="+", default=[1, 19, 22, 37, 38], help="assemblies across a core")
+    parser.add_argument("--across", type=int, nargs="+", help="assemblies across a core")
+    parser.add_argument("--rays", action="store_true", help="time camera rays")
     parser.add_argument("--once", nargs=2, metavar=("FILE", "VOID"), help=argparse.SUPPRESS)
     parser.add_argument(
         "--model", choices=("standing", "turned", "cut"), default="standing", help="how the cores stand"
     )
     asked = parser.parse_args()
+    if asked.rays:
+        trace(asked.across or [1, 4, 12, 22, 37])
+        return
     if asked.once:
         once(asked.once[0], asked.once[1] == "1")
         return
@@ -68,7 +109,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "geometry.xml"
-        for across in asked.across:
+        for across in asked.across or [1, 19, 22, 37, 38]:
             vessel = 0.45 * across * pitch_of_assemblies() if asked.model == "cut" else None
             write_core(path, across, vessel=vessel, turned="0 0 30" if asked.model == "turned" else "")
             for void in (False, True):

@@ -78,9 +78,9 @@ def count_tiles(add: Any) -> None:
         return put_children(boxes, at, codes, first, number, beam, start, found, t, end)
 
     @inline
-    def counted_groups(items, item, lanes, beams, pairs, end):
+    def counted_groups(items, item, number, lanes, beams, pairs, end):
         add(NODE, 1)
-        return put_groups(items, item, lanes, beams, pairs, end)
+        return put_groups(items, item, number, lanes, beams, pairs, end)
 
     @inline
     def counted_balls(balls, at, count, leaf, beam, start, items, end):

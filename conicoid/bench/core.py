@@ -8,6 +8,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
+from ..engine.answers.rays import Rays
+from ..render.camera import Camera
+
 PINS, PIN_PITCH, BETWEEN_ASSEMBLIES, HALF_HEIGHT = 17, 1.26, 0.08, 182.88
 PELLET, CLAD_INSIDE, CLAD, TUBE_INSIDE, TUBE = 0.39218, 0.40005, 0.45720, 0.56134, 0.60198
 _TUBES = {
@@ -20,6 +25,14 @@ _TUBES = {
 def pitch_of_assemblies(pins: int = PINS) -> float:
     """From one assembly to the next, in cm."""
     return pins * PIN_PITCH + BETWEEN_ASSEMBLIES
+
+
+VIEWS = {
+    "from above": ((0.02, 0.03, 1.0), (0.0, 1.0, 0.0)),
+    "at 45 degrees": ((0.6, 0.45, 0.75), (0.0, 0.0, 1.0)),
+    "at 20 degrees": ((0.8, 0.5, 0.34), (0.0, 0.0, 1.0)),
+}
+"""Cameras: where they stand, from the middle of the top, and what is up."""
 
 
 def core_xml(across: int, vessel: float | None = None, pins: int = PINS, turned: str = "") -> str:
@@ -60,6 +73,17 @@ def core_xml(across: int, vessel: float | None = None, pins: int = PINS, turned:
 def write_core(path: Path, across: int, pins: int = PINS, vessel: float | None = None, turned: str = "") -> None:
     """The same as a file."""
     path.write_text(core_xml(across, vessel, pins, turned), encoding="utf-8")
+
+
+def rays_of_view(view: str, across: int, width: int) -> Rays:
+    """A camera's rays, width x width, that see the top of a core, from twice its width away.
+
+    As much is hit whatever `across` is: they are the same but for the scale.
+    """
+    toward, up = VIEWS[view]
+    away = 2 * across * pitch_of_assemblies() * np.array(toward) / np.linalg.norm(toward)
+    position = tuple(float(part) for part in away + (0.0, 0.0, HALF_HEIGHT))
+    return Camera(position, (0.0, 0.0, HALF_HEIGHT), up=up, field_of_view=20).rays(width, width)
 
 
 def _lattice(number: int, pitch: float, across: int, universes: str) -> str:

@@ -26,6 +26,7 @@ from ..shapes.body import Body
 from ..shapes.light import AmbientLight, PointLight
 from ..shapes.looks import matte
 from . import embree, fresh, limits, mitsuba, povray, preparing, raysect, trimesh
+from .core import PINS, rays_of_view, write_core
 from .peer import Peer
 from .row import Measured, Row, Size
 from .scenes import (
@@ -210,6 +211,20 @@ def growth(size: Size) -> Measured:
     return Measured(one * scale, many * scale, 8 * one / many, "ns/ray")
 
 
+def core_rays(size: Size) -> Measured:
+    """Nanoseconds a ray for a whole core and for one assembly, seen alike; the ratio: how far below four times."""
+    many = preparing.ASSEMBLIES if size.balls >= Size().balls else 2
+    runs = []
+    with fresh.place() as where:
+        for across in (many, 1):
+            write_core(where.folder / "geometry.xml", across)
+            scene = preparing.opened(where.folder / "geometry.xml", 4 * (across * PINS) ** 2)
+            runs.append(_timed(scene, rays_of_view("from above", across, size.width)))
+    whole, one = in_turn(runs[0], runs[1], size.runs)
+    scale = 1e9 / size.width**2
+    return Measured(whole * scale, one * scale, 4 * one / whole, "ns/ray")
+
+
 def all_spans(shapes: Callable[[int], list[Shape]]) -> Callable[[Size], Measured]:
     """Every span of a camera's rays, against the same rays in no order, which are traced one by one."""
 
@@ -249,6 +264,7 @@ def blocks(count: int) -> list[Shape]:
 
 _CAMERA, _RANDOM, _PICTURE = "camera", "random", "picture, one shadowed light"
 _OURS = Peer("itself", "8 × as dear at most", lambda: "")
+_ONE = Peer("itself", "4 × as dear at most", lambda: "")
 _SINGLE = Peer("itself", "one ray at a time", lambda: "")
 
 ROWS = (
@@ -282,6 +298,8 @@ ROWS = (
     Row("picture-csg", _PICTURE, "1,000 bodies of 5 leaves", povray.PEER, 3.0, 0.0, with_povray("csg", bored_blocks)),
     Row("build", "tree", "1,000,000 balls", embree.PEER, 0.2, 1.0, building),
     Row("growth", _CAMERA, "balls, constant hit rate: 1,000 and (as the peer) the most", _OURS, 1.0, 0.0, growth),
+    Row("core-rays", _CAMERA, f"a core of {(preparing.ASSEMBLIES * PINS) ** 2:,} pins and (as the peer) one assembly, "
+        "seen from above", _ONE, 1.0, 0.0, core_rays),
     *fresh.ROWS,
     *limits.ROWS,
 )  # fmt: skip

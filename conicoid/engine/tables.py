@@ -301,13 +301,13 @@ def halted_now_and_then(geometry: Geometry, k: int) -> bool:
 @inline
 def integer(geometry: Geometry, table: int, index: int) -> Any:
     """An element of a table of integers, an int64."""
-    return np.int64(geometry.integers[geometry.places[table] + index])
+    return np.int64(geometry.integers[np.uint64(geometry.places[table] + index)])
 
 
 @inline
 def real(geometry: Geometry, table: int, index: int) -> float:
     """An element of a table of floats, counted flat."""
-    return geometry.floats[geometry.places[table] + index]
+    return geometry.floats[np.uint64(geometry.places[table] + index)]
 
 
 @inline

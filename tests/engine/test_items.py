@@ -17,10 +17,13 @@ from conicoid.engine.culling import (
     ITEMS_SIZE,
     MOST_ITEMS,
     group_in_ball,
+    lanes_entering,
     put_balls,
     put_children,
+    put_entries,
     put_groups,
     put_numbers,
+    put_reaches,
 )
 from conicoid.engine.packets.frontier import (
     ITEM_COUNT,
@@ -30,7 +33,16 @@ from conicoid.engine.packets.frontier import (
     new_frontier,
     new_level,
 )
-from conicoid.engine.packets.lanes import GROUPS_AT, SIZE, close_lanes, put_group_beams, put_ray
+from conicoid.engine.packets.lanes import (
+    BEST,
+    EARLIEST,
+    GROUPS_AT,
+    SIZE,
+    close_lanes,
+    put_group_beams,
+    put_ray,
+    put_slopes,
+)
 from conicoid.engine.packets.tile import new_tile, open_tile
 from conicoid.engine.queries.queries import arrays_of
 from conicoid.engine.ray import Ray
@@ -158,7 +170,7 @@ def groups_at_ball(lanes, rays, item, ball, pairs):
     bits = np.empty(8, np.int64)
     for group in range(8):
         bits[group] = group_in_ball(lanes, group, ball[0], ball[1], ball[2], ball[3])
-    return put_groups(item, 0, lanes, GROUPS_AT, pairs, 0), bits
+    return put_groups(item, 0, 0, lanes, GROUPS_AT, pairs, 0), bits
 
 
 @pytest.mark.parametrize("spread", [0.05, 0.3])
@@ -181,6 +193,57 @@ def test_groups_of_lanes_that_meet_a_ball_are_asked(spread):
         left_out += 8 - count
     assert met > 100
     assert left_out > 100
+
+
+@numba.njit
+def entering(lanes, rays, ends, item, row):
+    """(where the groups of a packet of 64 rays enter the box of an item, EARLIEST then, who enters by a row, reaches)."""
+    for i in range(64):
+        ray = rays[i]
+        put_ray(lanes, i, Ray(ray[0], ray[1], ray[2], ray[3], ray[4], ray[5], 0.0, ends[i], np.int64(-1)))
+    close_lanes(lanes, 64)
+    put_slopes(lanes)
+    entries, reaches, met = np.empty(64), np.empty(8), np.int64(0)
+    for i in range(64):
+        lanes[EARLIEST + np.uint64(i)] = 3.0
+    for group in range(8):
+        put_entries(lanes, EARLIEST, item, 0, entries, 8 * group, group)
+    for i in range(64):
+        lanes[BEST + np.uint64(i)] = row[i]
+    for group in range(8):
+        met |= lanes_entering(lanes, BEST, entries, 8 * group, group)
+    put_reaches(lanes, EARLIEST, GROUPS_AT)
+    for group in range(8):
+        reaches[group] = lanes[np.uint64(GROUPS_AT + group)]
+    return entries, lanes[EARLIEST : EARLIEST + np.uint64(64)].copy(), met, reaches
+
+
+def test_lanes_enter_a_box_where_their_rays_do():
+    """Against the slabs of a box, each ray by itself; what is nearly a tie is not asked."""
+    rng, met, missed, later = np.random.default_rng(8), 0, 0, 0
+    for _ in range(100):
+        origins, directions = some_rays(rng, 64, 0.3)
+        low = origins.mean(axis=0) + 3 * directions.mean(axis=0) - rng.uniform(0.1, 0.6, 3)
+        high = low + rng.uniform(0.1, 0.9, 3)
+        item, ends, row = np.zeros(ITEMS_SIZE), rng.uniform(0, 8, 64), rng.uniform(0, 8, 64)
+        item[0 : 6 * ITEM_ROW : ITEM_ROW] = np.concatenate([low, high])
+        rays = np.concatenate([origins, directions], axis=1)
+        entries, earliest, bits, reaches = entering(np.empty(SIZE), rays, ends, item, row)
+        a, b = (low - origins) / directions, (high - origins) / directions
+        first, last = np.maximum(np.minimum(a, b).max(axis=1), 0.0), np.minimum(np.maximum(a, b).min(axis=1), ends)
+        clear = np.abs(first - last) > 1e-9
+        enters = first <= last
+        assert (np.isnan(entries) == ~enters)[clear].all()
+        assert (entries <= first)[enters & clear].all()
+        assert np.allclose(entries[enters & clear], first[enters & clear], rtol=1e-9, atol=0)
+        assert np.array_equal(earliest, np.fmin(entries, 3.0))
+        assert np.array_equal(reaches, earliest.reshape(8, 8).max(axis=1))
+        by_then = np.minimum(ends, row)
+        clear &= np.abs(first - by_then) > 1e-9
+        told = np.array([bits >> i & 1 for i in range(64)], bool)
+        assert (told == (enters & (first <= by_then)))[clear].all()
+        met, missed, later = met + told.sum(), missed + (~enters).sum(), later + (enters & ~told).sum()
+    assert min(met, missed, later) > 100
 
 
 def deep_scene():

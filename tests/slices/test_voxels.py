@@ -87,8 +87,8 @@ def test_bounds_hold_of_bodies_of_many_parts(axis, samples: int):
 
     def overlaps(low: tuple[float, ...], high: tuple[float, ...]) -> np.ndarray:
         shares = [
-            np.clip(np.minimum(e[1:], h) - np.maximum(e[:-1], l), 0, None) / np.diff(e)
-            for e, l, h in zip(edges, low, high, strict=True)
+            np.clip(np.minimum(edge[1:], end) - np.maximum(edge[:-1], begin), 0, None) / np.diff(edge)
+            for edge, begin, end in zip(edges, low, high, strict=True)
         ]
         return np.einsum("i,j,k->ijk", *shares)
 

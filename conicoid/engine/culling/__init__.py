@@ -40,6 +40,7 @@ if TYPE_CHECKING or SHIPPED is None:
         prefetch,
         prefetch_soon,
         prefetch_to_write,
+        put_reaches,
         reach,
         store_eight,
         widen,
@@ -51,8 +52,9 @@ else:
 __all__ = [
     "BEAM", "BOX_OR_BALL", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
     "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "balls_in_beam", "balls_met", "bit_count", "boxes_met",
-    "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_entering", "lanes_in_ball",
-    "lanes_in_ball_from_one", "lanes_in_box", "load_eight", "lowest_bit", "numbers_in_lanes", "prefetch",
-    "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_entries", "put_groups", "put_numbers",
-    "put_on_lists", "rays_in_balls", "reach", "records_in_lanes", "store_eight", "waiting", "widen",
+    "extent", "extents", "group_in_ball", "highest_bit", "items_met", "keep_items", "lanes_entering",
+    "lanes_in_ball", "lanes_in_ball_from_one", "lanes_in_box", "load_eight", "lowest_bit", "numbers_in_lanes",
+    "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_entries", "put_groups",
+    "put_numbers", "put_on_lists", "put_reaches", "rays_in_balls", "reach", "records_in_lanes", "store_eight",
+    "waiting", "widen",
 ]  # fmt: skip

@@ -8,7 +8,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from .code import EIGHT, INT64, WIDTH, Code
+from . import slack
+from .code import BITS, EIGHT, INT64, WIDTH, Code
 from .layout import FIRST, HIGH_I, HIGH_O, ITEM_ROW, LAST, LOW_I, LOW_O
 
 
@@ -71,9 +72,9 @@ def boxes_met(typing_context: Any, boxes: Any, at: Any, beam: Any, start: Any, n
     return types.int64(boxes, types.int64, beam, types.int64, near), code
 
 
-def _stretch_of_lanes(c: Code, rays: Any, sides: list[Any], group: int) -> tuple[Any, Any]:
-    """(first, last) t in a box of one of the eight groups of lanes, within their intervals and before nearest hits."""
-    b, rows = c.builder, [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in range(9)]
+def _stretch_of_lanes(c: Code, rays: Any, sides: list[Any], begin: Any) -> tuple[Any, Any]:
+    """(first, last) t in a box of the eight lanes from `begin` on, within their intervals and before nearest hits."""
+    b, rows = c.builder, [c.eight(rays, begin, 64 * k) for k in range(9)]
     first, last = rows[6], c.smaller(rows[7], rows[8])
     for axis in range(3):
         s = b.fmul(b.fsub(sides[axis], rows[axis]), rows[3 + axis])
@@ -94,7 +95,7 @@ def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx:
         rays, sides = c.data(signature, arguments, 0), [c.spread(side) for side in arguments[1:]]
         met: Any = INT64(0)
         for group in range(8):
-            bits = b.zext(c.overlaps(*_stretch_of_lanes(c, rays, sides, group)), INT64)
+            bits = b.zext(c.overlaps(*_stretch_of_lanes(c, rays, sides, INT64(8 * group))), INT64)
             met = b.or_(met, b.shl(bits, INT64(8 * group)))
         return met
 
@@ -102,8 +103,10 @@ def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx:
 
 
 @intrinsic
-def put_entries(typing_context: Any, lanes: Any, row: Any, items: Any, item: Any, entries: Any, at: Any) -> Any:
-    """Where the lanes of a packet enter the box of an item, into entries[at : at + 64]; NaN for those that miss it.
+def put_entries(
+    typing_context: Any, lanes: Any, row: Any, items: Any, item: Any, entries: Any, at: Any, group: Any
+) -> Any:
+    """Where a group of eight lanes enters the box of an item, at the earliest, into entries[at:]; NaN if it misses it.
 
     What is greater in a row (lanes[row:]) becomes that.
     """
@@ -112,29 +115,32 @@ def put_entries(typing_context: Any, lanes: Any, row: Any, items: Any, item: Any
         c, b = Code(context, builder), builder
         rays, boxes, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
         sides = [c.spread(c.number(boxes, arguments[3], k * ITEM_ROW)) for k in range(6)]
-        for group in range(8):
-            first, last = _stretch_of_lanes(c, rays, sides, group)
-            entered = b.select(c.overlapping(first, last), first, c.constant(float("nan")))
-            c.store(entered, out, arguments[5], 8 * group)
-            c.store(c.smaller(entered, c.eight(rays, arguments[1], 8 * group)), rays, arguments[1], 8 * group)
+        begin = b.shl(arguments[6], INT64(3))
+        first, last = _stretch_of_lanes(c, rays, sides, begin)
+        sooner = b.fsub(first, b.fmul(c.size(first), c.constant(4.0 * slack.BOX_SLACK)))
+        entered = b.select(c.overlapping(first, last), sooner, c.constant(float("nan")))
+        c.store(entered, out, arguments[5], 0)
+        row = b.add(arguments[1], begin)
+        c.store(c.smaller(entered, c.eight(rays, row, 0)), rays, row, 0)
         return context.get_dummy_value()
 
     whole = types.int64
-    return types.void(lanes, whole, items, whole, entries, whole), code
+    return types.void(lanes, whole, items, whole, entries, whole, whole), code
 
 
 @intrinsic
-def lanes_entering(typing_context: Any, lanes: Any, row: Any, entries: Any, at: Any) -> Any:
-    """Which lanes enter a box (`put_entries`) within their intervals, and no later than a row says, as bits."""
+def lanes_entering(typing_context: Any, lanes: Any, row: Any, entries: Any, at: Any, group: Any) -> Any:
+    """Which of a group of lanes enter a box (`put_entries`) within their intervals and no later than a row says.
+
+    As bits, each that of its lane in the packet. Relies on no ray beginning before its origin.
+    """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
         rays, known = c.data(signature, arguments, 0), c.data(signature, arguments, 2)
-        met: Any = INT64(0)
-        for group in range(8):
-            last = c.smaller(c.eight(rays, INT64(0), 64 * 7 + 8 * group), c.eight(rays, arguments[1], 8 * group))
-            bits = b.zext(c.overlaps(c.eight(known, arguments[3], 8 * group), last), INT64)
-            met = b.or_(met, b.shl(bits, INT64(8 * group)))
-        return met
+        begin = b.shl(arguments[4], INT64(3))
+        last = c.smaller(c.eight(rays, begin, 64 * 7), c.eight(rays, b.add(arguments[1], begin), 0))
+        enter = b.fcmp_ordered("<=", c.eight(known, arguments[3], 0), last)
+        return b.shl(b.zext(b.bitcast(enter, BITS), INT64), begin)
 
-    return types.int64(lanes, types.int64, entries, types.int64), code
+    return types.int64(lanes, types.int64, entries, types.int64, types.int64), code

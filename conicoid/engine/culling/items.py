@@ -11,7 +11,7 @@ from numba.extending import intrinsic
 from .balls import sides_of_balls
 from .boxes import beam_code, beam_stretch, stretches
 from .code import BITS, DOUBLE, EIGHT, INT64, MASK, WHOLE, WIDTH, Code
-from .layout import ITEM_ROW, ITEMS_SIZE
+from .layout import FIRST, ITEM_ROW, ITEMS_SIZE, LAST
 
 
 @intrinsic
@@ -112,26 +112,28 @@ def put_numbers(typing_context: Any, first: Any, bits: Any, numbers: Any, end: A
 
 
 @intrinsic
-def put_groups(typing_context: Any, items: Any, item: Any, lanes: Any, beams: Any, pairs: Any, end: Any) -> Any:
+def put_groups(
+    typing_context: Any, items: Any, item: Any, number: Any, lanes: Any, beams: Any, pairs: Any, end: Any
+) -> Any:
     """Put those of eight groups of lanes whose beams meet the box of an item behind pairs[:end]; returns how many.
 
-    A pair is eight times the item, and the group. The beams are lanes[beams:] (`lanes.put_group_beams`).
+    A pair is eight times a number, and the group. The beams are lanes[beams:] (`lanes.put_group_beams`).
     """
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         c, b = Code(context, builder), builder
-        boxes, rays, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
+        boxes, rays, out = (c.data(signature, arguments, k) for k in (0, 3, 5))
         sides = [c.spread(c.number(boxes, arguments[1], k * ITEM_ROW)) for k in range(6)]
 
         def number(k: int) -> tuple[Any, Any]:
-            eight = c.eight(rays, arguments[3], 8 * k)
+            eight = c.eight(rays, arguments[4], 8 * k)
             return eight, eight
 
-        met = c.overlapping(*beam_stretch(c, sides, number, c.constant(0.0), c.constant(float("inf"))))
-        pair = b.add(c.whole(b.shl(arguments[1], INT64(3))), ir.Constant(WHOLE, list(range(WIDTH))))
-        place = b.bitcast(c.place(out, arguments[5], 0), WHOLE.as_pointer())
+        met = c.overlapping(*beam_stretch(c, sides, number, number(FIRST)[0], number(LAST)[0]))
+        pair = b.add(c.whole(b.shl(arguments[2], INT64(3))), ir.Constant(WHOLE, list(range(WIDTH))))
+        place = b.bitcast(c.place(out, arguments[6], 0), WHOLE.as_pointer())
         b.store(c.compressed(pair, met), place, align=8)
         return b.ctpop(b.zext(b.bitcast(met, BITS), INT64))
 
     whole = types.int64
-    return types.int64(items, whole, lanes, whole, pairs, whole), code
+    return types.int64(items, whole, whole, lanes, whole, pairs, whole), code

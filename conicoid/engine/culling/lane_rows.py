@@ -38,10 +38,7 @@ def extents(typing_context: Any, lanes: Any, row: Any, low: Any, high: Any) -> A
         pointer = c.data(signature, arguments, 0)
         columns = c.transposed([c.eight(pointer, arguments[1], 8 * group) for group in range(8)])
         for place, join in ((arguments[2], c.smaller), (arguments[3], c.larger)):
-            joined = columns
-            while len(joined) > 1:
-                joined = [join(joined[k], joined[k + 1]) for k in range(0, len(joined), 2)]
-            c.store(joined[0], pointer, place, 0)
+            c.store(_joined(columns, join), pointer, place, 0)
         return context.get_dummy_value()
 
     whole = types.int64
@@ -64,6 +61,27 @@ def reach(typing_context: Any, lanes: Any) -> Any:
         return c.folded(most, c.larger)
 
     return types.float64(lanes), code
+
+
+@intrinsic
+def put_reaches(typing_context: Any, lanes: Any, row: Any, at: Any) -> Any:
+    """The greatest number of each of eight groups of lanes in a row (lanes[row:]) into lanes[at:]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c = Code(context, builder)
+        pointer = c.data(signature, arguments, 0)
+        columns = c.transposed([c.eight(pointer, arguments[1], 8 * group) for group in range(8)])
+        c.store(_joined(columns, c.larger), pointer, arguments[2], 0)
+        return context.get_dummy_value()
+
+    return types.void(lanes, types.int64, types.int64), code
+
+
+def _joined(eights: list[Any], join: Any) -> Any:
+    """Eights joined two by two, to one."""
+    while len(eights) > 1:
+        eights = [join(eights[k], eights[k + 1]) for k in range(0, len(eights), 2)]
+    return eights[0]
 
 
 @intrinsic

@@ -10,7 +10,7 @@ ITEM_ROW = MOST_ITEMS + 24  # not a multiple of a page: else all rows of an item
 # its box, -1 for none, or -2 - k where the item is ball k of that leaf
 ENTERED, CODE, BOX_OR_BALL = 6 * ITEM_ROW, 7 * ITEM_ROW, 8 * ITEM_ROW
 ITEMS_SIZE = 9 * ITEM_ROW
-MOST_CHOSEN = 56  # items that a packet takes at a time
+MOST_CHOSEN = 120  # items that a packet takes at a time
 
 FROM_THE_START = -(1 << 52)
 """Added to a ray's number: it enters at t = -inf."""

@@ -55,6 +55,8 @@ _MANY_LANES = 16.0
 _BODIES, _MET, _CROWDED, _READY, _LEAVES = 0, 1, 2, 3, 4
 """In `known`: how many Boolean bodies the packet has seen, with how many lanes in all; is it a crowd; are its rays
 copied; how many leaves the lot has that is met now."""
+ITEM, HAS_MET, MET = 0, MOST_CHOSEN, 2 * MOST_CHOSEN
+"""In `asked`: the leaves of a lot, the lanes that each has met, and those that it meets in this round."""
 
 
 class Crowd(NamedTuple):
@@ -64,8 +66,8 @@ class Crowd(NamedTuple):
     rays: Floats  # eight numbers of each lane, as `meet_bodies` takes them
     more: Floats
     known: Floats
-    asked: Any  # int64: the items of a lot, then the lanes that each has met
-    entries: Floats  # where the lanes enter the boxes of a lot, 64 numbers each
+    asked: Any  # int64: see `ITEM`
+    entries: Floats  # where groups of lanes enter the boxes that they are paired with, eight numbers each
 
 
 @allocator
@@ -73,7 +75,7 @@ def new_crowd(geometry: Geometry) -> Crowd:
     """Memory for one thread."""
     return Crowd(
         new_bodies(geometry, _KEPT), np.zeros(8 * LANES), np.zeros(8 * LANES), np.zeros(5),
-        np.zeros(2 * MOST_CHOSEN, np.int64), np.zeros(LANES * MOST_CHOSEN),
+        np.zeros(3 * MOST_CHOSEN, np.int64), np.zeros(LANES * MOST_CHOSEN),
     )  # fmt: skip
 
 

@@ -21,9 +21,7 @@ from ..culling import (
     bit_count,
     group_in_ball,
     items_met,
-    lanes_entering,
     lowest_bit,
-    put_entries,
     put_groups,
     put_numbers,
 )
@@ -31,24 +29,19 @@ from ..culling.layout import MOST_CHOSEN
 from ..tables import Floats, Geometry, Signs, box_at, whole
 from ..tree.leaf import is_round, leaf_at, leaf_ball, leaf_range
 from ..tree.walk import next_leaf, push_roots, put_on_stack, scene_tree
-from .crowd import leaves_of, open_crowd, put_leaves, settle_crowd
+from .crowd import open_crowd
 from .frontier import ITEM_COUNT
 from .lanes import (
-    ALL,
     BEAM_AT,
-    EARLIEST,
     GROUP_BEAMS,
     GROUPS_AT,
-    LANES,
-    WITHIN,
     put_group_beams,
-    put_slopes,
     shorten_beam,
 )
-from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, meet_in_pairs, retire
+from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, retire
+from .rounds import meet_round
 
 _LOT = 32  # so many items are taken at a time, at most, where they are no crowd
-_ABOUT = 1e-6  # share of t: boxes that a ray enters this close to each other are entered together
 _MANY = 100  # items that a quarter of a tile sees: they are small then, and met by few groups of lanes
 
 
@@ -95,7 +88,7 @@ def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
         if items[BOX_OR_BALL + k] >= -1.0:
             continue
         if split:
-            count += put_groups(items, k, packet.lanes, GROUPS_AT, asked, PAIRS + count)
+            count += put_groups(items, k, k, packet.lanes, GROUPS_AT, asked, PAIRS + count)
         else:
             asked[PAIRS + count] = 8 * k
             count += 1
@@ -136,60 +129,6 @@ def _meet_chosen(
 
 
 @inline
-def _enter(packet: Packet, chosen: int) -> tuple[int, int]:
-    """Find where the lanes enter the leaves among the chosen items, and EARLIEST, by when each has entered its first.
-
-    Returns how many there are, and how many other items, which come to be the first of those chosen.
-    """
-    lanes, items, asked, crowd = packet.lanes, packet.items, packet.asked, packet.crowd
-    count, others = 0, 0
-    put_slopes(lanes)
-    for i in range(ALL):
-        lanes[EARLIEST + i] = math.inf
-    for j in range(chosen):
-        k = asked[j]
-        if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
-            crowd.asked[count], crowd.asked[MOST_CHOSEN + count] = k, 0
-            put_entries(lanes, EARLIEST, items, k, crowd.entries, LANES * count)
-            count += 1
-        else:
-            asked[others] = k
-            others += 1
-    for i in range(ALL):
-        lanes[EARLIEST + i] += _ABOUT * abs(lanes[EARLIEST + i])
-    return count, others
-
-
-@helper
-def _meet_round(
-    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int, again: bool
-) -> int:
-    """Intersect the leaves among the chosen items, in one of two rounds (`crowd`); returns how many others there are.
-
-    It is called in two places, so that LLVM does not merge it into the walk of packets that see no crowd.
-    """
-    lanes, items, crowd, others = packet.lanes, packet.items, packet.crowd, chosen
-    if not again:
-        count, others = _enter(packet, chosen)
-        put_leaves(crowd, count)
-    for j in range(leaves_of(crowd)):
-        row = WITHIN if again else EARLIEST
-        met = lanes_entering(lanes, row, crowd.entries, LANES * j) & ~crowd.asked[MOST_CHOSEN + j]
-        crowd.asked[MOST_CHOSEN + j] |= met
-        if met == 0:
-            continue
-        begin, end = leaf_range(whole(items[CODE + crowd.asked[j]]))
-        at, size = leaf_at(geometry, begin), end - begin
-        for item in range(size):
-            meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, met)
-    settle_crowd(geometry, crowd, lanes)
-    if any_hit:
-        retire(lanes)
-    shorten_beam(lanes)
-    return others
-
-
-@inline
 def _meet_balls(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, at: int, count: int
 ) -> None:
@@ -226,9 +165,9 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
     items, item, top, most = whole(packet.items[ITEM_COUNT]), 0, 0, 2
     if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a tile sees what lies before it
         items, top = 0, push_roots(geometry, way, scene_tree(geometry))
-    if items > _MANY:
-        put_group_beams(lanes)
     crowded = open_crowd(packet.crowd, lanes, items)
+    if items > _MANY or crowded:
+        put_group_beams(lanes)
     if crowded:
         most = MOST_CHOSEN - 8
     while True:
@@ -239,8 +178,8 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
             if chosen == 0:
                 break
             if crowded:
-                chosen = _meet_round(geometry, scratch, packet, blocks, any_hit, chosen, False)
-                chosen = _meet_round(geometry, scratch, packet, blocks, any_hit, chosen, True)
+                chosen = meet_round(geometry, scratch, packet, blocks, any_hit, chosen, False)
+                chosen = meet_round(geometry, scratch, packet, blocks, any_hit, chosen, True)
             top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
             continue
         code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)

@@ -87,12 +87,23 @@ def _same_faces(geometry: Geometry, a: int, b: int) -> bool:
     return same and _same(geometry, table.SURFACE_KIND, p, q) and cell_side(geometry, a) == cell_side(geometry, b)
 
 
+@inline
+def _same_cells(geometry: Geometry, leaf: int, other: int, leaves: int) -> bool:
+    """Do the cells of so many leaves, from two on, differ in the numbers of their surfaces only?"""
+    for k in range(leaves):
+        if not _same_faces(geometry, cell_of_leaf(geometry, leaf + k), cell_of_leaf(geometry, other + k)):
+            return False
+    return True
+
+
 @helper
 def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
     """Do two programs differ in the numbers of their surfaces only?"""
     (leaf, end), (other, its_end) = leaves_of(geometry, p), leaves_of(geometry, q)
     leaves, gates = end - leaf, gates_of(geometry, p)
     gate, its = gates[0], root_of(geometry, q)
+    if p != q and gate == its:  # one another moved: the rows of gates and leaves are the same ones
+        return _same_cells(geometry, leaf, other, leaves)
     if its_end - other != leaves or gates_of(geometry, q)[1] - its != gates[1] - gate:
         return False
     row, its_row = rows_of_leaves(geometry, p), rows_of_leaves(geometry, q)
@@ -107,10 +118,9 @@ def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
         a, b = leaf + k + row, other + k + its_row
         same = _same(geometry, table.LEAF_NEGATED, a, b) and _same(geometry, table.LEAF_SENSE, a, b)
         same = same and integer(geometry, table.LEAF_GATE, a) - gate == integer(geometry, table.LEAF_GATE, b) - its
-        cell, another = cell_of_leaf(geometry, leaf + k), cell_of_leaf(geometry, other + k)
-        if not same or not _same_faces(geometry, cell, another):
+        if not same:
             return False
-    return True
+    return _same_cells(geometry, leaf, other, leaves)
 
 
 @helper

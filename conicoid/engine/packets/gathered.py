@@ -12,7 +12,7 @@ from ..culling import numbers_in_lanes
 from ..surface.nearness import Nearness
 from ..surface.plane import Plane, PlaneLimits
 from ..surface.quadric import Quadric, QuadricLimits, Sphere, careful_quadratic, settled_roots, sphere_roots
-from ..tables import ANCHOR_SIZE, FORM_SIZE, PLANE_SIZE, SPHERE_SIZE, Floats, Geometry, integer, whole
+from ..tables import ANCHOR_SIZE, FORM_SIZE, PLANE_SIZE, SPHERE_SIZE, Floats, Geometry, integer, real, whole
 from .cells import lane_terms, put_roots, put_terms, quadric_of_lane
 from .forms import (
     AT,
@@ -65,15 +65,15 @@ def cell_limits(lanes: Floats, i: Any) -> Nearness:
 def cut_planes(geometry: Geometry, bodies: Bodies, number: int, side: int, place: int, count: int) -> None:
     """Cut the lanes by plane `number` of their cells, which has a place among the body's faces."""
     lanes, numbers = bodies.lanes, bodies.numbers
-    planes, limits = geometry.places[table.PLANES], geometry.places[table.PLANE_LIMITS]
+    planes = geometry.places[table.PLANES]
     for k in range(count):
         lane = np.uint64(k)
         first = integer(geometry, table.CELL_FIRST, numbers[CELL + k])
         surface = integer(geometry, table.PLANE_SURFACE, first + number)
         row = integer(geometry, table.SURFACE_ROW, surface)
         numbers[AT + k], lanes[SURFACE + lane] = planes + PLANE_SIZE * row, surface
-        lanes[LIMIT + lane] = geometry.floats[limits + 2 * row]
-        lanes[OTHER_LIMIT + lane] = geometry.floats[limits + 2 * row + 1]
+        lanes[LIMIT + lane] = real(geometry, table.PLANE_LIMITS, 2 * row)
+        lanes[OTHER_LIMIT + lane] = real(geometry, table.PLANE_LIMITS, 2 * row + 1)
     for k in range(0, count, 8):
         numbers_in_lanes(geometry.floats, numbers, AT + k, lanes, R0 + np.uint64(k))
     first, last = eights(0, count)
@@ -129,7 +129,7 @@ def _starts(lanes: Floats, i: Any) -> bool:
 def meet_quadrics(geometry: Geometry, bodies: Bodies, count: int) -> None:
     """Roots of the quadrics of cells into their lanes (`cells.put_roots`)."""
     lanes, numbers = bodies.lanes, bodies.numbers
-    quadrics, limits = geometry.places[table.QUADRICS], geometry.places[table.QUADRIC_LIMITS]
+    quadrics = geometry.places[table.QUADRICS]
     forms = geometry.places[table.QUADRIC_FORMS]
     for k in range(count):
         lane, surface = np.uint64(k), integer(geometry, table.CELL_QUADRIC, numbers[CELL + k])
@@ -141,8 +141,8 @@ def meet_quadrics(geometry: Geometry, bodies: Bodies, count: int) -> None:
         lane = np.uint64(k)
         form = whole(lanes[R3 + lane])
         numbers[AT + k] = forms + FORM_SIZE * form
-        lanes[LIMIT + lane] = geometry.floats[limits + 2 * form]
-        lanes[OTHER_LIMIT + lane] = geometry.floats[limits + 2 * form + 1]
+        lanes[LIMIT + lane] = real(geometry, table.QUADRIC_LIMITS, 2 * form)
+        lanes[OTHER_LIMIT + lane] = real(geometry, table.QUADRIC_LIMITS, 2 * form + 1)
     for part in range(2):
         for k in range(0, count, 8):
             numbers_in_lanes(geometry.floats, numbers, AT + k, lanes, R3 + np.uint64(8 * LANES * part + k))

@@ -15,7 +15,7 @@ import numpy as np
 from ...compiler.jit import choose, helper, inline
 from ..body.hit import Hit, comes_first, too_close, within
 from ..body.spans import Slab
-from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, extents, reach
+from ..culling import BEAM, FIRST, HIGH_I, HIGH_O, LAST, LOW_I, LOW_O, extent, extents, put_reaches, reach
 from ..ray import Line, Ray
 from ..surface.doubt import STARTING
 from ..surface.interval import is_open
@@ -24,6 +24,7 @@ from ..tables import Floats, whole
 from ..tree.walk import reciprocal
 
 LANES = 64
+GROUPS = LANES // 8
 
 # Where the rows begin. `culling` relies on the order of the first fourteen
 (
@@ -49,7 +50,8 @@ WAYS_AT = BEAM_AT + BEAM + 6
 """The corners of the beam's directions, whose inverses are in the beam: three least, three greatest."""
 GROUPS_AT = WAYS_AT + 6
 """Their numbers, as in a beam, eight of each."""
-SIZE = GROUPS_AT + 96
+GROUP_ENDS = GROUPS_AT + GROUPS * LAST
+SIZE = GROUPS_AT + GROUPS * BEAM
 
 
 @inline
@@ -148,7 +150,7 @@ def put_lane_beam(lanes: Floats, shared: bool) -> None:
 
 @helper
 def put_group_beams(lanes: Floats) -> None:
-    """The beams of the eight groups of a packet (t >= 0)."""
+    """The beams of the eight groups of a packet: t >= 0, without an end."""
     for axis in range(3):
         row, low, high = np.uint64(LANES * axis), GROUPS_AT + 8 * axis, GROUPS_AT + 24 + 8 * axis
         extents(lanes, OX + row, low, high)
@@ -156,7 +158,15 @@ def put_group_beams(lanes: Floats) -> None:
     for k in range(48):
         at = np.uint64(GROUPS_AT + 48 + k)
         lanes[at] = reciprocal(lanes[at])
+    for k in range(8):
+        lanes[np.uint64(GROUPS_AT + 8 * FIRST + k)], lanes[np.uint64(GROUP_ENDS + k)] = 0.0, math.inf
     lanes[GROUP_BEAMS] = 1.0
+
+
+@inline
+def end_groups(lanes: Floats, row: Any) -> None:
+    """The beam of each group ends where the last of its lanes does, by a row of these ends."""
+    put_reaches(lanes, row, GROUP_ENDS)
 
 
 @inline

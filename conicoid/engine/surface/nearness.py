@@ -10,7 +10,7 @@ from .. import tables as table
 from ..faces import row_of_cell
 from ..programs import row_of_program
 from ..ray import Ray
-from ..tables import Geometry, length
+from ..tables import Geometry, length, real
 from .doubt import BALL_FAR, BALL_OFF, RELATIVE, STARTING
 from .quadric import Sphere
 
@@ -50,8 +50,8 @@ def row_of_limits(geometry: Geometry, limits: int, row: int) -> int:
 @inline
 def lengths_of(geometry: Geometry, limits: int, row: int) -> Nearness:
     """The limits of a cell, program, sheet or polygon, for |d| = 1: by its number, from one of their tables."""
-    at = geometry.places[limits] + 2 * row_of_limits(geometry, limits, row)
-    return Nearness(geometry.floats[at], geometry.floats[at + 1])
+    at = 2 * row_of_limits(geometry, limits, row)
+    return Nearness(real(geometry, limits, at), real(geometry, limits, at + 1))
 
 
 @inline
