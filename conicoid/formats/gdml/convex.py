@@ -6,6 +6,7 @@ import itertools
 from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import partial
 from math import lcm
 
 from ...shapes.base import Solid
@@ -116,15 +117,12 @@ def planes_of_convex(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -
 def inside_of(planes: Sequence[Plane]) -> Make:
     """What is inside all of some planes."""
     normals = tuple((float(a), float(b), float(c)) for (a, b, c), _ in planes)
-    exact = [tuple(map(Fraction, normal)) for normal in normals]
+    exact = [(Fraction(a), Fraction(b), Fraction(c)) for a, b, c in normals]
+    return partial(_polyhedron, normals, [(normal, offset) for normal, (_, offset) in zip(exact, planes, strict=True)])
 
-    def make(shift: Point) -> Solid:
-        offsets = []
-        for normal, (_, offset) in zip(exact, planes, strict=True):
-            offsets.append(float(offset + dot((normal[0], normal[1], normal[2]), shift)))
-        return Polyhedron(normals, tuple(offsets))
 
-    return make
+def _polyhedron(normals: tuple[tuple[float, float, float], ...], planes: Sequence[Plane], shift: Point) -> Solid:
+    return Polyhedron(normals, tuple(float(offset + dot(normal, shift)) for normal, offset in planes))
 
 
 SIX_FACES = ((3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +23,11 @@ def box(values: Values) -> Make:
     """x, y, z in all."""
     x, y, z = (values.positive(name) / 2 for name in "xyz")
     low, high = (-x, -y, -z), (x, y, z)
-    return lambda shift: Box(moved(low, shift), moved(high, shift))
+    return partial(_box, low, high)
+
+
+def _box(low: Point, high: Point, shift: Point) -> Box:
+    return Box(moved(low, shift), moved(high, shift))
 
 
 def tangent(degrees: Fraction) -> Fraction:
@@ -164,13 +169,13 @@ def closed(vertices: list[Point], faces: list[tuple[int, ...]]) -> Make:
             volume += dot(cross(a, b), c)
     if volume < 0:
         faces = [face[::-1] for face in faces]
+    return partial(_mesh, vertices, tuple(faces))
 
-    def make(shift: Point) -> Mesh:
-        x, y, z = shift
-        points = tuple((float(a + x), float(b + y), float(c + z)) for a, b, c in vertices)
-        try:
-            return Mesh(points, tuple(faces))
-        except ValueError as error:
-            raise LeftOut(f"its faces are no closed surface: {error}") from None
 
-    return make
+def _mesh(vertices: list[Point], faces: tuple[tuple[int, ...], ...], shift: Point) -> Mesh:
+    x, y, z = shift
+    points = tuple((float(a + x), float(b + y), float(c + z)) for a, b, c in vertices)
+    try:
+        return Mesh(points, faces)
+    except ValueError as error:
+        raise LeftOut(f"its faces are no closed surface: {error}") from None

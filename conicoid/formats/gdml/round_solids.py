@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import partial
 
 from ...shapes.base import Solid
 from ...shapes.box import Box
@@ -49,7 +50,7 @@ def turned_profile(corners: Corners, angles: Angles, shift: Point) -> Solid:
 
 
 def _revolution(corners: Corners, angles: Angles) -> Make:
-    return lambda shift: turned_profile(corners, angles, shift)
+    return partial(turned_profile, corners, angles)
 
 
 def tube(values: Values) -> Make:
@@ -73,17 +74,17 @@ def cut_tube(values: Values) -> Make:
         raise Mistake(values.element, "lowZ must be < 0 and highZ > 0: normals point outward")
     slope = max(max(abs(n[0]), abs(n[1])) / abs(n[2]) for n in (low, high))
     end = half + 2 * outer * slope + half
-    angles = angles_of(values)
+    corners = [(inner, -end), (outer, -end), (outer, end), (inner, end)]
+    return partial(_cut, corners, angles_of(values), ((low, -half), (high, half)))
 
-    def make(shift: Point) -> Solid:
-        x, y, z = shift
-        whole = turned_profile([(inner, -end), (outer, -end), (outer, end), (inner, end)], angles, shift)
-        sides = []
-        for (a, b, c), height in ((low, z - half), (high, z + half)):
-            sides.append(HalfSpace((float(a), float(b), float(c)), float(a * x + b * y + c * height)))
-        return Intersection((whole, *sides))
 
-    return make
+def _cut(corners: Corners, angles: Angles, planes: Sequence[tuple[list[Fraction], Fraction]], shift: Point) -> Solid:
+    """A profile within planes of some normals, each through a height of the axis."""
+    x, y, z = shift
+    sides = []
+    for (a, b, c), height in planes:
+        sides.append(HalfSpace((float(a), float(b), float(c)), float(a * x + b * y + c * (z + height))))
+    return Intersection((turned_profile(corners, angles, shift), *sides))
 
 
 def cone(values: Values) -> Make:
@@ -98,7 +99,11 @@ def cone(values: Values) -> Make:
 def orb(values: Values) -> Make:
     """A ball of radius r."""
     radius = float(values.positive("r"))
-    return lambda shift: Sphere(radius, _floats(shift))
+    return partial(_ball, radius)
+
+
+def _ball(radius: float, shift: Point) -> Sphere:
+    return Sphere(radius, _floats(shift))
 
 
 def sphere(values: Values) -> Make:
@@ -111,17 +116,15 @@ def sphere(values: Values) -> Make:
     if low < 0 or high <= low:
         raise Mistake(values.element, "starttheta and deltatheta must leave a range within 0 and 180 degrees")
     sector = [] if low == 0 and high == 180 and angles == _WHOLE else _sector(low, high, 4 * outer)
+    return partial(_shell, float(inner), float(outer), sector, angles)
 
-    def make(shift: Point) -> Solid:
-        center = _floats(shift)
-        whole: Solid = Sphere(float(outer), center)
-        if sector:
-            x, y, z = shift
-            wedge = Revolution(tuple(sector), *angles).translate((float(x), float(y), float(z)))
-            whole = Intersection((whole, wedge))
-        return Difference((whole, Sphere(float(inner), center))) if inner else whole
 
-    return make
+def _shell(inner: float, outer: float, sector: list[tuple[float, float]], angles: Angles, shift: Point) -> Solid:
+    """Between two balls, and within a sector that is turned about z; without a sector in all directions."""
+    whole: Solid = _ball(outer, shift)
+    if sector:
+        whole = Intersection((whole, Revolution(tuple(sector), *angles).translate(_floats(shift))))
+    return Difference((whole, _ball(inner, shift))) if inner else whole
 
 
 def _sector(low: Fraction, high: Fraction, reach: Fraction) -> list[tuple[float, float]]:
@@ -143,9 +146,18 @@ def ellipsoid(values: Values) -> Make:
         raise Mistake(values.element, "zcut1 must be < zcut2, and both leave a part of the ellipsoid")
     radii = float(a), float(b), float(c)
     if low <= -c and high >= c:
-        return lambda shift: Ellipsoid(radii, _floats(shift))
-    beyond = 2 * max(a, b, c)
-    return lambda shift: Intersection((Ellipsoid(radii, _floats(shift)), slab(low, high, c, beyond, shift)))
+        return partial(_ellipsoid, radii)
+    return partial(_cut_ellipsoid, radii, low, high, c, 2 * max(a, b, c))
+
+
+def _ellipsoid(radii: tuple[float, float, float], shift: Point) -> Ellipsoid:
+    return Ellipsoid(radii, _floats(shift))
+
+
+def _cut_ellipsoid(
+    radii: tuple[float, float, float], low: Fraction, high: Fraction, end: Fraction, beyond: Fraction, shift: Point
+) -> Solid:
+    return Intersection((_ellipsoid(radii, shift), slab(low, high, end, beyond, shift)))
 
 
 def slab(low: Fraction, high: Fraction, end: Fraction, beyond: Fraction, shift: Point) -> Box:
@@ -173,12 +185,13 @@ def elliptic_cone(values: Values) -> Make:
 
 
 def _stretched(corners: Corners, a: Fraction, b: Fraction) -> Make:
-    def make(shift: Point) -> Solid:
-        x, y, z = shift
-        whole = turned_profile(corners, _WHOLE, (_NONE, _NONE, z)).scale((float(a), float(b), 1.0))
-        return whole.translate((float(x), float(y), 0.0)) if x or y else whole
+    return partial(_elliptic, corners, (float(a), float(b), 1.0))
 
-    return make
+
+def _elliptic(corners: Corners, factors: tuple[float, float, float], shift: Point) -> Solid:
+    x, y, z = shift
+    whole = turned_profile(corners, _WHOLE, (_NONE, _NONE, z)).scale(factors)
+    return whole.translate((float(x), float(y), 0.0)) if x or y else whole
 
 
 def paraboloid(values: Values) -> Make:
@@ -186,17 +199,13 @@ def paraboloid(values: Values) -> Make:
     low, high, half = values.radius("rlo"), values.positive("rhi"), values.positive("dz")
     _check_radii(values, low, high)
     slope = (high * high - low * low) / (2 * half)
-    return _conic((high * high + low * low) / 2, slope, _NONE, half, 2 * high)
+    return partial(_conic, (high * high + low * low) / 2, slope, half, 2 * high)
 
 
-def _conic(square: Fraction, slope: Fraction, bend: Fraction, half: Fraction, beyond: Fraction) -> Make:
-    """x² + y² <= square + slope z + bend z² for |z| <= half."""
-
-    def make(shift: Point) -> Solid:
-        within = slab(-half, half, 2 * half, beyond, shift)
-        return Intersection((about_z(square, slope, bend, shift), within))
-
-    return make
+def _conic(square: Fraction, slope: Fraction, half: Fraction, beyond: Fraction, shift: Point) -> Solid:
+    """x² + y² <= square + slope z for |z| <= half."""
+    within = slab(-half, half, 2 * half, beyond, shift)
+    return Intersection((about_z(square, slope, _NONE, shift), within))
 
 
 def about_z(square: Fraction, slope: Fraction, bend: Fraction, shift: Point) -> Solid:
@@ -224,14 +233,15 @@ def hyperboloid(values: Values) -> Make:
     reach = outer * outer + bends[1] * half * half
     if inner * inner + bends[0] * half * half >= reach:
         raise Mistake(values.element, "inst must leave the inner surface within the outer")
-    beyond = 2 * Fraction(math.sqrt(reach))
+    return partial(_waists, (inner, bends[0]), (outer, bends[1]), half, 2 * Fraction(math.sqrt(reach)))
 
-    def make(shift: Point) -> Solid:
-        within = slab(-half, half, 2 * half, beyond, shift)
-        whole = Intersection((within, _round(outer, bends[1], half, shift)))
-        return Difference((whole, _round(inner, bends[0], half, shift))) if inner or bends[0] else whole
 
-    return make
+def _waists(
+    inner: tuple[Fraction, Fraction], outer: tuple[Fraction, Fraction], half: Fraction, beyond: Fraction, shift: Point
+) -> Solid:
+    """Between two surfaces of a radius and a bend each, |z| <= half."""
+    whole = Intersection((slab(-half, half, 2 * half, beyond, shift), _round(*outer, half, shift)))
+    return Difference((whole, _round(*inner, half, shift))) if any(inner) else whole
 
 
 def _round(radius: Fraction, bend: Fraction, half: Fraction, shift: Point) -> Solid:
@@ -251,16 +261,17 @@ def polycone(values: Values) -> Make:
     if not rings:
         raise Mistake(values.element, "zplane elements must leave a volume")
     outline = [(outer, z) for z, _, outer in planes] + [(inner, z) for z, inner, _ in reversed(planes)]
+    return partial(_stack, outline, rings, angles)
 
-    def make(shift: Point) -> Solid:
-        if len(rings) > 1:
-            try:
-                return turned_profile(outline, angles, shift)
-            except ValueError:  # an outline that touches itself is one of several rings
-                return Union(tuple(turned_profile(ring, angles, shift) for ring in rings))
-        return turned_profile(rings[0], angles, shift)
 
-    return make
+def _stack(outline: Corners, rings: Sequence[Corners], angles: Angles, shift: Point) -> Solid:
+    """An outline that is turned about z, or the rings that it is of."""
+    if len(rings) > 1:
+        try:
+            return turned_profile(outline, angles, shift)
+        except ValueError:  # an outline that touches itself is one of several rings
+            return Union(tuple(turned_profile(ring, angles, shift) for ring in rings))
+    return turned_profile(rings[0], angles, shift)
 
 
 Section = tuple[Fraction, Fraction, Fraction]
@@ -293,15 +304,14 @@ def ring_of(low: Section, high: Section) -> list[tuple[Fraction, Fraction]]:
 
 def generic_polycone(values: Values) -> Make:
     """A polygon of rzpoint elements with r and z, turned about z."""
-    corners, angles = corners_of(values), angles_of(values)
+    return partial(_outlined, corners_of(values), angles_of(values))
 
-    def make(shift: Point) -> Solid:
-        try:
-            return turned_profile(corners, angles, shift)
-        except ValueError as error:
-            raise LeftOut(f"its rzpoint elements make no simple outline: {error}") from None
 
-    return make
+def _outlined(corners: Corners, angles: Angles, shift: Point) -> Solid:
+    try:
+        return turned_profile(corners, angles, shift)
+    except ValueError as error:
+        raise LeftOut(f"its rzpoint elements make no simple outline: {error}") from None
 
 
 def corners_of(values: Values) -> list[tuple[Fraction, Fraction]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 
 from ...shapes.base import Solid
@@ -113,12 +114,13 @@ def _sided(values: Values, rings: Sequence[Ring], share: Fraction) -> Make:
             wedge: list[Plane] = [((-ax, -ay, _NONE), _NONE), ((bx, by, _NONE), _NONE)]
             planes = [*ends, *wedge, _side(normal, outer, share, 1), _side(normal, inner, share, -1)]
             pieces.append((inside_of(planes), None))
+    return partial(_bored, pieces)
 
-    def make(shift: Point) -> Solid:
-        made = [body(shift) if bore is None else Difference((body(shift), bore(shift))) for body, bore in pieces]
-        return made[0] if len(made) == 1 else Union(tuple(made))
 
-    return make
+def _bored(pieces: Sequence[tuple[Make, Make | None]], shift: Point) -> Solid:
+    """All pieces, each less its bore, if it has one."""
+    made = [body(shift) if bore is None else Difference((body(shift), bore(shift))) for body, bore in pieces]
+    return made[0] if len(made) == 1 else Union(tuple(made))
 
 
 def _direction(degrees: float) -> tuple[Fraction, Fraction]:
@@ -157,12 +159,7 @@ def xtru(values: Values) -> Make:
     pieces = [_drawn(outline, a, b) for a, b in pairwise(drawn) if a[0] < b[0]]
     if not pieces or any(a[0] > b[0] for a, b in pairwise(drawn)):
         raise Mistake(values.element, "section elements must rise in zPosition")
-
-    def make(shift: Point) -> Solid:
-        made = tuple(piece(shift) for piece in pieces)
-        return made[0] if len(made) == 1 else Union(made)
-
-    return make
+    return partial(_bored, [(piece, None) for piece in pieces])
 
 
 def _is_convex(outline: Sequence[tuple[Fraction, Fraction]]) -> bool:
@@ -179,17 +176,7 @@ _Section = tuple[Fraction, Fraction, Fraction, Fraction]
 def _drawn(outline: Sequence[tuple[Fraction, Fraction]], low: _Section, high: _Section) -> Make:
     """Between two sections (z, x, y, scale)."""
     if low[1:] == high[1:]:
-        z0, x0, y0, scale = low
-
-        def make(shift: Point) -> Solid:
-            a, b, c = shift
-            corners = tuple((float(scale * x + x0 + a), float(scale * y + y0 + b)) for x, y in outline)
-            try:
-                return Extrusion(corners, (float(z0 + c), float(high[0] + c)))
-            except ValueError as error:
-                raise LeftOut(f"its outline cannot be drawn: {error}") from None
-
-        return make
+        return partial(_straight, outline, low, high[0])
     points = [(s * x + x0, s * y + y0, z) for z, x0, y0, s in (low, high) for x, y in outline]
     places = list(dict.fromkeys(points))
     number = {place: k for k, place in enumerate(places)}
@@ -200,3 +187,14 @@ def _drawn(outline: Sequence[tuple[Fraction, Fraction]], low: _Section, high: _S
     kept = [face for face in merged if len(face) > 2]
     planes = planes_of_convex(places, kept)  # as of a tessellated solid, which it is exported as
     return closed(places, kept) if planes is None else inside_of(planes)
+
+
+def _straight(outline: Sequence[tuple[Fraction, Fraction]], low: _Section, end: Fraction, shift: Point) -> Solid:
+    """From a section up to a height, without a change."""
+    z0, x0, y0, scale = low
+    a, b, c = shift
+    corners = tuple((float(scale * x + x0 + a), float(scale * y + y0 + b)) for x, y in outline)
+    try:
+        return Extrusion(corners, (float(z0 + c), float(end + c)))
+    except ValueError as error:
+        raise LeftOut(f"its outline cannot be drawn: {error}") from None

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import partial
 
 from ...shapes.base import Solid
 from ...shapes.quadric import Quadric
@@ -51,18 +52,20 @@ def twisted_tubs(values: Values) -> Make:
     bend = twist * twist
     reach = outer * (1 + abs(twist) * max(abs(low), abs(high)))
     sides = [] if width >= 360 else [_turned_side(twist, float(sense * width / 2), sense) for sense in (-1, 1)]
+    ends = low, high, high - low + abs(low) + abs(high), 2 * reach
+    return partial(_twisted, (inner * inner, outer * outer), bend, ends, sides, width <= 180)
 
-    def make(shift: Point) -> Solid:
-        square = outer * outer
-        parts: list[Solid] = [slab(low, high, high - low + abs(low) + abs(high), 2 * reach, shift)]
-        parts.append(about_z(square, _NONE, square * bend, shift))
-        walls = [_quadric(side, shift) for side in sides]
-        parts += walls if width <= 180 or not walls else [Union(tuple(walls))]
-        whole = Intersection(tuple(parts))
-        square = inner * inner
-        return Difference((whole, about_z(square, _NONE, square * bend, shift))) if inner else whole
 
-    return make
+def _twisted(
+    squares: Flat, bend: Fraction, ends: tuple[Fraction, Fraction, Fraction, Fraction], sides: list[Terms],
+    narrow: bool, shift: Point,
+) -> Solid:  # fmt: skip
+    """Between two radii, given by their squares, of a slab and within both of its sides; within one if it is wide."""
+    parts: list[Solid] = [slab(*ends, shift), about_z(squares[1], _NONE, squares[1] * bend, shift)]
+    walls = [_quadric(side, shift) for side in sides]
+    parts += walls if narrow or not walls else [Union(tuple(walls))]
+    whole = Intersection(tuple(parts))
+    return Difference((whole, about_z(squares[0], _NONE, squares[0] * bend, shift))) if squares[0] else whole
 
 
 def _width(values: Values) -> Fraction:
@@ -99,12 +102,11 @@ def between_sections(low: Sequence[Flat], high: Sequence[Flat], half: Fraction) 
     ends: list[Plane] = [((_NONE, _NONE, -_ONE), half), ((_NONE, _NONE, _ONE), half)]
     sides = [plane for edge in edges if (plane := edge.plane(half)) is not None]
     flat = inside_of([*ends, *sides, *_around([*low, *high])])
-    curved = [edge.terms(half) for edge in edges if edge.plane(half) is None]
+    return partial(_curved, flat, [edge.terms(half) for edge in edges if edge.plane(half) is None])
 
-    def make(shift: Point) -> Solid:
-        return Intersection((flat(shift), *(_quadric(terms, shift) for terms in curved)))
 
-    return make
+def _curved(flat: Make, curved: list[Terms], shift: Point) -> Solid:
+    return Intersection((flat(shift), *(_quadric(terms, shift) for terms in curved)))
 
 
 def _around(corners: Sequence[Flat]) -> list[Plane]:
