@@ -18,12 +18,13 @@ from .test_solids import DEFINE
 from .test_solids import SOLIDS as OLD
 from .test_twisted import SOLIDS as TWISTED
 
-SOLIDS = OLD | TWISTED
-_ACROSS = 7
+SOLIDS = OLD | {f"twisted: {name}": solid for name, solid in TWISTED.items()}
+PROTOCOLS = 2, pickle.HIGHEST_PROTOCOL
+_ACROSS = 3
 
 
 def rows_of(folder: Path, solids: str) -> co.Scene:
-    """A solid seven times seven times in a box, which is around all of them."""
+    """A solid three times three times in a box, which is around all of them."""
     inside = "".join(
         placed("it", f'<position x="{40 * (k % _ACROSS)}" y="{40 * (k // _ACROSS)}" z="1"/>') for k in range(_ACROSS**2)
     )
@@ -45,9 +46,10 @@ def answers(scene: co.Scene) -> list[np.ndarray]:
 def test_scenes_of_each_solid(name: str, tmp_path: Path) -> None:
     scene = rows_of(tmp_path, SOLIDS[name][0])
     assert isinstance(scene.bodies, Repeated)
-    before = pickle.dumps(scene, 2)
+    pickles, copies = [pickle.dumps(scene, protocol) for protocol in PROTOCOLS], [copy.deepcopy(scene)]
     expected = answers(scene)
-    for other in (pickle.loads(before), pickle.loads(pickle.dumps(scene, -1)), copy.deepcopy(scene)):
+    pickles += [pickle.dumps(scene, protocol) for protocol in PROTOCOLS]
+    for other in (*map(pickle.loads, pickles), *copies, copy.deepcopy(scene)):
         assert isinstance(other.bodies, Repeated)
         assert [body.name for body in other.bodies] == [body.name for body in scene.bodies]
         assert all(np.array_equal(a, b) for a, b in zip(other.bounds, scene.bounds, strict=True))
