@@ -97,6 +97,8 @@ def main() -> None:
     )
     asked = parser.parse_args()
     if asked.rays:
+        if asked.model != "standing":
+            parser.error("--rays is for standing cores")
         trace(asked.across or [1, 4, 12, 22, 37])
         return
     if asked.once:
